@@ -1,0 +1,3 @@
+//! terrabite bites terrains of any size into triangles.
+pub mod control;
+pub mod raster;

@@ -1,0 +1,2 @@
+//! The `terrabite` command.
+fn main() {}

@@ -1,0 +1,115 @@
+use std::path::{Path, PathBuf};
+
+use gdal::errors::GdalError;
+
+/// Why a raster cannot be used, or could not be read. Every message names the file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RasterError {
+    /// The file does not exist, is not readable, or no GDAL driver takes it.
+    #[error("{}: cannot be opened as a raster: {reason}", path.display())]
+    Open {
+        /// The raster.
+        path: PathBuf,
+        /// What GDAL said.
+        reason: String,
+    },
+    /// The file holds no raster band: a vector file, or a container of subdatasets.
+    #[error("{}: expected a raster band, found none{hint}", path.display())]
+    NoBands {
+        /// The raster.
+        path: PathBuf,
+        /// The subdatasets, where there are some.
+        hint: String,
+    },
+    /// The band asked for is not there.
+    #[error("{}: expected band {band}, found bands 1 to {count}", path.display())]
+    NoSuchBand {
+        /// The raster.
+        path: PathBuf,
+        /// The band asked for, from 1.
+        band: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The samples are not real numbers.
+    #[error("{}: band {band}: expected integer or real samples, found {found}", path.display())]
+    SampleType {
+        /// The raster.
+        path: PathBuf,
+        /// The band, from 1.
+        band: usize,
+        /// GDAL's name of the type.
+        found: String,
+    },
+    /// A surface needs two samples each way.
+    #[error("{}: expected at least 2 × 2 samples, found {width} × {height}: there is no surface to triangulate", path.display())]
+    TooSmall {
+        /// The raster.
+        path: PathBuf,
+        /// Samples across.
+        width: usize,
+        /// Samples down.
+        height: usize,
+    },
+    /// The geotransform cannot place vertices, or not finely enough to find them again.
+    #[error("{}: the geotransform {coefficients:?} cannot place vertices: {reason}", path.display())]
+    GeoTransform {
+        /// The raster.
+        path: PathBuf,
+        /// The six coefficients, in GDAL's order.
+        coefficients: [f64; 6],
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A scale or offset tag is not a number, or is zero.
+    #[error("{}: expected a finite scale other than 0 and a finite offset, found scale {scale}, offset {offset}", path.display())]
+    Scaling {
+        /// The raster.
+        path: PathBuf,
+        /// The scale tag.
+        scale: f64,
+        /// The offset tag.
+        offset: f64,
+    },
+    /// A window of samples could not be read: a truncated or damaged file, most often.
+    #[error("{}: reading {width} × {height} samples at column {column}, row {row} failed: {reason}", path.display())]
+    Read {
+        /// The raster.
+        path: PathBuf,
+        /// The window's first column.
+        column: usize,
+        /// The window's first row.
+        row: usize,
+        /// Samples across.
+        width: usize,
+        /// Samples down.
+        height: usize,
+        /// What GDAL said.
+        reason: String,
+    },
+    /// Anything else GDAL refuses to tell about the file.
+    #[error("{}: {what}: {reason}", path.display())]
+    Gdal {
+        /// The raster.
+        path: PathBuf,
+        /// What was asked.
+        what: &'static str,
+        /// What GDAL said.
+        reason: String,
+    },
+}
+
+impl RasterError {
+    pub(super) fn gdal(path: &Path, what: &'static str, error: &GdalError) -> Self {
+        RasterError::Gdal { path: path.to_path_buf(), what, reason: reason(error) }
+    }
+}
+
+/// GDAL's own sentence, without the wrapper's decoration.
+pub(super) fn reason(error: &GdalError) -> String {
+    match error {
+        GdalError::CplError { msg, .. } | GdalError::NullPointer { msg, .. } if !msg.is_empty() => msg.clone(),
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,16 @@
+//! Rasters as GDAL gives them: the one module that names GDAL for reading.
+//!
+//! In comes a path and a band number; out go sizes, types, georeferencing and windows of samples, either as they are
+//! stored ([`Raster::read_native`]) or as heights ([`Raster::read_heights`]). Nothing here knows of tiles or meshes.
+
+mod error;
+mod geo_transform;
+mod open;
+mod plain;
+mod sample_type;
+
+pub use error::RasterError;
+pub use geo_transform::GeoTransform;
+pub use open::{Nodata, Raster, Window, quiet_gdal};
+pub use plain::{PlainLayout, plain_layout};
+pub use sample_type::{SampleType, Scaling};

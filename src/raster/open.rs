@@ -1,0 +1,342 @@
+use std::path::{Path, PathBuf};
+
+use gdal::raster::RasterBand;
+use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
+
+use super::error::reason;
+use super::sample_type::with_sample_type;
+use super::{GeoTransform, RasterError, SampleType, Scaling};
+
+/// One band of an open raster. Not shared between threads: each opens its own.
+#[derive(Debug)]
+pub struct Raster {
+    path: PathBuf,
+    pub(super) dataset: Dataset,
+    pub(super) band: usize,
+    width: usize,
+    height: usize,
+    sample_type: SampleType,
+    scaling: Scaling,
+    nodata: Nodata,
+    geo_transform: Option<GeoTransform>,
+}
+
+/// The value that marks samples without a height, in the type it is stored in.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum Nodata {
+    /// The raster has no such value.
+    None,
+    /// Compared with the stored value as a double; NaN marks NaN.
+    Real(f64),
+    /// For 64-bit signed samples.
+    I64(i64),
+    /// For 64-bit unsigned samples.
+    U64(u64),
+}
+
+/// A rectangle of samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    /// First column.
+    pub column: usize,
+    /// First row.
+    pub row: usize,
+    /// Samples across.
+    pub width: usize,
+    /// Samples down.
+    pub height: usize,
+}
+
+impl Window {
+    /// How many samples it holds.
+    pub fn len(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// Whether it holds none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// Keeps GDAL from printing on standard error by itself: errors reach the user as [`RasterError`]s, once.
+pub fn quiet_gdal() {
+    gdal::config::set_error_handler(|_, _, _| {});
+}
+
+impl Raster {
+    /// Opens `path` (a file, or any name GDAL understands) for reading and looks at `band`, counted from 1.
+    ///
+    /// # Errors
+    /// [`RasterError`] when the file is no raster, has no such band, its samples are complex, it is smaller than
+    /// 2 × 2, or its geotransform or scaling cannot be used.
+    pub fn open(path: &Path, band: usize) -> Result<Raster, RasterError> {
+        let options = DatasetOptions {
+            open_flags: GdalOpenFlags::GDAL_OF_READONLY
+                | GdalOpenFlags::GDAL_OF_RASTER
+                | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
+            ..DatasetOptions::default()
+        };
+        let dataset = Dataset::open_ex(path, options).map_err(|e| RasterError::Open {
+            path: path.to_path_buf(),
+            reason: reason(&e).trim_start_matches(&format!("{}: ", path.display())).to_string(),
+        })?;
+        let count = dataset.raster_count();
+        if count == 0 {
+            return Err(RasterError::NoBands { path: path.to_path_buf(), hint: subdatasets(&dataset) });
+        }
+        if band == 0 || band > count {
+            return Err(RasterError::NoSuchBand { path: path.to_path_buf(), band, count });
+        }
+        let (width, height) = dataset.raster_size();
+        if width < 2 || height < 2 {
+            return Err(RasterError::TooSmall { path: path.to_path_buf(), width, height });
+        }
+        let geo_transform = match dataset.geo_transform() {
+            Err(_) => None,
+            Ok(c) => Some(GeoTransform::new(c, width, height).map_err(|reason| RasterError::GeoTransform {
+                path: path.to_path_buf(),
+                coefficients: c,
+                reason,
+            })?),
+        };
+        let (sample_type, scaling, nodata) = {
+            let b = dataset.rasterband(band).map_err(|e| RasterError::gdal(path, "band", &e))?;
+            let sample_type = sample_type(&b).ok_or_else(|| RasterError::SampleType {
+                path: path.to_path_buf(),
+                band,
+                found: type_name(&b),
+            })?;
+            (sample_type, scaling(path, &b)?, nodata(&b, sample_type))
+        };
+        Ok(Raster {
+            path: path.to_path_buf(),
+            dataset,
+            band,
+            width,
+            height,
+            sample_type,
+            scaling,
+            nodata,
+            geo_transform,
+        })
+    }
+
+    /// The path it was opened by.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Samples across (columns).
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Samples down (rows).
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// The type of the stored samples.
+    pub fn sample_type(&self) -> SampleType {
+        self.sample_type
+    }
+
+    /// How heights follow from stored samples.
+    pub fn scaling(&self) -> Scaling {
+        self.scaling
+    }
+
+    /// The mark of samples without a height.
+    pub fn nodata(&self) -> Nodata {
+        self.nodata
+    }
+
+    /// The raster's geotransform, or the default one where it has none.
+    pub fn geo_transform(&self) -> GeoTransform {
+        self.geo_transform.unwrap_or(GeoTransform::DEFAULT)
+    }
+
+    /// Whether the raster brings a geotransform of its own.
+    pub fn is_georeferenced(&self) -> bool {
+        self.geo_transform.is_some()
+    }
+
+    /// The coordinate reference system as WKT; empty where the raster has none.
+    pub fn crs_wkt(&self) -> String {
+        self.dataset.projection()
+    }
+
+    /// The coordinate reference system in one line: its authority code where it has one, its name, or "none".
+    pub fn crs_name(&self) -> String {
+        let Ok(crs) = self.dataset.spatial_ref() else { return "none".to_string() };
+        let name = crs.name().unwrap_or_default();
+        match (crs.auth_name(), crs.auth_code()) {
+            (Some(authority), Ok(code)) => format!("{authority}:{code} ({name})"),
+            _ if name.is_empty() => "none".to_string(),
+            _ => name,
+        }
+    }
+
+    /// GDAL's name of the format.
+    pub fn driver(&self) -> String {
+        self.dataset.driver().short_name()
+    }
+
+    /// Samples across and down in one block of the file.
+    pub fn block_size(&self) -> (usize, usize) {
+        self.rasterband().map_or((self.width, 1), |b| b.block_size())
+    }
+
+    /// GDAL's name of the compression; `None` where the samples are stored as they are.
+    pub fn compression(&self) -> Option<String> {
+        self.dataset.metadata_item("COMPRESSION", "IMAGE_STRUCTURE")
+    }
+
+    /// Whether GDAL marks samples invalid by a mask or alpha band, apart from any nodata value.
+    ///
+    /// # Errors
+    /// [`RasterError::Gdal`] when GDAL cannot tell.
+    pub fn has_mask(&self) -> Result<bool, RasterError> {
+        let flags = self.rasterband()?.mask_flags().map_err(|e| RasterError::gdal(&self.path, "mask", &e))?;
+        Ok(!flags.is_all_valid() && !flags.is_nodata())
+    }
+
+    /// Reads a window as it is stored, in the machine's byte order, rows one after the other. `out` is
+    /// `window.len()` samples long and aligned to 8 bytes.
+    ///
+    /// # Errors
+    /// [`RasterError::Read`].
+    ///
+    /// # Panics
+    /// If `out` has another length, or the window is not inside the raster.
+    pub fn read_native(&self, window: Window, out: &mut [u8]) -> Result<(), RasterError> {
+        self.check(window);
+        assert_eq!(out.len(), window.len() * self.sample_type.bytes(), "buffer of {window:?}");
+        match self.sample_type {
+            SampleType::I8 => self.read::<u8>(window, out),
+            other => with_sample_type!(other, T => self.read_cast::<T>(window, bytemuck::cast_slice_mut(out))),
+        }
+    }
+
+    /// Reads a window as heights, scale and offset applied, rows one after the other. Samples marked nodata come as
+    /// the number they are stored as.
+    ///
+    /// # Errors
+    /// [`RasterError::Read`].
+    ///
+    /// # Panics
+    /// If `out` is not `window.len()` long, or the window is not inside the raster.
+    pub fn read_heights(&self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
+        self.check(window);
+        self.read(window, out)?;
+        if self.sample_type == SampleType::I8 {
+            out.iter_mut().filter(|v| **v >= 128.0).for_each(|v| *v -= 256.0);
+        }
+        if !self.scaling.is_none() {
+            out.iter_mut().for_each(|v| *v = self.scaling.height(*v));
+        }
+        Ok(())
+    }
+
+    /// Reads the validity mask of a window: 0 is invalid.
+    ///
+    /// # Errors
+    /// [`RasterError::Read`].
+    pub fn read_mask(&self, window: Window, out: &mut [u8]) -> Result<(), RasterError> {
+        self.check(window);
+        let band = self.rasterband()?;
+        let mask = band.open_mask_band().map_err(|e| RasterError::gdal(&self.path, "mask", &e))?;
+        read(&mask, window, out).map_err(|e| self.read_error(window, &e))
+    }
+
+    pub(super) fn rasterband(&self) -> Result<RasterBand<'_>, RasterError> {
+        self.dataset.rasterband(self.band).map_err(|e| RasterError::gdal(&self.path, "band", &e))
+    }
+
+    fn read_cast<T: Stored>(&self, window: Window, out: &mut [T]) -> Result<(), RasterError> {
+        T::read_from(self, window, out)
+    }
+
+    fn read<T: gdal::raster::GdalType + Copy>(&self, window: Window, out: &mut [T]) -> Result<(), RasterError> {
+        read(&self.rasterband()?, window, out).map_err(|e| self.read_error(window, &e))
+    }
+
+    fn read_error(&self, window: Window, error: &gdal::errors::GdalError) -> RasterError {
+        let Window { column, row, width, height } = window;
+        RasterError::Read { path: self.path.clone(), column, row, width, height, reason: reason(error) }
+    }
+
+    fn check(&self, w: Window) {
+        let inside = w.column + w.width <= self.width && w.row + w.height <= self.height;
+        assert!(inside, "{w:?} of a raster of {} × {}", self.width, self.height);
+    }
+}
+
+/// The types GDAL reads straight into; its bindings for 3.6 know no signed bytes, which are read as bytes.
+trait Stored: Sized {
+    fn read_from(raster: &Raster, window: Window, out: &mut [Self]) -> Result<(), RasterError>;
+}
+macro_rules! stored {
+    ($($t:ty),*) => {$(
+        impl Stored for $t {
+            fn read_from(raster: &Raster, window: Window, out: &mut [Self]) -> Result<(), RasterError> {
+                raster.read(window, out)
+            }
+        }
+    )*};
+}
+stored!(u8, u16, i16, u32, i32, u64, i64, f32, f64);
+impl Stored for i8 {
+    fn read_from(raster: &Raster, window: Window, out: &mut [Self]) -> Result<(), RasterError> {
+        raster.read::<u8>(window, bytemuck::cast_slice_mut(out))
+    }
+}
+
+fn read<T: gdal::raster::GdalType + Copy>(
+    band: &RasterBand<'_>,
+    window: Window,
+    out: &mut [T],
+) -> gdal::errors::Result<()> {
+    let size = (window.width, window.height);
+    band.read_into_slice((window.column as isize, window.row as isize), size, size, out, None)
+}
+
+fn sample_type(band: &RasterBand<'_>) -> Option<SampleType> {
+    let signed_byte = band.metadata_item("PIXELTYPE", "IMAGE_STRUCTURE").is_some_and(|v| v == "SIGNEDBYTE");
+    SampleType::from_gdal(band.band_type(), signed_byte)
+}
+
+fn type_name(band: &RasterBand<'_>) -> String {
+    match band.band_type().name() {
+        name if name == "Unknown" => "a complex or unknown type".to_string(),
+        name => name,
+    }
+}
+
+fn scaling(path: &Path, band: &RasterBand<'_>) -> Result<Scaling, RasterError> {
+    let scaling = Scaling { scale: band.scale().unwrap_or(1.0), offset: band.offset().unwrap_or(0.0) };
+    let usable = scaling.scale.is_finite() && scaling.scale != 0.0 && scaling.offset.is_finite();
+    if usable {
+        return Ok(scaling);
+    }
+    Err(RasterError::Scaling { path: path.to_path_buf(), scale: scaling.scale, offset: scaling.offset })
+}
+
+fn nodata(band: &RasterBand<'_>, sample_type: SampleType) -> Nodata {
+    match sample_type {
+        SampleType::I64 => band.no_data_value_i64().map_or(Nodata::None, Nodata::I64),
+        SampleType::U64 => band.no_data_value_u64().map_or(Nodata::None, Nodata::U64),
+        _ => band.no_data_value().map_or(Nodata::None, Nodata::Real),
+    }
+}
+
+fn subdatasets(dataset: &Dataset) -> String {
+    let names: Vec<String> =
+        (1..=3).filter_map(|i| dataset.metadata_item(&format!("SUBDATASET_{i}_NAME"), "SUBDATASETS")).collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    format!("; it holds subdatasets, name one of them: {}", names.join(", "))
+}

@@ -1,0 +1,83 @@
+use std::path::PathBuf;
+
+use gdal::Metadata;
+
+use super::Raster;
+
+/// Where the blocks of an uncompressed GeoTIFF lie, so that its samples can be used in place.
+///
+/// Blocks hold rows of samples in the machine's byte order and nothing else; a block may begin at any byte. Tiles at
+/// the right and lower rim are padded to the full block, the last strip is not.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlainLayout {
+    /// The file that holds the blocks.
+    pub file: PathBuf,
+    /// Samples across one block.
+    pub block_width: usize,
+    /// Samples down one block.
+    pub block_height: usize,
+    /// Blocks across.
+    pub blocks_across: usize,
+    /// Byte offsets of the blocks in the file, row by row.
+    pub offsets: Vec<u64>,
+}
+
+/// Finds the blocks of a raster, or says why it cannot be used in place and has to be decoded.
+///
+/// # Errors
+/// The reason, as the end of the sentence "is decoded: …".
+pub fn plain_layout(raster: &Raster) -> Result<PlainLayout, String> {
+    let driver = raster.driver();
+    if driver != "GTiff" {
+        return Err(format!("its format is {driver}, only GeoTIFF is mapped"));
+    }
+    let file = raster.path().to_path_buf();
+    if !file.is_file() {
+        return Err("it is not a plain file".to_string());
+    }
+    native_byte_order(&file)?;
+    let band = raster.rasterband().map_err(|e| e.to_string())?;
+    if let Some(compression) = raster.compression() {
+        return Err(format!("it is compressed ({compression})"));
+    }
+    if let Some(bits) = band.metadata_item("NBITS", "IMAGE_STRUCTURE") {
+        return Err(format!("its samples are packed ({bits} bits)"));
+    }
+    if raster.dataset.raster_count() > 1
+        && raster.dataset.metadata_item("INTERLEAVE", "IMAGE_STRUCTURE").is_none_or(|v| v != "BAND")
+    {
+        return Err("its bands are interleaved by pixel".to_string());
+    }
+    if raster.has_mask().map_err(|e| e.to_string())? {
+        return Err("it has a mask or alpha band".to_string());
+    }
+    let (block_width, block_height) = band.block_size();
+    let (across, down) = (raster.width().div_ceil(block_width), raster.height().div_ceil(block_height));
+    let mut offsets = Vec::with_capacity(across * down);
+    for y in 0..down {
+        for x in 0..across {
+            let item =
+                |name| band.metadata_item(&format!("BLOCK_{name}_{x}_{y}"), "TIFF").and_then(|v| v.parse::<u64>().ok());
+            let (Some(offset), Some(size)) = (item("OFFSET"), item("SIZE")) else {
+                return Err(format!("its block {x}, {y} is sparse (not in the file)"));
+            };
+            let tiled = block_width != raster.width();
+            let rows = if tiled { block_height } else { block_height.min(raster.height() - y * block_height) };
+            let expected = (block_width * rows * raster.sample_type().bytes()) as u64;
+            if size < expected {
+                return Err(format!("its block {x}, {y} has {size} bytes where {expected} are expected"));
+            }
+            offsets.push(offset);
+        }
+    }
+    Ok(PlainLayout { file, block_width, block_height, blocks_across: across, offsets })
+}
+
+/// The first two bytes of a TIFF name its byte order.
+fn native_byte_order(file: &std::path::Path) -> Result<(), String> {
+    use std::io::Read;
+    let mut mark = [0u8; 2];
+    std::fs::File::open(file).and_then(|mut f| f.read_exact(&mut mark)).map_err(|e| e.to_string())?;
+    let native = if cfg!(target_endian = "little") { *b"II" } else { *b"MM" };
+    if mark == native { Ok(()) } else { Err("its byte order is not this machine's".to_string()) }
+}
