@@ -1,3 +1,6 @@
 //! terrabite bites terrains of any size into triangles.
 pub mod control;
+pub mod exact;
+pub mod field;
+pub mod lattice;
 pub mod raster;

@@ -128,6 +128,11 @@ impl Raster {
         &self.path
     }
 
+    /// The band, counted from 1.
+    pub fn band(&self) -> usize {
+        self.band
+    }
+
     /// Samples across (columns).
     pub fn width(&self) -> usize {
         self.width

@@ -1,0 +1,145 @@
+//! The tolerance test without rounding: signs of sums of (integer × double), by floating-point expansions.
+//!
+//! Every test of the engines comes down to |Σ wᵢ·zᵢ| ≤ s·ε with integer weights (orientations) and doubles that are
+//! heights. A fast evaluation with an error bound settles all but near ties; those are settled here with Shewchuk's
+//! expansions (Adaptive Precision Floating-Point Arithmetic, 1997, sections 2.4 to 2.7): a sum is kept as doubles of
+//! increasing magnitude that do not overlap, so the last one carries the sign.
+
+/// The most terms a test may have.
+const MAX_TERMS: usize = 6;
+
+/// Heights beyond this are refused before they get here, so that no product overflows.
+pub const MAX_HEIGHT: f64 = 1e30;
+
+/// Whether |Σ wᵢ·zᵢ| ≤ `scale` · `tolerance`, exactly. Weights and `scale` are below 2⁵³ in magnitude, `scale` is
+/// positive, every zᵢ is finite and within [`MAX_HEIGHT`]. At most six terms.
+pub fn within(terms: &[(i64, f64)], scale: i64, tolerance: f64) -> bool {
+    debug_assert!(terms.len() <= MAX_TERMS, "{} terms", terms.len());
+    let (mut sum, mut magnitude) = (0.0f64, 0.0f64);
+    for &(w, z) in terms {
+        let product = w as f64 * z;
+        sum += product;
+        magnitude += product.abs();
+    }
+    let limit = scale as f64 * tolerance;
+    // One rounding per product, at most five per sum, one in the limit: far below 16 units of 2⁻⁵³.
+    let doubt = (magnitude + limit) * (16.0 * f64::EPSILON);
+    let excess = sum.abs() - limit;
+    if excess.abs() > doubt {
+        return excess < 0.0;
+    }
+    exactly_within(terms, scale, tolerance)
+}
+
+fn exactly_within(terms: &[(i64, f64)], scale: i64, tolerance: f64) -> bool {
+    let mut sum = Expansion::ZERO;
+    for &(w, z) in terms {
+        sum.add_product(w as f64, z);
+    }
+    // |S| ≤ L ⟺ S − L ≤ 0 and S + L ≥ 0
+    let (mut below, mut above) = (sum, sum);
+    below.add_product(-(scale as f64), tolerance);
+    above.add_product(scale as f64, tolerance);
+    below.sign() <= 0.0 && above.sign() >= 0.0
+}
+
+/// A sum of doubles, exact: components of increasing magnitude, not overlapping, none zero.
+#[derive(Clone, Copy)]
+struct Expansion {
+    parts: [f64; 2 * (MAX_TERMS + 1)],
+    len: usize,
+}
+
+impl Expansion {
+    const ZERO: Expansion = Expansion { parts: [0.0; 2 * (MAX_TERMS + 1)], len: 0 };
+
+    fn add_product(&mut self, a: f64, b: f64) {
+        let product = a * b;
+        // The rounding error of a product is a double; fused multiply-add gives it, in hardware or in software alike.
+        let error = a.mul_add(b, -product);
+        self.add(error);
+        self.add(product);
+    }
+
+    /// Shewchuk's grow-expansion, dropping zeros on the way.
+    fn add(&mut self, value: f64) {
+        let mut carry = value;
+        let mut kept = 0;
+        for i in 0..self.len {
+            let (sum, error) = two_sum(carry, self.parts[i]);
+            carry = sum;
+            if error != 0.0 {
+                self.parts[kept] = error;
+                kept += 1;
+            }
+        }
+        if carry != 0.0 {
+            self.parts[kept] = carry;
+            kept += 1;
+        }
+        self.len = kept;
+    }
+
+    /// The largest component: it has the sign of the whole.
+    fn sign(&self) -> f64 {
+        if self.len == 0 { 0.0 } else { self.parts[self.len - 1] }
+    }
+}
+
+/// a + b as a rounded sum and its exact error (Knuth).
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let b_part = sum - a;
+    let a_part = sum - b_part;
+    (sum, (a - a_part) + (b - b_part))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_bigint::BigInt;
+    use num_rational::BigRational;
+    use proptest::prelude::*;
+
+    /// The same question in rational numbers.
+    fn oracle(terms: &[(i64, f64)], scale: i64, tolerance: f64) -> bool {
+        let exact = |z: f64| BigRational::from_float(z).expect("finite");
+        let sum: BigRational = terms.iter().map(|&(w, z)| BigRational::from(BigInt::from(w)) * exact(z)).sum();
+        let limit = BigRational::from(BigInt::from(scale)) * exact(tolerance);
+        sum <= limit && -sum <= limit
+    }
+
+    fn height() -> impl Strategy<Value = f64> {
+        prop_oneof![
+            (-9000i32..9000).prop_map(f64::from),
+            (-9000.0f32..9000.0).prop_map(f64::from),
+            -9000.0f64..9000.0,
+            (-1e30f64..1e30),
+            Just(5e-324),
+            Just(-1e-310),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn agrees_with_rational_numbers(
+            terms in prop::collection::vec((-(1i64 << 42)..(1 << 42), height()), 1..=5),
+            scale in 1i64..(1 << 42), tolerance in prop_oneof![0.0f64..100.0, Just(0.0), Just(5.0), Just(0.1)],
+        ) {
+            prop_assert_eq!(within(&terms, scale, tolerance), oracle(&terms, scale, tolerance));
+        }
+
+        /// A tie, and one unit of least precision to either side of it.
+        #[test]
+        fn ties_are_within(w in 1i64..(1 << 40), z in -9000.0f64..9000.0, base in -9000i32..9000) {
+            let base = f64::from(base);
+            let terms = [(w, z), (-w, base)];
+            let gap = BigRational::from_float(z).unwrap() - BigRational::from_float(base).unwrap();
+            for tolerance in [(z - base).abs(), (z - base).abs().next_up(), (z - base).abs().next_down()] {
+                let expected = BigRational::from_float(tolerance).unwrap() >= if z < base { -gap.clone() } else { gap.clone() };
+                prop_assert_eq!(exactly_within(&terms, w, tolerance), expected);
+                prop_assert_eq!(within(&terms, w, tolerance), expected);
+            }
+        }
+    }
+}

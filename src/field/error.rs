@@ -1,0 +1,91 @@
+use std::path::PathBuf;
+
+use crate::control::Cancelled;
+use crate::raster::RasterError;
+
+/// Why a height field cannot be made or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FieldError {
+    /// The raster itself.
+    #[error(transparent)]
+    Raster(#[from] RasterError),
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The temporary file for decoded samples cannot be made or written.
+    #[error("{}: the temporary file of decoded samples ({bytes} bytes) failed: {source}", dir.display())]
+    Temporary {
+        /// The folder of temporary files.
+        dir: PathBuf,
+        /// How large the file was to be.
+        bytes: u64,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The raster's file cannot be mapped.
+    #[error("{}: cannot be mapped into memory: {source}", path.display())]
+    Map {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A sample is marked as having no height.
+    #[error(
+        "{}: expected a height everywhere, found a nodata sample ({found}) at column {column}, row {row}; rasters with \
+         nodata samples are not supported yet: fill them first (gdal_fillnodata) or cut them away (gdal_translate -srcwin)",
+        path.display()
+    )]
+    Nodata {
+        /// The raster.
+        path: PathBuf,
+        /// The sample's column.
+        column: usize,
+        /// The sample's row.
+        row: usize,
+        /// What is stored there.
+        found: String,
+    },
+    /// A sample is infinite, or beyond ±10³⁰.
+    #[error(
+        "{}: expected heights within ±1e30, found {found} at column {column}, row {row}; if it marks missing samples, \
+         say so in the raster (gdal_translate -a_nodata)",
+        path.display()
+    )]
+    NotAHeight {
+        /// The raster.
+        path: PathBuf,
+        /// The sample's column.
+        column: usize,
+        /// The sample's row.
+        row: usize,
+        /// The height found.
+        found: f64,
+    },
+    /// A 64-bit integer that no double equals.
+    #[error(
+        "{}: expected integers that a double holds exactly (up to 2^53), found {found} at column {column}, row {row}",
+        path.display()
+    )]
+    Inexact {
+        /// The raster.
+        path: PathBuf,
+        /// The sample's column.
+        column: usize,
+        /// The sample's row.
+        row: usize,
+        /// The stored integer.
+        found: i128,
+    },
+    /// An array's length is not width × height, or a side is shorter than 2.
+    #[error("expected width × height = {width} × {height} heights, each side at least 2, found {found}")]
+    Shape {
+        /// Samples across.
+        width: usize,
+        /// Samples down.
+        height: usize,
+        /// How many there are.
+        found: usize,
+    },
+}

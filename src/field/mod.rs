@@ -1,0 +1,23 @@
+//! The height field: samples of a whole raster, out of memory, ready to be copied out tile by tile.
+//!
+//! In comes a [`crate::raster::Raster`] (or an array); out go [`Tile`]s. An uncompressed GeoTIFF is mapped where it
+//! lies; anything else is decoded once, in parallel, into an unlinked temporary file of square blocks, which is then
+//! mapped. This is the only module that maps files, and `map.rs` holds the crate's only `unsafe`.
+//!
+//! Copying out ([`Field::load`]) is the one place that knows stored types, byte order, scale and offset, and which
+//! stored values are no heights. Behind it there are only heights.
+
+mod decode;
+mod error;
+mod map;
+mod open;
+mod store;
+mod tile;
+
+pub use decode::decoded_bytes;
+pub use error::FieldError;
+pub use open::{Access, Field, FieldOptions};
+pub use tile::{Heights, Tile};
+
+#[cfg(test)]
+mod tests;

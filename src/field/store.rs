@@ -1,0 +1,68 @@
+use memmap2::Mmap;
+
+use crate::raster::Window;
+
+/// Samples as bytes, in blocks of rows.
+pub(super) struct Store {
+    pub(super) bytes: Bytes,
+    pub(super) block_width: usize,
+    pub(super) block_height: usize,
+    pub(super) blocks_across: usize,
+    pub(super) offsets: Offsets,
+    pub(super) sample_bytes: usize,
+}
+
+/// Who holds the bytes.
+pub(super) enum Bytes {
+    Mapped(Mmap),
+    Owned(Vec<u8>),
+}
+
+/// Where block number `i` (row by row) begins.
+pub(super) enum Offsets {
+    /// One after the other.
+    Regular,
+    /// As the file says.
+    Table(Vec<u64>),
+}
+
+impl Store {
+    fn bytes(&self) -> &[u8] {
+        match &self.bytes {
+            Bytes::Mapped(map) => map,
+            Bytes::Owned(vec) => vec,
+        }
+    }
+
+    fn block_offset(&self, index: usize) -> usize {
+        match &self.offsets {
+            Offsets::Regular => index * self.block_width * self.block_height * self.sample_bytes,
+            Offsets::Table(table) => table[index] as usize,
+        }
+    }
+
+    /// Calls `run(row, column, bytes)` for every run of samples of the window that lies together in a block; rows and
+    /// columns are counted from the window's corner. Blocks are visited one after the other.
+    pub(super) fn for_each_run<E>(
+        &self,
+        window: Window,
+        mut run: impl FnMut(usize, usize, &[u8]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let (right, bottom) = (window.column + window.width, window.row + window.height);
+        let bytes = self.bytes();
+        for block_row in window.row / self.block_height..bottom.div_ceil(self.block_height) {
+            for block_column in window.column / self.block_width..right.div_ceil(self.block_width) {
+                let start = self.block_offset(block_row * self.blocks_across + block_column);
+                let (left, top) = (block_column * self.block_width, block_row * self.block_height);
+                let columns = left.max(window.column)..(left + self.block_width).min(right);
+                for row in top.max(window.row)..(top + self.block_height).min(bottom) {
+                    let first = ((row - top) * self.block_width + columns.start - left) * self.sample_bytes;
+                    let length = columns.len() * self.sample_bytes;
+                    let samples = &bytes[start + first..start + first + length];
+                    run(row - window.row, columns.start - window.column, samples)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,72 @@
+use crate::lattice::Point;
+
+/// The samples of one tile, copied out of the field: what every engine works on.
+///
+/// Row-major, `width` × `height` samples, every one a finite height. The memory is reused from tile to tile.
+#[derive(Debug, Clone, Default)]
+pub struct Tile {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) heights: Heights,
+}
+
+/// Heights in the narrowest type that holds all of them exactly.
+#[derive(Debug, Clone)]
+pub enum Heights {
+    /// Integers of up to 16 bits, and single precision.
+    F32(Vec<f32>),
+    /// Everything else, scaled values included.
+    F64(Vec<f64>),
+}
+
+impl Default for Heights {
+    fn default() -> Self {
+        Heights::F32(Vec::new())
+    }
+}
+
+impl Tile {
+    /// A tile of its own, from heights row by row.
+    ///
+    /// # Panics
+    /// If `heights` is not `width` × `height` long.
+    pub fn from_heights(width: usize, height: usize, heights: Heights) -> Tile {
+        let len = match &heights {
+            Heights::F32(v) => v.len(),
+            Heights::F64(v) => v.len(),
+        };
+        assert_eq!(len, width * height, "a tile of {width} × {height} samples");
+        Tile { width, height, heights }
+    }
+
+    /// Samples across.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Samples down.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// All the heights, row by row.
+    pub fn heights(&self) -> &Heights {
+        &self.heights
+    }
+
+    /// The height of one sample.
+    #[inline]
+    pub fn at(&self, column: usize, row: usize) -> f64 {
+        debug_assert!(column < self.width && row < self.height, "sample {column}, {row}");
+        let index = row * self.width + column;
+        match &self.heights {
+            Heights::F32(v) => f64::from(v[index]),
+            Heights::F64(v) => v[index],
+        }
+    }
+
+    /// The place of the tile's last sample on its lattice.
+    pub fn far_corner(&self) -> Point {
+        Point::of_sample(self.width as i32 - 1, self.height as i32 - 1)
+    }
+}
