@@ -5,6 +5,8 @@
 //! expansions (Adaptive Precision Floating-Point Arithmetic, 1997, sections 2.4 to 2.7): a sum is kept as doubles of
 //! increasing magnitude that do not overlap, so the last one carries the sign.
 
+use std::cmp::Ordering;
+
 /// The most terms a test may have.
 const MAX_TERMS: usize = 6;
 
@@ -29,6 +31,24 @@ pub fn within(terms: &[(i64, f64)], scale: i64, tolerance: f64) -> bool {
         return excess < 0.0;
     }
     exactly_within(terms, scale, tolerance)
+}
+
+/// The sign of Σ wᵢ·zᵢ, exactly; the same limits as for [`within`].
+pub fn sign(terms: &[(i64, f64)]) -> Ordering {
+    let (mut sum, mut magnitude) = (0.0f64, 0.0f64);
+    for &(w, z) in terms {
+        let product = w as f64 * z;
+        sum += product;
+        magnitude += product.abs();
+    }
+    if sum.abs() > magnitude * (16.0 * f64::EPSILON) {
+        return sum.total_cmp(&0.0);
+    }
+    let mut exact = Expansion::ZERO;
+    for &(w, z) in terms {
+        exact.add_product(w as f64, z);
+    }
+    exact.sign().partial_cmp(&0.0).expect("sums of finite heights are numbers")
 }
 
 fn exactly_within(terms: &[(i64, f64)], scale: i64, tolerance: f64) -> bool {

@@ -1,0 +1,69 @@
+//! Greedy cuts (Silva, Mitchell & Kaufman 1995, section 2): the ground yet untriangulated is eaten from its rim inward.
+//!
+//! `front` keeps the rim of that ground as corner nodes and knows the three cuts: an ear, a bite to a new vertex, a
+//! bite to a vertex of the front itself, which splits a polygon. `edge_grid` finds the front's edges near a place,
+//! `visible` says which cuts stay inside. Which cut comes next is a [`Strategy`]; [`paper`](PaperOrder) is the paper's
+//! own, and `last_resort` ends what no strategy can.
+
+mod edge_grid;
+mod front;
+mod last_resort;
+mod paper;
+mod visible;
+
+use self::front::Front;
+use self::last_resort::LastResort;
+use self::paper::PaperOrder;
+use super::feasible::Tester;
+use super::{Engine, Feasibility, Task};
+use crate::control::Cancelled;
+use crate::mesh::TileMesh;
+
+#[cfg(test)]
+mod tests;
+
+/// The greedy cuts engine, in the paper's own order.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct GreedyCuts;
+
+/// Chooses cuts until none it knows of is left.
+trait Strategy {
+    /// Makes one cut; `false` if it found none. What the cut left to look at is in [`Front::take_fresh`].
+    fn cut(&mut self, front: &mut Front, tester: &Tester<'_>) -> bool;
+
+    /// Hands over the edges that it has given up on since the last call.
+    fn take_hopeless(&mut self, into: &mut Vec<Edge>);
+}
+
+/// An edge of the front, by its two nodes; the ground lies to the left of the way from the first to the second.
+type Edge = (u32, u32);
+
+/// Cuts between two looks at the cancellation token.
+const CUTS_BETWEEN_CHECKS: u32 = 1024;
+
+impl Engine for GreedyCuts {
+    fn triangulate(&self, task: &Task<'_>, mesh: &mut TileMesh) -> Result<(), Cancelled> {
+        let tester = Tester::new(task.tile, task.tolerance, task.feasibility);
+        let mut front = Front::new(task.domain, task.tile.far_corner(), std::mem::take(mesh));
+        let mut strategy = PaperOrder::default();
+        let mut last_resort = LastResort::default();
+        let mut cuts = 0;
+        while front.alive() > 0 {
+            if cuts % CUTS_BETWEEN_CHECKS == 0 {
+                task.cancel.check()?;
+            }
+            cuts += 1;
+            if strategy.cut(&mut front, &tester) {
+                continue;
+            }
+            strategy.take_hopeless(last_resort.edges());
+            let cut = match task.feasibility {
+                Feasibility::Weak => last_resort.cut_weak(&mut front, &tester),
+                Feasibility::Strong => last_resort.cut_strong(&mut front, &tester),
+            };
+            assert!(cut, "no cut left with {} nodes on the front: {:?}", front.alive(), front.some_loop());
+        }
+        *mesh = front.into_mesh();
+        Ok(())
+    }
+}

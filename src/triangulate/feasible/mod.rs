@@ -1,0 +1,17 @@
+//! Whether a triangle may be used: scan conversion and the tolerance test, exact on every path.
+//!
+//! [`Tester`] takes candidate triangles of an engine over one tile. A row of samples is compared with the triangle's
+//! plane in the heights' own precision, against limits moved by a bound of the rounding error of *this* triangle; what
+//! the limits leave in doubt goes to [`crate::exact`]. The answer is that of real arithmetic.
+
+mod edge;
+mod plane;
+mod spans;
+mod tester;
+
+pub(crate) use plane::Plane;
+pub(crate) use spans::Spans;
+pub use tester::Tester;
+
+#[cfg(test)]
+mod tests;

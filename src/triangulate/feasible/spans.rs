@@ -1,0 +1,70 @@
+use std::ops::RangeInclusive;
+
+use crate::lattice::{Point, STEPS};
+
+/// Scan conversion: the samples of a closed triangle, as a span of columns for each row.
+///
+/// Exact although it computes in doubles: where an edge crosses a row, its column is a fraction with a denominator
+/// below 2²², so it is an integer or at least 2⁻²² away from one, while the rounding of the computation stays below
+/// 2⁻³⁰ (coordinates are below 2²⁰ steps, see [`crate::lattice`]). [`NUDGE`] lies between.
+pub(crate) struct Spans {
+    low: Point,
+    mid: Point,
+    /// Columns per step of y along the edge from the lowest to the highest vertex, and along the two others.
+    long: f64,
+    lower: f64,
+    upper: f64,
+    mid_is_right: bool,
+    rows: RangeInclusive<i32>,
+}
+
+const NUDGE: f64 = 1.0 / (1u32 << 25) as f64;
+const COLUMN: f64 = 1.0 / STEPS as f64;
+
+impl Spans {
+    /// The samples of the triangle with these corners, in any order, not all on a line.
+    pub(crate) fn new(a: Point, b: Point, c: Point) -> Spans {
+        let (mut low, mut mid, mut high) = (a, b, c);
+        if low.y > mid.y {
+            std::mem::swap(&mut low, &mut mid);
+        }
+        if mid.y > high.y {
+            std::mem::swap(&mut mid, &mut high);
+        }
+        if low.y > mid.y {
+            std::mem::swap(&mut low, &mut mid);
+        }
+        let slope = |p: Point, q: Point| {
+            if p.y == q.y { 0.0 } else { f64::from(q.x - p.x) / f64::from(q.y - p.y) * COLUMN }
+        };
+        Spans {
+            long: slope(low, high),
+            lower: slope(low, mid),
+            upper: slope(mid, high),
+            mid_is_right: crate::lattice::orient(low, high, mid) < 0,
+            rows: ((low.y + STEPS - 1).div_euclid(STEPS))..=high.y.div_euclid(STEPS),
+            low,
+            mid,
+        }
+    }
+
+    /// The rows that may hold samples of the triangle.
+    pub(crate) fn rows(&self) -> RangeInclusive<i32> {
+        self.rows.clone()
+    }
+
+    /// First and last column of the samples in one of these rows; empty if the first is greater.
+    #[inline(always)]
+    pub(crate) fn columns(&self, row: i32) -> (i32, i32) {
+        let y = row * STEPS;
+        let long = f64::from(self.low.x) * COLUMN + self.long * f64::from(y - self.low.y);
+        let short = if y < self.mid.y {
+            f64::from(self.low.x) * COLUMN + self.lower * f64::from(y - self.low.y)
+        } else {
+            f64::from(self.mid.x) * COLUMN + self.upper * f64::from(y - self.mid.y)
+        };
+        let (left, right) = if self.mid_is_right { (long, short) } else { (short, long) };
+        // Columns are not negative, so truncation rounds down.
+        ((left + (1.0 - NUDGE)) as i32, (right + NUDGE) as i32)
+    }
+}

@@ -1,0 +1,212 @@
+use std::ops::{Add, Mul, Sub};
+
+use super::{Plane, Spans, edge};
+use crate::field::{Heights, Tile};
+use crate::lattice::Point;
+use crate::mesh::Vertex;
+use crate::triangulate::Feasibility;
+
+/// Tests candidate triangles over one tile.
+#[derive(Debug, Clone, Copy)]
+pub struct Tester<'a> {
+    tile: &'a Tile,
+    tolerance: f64,
+    feasibility: Feasibility,
+}
+
+impl<'a> Tester<'a> {
+    /// A tester for one tile; `tolerance` is at least 0.
+    pub fn new(tile: &'a Tile, tolerance: f64, feasibility: Feasibility) -> Tester<'a> {
+        Tester { tile, tolerance, feasibility }
+    }
+
+    /// What is asked of a triangle.
+    pub fn feasibility(&self) -> Feasibility {
+        self.feasibility
+    }
+
+    /// The samples.
+    pub fn tile(&self) -> &'a Tile {
+        self.tile
+    }
+
+    /// Whether the triangle with positive orientation may be used. The strong test is made along `new_edges` only:
+    /// edges of the front have passed it, or were relaxed.
+    pub fn feasible(&self, corners: [Vertex; 3], new_edges: &[(Vertex, Vertex)]) -> bool {
+        self.weakly_feasible(corners)
+            && (self.feasibility == Feasibility::Weak || new_edges.iter().all(|&(p, q)| self.strong_edge(p, q)))
+    }
+
+    /// Whether every sample under the closed triangle is within the tolerance of it. Exact; reads no sample twice, and
+    /// rows far apart first, so that an infeasible triangle is mostly left early.
+    pub fn weakly_feasible(&self, [a, b, c]: [Vertex; 3]) -> bool {
+        let scan = Scan {
+            spans: Spans::new(a.at, b.at, c.at),
+            plane: Plane::new(a, b, c),
+            width: self.tile.width,
+            tolerance: self.tolerance,
+        };
+        match &self.tile.heights {
+            Heights::F32(heights) => scan.all_rows(heights, a.height),
+            Heights::F64(heights) => scan.all_rows(heights, a.height),
+        }
+    }
+
+    /// Whether an edge passes the strong test.
+    pub fn strong_edge(&self, p: Vertex, q: Vertex) -> bool {
+        edge::within(self.tile, self.tolerance, p, q)
+    }
+
+    /// The largest distance between an edge and the grid surface, between samples.
+    pub fn edge_deviation(&self, p: Vertex, q: Vertex) -> f64 {
+        edge::deviation(self.tile, p, q)
+    }
+}
+
+/// A precision that rows are compared in.
+trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + PartialOrd + 'static {
+    /// A bound of a row comparison's rounding error, as a share of (reach of the plane + tolerance).
+    ///
+    /// With u the unit roundoff, P the reach and ε the tolerance, near a tie: the difference to the reference is off by
+    /// u(P+ε), the row's first value by uP, the product of step and index (at most 2P) by 4uP with the step's own
+    /// rounding, the sum by uP, the error by uε; less than 16u(P+ε) with room for the roundings of the limits. (Values
+    /// in doubles before conversion are better by 2²⁹, and in the double kernel the factor is 32.) Farther from a tie
+    /// the error grows more slowly than the distance to it.
+    const DOUBT: f64;
+    const INDEX: [Self; LANES];
+    fn of(value: f64) -> Self;
+    fn to_f64(self) -> f64;
+    fn magnitude(self) -> Self;
+}
+
+const LANES: usize = 8;
+
+impl Real for f32 {
+    const DOUBT: f64 = 16.0 / (1u64 << 24) as f64;
+    const INDEX: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+    #[inline(always)]
+    fn of(value: f64) -> f32 {
+        value as f32
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+    #[inline(always)]
+    fn magnitude(self) -> f32 {
+        self.abs()
+    }
+}
+
+impl Real for f64 {
+    const DOUBT: f64 = 32.0 / (1u64 << 53) as f64;
+    const INDEX: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+    #[inline(always)]
+    fn of(value: f64) -> f64 {
+        value
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn magnitude(self) -> f64 {
+        self.abs()
+    }
+}
+
+struct Scan {
+    spans: Spans,
+    plane: Plane,
+    width: usize,
+    tolerance: f64,
+}
+
+/// Limits of |error|: up to `sure` it is within the tolerance, beyond `never` it is not.
+#[derive(Clone, Copy)]
+struct Limits<R> {
+    reference: R,
+    step: R,
+    sure: R,
+    never: R,
+}
+
+impl Scan {
+    fn all_rows<R: Real>(&self, heights: &[R], height_of_a: f64) -> bool {
+        let reference = R::of(height_of_a);
+        let doubt = R::DOUBT * (self.plane.reach(reference.to_f64()) + self.tolerance);
+        // With a flat plane at the reference the comparison is exact up to the rounding of the tolerance.
+        let limits = Limits {
+            reference,
+            step: R::of(self.plane.step()),
+            sure: R::of(self.tolerance - doubt),
+            never: R::of(self.tolerance + doubt),
+        };
+        let offset = height_of_a - reference.to_f64();
+        let rows = self.spans.rows();
+        let (first, last) = (*rows.start(), *rows.end());
+        const STRIDE: i32 = 8;
+        if last - first < 12 {
+            return rows.into_iter().all(|row| self.row(heights, row, offset, limits));
+        }
+        [4, 0, 2, 6, 1, 3, 5, 7].into_iter().all(|start| {
+            (first + start..=last).step_by(STRIDE as usize).all(|row| self.row(heights, row, offset, limits))
+        })
+    }
+
+    #[inline(always)]
+    fn row<R: Real>(&self, heights: &[R], row: i32, offset: f64, limits: Limits<R>) -> bool {
+        let (first, last) = self.spans.columns(row);
+        if first > last {
+            return true;
+        }
+        let start = R::of(self.plane.above_a(Point::of_sample(first, row)) + offset);
+        let index = row as usize * self.width;
+        let samples = &heights[index + first as usize..=index + last as usize];
+        surely_within(samples, start, limits) || self.row_in_doubt(samples, Point::of_sample(first, row), start, limits)
+    }
+
+    /// Sample by sample, exactly where the limits leave it open.
+    #[cold]
+    #[inline(never)]
+    fn row_in_doubt<R: Real>(&self, samples: &[R], first: Point, start: R, limits: Limits<R>) -> bool {
+        let mut at = first;
+        let mut index = R::of(0.0);
+        for &sample in samples {
+            let error = ((sample - limits.reference) - (start + limits.step * index)).magnitude();
+            // An error that is no number is no doubt either: it is never within.
+            let within =
+                error <= limits.sure || error <= limits.never && self.plane.within(at, sample.to_f64(), self.tolerance);
+            if !within {
+                return false;
+            }
+            at.x += crate::lattice::STEPS;
+            index = index + R::of(1.0);
+        }
+        true
+    }
+}
+
+/// The fast path: whether all samples of a row are within the tolerance beyond doubt. Written in fixed lanes so that
+/// the compiler makes vector code of it.
+#[inline(always)]
+fn surely_within<R: Real>(samples: &[R], start: R, limits: Limits<R>) -> bool {
+    let lanes = samples.chunks_exact(LANES);
+    let rest = lanes.remainder();
+    let mut base = R::of(0.0);
+    for lane in lanes {
+        let mut inside = true;
+        for (&sample, i) in lane.iter().zip(R::INDEX) {
+            let error = (sample - limits.reference) - (start + limits.step * (base + i));
+            inside &= error.magnitude() <= limits.sure;
+        }
+        if !inside {
+            return false;
+        }
+        base = base + R::of(LANES as f64);
+    }
+    rest.iter().zip(R::INDEX).all(|(&sample, i)| {
+        let error = (sample - limits.reference) - (start + limits.step * (base + i));
+        error.magnitude() <= limits.sure
+    })
+}

@@ -1,0 +1,49 @@
+//! Engines: from one tile and the loops around its ground to a tile mesh.
+//!
+//! In come the samples of a [`Tile`] and a [`Domain`]; out goes a [`TileMesh`] whose surface is within the tolerance at
+//! every sample the domain's ground covers. Engines do no I/O, never assume that the ground is a rectangle, and know
+//! nothing of other tiles. `feasible` answers whether a triangle may be used; `cuts` is the greedy cuts engine.
+
+pub mod cuts;
+pub mod feasible;
+
+use crate::control::{CancelToken, Cancelled};
+use crate::field::Tile;
+use crate::mesh::{Domain, TileMesh};
+
+/// Which triangles may be used (Silva, Mitchell & Kaufman 1995, section 2).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Feasibility {
+    /// Every sample under the closed triangle is within the tolerance of it.
+    #[default]
+    Weak,
+    /// Also wherever its edges cross edges and diagonals of the grid: the triangle is within the tolerance of the
+    /// piecewise linear surface over the samples. A tile's engine may have to relax this to weak, and counts it.
+    Strong,
+}
+
+/// What an engine is given.
+#[derive(Debug, Clone, Copy)]
+pub struct Task<'a> {
+    /// The samples.
+    pub tile: &'a Tile,
+    /// The ground to cover.
+    pub domain: &'a Domain,
+    /// The largest vertical distance allowed, in the heights' units; at least 0.
+    pub tolerance: f64,
+    /// Which triangles may be used.
+    pub feasibility: Feasibility,
+    /// Asked now and then whether to go on.
+    pub cancel: &'a CancelToken,
+}
+
+/// A way to triangulate a tile.
+pub trait Engine: Sync {
+    /// Triangulates the task's ground into `mesh`, replacing what is in it and reusing its memory. The same task gives
+    /// the same mesh, always and everywhere.
+    ///
+    /// # Errors
+    /// [`Cancelled`], with a mesh of no use.
+    fn triangulate(&self, task: &Task<'_>, mesh: &mut TileMesh) -> Result<(), Cancelled>;
+}
