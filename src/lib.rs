@@ -1,4 +1,6 @@
 //! terrabite bites terrains of any size into triangles.
+pub mod cli;
 pub mod control;
+pub mod info;
 pub mod raster;
 pub mod staged;

@@ -1,0 +1,75 @@
+use std::process::ExitCode;
+
+use crate::control::Cancelled;
+use crate::raster::RasterError;
+use crate::staged::OutputError;
+
+use super::{print, signals};
+
+/// How a subcommand ends when it does not get through: one message for the user, and the exit code.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Failure {
+    message: String,
+    code: u8,
+}
+
+impl Failure {
+    /// Exit code 1: the job could not be done.
+    pub(crate) fn new(message: impl ToString) -> Failure {
+        Failure { message: message.to_string(), code: 1 }
+    }
+
+    /// Exit code 2: the options contradict each other or the input, so no run of this command line can succeed.
+    pub(crate) fn usage(message: impl ToString) -> Failure {
+        Failure { message: message.to_string(), code: 2 }
+    }
+
+    /// The same failure, with a sentence on how to mend it after the message.
+    pub(crate) fn hint(mut self, hint: &str) -> Failure {
+        self.message = format!("{}; {hint}", self.message);
+        self
+    }
+
+    /// Tells the user, and gives the code to exit with.
+    pub(super) fn report(self) -> ExitCode {
+        print::error(&format!("error: {}", self.message));
+        ExitCode::from(self.code)
+    }
+}
+
+impl From<RasterError> for Failure {
+    fn from(error: RasterError) -> Failure {
+        let failure = Failure::new(&error);
+        match error {
+            RasterError::NoSuchBand { .. } => failure.hint("choose one with --band"),
+            RasterError::SampleType { .. } => failure.hint("choose another band with --band"),
+            RasterError::GeoTransform { .. } => failure.hint("gdal_edit.py -a_gt or gdalwarp can set another one"),
+            RasterError::Scaling { .. } => failure.hint("gdal_edit.py -scale and -offset can set them"),
+            _ => failure,
+        }
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Failure {
+        Failure::new(error)
+    }
+}
+
+impl From<Cancelled> for Failure {
+    fn from(stopped: Cancelled) -> Failure {
+        Failure { message: format!("{stopped}; nothing was written"), code: signals::exit_code() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_the_option_that_mends() {
+        let error = RasterError::NoSuchBand { path: "dem.tif".into(), band: 3, count: 1 };
+        let expected = "dem.tif: expected band 3, found bands 1 to 1; choose one with --band";
+        assert_eq!(Failure::from(error), Failure { message: expected.to_string(), code: 1 });
+    }
+}
