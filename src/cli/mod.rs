@@ -1,6 +1,6 @@
 //! The command line: one file per subcommand, and what they share.
 //!
-//! In come the words the user typed; each subcommand checks them ([`values`]), calls the library, prints a report on
+//! In come the words the user typed; each subcommand checks them (`values`), calls the library, prints a report on
 //! standard output and ends in an exit code. Nothing below this folder prints, exits or knows of options.
 
 #[allow(dead_code, reason = "for the subcommands that run long")]
