@@ -1,6 +1,8 @@
 # Everything a person or a machine does with the sources. `make demo` and `make test` install what is missing.
 
 CARGO ?= cargo
+# Where rustup puts it; a shell started before the installation does not look there.
+export PATH := $(PATH):$(HOME)/.cargo/bin
 
 .PHONY: help setup demo test check bench fmt accept
 

@@ -41,4 +41,5 @@ fi
 echo "setup: installing ${missing[*]}"
 "${as_root[@]}" apt-get update -qq
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}"
-echo "setup: done (GDAL $(pkg-config --modversion gdal))"
+version=$(pkg-config --modversion gdal)
+echo "setup: done (GDAL $version)"

@@ -49,8 +49,10 @@ impl Progress for Bars {
     fn begin(&self, stage: Stage, steps: u64, samples: u64) {
         let bar = self.all.add(ProgressBar::new(samples).with_style(style()).with_prefix(title(stage)));
         bar.set_message(format!("0/{steps}"));
-        // Tiles may take seconds: the clock runs on between them.
-        bar.enable_steady_tick(Duration::from_millis(250));
+        if !self.all.is_hidden() {
+            // Tiles may take seconds: the clock runs on between them.
+            bar.enable_steady_tick(Duration::from_millis(250));
+        }
         self.running().push(Running { stage, steps, done: 0, bar });
     }
 

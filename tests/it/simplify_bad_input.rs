@@ -1,6 +1,6 @@
 //! `terrabite simplify` and what it must refuse: a clear message, the right exit code, nothing left behind.
 
-use crate::util::{Dem, Folder, Kind, terrabite, terrabite_with_file_limit};
+use crate::util::{Dem, Folder, Kind, terrabite, terrabite_stopped, terrabite_with_file_limit};
 
 /// A folder with a good raster in it, and its path.
 fn with_dem() -> (Folder, String) {
@@ -168,6 +168,21 @@ fn a_full_disk() {
         let arguments = ["simplify", dem, &tin, "--max-error", "0", "--temp-dir", &temp_dir];
         terrabite_with_file_limit(128, arguments).fails(1, &["File too large"]);
         assert_eq!(folder.names(), ["packed.tif", "plain.tif"]);
+        assert_eq!(temp.names(), [""; 0]);
+    }
+}
+
+/// An interrupt in the middle of a run of several seconds. The partial output is there from the beginning.
+#[test]
+fn an_interrupted_run_leaves_nothing() {
+    let (folder, temp) = (Folder::new(), Folder::new());
+    let rough = |c: usize, r: usize| ((c * 7919 + r * 104_729) % 1009) as f64;
+    let dem = Dem::new(2000, 2000).heights(rough).write(&folder, "dem.tif");
+    for (signal, code) in [("INT", 130), ("TERM", 143)] {
+        let arguments =
+            ["simplify", &dem, &folder.at("tin.ply"), "--max-error", "3", "--tile", "128", "--temp-dir", &temp.at("")];
+        terrabite_stopped(signal, arguments, || folder.names().len() > 1).fails(code, &["stopped"]);
+        assert_eq!(folder.names(), ["dem.tif"]);
         assert_eq!(temp.names(), [""; 0]);
     }
 }

@@ -1,5 +1,6 @@
 use std::ffi::OsStr;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
 /// The built binary.
 const TERRABITE: &str = env!("CARGO_BIN_EXE_terrabite");
@@ -16,6 +17,23 @@ pub(crate) fn terrabite_with_file_limit<S: AsRef<OsStr>>(blocks: u32, arguments:
     Run::of(Command::new("sh").arg("-c").arg(limited).arg(TERRABITE).args(arguments))
 }
 
+/// Starts the binary, sends it `signal` (`INT`, `TERM`) as soon as `ready` says so, and waits for its end.
+pub(crate) fn terrabite_stopped<S: AsRef<OsStr>>(
+    signal: &str,
+    arguments: impl IntoIterator<Item = S>,
+    ready: impl Fn() -> bool,
+) -> Run {
+    let mut command = Command::new(TERRABITE);
+    let mut child = command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    while !ready() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended before it could be stopped");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let sent = Command::new("kill").args([format!("-{signal}"), child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    Run::from(child.wait_with_output().unwrap())
+}
+
 /// A run that has ended.
 #[derive(Debug)]
 pub(crate) struct Run {
@@ -26,7 +44,10 @@ pub(crate) struct Run {
 
 impl Run {
     pub(crate) fn of(command: &mut Command) -> Run {
-        let Output { status, stdout, stderr } = command.output().unwrap();
+        Run::from(command.output().unwrap())
+    }
+
+    fn from(Output { status, stdout, stderr }: Output) -> Run {
         let text = |bytes| String::from_utf8(bytes).expect("reports and messages are UTF-8");
         Run { code: status.code(), out: text(stdout), err: text(stderr) }
     }
