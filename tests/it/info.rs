@@ -88,6 +88,29 @@ fn nodata_of_every_sort() {
 }
 
 #[test]
+fn formats_that_are_no_geotiff_are_decoded() {
+    let folder = Folder::new();
+    for (driver, name) in [("HFA", "dem.img"), ("EHdr", "dem.bil")] {
+        let dem = Dem::new(30, 20).driver(driver).on_the_map().write(&folder, name);
+        let info = terrabite(["info", &dem, "--json"]).succeeds().json();
+        assert_eq!((&info["driver"], &info["width"]), (&json!(driver), &json!(30)));
+        assert_eq!(info["decoded_because"], json!(format!("its format is {driver}, only GeoTIFF is mapped")));
+    }
+}
+
+#[test]
+fn georeferencing_is_optional_and_may_turn() {
+    let folder = Folder::new();
+    // The first is the identity, which is a georeferencing like any other.
+    for coefficients in [[0.0, 1.0, 0.0, 0.0, 0.0, 1.0], [5e5, 8.0, 6.0, 5.2e6, 6.0, -8.0]] {
+        let dem = Dem::new(30, 20).geo_transform(coefficients).write(&folder, "dem.tif");
+        let info = terrabite(["info", &dem, "--json"]).succeeds().json();
+        assert_eq!((&info["georeferenced"], &info["geotransform"]), (&json!(true), &json!(coefficients)));
+        assert_eq!(info["crs"], json!("none"));
+    }
+}
+
+#[test]
 fn bad_input() {
     let folder = Folder::new();
     let text = folder.with("notes.txt", "no raster");
