@@ -1,3 +1,4 @@
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 use crate::control::Cancelled;
@@ -52,7 +53,13 @@ impl From<RasterError> for Failure {
 
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Failure {
-        Failure::new(error)
+        let failure = Failure::new(&error);
+        match error {
+            OutputError::Write { source, .. } if source.kind() == ErrorKind::StorageFull => {
+                failure.hint("free some space, or write to another disk")
+            }
+            _ => failure,
+        }
     }
 }
 
