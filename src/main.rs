@@ -1,2 +1,7 @@
-//! The `terrabite` command.
-fn main() {}
+//! The `terrabite` command: everything it does is in the library.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    terrabite::cli::main()
+}

@@ -1,0 +1,41 @@
+# Everything a person or a machine does with the sources. `make demo` and `make test` install what is missing.
+
+CARGO ?= cargo
+# Where rustup puts it; a shell started before the installation does not look there.
+export PATH := $(PATH):$(HOME)/.cargo/bin
+
+.PHONY: help setup demo test check bench fmt accept
+
+help:
+	@echo 'make setup   install what is missing (Debian: GDAL, a C compiler, Python for one test)'
+	@echo 'make demo    build, make a terrain, simplify, verify and draw it'
+	@echo 'make test    all tests'
+	@echo 'make check   formatting, lints and documentation, warnings denied'
+	@echo 'make bench   benchmarks'
+	@echo 'make accept  the long acceptance run'
+	@echo 'make fmt     format the sources'
+
+setup:
+	@scripts/setup.sh
+
+demo: setup
+	$(CARGO) build --release --locked
+	@scripts/demo.sh
+
+test: setup
+	$(CARGO) test --locked
+
+check: setup
+	$(CARGO) fmt --check
+	$(CARGO) clippy --locked --all-targets -- -D warnings
+	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --no-deps
+
+bench: setup
+	$(CARGO) bench --locked
+
+accept: setup
+	$(CARGO) build --release --locked
+	scripts/accept.sh
+
+fmt:
+	$(CARGO) fmt

@@ -1,0 +1,101 @@
+use std::io::ErrorKind;
+use std::process::ExitCode;
+
+use crate::control::Cancelled;
+use crate::field::FieldError;
+use crate::raster::RasterError;
+use crate::simplify::Error;
+use crate::sink::SinkError;
+use crate::spool::SpoolError;
+use crate::staged::OutputError;
+
+use super::{print, signals};
+
+/// How a subcommand ends when it does not get through: one message for the user, and the exit code.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Failure {
+    message: String,
+    code: u8,
+}
+
+impl Failure {
+    /// Exit code 1: the job could not be done.
+    pub(crate) fn new(message: impl ToString) -> Failure {
+        Failure { message: message.to_string(), code: 1 }
+    }
+
+    /// Exit code 2: the options contradict each other or the input, so no run of this command line can succeed.
+    pub(crate) fn usage(message: impl ToString) -> Failure {
+        Failure { message: message.to_string(), code: 2 }
+    }
+
+    /// The same failure, with a sentence on how to mend it after the message.
+    pub(crate) fn hint(mut self, hint: &str) -> Failure {
+        self.message = format!("{}; {hint}", self.message);
+        self
+    }
+
+    /// Tells the user, and gives the code to exit with.
+    pub(super) fn report(self) -> ExitCode {
+        print::error(&format!("error: {}", self.message));
+        ExitCode::from(self.code)
+    }
+}
+
+impl From<RasterError> for Failure {
+    fn from(error: RasterError) -> Failure {
+        let failure = Failure::new(&error);
+        match error {
+            RasterError::NoSuchBand { .. } => failure.hint("choose one with --band"),
+            RasterError::SampleType { .. } => failure.hint("choose another band with --band"),
+            RasterError::GeoTransform { .. } => failure.hint("gdal_edit.py -a_gt or gdalwarp can set another one"),
+            RasterError::Scaling { .. } => failure.hint("gdal_edit.py -scale and -offset can set them"),
+            _ => failure,
+        }
+    }
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Failure {
+        match error {
+            Error::Raster(error) => error.into(),
+            Error::Output(error) | Error::Sink(SinkError::Output(error)) => error.into(),
+            Error::Cancelled(stopped) | Error::Field(FieldError::Cancelled(stopped)) => stopped.into(),
+            Error::Field(FieldError::Raster(error)) => error.into(),
+            Error::Field(FieldError::Temporary { .. }) | Error::Spool(SpoolError::File { .. }) => {
+                Failure::new(error).hint("choose another folder with --temp-dir")
+            }
+            _ => Failure::new(error),
+        }
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Failure {
+        let failure = Failure::new(&error);
+        match error {
+            OutputError::Write { source, .. } if source.kind() == ErrorKind::StorageFull => {
+                failure.hint("free some space, or write to another disk")
+            }
+            _ => failure,
+        }
+    }
+}
+
+impl From<Cancelled> for Failure {
+    fn from(stopped: Cancelled) -> Failure {
+        Failure { message: format!("{stopped}; nothing was written"), code: signals::exit_code() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_the_option_that_mends() {
+        let error = RasterError::NoSuchBand { path: "dem.tif".into(), band: 3, count: 1 };
+        let expected = "dem.tif: expected band 3, found bands 1 to 1; choose one with --band";
+        assert_eq!(Failure::from(error), Failure { message: expected.to_string(), code: 1 });
+    }
+}

@@ -1,0 +1,102 @@
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use indicatif::BinaryBytes;
+use serde_json::Value;
+
+use super::{Failure, print};
+use crate::info::Info;
+use crate::raster::Raster;
+
+/// Describe a raster, and what simplifying it will need
+#[derive(Debug, clap::Args)]
+pub(crate) struct InfoArgs {
+    /// The raster: a file, or any name GDAL opens
+    #[arg(value_name = "RASTER")]
+    raster: PathBuf,
+    /// The band, counted from 1
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    band: usize,
+    /// Print the description as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
+    let raster = Raster::open(&args.raster, args.band)?;
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let info = Info::of(&raster, args.band, threads)?;
+    if args.json {
+        print::json(&info)?;
+    } else {
+        print::report(&print::aligned(&lines(&info)))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn lines(info: &Info) -> Vec<(&'static str, String)> {
+    vec![
+        ("file", info.file.clone()),
+        ("format", format!("{}, band {}", info.driver, info.band)),
+        ("size", format!("{} × {} samples", info.width, info.height)),
+        ("type", info.sample_type.to_string()),
+        ("heights", heights(info)),
+        ("nodata", nodata(info)),
+        ("CRS", info.crs.clone()),
+        ("geotransform", geotransform(info)),
+        ("blocks", format!("{} × {} samples", info.block.0, info.block.1)),
+        ("compression", info.compression.as_deref().unwrap_or("none").to_string()),
+        ("in place", in_place(info)),
+        ("disk", disk(info)),
+        ("output", format!("about {} as PLY, {}", BinaryBytes(info.estimate.output_bytes), density(info))),
+        ("memory", format!("about {} with {}", BinaryBytes(info.estimate.memory_bytes), threads(info))),
+    ]
+}
+
+fn heights(info: &Info) -> String {
+    if info.scale == 1.0 && info.offset == 0.0 {
+        return "as stored".to_string();
+    }
+    format!("stored value × {} + {}", info.scale, info.offset)
+}
+
+fn nodata(info: &Info) -> String {
+    let value = match &info.nodata {
+        Value::Null => "none".to_string(),
+        Value::String(word) => word.clone(),
+        // Whole numbers are stored as doubles: -32768, not -32768.0.
+        number => number.as_f64().filter(|_| number.is_f64()).map_or(number.to_string(), |v| v.to_string()),
+    };
+    if info.mask { format!("{value}, and a mask or alpha band") } else { value }
+}
+
+fn geotransform(info: &Info) -> String {
+    let numbers = info.geotransform.map(|c| c.to_string()).join(", ");
+    if info.georeferenced { numbers } else { format!("{numbers} (default: the raster has none)") }
+}
+
+fn in_place(info: &Info) -> String {
+    match &info.decoded_because {
+        None => "yes, its samples are mapped where they lie".to_string(),
+        Some(reason) => format!("no, it is decoded first: {reason}"),
+    }
+}
+
+fn disk(info: &Info) -> String {
+    let spool = format!("about {} for finished tiles, {}", BinaryBytes(info.estimate.spool_bytes), density(info));
+    match info.estimate.field_bytes {
+        0 => format!("temporarily {spool}"),
+        field => format!("temporarily {} for the decoded samples, {spool}", BinaryBytes(field)),
+    }
+}
+
+fn density(info: &Info) -> String {
+    format!("at {} samples per triangle", info.estimate.samples_per_triangle)
+}
+
+fn threads(info: &Info) -> String {
+    match info.estimate.threads {
+        1 => "1 thread".to_string(),
+        n => format!("{n} threads"),
+    }
+}

@@ -1,0 +1,90 @@
+//! The command line: one file per subcommand, and what they share.
+//!
+//! In come the words the user typed; each subcommand checks them (`values`), calls the library, prints a report on
+//! standard output and ends in an exit code. Nothing below this folder prints, exits or knows of options.
+
+mod failure;
+mod info;
+mod print;
+mod progress;
+mod signals;
+mod simplify;
+mod simplify_report;
+mod values;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+
+pub(crate) use failure::Failure;
+
+/// Bites terrains of any size into triangles.
+///
+/// A raster of heights goes in; a triangulated irregular network comes out whose surface lies within a stated vertical
+/// distance of every sample.
+#[derive(Debug, Parser)]
+#[command(name = "terrabite", version, arg_required_else_help = true, disable_help_subcommand = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// Each variant's help is the documentation of its arguments.
+#[derive(Debug, Subcommand)]
+enum Command {
+    Simplify(simplify::SimplifyArgs),
+    Info(info::InfoArgs),
+}
+
+impl Command {
+    fn run(&self) -> Result<ExitCode, Failure> {
+        match self {
+            Command::Simplify(args) => simplify::run(args),
+            Command::Info(args) => info::run(args),
+        }
+    }
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    done; for a check: passed
+  1    failed, with the reason on standard error; for a check: not passed
+  2    the command line cannot be understood
+  130  stopped by an interrupt (Ctrl-C), 143 by a termination signal
+A closed pipe on standard output is no failure.";
+
+/// Runs the command line of this process to its end. Called once, from `main`.
+pub fn main() -> ExitCode {
+    crate::raster::quiet_gdal();
+    let cli = match parse() {
+        Ok(cli) => cli,
+        Err(usage) => {
+            // Help goes to standard output and may meet a closed pipe; nobody is left to be told.
+            let _ = usage.print();
+            return ExitCode::from(usage.exit_code() as u8);
+        }
+    };
+    if let Err(failure) = signals::listen() {
+        return failure.report();
+    }
+    cli.command.run().unwrap_or_else(Failure::report)
+}
+
+fn parse() -> Result<Cli, clap::Error> {
+    let mut command = command();
+    let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    Cli::from_arg_matches(&matches).map_err(|e| e.format(&mut command))
+}
+
+/// The exit codes stand under every subcommand's help, too.
+fn command() -> clap::Command {
+    Cli::command().after_help(EXIT_CODES).mut_subcommands(|c| c.after_help(EXIT_CODES))
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn options_are_consistent() {
+        super::command().debug_assert();
+    }
+}

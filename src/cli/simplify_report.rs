@@ -1,0 +1,178 @@
+use std::path::Path;
+
+use indicatif::BinaryBytes;
+use serde::Serialize;
+
+use crate::field::{Access, Field};
+use crate::lattice::STEPS;
+use crate::simplify::{Params, Summary, TileTimes};
+use crate::triangulate::Feasibility;
+
+/// What `simplify` tells in the end.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Report {
+    input: String,
+    output: String,
+    access: Access,
+    samples: u64,
+    triangles: u64,
+    vertices: u64,
+    samples_per_triangle: f64,
+    tolerance: f64,
+    feasibility: Feasibility,
+    relaxed_triangles: u64,
+    tile_cells: usize,
+    error: ErrorReport,
+    seconds: Seconds,
+    samples_per_second: f64,
+    /// The largest resident size of the process so far; null where the system does not tell.
+    peak_memory_bytes: Option<u64>,
+    temporary_bytes: u64,
+}
+
+/// Vertical distances between mesh and samples, over all samples.
+#[derive(Debug, Clone, Serialize)]
+struct ErrorReport {
+    max: f64,
+    column: u64,
+    row: u64,
+    x: f64,
+    y: f64,
+    rms: f64,
+    p50: f64,
+    p95: f64,
+    p99: f64,
+}
+
+/// Seconds by stage, on the clock; `threads` are seconds of all threads together within `tiles`.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Seconds {
+    pub(super) total: f64,
+    /// Opening the raster, and decoding it where it cannot be mapped.
+    pub(super) open: f64,
+    pub(super) tiles: f64,
+    pub(super) write: f64,
+    pub(super) threads: TileTimes,
+}
+
+impl Report {
+    pub(super) fn new(
+        field: &Field,
+        params: &Params,
+        output: &Path,
+        summary: &Summary,
+        seconds: Seconds,
+        temporary_bytes: u64,
+    ) -> Report {
+        let errors = &summary.errors;
+        let (column, row) = errors.worst;
+        let steps = i64::from(STEPS);
+        let (x, y) = field.geo_transform().apply(column as i64 * steps, row as i64 * steps);
+        let percentile = |share| errors.percentile(share, params.max_error);
+        Report {
+            input: field.name().display().to_string(),
+            output: output.display().to_string(),
+            access: field.access().clone(),
+            samples: errors.samples,
+            triangles: summary.triangles,
+            vertices: summary.vertices,
+            samples_per_triangle: errors.samples as f64 / summary.triangles as f64,
+            tolerance: params.max_error,
+            feasibility: params.feasibility,
+            relaxed_triangles: summary.relaxed,
+            tile_cells: params.tile,
+            error: ErrorReport {
+                max: errors.max,
+                column,
+                row,
+                x,
+                y,
+                rms: errors.rms(),
+                p50: percentile(0.5),
+                p95: percentile(0.95),
+                p99: percentile(0.99),
+            },
+            samples_per_second: errors.samples as f64 / seconds.total,
+            seconds,
+            peak_memory_bytes: peak_memory(),
+            temporary_bytes,
+        }
+    }
+
+    /// The report as names and values.
+    pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
+        let Seconds { total, open, tiles, write, threads: t } = self.seconds;
+        let e = &self.error;
+        let mut lines = vec![
+            ("samples", format!("{}, {}", grouped(self.samples), access(&self.access))),
+            ("triangles", format!("{}, {:.1} samples each", grouped(self.triangles), self.samples_per_triangle)),
+            ("vertices", grouped(self.vertices)),
+            (
+                "max error",
+                format!(
+                    "{} of {} allowed, at column {}, row {} ({}, {})",
+                    e.max, self.tolerance, e.column, e.row, e.x, e.y
+                ),
+            ),
+            ("errors", format!("RMS {:.4}; 50 % up to {:.4}, 95 % {:.4}, 99 % {:.4}", e.rms, e.p50, e.p95, e.p99)),
+        ];
+        if self.feasibility == Feasibility::Strong {
+            lines.push(("relaxed", format!("{} triangles are weakly feasible only", grouped(self.relaxed_triangles))));
+        }
+        let rate = self.samples_per_second / 1e6;
+        lines.extend([
+            (
+                "time",
+                format!(
+                    "{total:.2} s, {rate:.1} M samples/s: open {open:.2} s, tiles {tiles:.2} s, write {write:.2} s"
+                ),
+            ),
+            (
+                "threads",
+                format!(
+                    "load {:.2} s, seams {:.2} s, cuts {:.2} s, measure {:.2} s, spool {:.2} s",
+                    t.load, t.seams, t.cuts, t.measure, t.spool
+                ),
+            ),
+            (
+                "memory",
+                self.peak_memory_bytes.map_or("unknown".to_string(), |b| format!("{} at its peak", BinaryBytes(b))),
+            ),
+            ("disk", format!("{} of temporary files", BinaryBytes(self.temporary_bytes))),
+        ]);
+        lines
+    }
+}
+
+fn access(access: &Access) -> String {
+    match access {
+        Access::InPlace => "mapped in place".to_string(),
+        Access::Decoded { reason, .. } => format!("decoded: {reason}"),
+        Access::Memory => "in memory".to_string(),
+    }
+}
+
+/// 1234567 as 1 234 567.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let groups: Vec<&str> =
+        digits.as_bytes().rchunks(3).rev().map(|g| std::str::from_utf8(g).expect("digits")).collect();
+    groups.join(" ")
+}
+
+/// The process's largest resident size, from the kernel.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kib| kib << 10)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn numbers_are_grouped_by_thousands() {
+        assert_eq!(super::grouped(7), "7");
+        assert_eq!(super::grouped(1_234_567), "1 234 567");
+        assert_eq!(super::grouped(123_456), "123 456");
+    }
+}

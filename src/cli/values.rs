@@ -1,0 +1,116 @@
+//! What the options' values may be. Each parser's error is the end of clap's sentence "invalid value '…' for …: ".
+//!
+//! Options that take [`max_error`] set `allow_hyphen_values`: clap would take `-1` for an unknown option and never ask.
+
+use std::num::NonZeroUsize;
+
+use crate::raster::Window;
+
+/// A width and a height, in samples or pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Size {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+}
+
+/// A tolerance: the double the text stands for, finite and not below 0.
+pub(crate) fn max_error(text: &str) -> Result<f64, String> {
+    let tolerance: f64 = text.parse().map_err(|_| "expected a number such as 0.5".to_string())?;
+    if tolerance.is_finite() && tolerance >= 0.0 {
+        // A negative zero is zero.
+        return Ok(tolerance.abs());
+    }
+    Err("expected a finite number, 0 or above, in the units of the heights".to_string())
+}
+
+/// `WIDTHxHEIGHT`, both at least 1.
+pub(crate) fn size(text: &str) -> Result<Size, String> {
+    let parse = || {
+        let (width, height) = text.split_once(['x', 'X'])?;
+        let (width, height) = (width.parse().ok()?, height.parse().ok()?);
+        (width > 0 && height > 0).then_some(Size { width, height })
+    };
+    parse().ok_or_else(|| "expected WIDTHxHEIGHT, such as 4096x4096, both at least 1".to_string())
+}
+
+/// `COLUMN,ROW,WIDTH,HEIGHT`, in samples from the upper left: the four numbers of GDAL's `-srcwin`.
+pub(crate) fn window(text: &str) -> Result<Window, String> {
+    let parse = || {
+        let numbers: Vec<usize> = text.split(',').map(|n| n.trim().parse().ok()).collect::<Option<_>>()?;
+        let &[column, row, width, height] = numbers.as_slice() else { return None };
+        column.checked_add(width)?;
+        row.checked_add(height)?;
+        (width > 0 && height > 0).then_some(Window { column, row, width, height })
+    };
+    parse().ok_or_else(|| "expected COLUMN,ROW,WIDTH,HEIGHT in samples, such as 0,0,512,512".to_string())
+}
+
+/// A number of threads.
+pub(crate) fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse().map_err(|_| "expected a whole number of threads, at least 1".to_string())
+}
+
+/// A number of bytes: `1000`, `64KiB`, `256MiB`, `2GB`; a bare `K`, `M`, `G` or `T` is binary, as GDAL takes it.
+pub(crate) fn bytes(text: &str) -> Result<u64, String> {
+    let wrong = || "expected a number of bytes, such as 256MiB or 2GB".to_string();
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic() || c == ' ');
+    let unit: u64 = match text[digits.len()..].trim_start().to_ascii_lowercase().as_str() {
+        "" | "b" => 1,
+        "k" | "kib" => 1 << 10,
+        "m" | "mib" => 1 << 20,
+        "g" | "gib" => 1 << 30,
+        "t" | "tib" => 1 << 40,
+        "kb" => 1_000,
+        "mb" => 1_000_000,
+        "gb" => 1_000_000_000,
+        "tb" => 1_000_000_000_000,
+        _ => return Err(wrong()),
+    };
+    if let Ok(whole) = digits.parse::<u64>() {
+        return whole.checked_mul(unit).ok_or_else(wrong);
+    }
+    let bytes = digits.parse::<f64>().map_err(|_| wrong())? * unit as f64;
+    // Below 2⁶³ every double becomes a whole number without saturating.
+    if (0.0..9.2e18).contains(&bytes) { Ok(bytes as u64) } else { Err(wrong()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tolerances() {
+        assert_eq!(max_error("0"), Ok(0.0));
+        assert!(max_error("-0").unwrap().is_sign_positive());
+        assert_eq!(max_error("0.1"), Ok(0.1));
+        for wrong in ["-1", "nan", "-NaN", "inf", "1e999", "", "1,5", "five"] {
+            assert!(max_error(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn sizes_and_windows() {
+        assert_eq!(size("4096x2048"), Ok(Size { width: 4096, height: 2048 }));
+        for wrong in ["4096", "0x5", "5x0", "-1x5", "axb", "1x2x3"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(window("1, 2,3,4"), Ok(Window { column: 1, row: 2, width: 3, height: 4 }));
+        for wrong in ["1,2,3", "1,2,3,0", "1,2,3,4,5", "-1,2,3,4", "18446744073709551615,0,1,1"] {
+            assert!(window(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn counts_of_threads_and_bytes() {
+        assert_eq!(threads("3").unwrap().get(), 3);
+        assert!(threads("0").is_err() && threads("-1").is_err() && threads("two").is_err());
+        assert_eq!(bytes("1000"), Ok(1000));
+        assert_eq!(bytes("256MiB"), Ok(256 << 20));
+        assert_eq!(bytes("1.5 GB"), Ok(1_500_000_000));
+        assert_eq!(bytes("64k"), Ok(65536));
+        assert_eq!(bytes("18446744073709551615"), Ok(u64::MAX));
+        for wrong in ["", "MiB", "-1", "-0.5k", "1e30", "20000000T", "5 apples", "nan"] {
+            assert!(bytes(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! What is known of a raster before a run: its description, and an estimate of what the run will need.
+//!
+//! In comes an open raster; out goes plain data that serializes. No sample is read.
+
+mod estimate;
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+pub use estimate::{Estimate, SAMPLES_PER_TRIANGLE, estimate};
+
+use crate::raster::{Nodata, Raster, RasterError, plain_layout};
+
+/// A raster's description.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Info {
+    /// The path it was opened by.
+    pub file: String,
+    /// GDAL's name of the format.
+    pub driver: String,
+    /// The band described, from 1.
+    pub band: usize,
+    /// Samples across.
+    pub width: usize,
+    /// Samples down.
+    pub height: usize,
+    /// GDAL's name of the samples' type.
+    #[serde(rename = "type")]
+    pub sample_type: &'static str,
+    /// The value that marks samples without a height: a number, "nan", "inf" or "-inf"; null where there is none.
+    pub nodata: Value,
+    /// Height = stored value × scale + offset.
+    pub scale: f64,
+    /// See `scale`.
+    pub offset: f64,
+    /// Whether a mask or alpha band marks samples invalid.
+    pub mask: bool,
+    /// The coordinate reference system in one line; "none" where there is none.
+    pub crs: String,
+    /// The coordinate reference system as WKT; empty where there is none.
+    pub crs_wkt: String,
+    /// Whether the raster brings its own geotransform.
+    pub georeferenced: bool,
+    /// The geotransform, in GDAL's order; the default one where the raster has none.
+    pub geotransform: [f64; 6],
+    /// Samples across and down in one block of the file.
+    pub block: (usize, usize),
+    /// GDAL's name of the compression; null where there is none.
+    pub compression: Option<String>,
+    /// Whether the samples can be used where they lie in the file, without a copy.
+    pub mapped_in_place: bool,
+    /// Why not, as the end of the sentence "is decoded: …".
+    pub decoded_because: Option<String>,
+    /// What a run will need.
+    pub estimate: Estimate,
+}
+
+impl Info {
+    /// Describes band `band` of `raster`, which must be the one it was opened with; `threads` is the number of threads
+    /// the estimate is for.
+    ///
+    /// # Errors
+    /// [`RasterError`] when GDAL cannot tell whether there is a mask.
+    pub fn of(raster: &Raster, band: usize, threads: usize) -> Result<Info, RasterError> {
+        let decoded_because = plain_layout(raster).err();
+        let mapped_in_place = decoded_because.is_none();
+        let scaling = raster.scaling();
+        Ok(Info {
+            file: raster.path().display().to_string(),
+            driver: raster.driver(),
+            band,
+            width: raster.width(),
+            height: raster.height(),
+            sample_type: raster.sample_type().name(),
+            nodata: nodata(raster.nodata()),
+            scale: scaling.scale,
+            offset: scaling.offset,
+            mask: raster.has_mask()?,
+            crs: raster.crs_name(),
+            crs_wkt: raster.crs_wkt(),
+            georeferenced: raster.is_georeferenced(),
+            geotransform: raster.geo_transform().coefficients(),
+            block: raster.block_size(),
+            compression: raster.compression(),
+            mapped_in_place,
+            decoded_because,
+            estimate: estimate(raster.width(), raster.height(), raster.sample_type(), mapped_in_place, threads),
+        })
+    }
+}
+
+/// JSON has no NaN and no infinity; a null would read as "none".
+fn nodata(nodata: Nodata) -> Value {
+    match nodata {
+        Nodata::None => Value::Null,
+        Nodata::Real(v) if v.is_finite() => json!(v),
+        Nodata::Real(v) => json!(v.to_string().to_lowercase()),
+        Nodata::I64(v) => json!(v),
+        Nodata::U64(v) => json!(v),
+    }
+}

@@ -1,0 +1,136 @@
+use super::{Error, TileTimes};
+use crate::control::{Control, Stage};
+use crate::lattice::STEPS;
+use crate::measure::ErrorStats;
+use crate::raster::GeoTransform;
+use crate::sink::Sink;
+use crate::spool::{Chunk, Ids, Spool};
+use crate::tiling::TileGrid;
+
+/// A triangulated field: chunks on disk, one per tile. It vanishes when dropped.
+#[derive(Debug)]
+pub struct Mesh {
+    pub(super) spool: Spool,
+    pub(super) grid: TileGrid,
+    pub(super) geo_transform: GeoTransform,
+    pub(super) max_error: f64,
+    pub(super) times: TileTimes,
+}
+
+/// The whole mesh in numbers.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Summary {
+    /// Vertices, seam vertices counted once.
+    pub vertices: u64,
+    /// Triangles.
+    pub triangles: u64,
+    /// Triangles whose strong feasibility was relaxed to weak.
+    pub relaxed: u64,
+    /// Errors over all samples.
+    pub errors: ErrorStats,
+}
+
+impl Mesh {
+    /// How the field was cut.
+    pub fn grid(&self) -> TileGrid {
+        self.grid
+    }
+
+    /// The tolerance it keeps.
+    pub fn max_error(&self) -> f64 {
+        self.max_error
+    }
+
+    /// Where the time of the tiles went.
+    pub fn times(&self) -> TileTimes {
+        self.times
+    }
+
+    /// Temporary disk in use.
+    pub fn spool_bytes(&self) -> u64 {
+        self.spool.bytes()
+    }
+
+    /// Chunk after chunk, in tile order.
+    pub fn chunks(&self) -> impl Iterator<Item = Result<Chunk, Error>> {
+        let mut buffer = Vec::new();
+        (0..self.spool.tiles()).map(move |tile| {
+            let mut chunk = Chunk::default();
+            self.spool.read(tile, &mut chunk, &mut buffer)?;
+            Ok(chunk)
+        })
+    }
+
+    /// Hands the mesh to a sink: counts, vertices on the map, triangles; then asks it to finish.
+    ///
+    /// Three passes over the chunks' counts, their vertices and their triangles; memory: two rows of counts, one chunk.
+    ///
+    /// # Errors
+    /// [`Error`]; the sink is dropped unfinished then.
+    pub fn write(&self, mut sink: Box<dyn Sink + '_>, control: &Control<'_>) -> Result<Summary, Error> {
+        let steps = 2 * self.grid.len() as u64;
+        control.progress.begin(Stage::Write, steps, 0);
+        let mut summary = self.count()?;
+        sink.begin(summary.vertices, summary.triangles)?;
+        self.write_vertices(sink.as_mut(), &mut summary, control)?;
+        self.write_triangles(sink.as_mut(), control)?;
+        sink.finish()?;
+        control.progress.end(Stage::Write);
+        Ok(summary)
+    }
+
+    fn count(&self) -> Result<Summary, Error> {
+        let mut summary = Summary::default();
+        let columns = self.grid.columns();
+        for row in 0..self.grid.rows() {
+            for counts in self.spool.counts(row * columns..(row + 1) * columns)? {
+                summary.vertices += counts.vertices;
+                summary.triangles += counts.triangles;
+            }
+        }
+        Ok(summary)
+    }
+
+    fn write_vertices(&self, sink: &mut dyn Sink, summary: &mut Summary, control: &Control<'_>) -> Result<(), Error> {
+        let mut placed = Vec::new();
+        for chunk in self.chunks() {
+            control.cancel.check()?;
+            let chunk = chunk?;
+            let window = self.grid.window(self.grid.tile(chunk.tile));
+            let (column, row) = (window.column as i64 * i64::from(STEPS), window.row as i64 * i64::from(STEPS));
+            placed.clear();
+            placed.extend(chunk.vertices.iter().map(|v| {
+                let (x, y) = self.geo_transform.apply(column + i64::from(v.at.x), row + i64::from(v.at.y));
+                [x, y, v.height]
+            }));
+            sink.vertices(&placed)?;
+            summary.relaxed += chunk.relaxed;
+            summary.errors.add(&chunk.errors);
+            control.progress.step(Stage::Write, 0);
+        }
+        Ok(())
+    }
+
+    fn write_triangles(&self, sink: &mut dyn Sink, control: &Control<'_>) -> Result<(), Error> {
+        // A positive turn on the lattice is counter-clockwise on the map unless one of the two is mirrored.
+        let mirrored = self.geo_transform.determinant() < 0.0;
+        let mut ids = Ids::new(&self.spool, self.grid)?;
+        let (mut numbers, mut numbered) = (Vec::new(), Vec::new());
+        for chunk in self.chunks() {
+            control.cancel.check()?;
+            let chunk = chunk?;
+            if chunk.tile > 0 && chunk.tile % self.grid.columns() == 0 {
+                ids.next_row()?;
+            }
+            ids.of_chunk(&chunk, &mut numbers);
+            numbered.clear();
+            numbered.extend(chunk.triangles.iter().map(|t| {
+                let [a, b, c] = t.map(|i| numbers[i as usize]);
+                if mirrored { [a, c, b] } else { [a, b, c] }
+            }));
+            sink.triangles(&numbered)?;
+            control.progress.step(Stage::Write, 0);
+        }
+        Ok(())
+    }
+}

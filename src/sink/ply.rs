@@ -1,0 +1,84 @@
+use std::io::Write;
+
+use super::{Sink, SinkError};
+use crate::staged::StagedFile;
+
+/// Binary little-endian PLY: vertices as doubles x, y, z, faces as lists of three 32-bit numbers.
+///
+/// Vertices are shared, so the mesh is indexed. Memory: one buffer of a megabyte.
+#[derive(Debug)]
+pub struct PlySink {
+    staged: StagedFile,
+    comments: Vec<String>,
+    buffer: Vec<u8>,
+}
+
+/// Bytes gathered before they are written.
+const BUFFER: usize = 1 << 20;
+
+/// Bytes of one triangle in the file.
+const TRIANGLE_BYTES: u64 = 13;
+
+impl PlySink {
+    /// Writes to `staged`, with these lines as comments in the header.
+    pub fn new(staged: StagedFile, comments: &[String]) -> PlySink {
+        // A line break would end the comment and begin a line of the header.
+        let comments = comments.iter().map(|c| c.replace(['\n', '\r'], " ")).collect();
+        PlySink { staged, comments, buffer: Vec::with_capacity(BUFFER + 4096) }
+    }
+
+    fn drain(&mut self, above: usize) -> Result<(), SinkError> {
+        if self.buffer.len() > above {
+            self.staged.file().write_all(&self.buffer).map_err(|e| self.staged.write_error(e))?;
+            self.buffer.clear();
+        }
+        Ok(())
+    }
+}
+
+impl Sink for PlySink {
+    fn begin(&mut self, vertices: u64, triangles: u64) -> Result<(), SinkError> {
+        let limit = u64::from(u32::MAX);
+        if vertices > limit {
+            let path = self.staged.path().to_path_buf();
+            return Err(SinkError::TooLarge { path, format: "PLY", limit, found: vertices });
+        }
+        let mut header = String::from("ply\nformat binary_little_endian 1.0\n");
+        for comment in &self.comments {
+            header.push_str(&format!("comment {comment}\n"));
+        }
+        header.push_str(&format!(
+            "element vertex {vertices}\nproperty double x\nproperty double y\nproperty double z\n\
+             element face {triangles}\nproperty list uchar uint vertex_indices\nend_header\n"
+        ));
+        self.buffer.extend_from_slice(header.as_bytes());
+        Ok(())
+    }
+
+    fn vertices(&mut self, vertices: &[[f64; 3]]) -> Result<(), SinkError> {
+        for vertex in vertices {
+            for value in vertex {
+                self.buffer.extend_from_slice(&value.to_le_bytes());
+            }
+            self.drain(BUFFER)?;
+        }
+        Ok(())
+    }
+
+    fn triangles(&mut self, triangles: &[[u64; 3]]) -> Result<(), SinkError> {
+        for triangle in triangles {
+            let mut face = [3u8; TRIANGLE_BYTES as usize];
+            for (bytes, &index) in face[1..].chunks_exact_mut(4).zip(triangle) {
+                bytes.copy_from_slice(&(index as u32).to_le_bytes());
+            }
+            self.buffer.extend_from_slice(&face);
+            self.drain(BUFFER)?;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<(), SinkError> {
+        self.drain(0)?;
+        Ok(self.staged.commit()?)
+    }
+}

@@ -1,0 +1,72 @@
+use crate::measure::ErrorStats;
+use crate::mesh::{TileMesh, Vertex};
+use crate::seam::{Foreign, Rim, RimCounts};
+
+/// One finished tile: what it owns, and references to what it borrows. Immutable once written.
+///
+/// Triangles number vertices in this order: those owned on the rim, those borrowed, those inside. `vertices` holds the
+/// owned ones (rim, then inside) with tile-local places.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Chunk {
+    /// The tile's number in its grid.
+    pub tile: usize,
+    /// How many of the vertices are rim vertices, by kind.
+    pub rim: RimCounts,
+    /// The vertices the tile owns.
+    pub vertices: Vec<Vertex>,
+    /// The rim vertices its neighbours own.
+    pub foreign: Vec<Foreign>,
+    /// Triangles, with positive orientation on the lattice.
+    pub triangles: Vec<[u32; 3]>,
+    /// Further values at the owned vertices, by name.
+    pub attributes: Vec<Attribute>,
+    /// The errors measured over the samples the tile owns.
+    pub errors: ErrorStats,
+    /// Triangles whose strong feasibility was relaxed.
+    pub relaxed: u64,
+    /// How often the tile was rewritten by a later pass: 0 as it comes from the engine.
+    pub generation: u32,
+}
+
+/// A named value at every owned vertex of a chunk.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Attribute {
+    /// What sinks call it.
+    pub name: String,
+    /// One value per owned vertex.
+    pub values: Vec<f64>,
+}
+
+/// What has to be known of a chunk to number its vertices.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ChunkCounts {
+    /// Owned rim vertices, by kind.
+    pub rim: RimCounts,
+    /// Owned vertices, rim and inside.
+    pub vertices: u64,
+    /// Triangles.
+    pub triangles: u64,
+}
+
+impl Chunk {
+    /// Fills the chunk with a tile mesh over `rim`, reusing its memory.
+    pub fn fill(&mut self, tile: usize, rim: &Rim, mesh: &TileMesh, errors: ErrorStats) {
+        let rim_vertices = rim.domain.vertices.len();
+        self.tile = tile;
+        self.rim = rim.owned;
+        self.vertices.clear();
+        self.vertices.extend_from_slice(&mesh.vertices[..rim.owned.total() as usize]);
+        self.vertices.extend_from_slice(&mesh.vertices[rim_vertices..]);
+        self.foreign.clone_from(&rim.foreign);
+        self.triangles.clone_from(&mesh.triangles);
+        self.attributes.clear();
+        self.errors = errors;
+        self.relaxed = mesh.relaxed;
+        self.generation = 0;
+    }
+
+    /// The counts that numbering needs.
+    pub fn counts(&self) -> ChunkCounts {
+        ChunkCounts { rim: self.rim, vertices: self.vertices.len() as u64, triangles: self.triangles.len() as u64 }
+    }
+}

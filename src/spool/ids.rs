@@ -1,0 +1,115 @@
+use super::{Chunk, ChunkCounts, Spool, SpoolError};
+use crate::seam::Foreign;
+use crate::tiling::{TileGrid, TileId};
+
+/// The numbers of all vertices of a mesh: tile after tile, each tile's own vertices in their order.
+///
+/// A number is a prefix sum over the tiles before plus a place among the owner's vertices, which follows from the
+/// owner's counts. Only two rows of tiles are held at a time; rows are visited in order.
+#[derive(Debug)]
+pub struct Ids<'a> {
+    spool: &'a Spool,
+    grid: TileGrid,
+    row: usize,
+    /// Tiles of this row and the next: the number of their first vertex, and their counts.
+    rows: [Vec<(u64, ChunkCounts)>; 2],
+}
+
+impl<'a> Ids<'a> {
+    /// Numbers from the first row of tiles on.
+    ///
+    /// # Errors
+    /// [`SpoolError::File`].
+    pub fn new(spool: &'a Spool, grid: TileGrid) -> Result<Ids<'a>, SpoolError> {
+        let first = load(spool, grid, 0, 0)?;
+        let mut ids = Ids { spool, grid, row: 0, rows: [first, Vec::new()] };
+        ids.rows[1] = ids.load_after()?;
+        Ok(ids)
+    }
+
+    /// Goes on to the next row of tiles.
+    ///
+    /// # Errors
+    /// [`SpoolError::File`].
+    pub fn next_row(&mut self) -> Result<(), SpoolError> {
+        self.row += 1;
+        self.rows.swap(0, 1);
+        self.rows[1] = self.load_after()?;
+        Ok(())
+    }
+
+    /// The numbers of a chunk's vertices, in the order its triangles count them: owned on the rim, borrowed, inside.
+    ///
+    /// # Panics
+    /// If the chunk's tile is not in the current row.
+    pub fn of_chunk(&self, chunk: &Chunk, into: &mut Vec<u64>) {
+        let id = self.grid.tile(chunk.tile);
+        assert_eq!(id.row, self.row, "tile {} is numbered with its row", chunk.tile);
+        let (first, counts) = self.rows[0][id.column];
+        let rim = u64::from(counts.rim.total());
+        into.clear();
+        into.extend(first..first + rim);
+        into.extend(chunk.foreign.iter().map(|&foreign| self.of_foreign(id, foreign)));
+        into.extend(first + rim..first + counts.vertices);
+    }
+
+    fn of_foreign(&self, tile: TileId, foreign: Foreign) -> u64 {
+        let (right, below) = (tile.column + 1, tile.row + 1);
+        match foreign {
+            Foreign::East(ordinal) => {
+                let (first, counts) = self.owner(right, tile.row);
+                first + u64::from(counts.rim.corners + counts.rim.north + ordinal)
+            }
+            Foreign::South(ordinal) => {
+                let (first, counts) = self.owner(tile.column, below);
+                first + u64::from(counts.rim.corners + ordinal)
+            }
+            Foreign::NorthEast => self.of_corner(right, tile.row),
+            Foreign::SouthWest => self.of_corner(tile.column, below),
+            Foreign::SouthEast => self.of_corner(right, below),
+        }
+    }
+
+    /// The number of the corner between tiles: that of the tile to its lower right, or of the last one there is.
+    fn of_corner(&self, column: usize, row: usize) -> u64 {
+        let (last_column, last_row) = (self.grid.columns() - 1, self.grid.rows() - 1);
+        let (first, _) = self.owner(column.min(last_column), row.min(last_row));
+        // A tile's corners: north-west; north-east if it is in the last column; south-west if in the last row; …
+        let ordinal = match (column > last_column, row > last_row) {
+            (false, false) => 0,
+            (true, false) => 1,
+            (false, true) => {
+                if column == last_column {
+                    2
+                } else {
+                    1
+                }
+            }
+            (true, true) => 3,
+        };
+        first + ordinal
+    }
+
+    fn owner(&self, column: usize, row: usize) -> (u64, ChunkCounts) {
+        self.rows[row - self.row][column]
+    }
+
+    fn load_after(&self) -> Result<Vec<(u64, ChunkCounts)>, SpoolError> {
+        let Some(&(first, counts)) = self.rows[0].last() else { return Ok(Vec::new()) };
+        if self.row + 1 >= self.grid.rows() {
+            return Ok(Vec::new());
+        }
+        load(self.spool, self.grid, self.row + 1, first + counts.vertices)
+    }
+}
+
+fn load(spool: &Spool, grid: TileGrid, row: usize, first: u64) -> Result<Vec<(u64, ChunkCounts)>, SpoolError> {
+    let start = grid.index(TileId { column: 0, row });
+    let mut next = first;
+    let number = |counts: ChunkCounts| {
+        let first = next;
+        next += counts.vertices;
+        (first, counts)
+    };
+    Ok(spool.counts(start..start + grid.columns())?.into_iter().map(number).collect())
+}

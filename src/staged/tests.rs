@@ -1,0 +1,147 @@
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+
+use super::{OutputError, StagedFile};
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn appears_whole_at_the_commit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tin.ply");
+    let mut staged = StagedFile::create(&path, false, &[]).unwrap();
+    staged.file().write_all(b"ply").unwrap();
+    let partial = names(folder.path());
+    assert!(partial.len() == 1 && partial[0].starts_with(".tin.ply.") && partial[0].ends_with(".partial"));
+    staged.commit().unwrap();
+    assert_eq!(names(folder.path()), ["tin.ply"]);
+    assert_eq!(fs::read(&path).unwrap(), b"ply");
+}
+
+#[test]
+fn dropping_leaves_nothing_and_spares_the_old_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tin.ply");
+    fs::write(&path, "old").unwrap();
+    let mut staged = StagedFile::create(&path, true, &[]).unwrap();
+    staged.file().write_all(b"new").unwrap();
+    drop(staged);
+    assert_eq!(names(folder.path()), ["tin.ply"]);
+    assert_eq!(fs::read(&path).unwrap(), b"old");
+}
+
+#[test]
+fn an_existing_file_needs_overwrite() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tin.ply");
+    fs::write(&path, "old").unwrap();
+    let refused = StagedFile::create(&path, false, &[]).unwrap_err();
+    assert!(matches!(refused, OutputError::Exists { .. }) && refused.to_string().contains("--overwrite"));
+    StagedFile::create(&path, true, &[]).unwrap().commit().unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"");
+}
+
+#[test]
+fn a_file_that_comes_up_meanwhile_is_spared() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tin.ply");
+    let staged = StagedFile::create(&path, false, &[]).unwrap();
+    fs::write(&path, "other").unwrap();
+    assert!(matches!(staged.commit(), Err(OutputError::Exists { .. })));
+    assert_eq!(names(folder.path()), ["tin.ply"]);
+    assert_eq!(fs::read(&path).unwrap(), b"other");
+}
+
+#[test]
+fn a_writer_of_its_own_may_replace_the_partial_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("dem.tif");
+    let staged = StagedFile::create(&path, false, &[]).unwrap();
+    fs::remove_file(staged.partial_path()).unwrap();
+    fs::write(staged.partial_path(), "II*").unwrap();
+    staged.commit().unwrap();
+    assert_eq!(names(folder.path()), ["dem.tif"]);
+    assert_eq!(fs::read(&path).unwrap(), b"II*");
+}
+
+#[test]
+fn folders_that_are_missing_or_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let missing = StagedFile::create(&folder.path().join("none/tin.ply"), false, &[]).unwrap_err();
+    assert!(matches!(missing, OutputError::NoFolder { .. }), "{missing}");
+    fs::write(folder.path().join("file"), "").unwrap();
+    let file = StagedFile::create(&folder.path().join("file/tin.ply"), false, &[]).unwrap_err();
+    assert!(matches!(file, OutputError::NoFolder { .. }), "{file}");
+    assert_eq!(names(folder.path()), ["file"]);
+}
+
+#[test]
+fn what_is_no_file_is_never_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    for path in [folder.path(), Path::new("/dev/null")] {
+        let refused = StagedFile::create(path, true, &[]).unwrap_err();
+        assert!(matches!(refused, OutputError::NotAFile { .. }), "{refused}");
+    }
+    assert!(matches!(
+        StagedFile::create(Path::new(".."), true, &[]),
+        Err(OutputError::NotAFile { .. } | OutputError::NoName { .. })
+    ));
+}
+
+#[cfg(unix)]
+mod unix {
+    use super::*;
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    #[test]
+    fn the_input_is_known_under_every_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let input = folder.path().join("dem.tif");
+        fs::write(&input, "dem").unwrap();
+        let (link, hard) = (folder.path().join("link"), folder.path().join("hard"));
+        symlink(&input, &link).unwrap();
+        fs::hard_link(&input, &hard).unwrap();
+        for output in [&input, &link, &hard, &folder.path().join("../").join(folder.path()).join("./dem.tif")] {
+            let refused = StagedFile::create(output, true, &[&input]).unwrap_err();
+            assert!(matches!(refused, OutputError::IsInput { .. }), "{refused}");
+        }
+        let names_of_gdal = Path::new("/vsizip/dem.zip/dem.tif");
+        assert!(StagedFile::create(&folder.path().join("tin.ply"), false, &[names_of_gdal]).is_ok());
+    }
+
+    #[test]
+    fn private_until_complete_then_as_any_new_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let mode = |p: &Path| fs::metadata(p).unwrap().permissions().mode() & 0o777;
+        fs::write(folder.path().join("ordinary"), "").unwrap();
+        let path = folder.path().join("tin.ply");
+        let staged = StagedFile::create(&path, false, &[]).unwrap();
+        assert_eq!(mode(staged.partial_path()), 0o600);
+        staged.commit().unwrap();
+        assert_eq!(mode(&path), mode(&folder.path().join("ordinary")));
+        fs::set_permissions(&path, PermissionsExt::from_mode(0o640)).unwrap();
+        StagedFile::create(&path, true, &[]).unwrap().commit().unwrap();
+        assert_eq!(mode(&path), 0o640);
+    }
+
+    #[test]
+    fn a_link_stays_a_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let elsewhere = tempfile::tempdir().unwrap();
+        let target = elsewhere.path().join("tin.ply");
+        fs::write(&target, "old").unwrap();
+        let link = folder.path().join("tin.ply");
+        symlink(&target, &link).unwrap();
+        let mut staged = StagedFile::create(&link, true, &[]).unwrap();
+        staged.file().write_all(b"new").unwrap();
+        staged.commit().unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(fs::read(&target).unwrap(), b"new");
+    }
+}

@@ -1,0 +1,53 @@
+//! The written mesh in readers that others wrote: Python's trimesh and meshio, pinned, in an environment of their own.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::util::{Dem, Folder, Run, terrabite};
+
+const PACKAGES: [&str; 3] = ["meshio==5.3.5", "numpy==2.3.5", "trimesh==5.2.0"];
+
+/// Set where the package index cannot be reached.
+const SKIP: &str = "TERRABITE_SKIP_READERS";
+
+#[test]
+fn trimesh_and_meshio_read_what_was_written() {
+    if std::env::var_os(SKIP).is_some_and(|v| v == "1") {
+        eprintln!("skipped: {SKIP}=1");
+        return;
+    }
+    let python = python();
+    let folder = Folder::new();
+    let tin = folder.at("tin.ply");
+    for (name, dem, tile) in [
+        ("map.tif", Dem::new(120, 90).on_the_map(), "32"),
+        ("plain.tif", Dem::new(120, 90), "0"),
+        ("south-up.tif", Dem::new(60, 45).geo_transform([500.0, 2.0, 0.0, 100.0, 0.0, 2.0]), "16"),
+    ] {
+        let dem = dem.write(&folder, name);
+        let run = ["simplify", &dem, &tin, "--max-error", "2", "--tile", tile, "--overwrite", "--json"];
+        let report = terrabite(run).succeeds().json();
+        let (vertices, triangles) = (report["vertices"].to_string(), report["triangles"].to_string());
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/it/readers.py");
+        Run::of(Command::new(&python).arg(script).args([&tin, &vertices, &triangles])).succeeds();
+    }
+}
+
+/// The interpreter of a virtual environment with [`PACKAGES`], made under the target folder at the first run.
+fn python() -> PathBuf {
+    let environment = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readers");
+    let python = environment.join("bin/python");
+    // Written last: an environment without it, or with other packages in it, is made anew.
+    let stamp = environment.join("packages.txt");
+    let packages = PACKAGES.join("\n");
+    if std::fs::read_to_string(&stamp).is_ok_and(|found| found == packages) && python.exists() {
+        return python;
+    }
+    let made = Run::of(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&environment));
+    assert_eq!(made.code, Some(0), "python3 -m venv failed, `make setup` installs it: {made:#?}");
+    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--only-binary=:all:"];
+    let installed = Run::of(Command::new(&python).args(pip).args(PACKAGES));
+    assert_eq!(installed.code, Some(0), "PyPI cannot be reached? {SKIP}=1 skips this test: {installed:#?}");
+    std::fs::write(stamp, packages).unwrap();
+    python
+}

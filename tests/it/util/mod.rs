@@ -1,0 +1,24 @@
+//! What the tests share: running the binary, making rasters, looking at folders.
+#![allow(dead_code, unused_imports, reason = "each test uses what it needs")]
+
+mod dem;
+mod folder;
+mod ply;
+mod run;
+
+pub(crate) use dem::{Dem, Kind};
+pub(crate) use folder::Folder;
+pub(crate) use ply::{flat, ply};
+pub(crate) use run::{Run, terrabite, terrabite_stopped, terrabite_with_file_limit};
+
+use std::path::{Path, PathBuf};
+
+/// A real terrain from the folder beside the project; `None`, with a message, where it is absent.
+pub(crate) fn shared_data(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name);
+    if !path.is_file() {
+        eprintln!("skipped: {} is not there", path.display());
+        return None;
+    }
+    Some(path)
+}

@@ -1,0 +1,78 @@
+use std::ffi::OsStr;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+/// The built binary.
+const TERRABITE: &str = env!("CARGO_BIN_EXE_terrabite");
+
+/// Runs the binary to its end.
+pub(crate) fn terrabite<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Run {
+    Run::of(Command::new(TERRABITE).args(arguments))
+}
+
+/// Runs the binary where no file may grow beyond `blocks` × 512 bytes: a full disk, for one process. The signal that
+/// comes with the limit is ignored, so that writes fail as they do on a full disk.
+pub(crate) fn terrabite_with_file_limit<S: AsRef<OsStr>>(blocks: u32, arguments: impl IntoIterator<Item = S>) -> Run {
+    let limited = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+    Run::of(Command::new("sh").arg("-c").arg(limited).arg(TERRABITE).args(arguments))
+}
+
+/// Starts the binary, sends it `signal` (`INT`, `TERM`) as soon as `ready` says so, and waits for its end.
+pub(crate) fn terrabite_stopped<S: AsRef<OsStr>>(
+    signal: &str,
+    arguments: impl IntoIterator<Item = S>,
+    ready: impl Fn() -> bool,
+) -> Run {
+    let mut command = Command::new(TERRABITE);
+    let mut child = command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    while !ready() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended before it could be stopped");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let sent = Command::new("kill").args([format!("-{signal}"), child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    Run::from(child.wait_with_output().unwrap())
+}
+
+/// A run that has ended.
+#[derive(Debug)]
+pub(crate) struct Run {
+    pub(crate) code: Option<i32>,
+    pub(crate) out: String,
+    pub(crate) err: String,
+}
+
+impl Run {
+    pub(crate) fn of(command: &mut Command) -> Run {
+        Run::from(command.output().unwrap())
+    }
+
+    fn from(Output { status, stdout, stderr }: Output) -> Run {
+        let text = |bytes| String::from_utf8(bytes).expect("reports and messages are UTF-8");
+        Run { code: status.code(), out: text(stdout), err: text(stderr) }
+    }
+
+    /// It must have succeeded.
+    #[track_caller]
+    pub(crate) fn succeeds(self) -> Run {
+        assert_eq!(self.code, Some(0), "{self:#?}");
+        self
+    }
+
+    /// It must have ended with `code`, said each of `words` on standard error, and nothing on standard output.
+    #[track_caller]
+    pub(crate) fn fails(self, code: i32, words: &[&str]) -> Run {
+        assert_eq!(self.code, Some(code), "{self:#?}");
+        for word in words {
+            assert!(self.err.contains(word), "expected {word:?} in the message of {self:#?}");
+        }
+        assert!(!self.err.contains("panicked") && self.out.is_empty(), "{self:#?}");
+        self
+    }
+
+    /// Its report.
+    #[track_caller]
+    pub(crate) fn json(&self) -> serde_json::Value {
+        serde_json::from_str(&self.out).unwrap_or_else(|e| panic!("{e}: {self:#?}"))
+    }
+}
