@@ -2,3 +2,4 @@
 pub mod control;
 pub mod ply;
 pub mod raster;
+pub mod verify;
