@@ -8,6 +8,7 @@ use crate::simplify::Error;
 use crate::sink::SinkError;
 use crate::spool::SpoolError;
 use crate::staged::OutputError;
+use crate::verify::VerifyError;
 
 use super::{print, signals};
 
@@ -65,6 +66,17 @@ impl From<Error> for Failure {
             Error::Field(FieldError::Temporary { .. }) | Error::Spool(SpoolError::File { .. }) => {
                 Failure::new(error).hint("choose another folder with --temp-dir")
             }
+            _ => Failure::new(error),
+        }
+    }
+}
+
+impl From<VerifyError> for Failure {
+    fn from(error: VerifyError) -> Failure {
+        match error {
+            VerifyError::Raster(error) => error.into(),
+            VerifyError::Cancelled(stopped) => stopped.into(),
+            VerifyError::Scratch { .. } => Failure::new(error).hint("choose another folder with --temp-dir"),
             _ => Failure::new(error),
         }
     }

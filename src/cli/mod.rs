@@ -11,6 +11,7 @@ mod signals;
 mod simplify;
 mod simplify_report;
 mod values;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -33,6 +34,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Simplify(simplify::SimplifyArgs),
+    Verify(verify::VerifyArgs),
     Info(info::InfoArgs),
 }
 
@@ -40,6 +42,7 @@ impl Command {
     fn run(&self) -> Result<ExitCode, Failure> {
         match self {
             Command::Simplify(args) => simplify::run(args),
+            Command::Verify(args) => verify::run(args),
             Command::Info(args) => info::run(args),
         }
     }

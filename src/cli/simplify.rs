@@ -26,7 +26,7 @@ pub(crate) struct SimplifyArgs {
     #[arg(value_name = "OUTPUT")]
     output: PathBuf,
     /// The largest vertical distance allowed between mesh and samples, in the units of the heights; 0 is exact
-    #[arg(long, value_name = "E", value_parser = values::max_error, allow_negative_numbers = true)]
+    #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_error: f64,
     /// Test triangles at the samples under them (weak), or also where their edges cross the grid (strong)
     #[arg(long, value_enum, default_value_t = FeasibilityArg::Weak)]

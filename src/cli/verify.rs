@@ -1,0 +1,57 @@
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use super::progress::Bars;
+use super::{Failure, print, values};
+use crate::raster::Raster;
+use crate::verify::{Verdict, VerifyOptions, verify};
+
+/// Judge a mesh against its raster: vertical errors, coverage, cracks, folds.
+///
+/// Reads the raster and the written file, and nothing else. Exit code 0: the mesh passes, 1: it fails.
+#[derive(Debug, clap::Args)]
+pub(crate) struct VerifyArgs {
+    /// The raster the mesh was made from
+    raster: PathBuf,
+    /// The mesh, a PLY file
+    mesh: PathBuf,
+    /// Vertical distance allowed at every sample, in the raster's unit
+    #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
+    max_error: f64,
+    /// Raster band, from 1
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    band: usize,
+    /// Where temporary files go (about 200 bytes per triangle)
+    #[arg(long, value_name = "DIR")]
+    temp_dir: Option<PathBuf>,
+    /// Print the verdict as JSON
+    #[arg(long)]
+    json: bool,
+    /// Print nothing; the exit code tells
+    #[arg(long, short, conflicts_with = "json")]
+    quiet: bool,
+}
+
+/// The verdict as it is printed by `--json`.
+#[derive(serde::Serialize)]
+struct Report<'a> {
+    passed: bool,
+    failures: Vec<String>,
+    #[serde(flatten)]
+    verdict: &'a Verdict,
+}
+
+pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
+    let raster = Raster::open(&args.raster, args.band)?;
+    let options = VerifyOptions { max_error: args.max_error, temp_dir: args.temp_dir.clone() };
+    let bars = Bars::new(args.quiet);
+    let verdict = verify(&raster, &args.mesh, &options, &bars.control())?;
+    drop(bars);
+    if args.json {
+        let report = Report { passed: verdict.passes(), failures: verdict.failures(), verdict: &verdict };
+        print::json(&report)?;
+    } else if !args.quiet {
+        print::report(&verdict.to_string())?;
+    }
+    Ok(if verdict.passes() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
