@@ -1,0 +1,95 @@
+#!/usr/bin/env bash
+# The long acceptance run: simplify, then verify, for real terrains at every tolerance, feasibility and tile size.
+# Called by `make accept`, after the build. Real terrains are looked for in ../shared/data, or in $TERRABITE_DATA.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+terrabite=${CARGO_TARGET_DIR:-target}/release/terrabite
+data=${TERRABITE_DATA:-../shared/data}
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+passed=0 failed=0
+
+pass() { passed=$((passed + 1)); printf 'ok    %s\n' "$*"; }
+fail() { failed=$((failed + 1)); printf 'FAIL  %s\n' "$*"; }
+field() { python3 -c 'import json,sys; print(json.load(open(sys.argv[1]))[sys.argv[2]])' "$1" "$2"; }
+
+# certify NAME RASTER TOLERANCE [OPTION...]: simplifies and verifies.
+certify() {
+    local name=$1 raster=$2 tolerance=$3
+    shift 3
+    local title="$name at $tolerance $*"
+    if ! "$terrabite" simplify "$raster" "$work/tin.ply" --max-error "$tolerance" --overwrite --json "$@" \
+        >"$work/report.json"; then
+        fail "$title: simplify"
+    elif ! "$terrabite" verify "$raster" "$work/tin.ply" --max-error "$tolerance" >"$work/verdict.txt"; then
+        fail "$title: $(cat "$work/verdict.txt")"
+    else
+        pass "$title: $(field "$work/report.json" triangles) triangles"
+    fi
+}
+
+# at_most TITLE LIMIT: the last simplification has no more triangles.
+at_most() {
+    local count
+    count=$(field "$work/report.json" triangles)
+    if [ "$count" -le "$2" ]; then pass "$1: $count of at most $2 triangles"; else fail "$1: $count, not $2"; fi
+}
+
+# everyhow NAME TOLERANCE...: weak and strong, at tile sizes 128, 512 and the default.
+everyhow() {
+    local name=$1 raster=$data/$1.tif tolerance feasibility
+    shift
+    for tolerance in "$@"; do
+        for feasibility in weak strong; do
+            certify "$name" "$raster" "$tolerance" --feasibility "$feasibility" --tile 128
+            certify "$name" "$raster" "$tolerance" --feasibility "$feasibility" --tile 512
+            certify "$name" "$raster" "$tolerance" --feasibility "$feasibility"
+        done
+    done
+}
+
+if [ -d "$data" ]; then
+    everyhow crater_lake_garland 1 5 20
+    everyhow srtm3_S33W071 10
+    everyhow srtm3_mosaic_n_england 5
+    everyhow moon_tycho_4096 20 200
+    everyhow lidar_wetland_1m 0.1
+    everyhow mars_mola_4ppd 50
+
+    crater=$data/crater_lake_garland.tif
+    certify crater_lake_garland "$crater" 5 --tile 512
+    at_most "plain weak cuts of Crater Lake at 5" 26500
+    certify crater_lake_garland "$crater" 20 --tile 512
+    at_most "plain weak cuts of Crater Lake at 20" 5000
+
+    copy() { gdal_translate -q "$@"; }
+    copy -ot Float64 "$crater" "$work/float64.tif"
+    copy -co ENDIANNESS=BIG "$crater" "$work/big-endian.tif"
+    copy -co BLOCKYSIZE=7 "$crater" "$work/stripped.tif"
+    copy -co TILED=YES -co BLOCKXSIZE=64 -co BLOCKYSIZE=64 "$crater" "$work/tiled.tif"
+    for name in float64 big-endian stripped tiled; do
+        for feasibility in weak strong; do
+            certify "$name" "$work/$name.tif" 5 --feasibility "$feasibility"
+            certify "$name" "$work/$name.tif" 5 --feasibility "$feasibility" --tile 128
+        done
+        how=$(python3 -c 'import json,sys; print(json.load(open(sys.argv[1]))["access"]["how"])' "$work/report.json")
+        case $name:$how in
+            stripped:in_place | tiled:in_place | float64:in_place | big-endian:decoded) pass "$name is $how" ;;
+            *) fail "$name is $how" ;;
+        esac
+    done
+else
+    echo "skipped: the real terrains, there is no folder $data (set TERRABITE_DATA)"
+fi
+
+# Made by ourselves, so it runs everywhere.
+"$terrabite" synth "$work/synth.tif" --size 3000x2000 --seed 7 --quiet
+for feasibility in weak strong; do
+    certify synth "$work/synth.tif" 1 --feasibility "$feasibility"
+    certify synth "$work/synth.tif" 20 --feasibility "$feasibility" --tile 128
+    certify synth "$work/synth.tif" 0 --feasibility "$feasibility" --tile 256
+done
+
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]
