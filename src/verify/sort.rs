@@ -42,7 +42,8 @@ struct Run {
 impl<'s, const N: usize> Sorter<'s, N> {
     pub(super) fn new(scratch: &'s Scratch, bytes: usize) -> Self {
         let capacity = (bytes / size_of::<[u64; N]>()).max(1);
-        Sorter { scratch, capacity, buffer: Vec::new(), file: None, runs: Vec::new() }
+        // All of it at once: growing by doubling would end up to twice as large. Untouched pages cost nothing.
+        Sorter { scratch, capacity, buffer: Vec::with_capacity(capacity), file: None, runs: Vec::new() }
     }
 
     pub(super) fn push(&mut self, record: [u64; N]) -> Result<(), VerifyError> {
