@@ -1,3 +1,4 @@
 //! terrabite bites terrains of any size into triangles.
 pub mod control;
 pub mod raster;
+pub mod synth;
