@@ -1,2 +1,4 @@
 //! The `terrabite` command.
-fn main() {}
+fn main() -> std::process::ExitCode {
+    terrabite::cli::main()
+}

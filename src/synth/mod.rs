@@ -5,12 +5,23 @@
 //! thread count and window gives the same bits. [`synth`] streams it into a GeoTIFF; [`Terrain`] fills buffers.
 
 mod erosion;
+mod error;
+mod faults;
+mod gaps;
 mod hash;
+mod lakes;
 mod landscape;
 mod noise;
 mod options;
+mod patch;
 mod spline;
 mod terrain;
+mod write;
 
+pub use error::SynthError;
 pub use options::{BlockLayout, Compression, OptionError, StoredAs, SynthOptions, TerrainOptions};
 pub use terrain::Terrain;
+pub use write::{SynthReport, synth};
+
+#[cfg(test)]
+mod tests;

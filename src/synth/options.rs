@@ -56,7 +56,12 @@ impl TerrainOptions {
             "a number from 0 to 1",
             self.roughness,
         )?;
-        OptionError::unless(share(self.lakes), "lakes", "a share from 0 to 0.9", self.lakes)?;
+        OptionError::unless(
+            (0.0..=0.75).contains(&self.lakes),
+            "lakes",
+            "a share from 0 to 0.75: the rest is the rims between them",
+            self.lakes,
+        )?;
         OptionError::unless(share(self.nodata_share), "nodata-share", "a share from 0 to 0.9", self.nodata_share)
     }
 }

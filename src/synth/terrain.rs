@@ -1,5 +1,8 @@
 use super::erosion::Gullies;
+use super::faults::Faults;
+use super::gaps::Gaps;
 use super::hash::{hash, high, key};
+use super::lakes::Lakes;
 use super::landscape::{Form, Landscape};
 use super::noise::{Octave, fbm, octaves};
 use super::options::{OptionError, TerrainOptions};
@@ -15,6 +18,9 @@ pub struct Terrain {
     /// Waves without a direction between the large forms and the shortest ones.
     knolls: Vec<Octave>,
     detail_key: u64,
+    faults: Option<Faults>,
+    lakes: Option<Lakes>,
+    gaps: Option<Gaps>,
 }
 
 /// Samples between the nodes of the large forms.
@@ -40,12 +46,16 @@ impl Terrain {
     /// [`OptionError`] when a number is out of its range.
     pub fn new(options: &TerrainOptions) -> Result<Terrain, OptionError> {
         options.check()?;
+        let landscape = Landscape::new(options);
         Ok(Terrain {
             options: *options,
-            landscape: Landscape::new(options),
+            lakes: Lakes::new(options, &landscape),
+            landscape,
             gullies: Gullies::new(options.seed),
             knolls: octaves(options.seed, 8, 44.0, 0.5, 2),
             detail_key: key(options.seed, 1),
+            faults: Faults::new(options),
+            gaps: Gaps::new(options.seed, options.nodata_share),
         })
     }
 
@@ -76,6 +86,9 @@ impl Terrain {
         let fine = Lattice::<DETAIL>::covering(column, row, width, height);
         let waves: Vec<f64> = fine.nodes().map(|(i, j)| high(hash(self.detail_key, i, j))).collect();
         let (mut scratch, mut detail, mut wave) = (Vec::new(), vec![0.0; width], vec![0.0; width]);
+        let mut faults = self.faults.as_ref().map(|f| f.over(window));
+        let mut lakes = self.lakes.as_ref().map(|l| l.over(window, &self.landscape));
+        let mut gaps = self.gaps.as_ref().map(|g| g.over(window));
         for (line, row) in out.chunks_exact_mut(width).zip(row..) {
             ground.lattice.row(&ground.height, column, row, &mut scratch, line);
             ground.lattice.row(&ground.detail, column, row, &mut scratch, &mut detail);
@@ -83,6 +96,9 @@ impl Terrain {
             for ((h, d), w) in line.iter_mut().zip(&detail).zip(&wave) {
                 *h += d * w;
             }
+            faults.iter_mut().for_each(|f| f.apply(row, line));
+            lakes.iter_mut().for_each(|l| l.apply(row, line));
+            gaps.iter_mut().for_each(|g| g.apply(row, line));
         }
     }
 
