@@ -1,5 +1,6 @@
 //! The command line.
 
+mod preview;
 mod size;
 mod synth;
 
@@ -10,6 +11,7 @@ use crate::control::Control;
 #[derive(Debug, Parser)]
 #[command(version, about)]
 enum Command {
+    Preview(preview::PreviewArgs),
     Synth(synth::SynthArgs),
 }
 
@@ -17,6 +19,7 @@ enum Command {
 pub fn main() -> std::process::ExitCode {
     crate::raster::quiet_gdal();
     let result: Result<(), Box<dyn std::error::Error>> = match Command::parse() {
+        Command::Preview(args) => preview::run(args, &Control::default()).map_err(Into::into),
         Command::Synth(args) => synth::run(args, &Control::default()).map_err(Into::into),
     };
     match result {

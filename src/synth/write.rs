@@ -205,7 +205,12 @@ fn creation_options(options: &SynthOptions) -> Vec<String> {
         Compression::Zstd => Some("ZSTD"),
     };
     if let Some(name) = name {
-        let predictor = if options.stored_as == StoredAs::Int16 { 2 } else { 3 };
+        let predictor = match options.stored_as {
+            StoredAs::Int16 => 2,
+            // libtiff 4.5 (GDAL 3.6) writes the floating-point predictor wrongly into big-endian files.
+            _ if options.big_endian => 1,
+            StoredAs::Float32 | StoredAs::Float64 => 3,
+        };
         let threads = rayon::current_num_threads();
         list.extend([format!("COMPRESS={name}"), format!("PREDICTOR={predictor}"), format!("NUM_THREADS={threads}")]);
     }

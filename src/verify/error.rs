@@ -1,0 +1,56 @@
+use std::path::PathBuf;
+
+use crate::control::Cancelled;
+use crate::ply::PlyError;
+use crate::raster::RasterError;
+
+/// Why a mesh could not be judged. A mesh that was judged and failed is no error but a [`super::Verdict`].
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum VerifyError {
+    /// The raster cannot be read.
+    #[error(transparent)]
+    Raster(#[from] RasterError),
+    /// The mesh cannot be read, or is damaged.
+    #[error(transparent)]
+    Mesh(#[from] PlyError),
+    /// The tolerance is no tolerance.
+    #[error("expected a finite tolerance of 0 or more, found {found}")]
+    Tolerance {
+        /// The number as it was given.
+        found: f64,
+    },
+    /// A sample has no height; the verifier does not know such rasters yet.
+    #[error("{}: column {column}, row {row}: raster holds nodata samples, not supported yet", path.display())]
+    NodataUnsupported {
+        /// The raster.
+        path: PathBuf,
+        /// The sample's column, from 0.
+        column: usize,
+        /// The sample's row, from 0.
+        row: usize,
+    },
+    /// A sample's height is infinite: no surface is within any distance of it.
+    #[error("{}: column {column}, row {row}: expected a finite height, found {found}", path.display())]
+    InfiniteSample {
+        /// The raster.
+        path: PathBuf,
+        /// The sample's column, from 0.
+        column: usize,
+        /// The sample's row, from 0.
+        row: usize,
+        /// The height as it is.
+        found: f64,
+    },
+    /// A temporary file cannot be made, written or read back.
+    #[error("temporary files in {}: {source}", dir.display())]
+    Scratch {
+        /// Where the temporary files are.
+        dir: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}

@@ -1,0 +1,107 @@
+use serde::Serialize;
+
+/// How often something is wrong, and where first.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Finding<P> {
+    /// How often.
+    pub count: u64,
+    /// The first place, in the order of the rows, faces, vertices or vertex pairs; `None` where there is none.
+    pub first: Option<P>,
+}
+
+impl<P> Default for Finding<P> {
+    fn default() -> Self {
+        Finding { count: 0, first: None }
+    }
+}
+
+impl<P> Finding<P> {
+    /// Counts one; places come in order, so the first to come stays.
+    pub(super) fn add(&mut self, place: impl FnOnce() -> P) {
+        self.count += 1;
+        self.first.get_or_insert_with(place);
+    }
+}
+
+/// A sample of the raster.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SamplePlace {
+    /// Column, from 0.
+    pub column: u64,
+    /// Row, from 0.
+    pub row: u64,
+    /// Map x.
+    pub x: f64,
+    /// Map y.
+    pub y: f64,
+}
+
+/// A point on the map.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MapPlace {
+    /// Map x.
+    pub x: f64,
+    /// Map y.
+    pub y: f64,
+}
+
+/// A vertex of the mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct VertexPlace {
+    /// Its index in the file, from 0.
+    pub vertex: u64,
+    /// Map x.
+    pub x: f64,
+    /// Map y.
+    pub y: f64,
+}
+
+/// A face of the mesh, by its first corner.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FacePlace {
+    /// Its index in the file, from 0.
+    pub face: u64,
+    /// The first corner's map x.
+    pub x: f64,
+    /// The first corner's map y.
+    pub y: f64,
+}
+
+/// An edge of the mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EdgePlace {
+    /// The end with the lower index.
+    pub from: VertexPlace,
+    /// The end with the higher index.
+    pub to: VertexPlace,
+}
+
+impl std::fmt::Display for SamplePlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "column {}, row {} ({} {})", self.column, self.row, self.x, self.y)
+    }
+}
+
+impl std::fmt::Display for MapPlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "({} {})", self.x, self.y)
+    }
+}
+
+impl std::fmt::Display for VertexPlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "vertex {} ({} {})", self.vertex, self.x, self.y)
+    }
+}
+
+impl std::fmt::Display for FacePlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "face {} ({} {})", self.face, self.x, self.y)
+    }
+}
+
+impl std::fmt::Display for EdgePlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} to {}", self.from, self.to)
+    }
+}

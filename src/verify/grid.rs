@@ -1,0 +1,76 @@
+use crate::raster::{GeoTransform, Raster};
+
+use super::finding::{EdgePlace, FacePlace, MapPlace, SamplePlace, VertexPlace};
+use super::vertices::Vertex;
+
+/// Lattice steps from one sample to the next.
+pub(super) const STEPS: i64 = 4;
+
+/// The domain: the rectangle of sample centres, on the lattice and on the map.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grid {
+    /// Samples across.
+    pub(super) width: i64,
+    /// Samples down.
+    pub(super) height: i64,
+    pub(super) transform: GeoTransform,
+}
+
+impl Grid {
+    pub(super) fn of(raster: &Raster) -> Grid {
+        Grid { width: raster.width() as i64, height: raster.height() as i64, transform: raster.geo_transform() }
+    }
+
+    /// The lattice point in the corner of last row and column; the first one is (0, 0).
+    pub(super) fn far_corner(&self) -> (i64, i64) {
+        (STEPS * (self.width - 1), STEPS * (self.height - 1))
+    }
+
+    pub(super) fn contains(&self, (x, y): (i64, i64)) -> bool {
+        let (far_x, far_y) = self.far_corner();
+        (0..=far_x).contains(&x) && (0..=far_y).contains(&y)
+    }
+
+    /// Twice the area, in lattice steps squared.
+    pub(super) fn double_area(&self) -> i128 {
+        let (x, y) = self.far_corner();
+        2 * i128::from(x) * i128::from(y)
+    }
+
+    /// 1 where a counter-clockwise turn on the map is positive in (column, row), −1 where it is negative.
+    pub(super) fn map_turn(&self) -> i128 {
+        if self.transform.determinant() < 0.0 { -1 } else { 1 }
+    }
+
+    pub(super) fn map(&self, (x, y): (i64, i64)) -> MapPlace {
+        let (x, y) = self.transform.apply(x, y);
+        MapPlace { x, y }
+    }
+
+    pub(super) fn sample(&self, column: i64, row: i64) -> SamplePlace {
+        let MapPlace { x, y } = self.map((STEPS * column, STEPS * row));
+        SamplePlace { column: column as u64, row: row as u64, x, y }
+    }
+
+    pub(super) fn vertex(&self, index: u64, vertex: Vertex) -> VertexPlace {
+        let MapPlace { x, y } = vertex.place.map_or(MapPlace { x: f64::NAN, y: f64::NAN }, |p| self.map(p));
+        VertexPlace { vertex: index, x, y }
+    }
+
+    pub(super) fn edge(&self, (a, va): (u64, Vertex), (b, vb): (u64, Vertex)) -> EdgePlace {
+        EdgePlace { from: self.vertex(a, va), to: self.vertex(b, vb) }
+    }
+
+    pub(super) fn face(&self, face: u64, first_corner: Vertex) -> FacePlace {
+        let VertexPlace { x, y, .. } = self.vertex(0, first_corner);
+        FacePlace { face, x, y }
+    }
+}
+
+/// Twice the signed area of a triangle: positive where a, b, c turn from the x axis (columns) towards the y axis
+/// (rows). Exact: coordinates stay below 2⁴¹.
+pub(super) fn orientation(a: (i64, i64), b: (i64, i64), c: (i64, i64)) -> i128 {
+    let (abx, aby) = (i128::from(b.0 - a.0), i128::from(b.1 - a.1));
+    let (acx, acy) = (i128::from(c.0 - a.0), i128::from(c.1 - a.1));
+    abx * acy - aby * acx
+}

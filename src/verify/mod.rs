@@ -1,0 +1,140 @@
+//! Judges a written mesh against its raster, sharing no code with whatever made it.
+//!
+//! In comes a raster and a path; out comes a [`Verdict`]: is the surface within the tolerance at every sample, and is
+//! it one surface, without cracks, T-junctions, folds or overlaps? Places are recovered on the lattice of quarter cells,
+//! where all geometry is exact; near ties with the tolerance are settled by exact arithmetic.
+//!
+//! Two passes over the file put vertices, triangles, edges and corners in order by external sorts ([`sort`]); then the
+//! triangles sweep over the raster from the first row to the last ([`sweep`]). Memory is bounded whatever the raster and
+//! the mesh, by about 64 MiB beside GDAL's own cache: every type that buffers says how much.
+//!
+//! Architecture invariant: nothing here imports an engine, a spool or a sink.
+
+mod corners;
+mod edges;
+mod error;
+mod exact;
+mod faces;
+mod finding;
+mod grid;
+mod pace;
+mod plane;
+mod samples;
+mod scratch;
+mod sort;
+mod sweep;
+#[cfg(test)]
+mod tests;
+mod triangle;
+mod verdict;
+mod vertices;
+
+use std::path::{Path, PathBuf};
+
+use crate::control::{Control, Stage};
+use crate::ply::PlyFile;
+use crate::raster::Raster;
+
+pub use error::VerifyError;
+pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, VertexPlace};
+pub use verdict::{Verdict, WorstSample};
+
+use corners::{VertexFindings, read_vertices};
+use edges::{EdgeFindings, match_edges};
+use faces::{FaceFindings, FaceSorts, read_faces};
+use grid::Grid;
+use pace::Pace;
+use scratch::Scratch;
+use sweep::{Comparison, sweep};
+
+/// What a mesh is held to, and where temporary files go.
+#[derive(Debug, Clone)]
+pub struct VerifyOptions {
+    /// The vertical distance allowed at every sample, in the raster's unit; at most this, `<=`, is within.
+    pub max_error: f64,
+    /// Where temporary files are made, about 200 bytes per triangle; `None` is the system's place for them.
+    pub temp_dir: Option<PathBuf>,
+}
+
+/// Judges the PLY file `mesh` against `raster`, reading both once or twice from beginning to end.
+///
+/// The verdict depends on the two files and the tolerance alone, not on the number of threads.
+///
+/// # Errors
+/// [`VerifyError`] when either cannot be read or is damaged, when the raster has samples without a height, when
+/// temporary files fail, or on cancellation. A mesh that is merely wrong is a verdict.
+pub fn verify(
+    raster: &Raster,
+    mesh: &Path,
+    options: &VerifyOptions,
+    control: &Control<'_>,
+) -> Result<Verdict, VerifyError> {
+    let tolerance = options.max_error;
+    if !(tolerance.is_finite() && tolerance >= 0.0) {
+        return Err(VerifyError::Tolerance { found: tolerance });
+    }
+    let grid = Grid::of(raster);
+    let scratch = Scratch::new(options.temp_dir.as_deref());
+    let mut mesh = PlyFile::open(mesh)?;
+    let (vertices, triangles) = (mesh.vertex_count(), mesh.face_count());
+
+    // Each vertex passes when it is read and among the places, each face when it is read, by corners and by edges.
+    let mut pace = Pace::begin(control, Stage::Sort, 2 * vertices + 7 * triangles);
+    let (mut corner_findings, mut store, places) = read_vertices(&mut mesh, &grid, &scratch, &mut pace)?;
+    corner_findings.find_duplicates(&grid, places, &mut pace)?;
+    let (face_findings, FaceSorts { triangles: by_row, edges, uses }) =
+        read_faces(&mut mesh, &mut store, &grid, &scratch, &mut pace)?;
+    corner_findings.find_unused(&grid, &mut store, uses, &mut pace)?;
+    let edge_findings = match_edges(edges, &mut store, &grid, &scratch, &mut pace)?;
+    drop(store);
+    pace.end()?;
+
+    let comparison = sweep(raster, by_row, tolerance, &scratch, control)?;
+    let samples = raster.width() as u64 * raster.height() as u64;
+    let sizes = Sizes { samples, vertices, triangles };
+    Ok(verdict(tolerance, sizes, &grid, comparison, face_findings, edge_findings, corner_findings))
+}
+
+struct Sizes {
+    samples: u64,
+    vertices: u64,
+    triangles: u64,
+}
+
+fn verdict(
+    tolerance: f64,
+    sizes: Sizes,
+    grid: &Grid,
+    comparison: Comparison,
+    faces: FaceFindings,
+    edges: EdgeFindings,
+    corners: VertexFindings,
+) -> Verdict {
+    let covered = sizes.samples - comparison.uncovered.count;
+    Verdict {
+        tolerance,
+        samples: sizes.samples,
+        vertices: sizes.vertices,
+        triangles: sizes.triangles,
+        worst: comparison.worst,
+        rms_error: (comparison.sum_of_squares / covered.max(1) as f64).sqrt(),
+        above_tolerance: comparison.above,
+        uncovered: comparison.uncovered,
+        overlapped: comparison.overlapped,
+        clockwise: faces.clockwise,
+        degenerate: faces.degenerate,
+        unplaced: faces.unplaced,
+        double_area: faces.double_area,
+        expected_double_area: grid.double_area(),
+        unmatched_edges: edges.unmatched,
+        overused_edges: edges.overused,
+        same_direction_edges: edges.same_direction,
+        rim_gaps: edges.rim_gaps,
+        rim_doubled: edges.rim_doubled,
+        duplicate_vertices: corners.duplicate,
+        unused_vertices: corners.unused,
+        off_lattice: corners.off_lattice,
+        outside: corners.outside,
+        heights_not_finite: corners.not_finite,
+    }
+}

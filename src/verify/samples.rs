@@ -1,0 +1,92 @@
+use crate::raster::{Nodata, Raster, Window};
+
+use super::VerifyError;
+
+/// Bands of whole rows of a raster, checked to hold nothing but finite heights.
+///
+/// Memory use is constant: [`BandReader::SAMPLES`] samples of 8 bytes (as many again where the raster has a nodata
+/// value, or a byte each where it has a mask), or one row where that is more.
+#[derive(Debug)]
+pub(super) struct BandReader<'r> {
+    raster: &'r Raster,
+    masked: bool,
+    rows: usize,
+    heights: Vec<f64>,
+}
+
+impl<'r> BandReader<'r> {
+    /// Samples in a band, about.
+    const SAMPLES: usize = 1 << 20;
+
+    pub(super) fn new(raster: &'r Raster) -> Result<Self, VerifyError> {
+        let rows = (Self::SAMPLES / raster.width()).clamp(1, raster.height());
+        // Whole blocks, where some fit: a block that two bands share is decoded twice.
+        let block = raster.block_size().1.max(1);
+        let rows = if rows > block { rows - rows % block } else { rows };
+        Ok(BandReader { raster, masked: raster.has_mask()?, rows, heights: Vec::new() })
+    }
+
+    /// Rows in a band; the last one may have fewer.
+    pub(super) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// How many bands there are.
+    pub(super) fn count(&self) -> usize {
+        self.raster.height().div_ceil(self.rows)
+    }
+
+    /// The heights of one band, row by row.
+    pub(super) fn read(&mut self, band: usize) -> Result<&[f64], VerifyError> {
+        let row = band * self.rows;
+        let height = self.rows.min(self.raster.height() - row);
+        let window = Window { column: 0, row, width: self.raster.width(), height };
+        self.heights.resize(window.len(), 0.0);
+        self.raster.read_heights(window, &mut self.heights)?;
+        self.refuse_nodata(window)?;
+        if let Some(at) = self.heights.iter().position(|h| !h.is_finite()) {
+            let (column, row) = (at % window.width, row + at / window.width);
+            let (path, found) = (self.raster.path().to_path_buf(), self.heights[at]);
+            return Err(match found.is_nan() {
+                true => VerifyError::NodataUnsupported { path, column, row },
+                false => VerifyError::InfiniteSample { path, column, row, found },
+            });
+        }
+        Ok(&self.heights)
+    }
+
+    fn refuse_nodata(&self, window: Window) -> Result<(), VerifyError> {
+        let mut found = None;
+        if self.masked {
+            let mut mask = vec![0; window.len()];
+            self.raster.read_mask(window, &mut mask)?;
+            found = mask.iter().position(|&m| m == 0);
+        }
+        if self.raster.nodata() != Nodata::None {
+            // Doubles for their alignment, to hold samples of any type.
+            let mut stored = vec![0f64; window.len()];
+            let bytes = window.len() * self.raster.sample_type().bytes();
+            let stored = &mut bytemuck::cast_slice_mut(&mut stored)[..bytes];
+            self.raster.read_native(window, stored)?;
+            found = found.into_iter().chain(first_nodata(self.raster, stored)).min();
+        }
+        found.map_or(Ok(()), |at| {
+            let (column, row) = (at % window.width, window.row + at / window.width);
+            Err(VerifyError::NodataUnsupported { path: self.raster.path().to_path_buf(), column, row })
+        })
+    }
+}
+
+/// The first stored value that is the raster's mark of nodata.
+fn first_nodata(raster: &Raster, stored: &[u8]) -> Option<usize> {
+    match raster.nodata() {
+        Nodata::None => None,
+        Nodata::I64(mark) => bytemuck::cast_slice::<u8, i64>(stored).iter().position(|&v| v == mark),
+        Nodata::U64(mark) => bytemuck::cast_slice::<u8, u64>(stored).iter().position(|&v| v == mark),
+        // A NaN marks NaN, which no height may be anyway.
+        #[allow(clippy::unnecessary_cast)]
+        Nodata::Real(mark) => crate::raster::with_sample_type!(raster.sample_type(), T => {
+            bytemuck::cast_slice::<u8, T>(stored).iter().position(|&v| v as f64 == mark)
+        }),
+    }
+}

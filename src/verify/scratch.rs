@@ -1,0 +1,85 @@
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use super::VerifyError;
+
+/// Where temporary files are made. They have no name, so nobody else opens them and nothing is left behind by a crash.
+#[derive(Debug)]
+pub(super) struct Scratch {
+    dir: PathBuf,
+}
+
+impl Scratch {
+    pub(super) fn new(dir: Option<&Path>) -> Scratch {
+        Scratch { dir: dir.map_or_else(std::env::temp_dir, Path::to_path_buf) }
+    }
+
+    pub(super) fn file(&self) -> Result<File, VerifyError> {
+        tempfile::tempfile_in(&self.dir).map_err(|e| self.error(e))
+    }
+
+    pub(super) fn error(&self, source: std::io::Error) -> VerifyError {
+        VerifyError::Scratch { dir: self.dir.clone(), source }
+    }
+
+    /// Writes records at the file's cursor.
+    pub(super) fn write<const N: usize>(&self, mut file: &File, records: &[[u64; N]]) -> Result<(), VerifyError> {
+        file.write_all(bytemuck::cast_slice(records.as_flattened())).map_err(|e| self.error(e))
+    }
+
+    /// Reads records from number `first` on.
+    pub(super) fn read<const N: usize>(
+        &self,
+        mut file: &File,
+        first: u64,
+        records: &mut [[u64; N]],
+    ) -> Result<(), VerifyError> {
+        let place = SeekFrom::Start(first * size_of::<[u64; N]>() as u64);
+        let bytes = bytemuck::cast_slice_mut(records.as_flattened_mut());
+        file.seek(place).and_then(|_| file.read_exact(bytes)).map_err(|e| self.error(e))
+    }
+}
+
+/// First in, first out, in bounded memory: what does not fit into one buffer waits in a file.
+///
+/// Memory use is constant: `BUFFER` records while it is filled, as many again while it is emptied.
+#[derive(Debug)]
+pub(super) struct Queue<'s, const N: usize> {
+    scratch: &'s Scratch,
+    file: Option<File>,
+    filed: u64,
+    latest: Vec<[u64; N]>,
+}
+
+impl<'s, const N: usize> Queue<'s, N> {
+    const BUFFER: usize = 16 << 10;
+
+    pub(super) fn new(scratch: &'s Scratch) -> Self {
+        Queue { scratch, file: None, filed: 0, latest: Vec::new() }
+    }
+
+    pub(super) fn push(&mut self, record: [u64; N]) -> Result<(), VerifyError> {
+        if self.latest.len() == Self::BUFFER {
+            if self.file.is_none() {
+                self.file = Some(self.scratch.file()?);
+            }
+            let file = self.file.as_ref().expect("made above");
+            self.scratch.write(file, &self.latest)?;
+            self.filed += self.latest.len() as u64;
+            self.latest.clear();
+        }
+        self.latest.push(record);
+        Ok(())
+    }
+
+    /// The records in the order they came, in pieces that are not empty.
+    pub(super) fn into_pieces(self) -> impl Iterator<Item = Result<Vec<[u64; N]>, VerifyError>> {
+        let Queue { scratch, file, filed, latest } = self;
+        let from_file = (0..filed).step_by(Self::BUFFER).map(move |first| {
+            let mut piece = vec![[0; N]; Self::BUFFER];
+            scratch.read(file.as_ref().expect("records were filed"), first, &mut piece).map(|()| piece)
+        });
+        from_file.chain((!latest.is_empty()).then_some(Ok(latest)))
+    }
+}

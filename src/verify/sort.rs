@@ -1,0 +1,200 @@
+//! External sorting of fixed-size records.
+//!
+//! Crates for this exist (`extsort`, `ext-sort`); they encode record by record, keep one named file per run and open
+//! all of them at once. Here a record is a few machine words compared in order, all runs of a sort share one file
+//! without a name, and no more than [`FAN_IN`] of them are merged at a time.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::fs::File;
+
+use rayon::slice::ParallelSliceMut;
+
+use super::VerifyError;
+use super::scratch::Scratch;
+
+/// Runs merged at a time.
+const FAN_IN: usize = 64;
+/// Bytes read of one run at a time.
+const READ_BYTES: usize = 64 << 10;
+
+/// Takes records of `N` words in any order and gives them back in ascending order, the first word first.
+///
+/// Memory use is constant: the buffer's `bytes` while records come in, then 64 × 64 KiB, because a full buffer is
+/// sorted and written out as a run, and runs are merged 64 at a time, in several rounds where there are more. The
+/// order depends on the records alone (records that compare equal are the same bytes).
+#[derive(Debug)]
+pub(super) struct Sorter<'s, const N: usize> {
+    scratch: &'s Scratch,
+    capacity: usize,
+    buffer: Vec<[u64; N]>,
+    file: Option<File>,
+    runs: Vec<Run>,
+}
+
+/// A sorted stretch of the file, in records.
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    first: u64,
+    count: u64,
+}
+
+impl<'s, const N: usize> Sorter<'s, N> {
+    pub(super) fn new(scratch: &'s Scratch, bytes: usize) -> Self {
+        let capacity = (bytes / size_of::<[u64; N]>()).max(1);
+        Sorter { scratch, capacity, buffer: Vec::new(), file: None, runs: Vec::new() }
+    }
+
+    pub(super) fn push(&mut self, record: [u64; N]) -> Result<(), VerifyError> {
+        if self.buffer.len() == self.capacity {
+            self.write_run()?;
+        }
+        self.buffer.push(record);
+        Ok(())
+    }
+
+    fn write_run(&mut self) -> Result<(), VerifyError> {
+        self.buffer.par_sort_unstable();
+        if self.file.is_none() {
+            self.file = Some(self.scratch.file()?);
+        }
+        self.scratch.write(self.file.as_ref().expect("made above"), &self.buffer)?;
+        let first = self.runs.last().map_or(0, |r| r.first + r.count);
+        self.runs.push(Run { first, count: self.buffer.len() as u64 });
+        self.buffer.clear();
+        Ok(())
+    }
+
+    /// All records in order. A set that fits the buffer never sees a file.
+    pub(super) fn finish(mut self) -> Result<Sorted<'s, N>, VerifyError> {
+        if self.runs.is_empty() {
+            self.buffer.par_sort_unstable();
+            return Ok(Sorted::Memory(self.buffer.into_iter()));
+        }
+        if !self.buffer.is_empty() {
+            self.write_run()?;
+        }
+        self.buffer = Vec::new();
+        let (mut file, mut runs) = (self.file.expect("there are runs"), self.runs);
+        while runs.len() > FAN_IN {
+            (file, runs) = merge_round::<N>(self.scratch, file, &runs)?;
+        }
+        Ok(Sorted::Merge(Merge::new(self.scratch, file, &runs)?))
+    }
+}
+
+/// Merges runs by groups into fewer and longer runs in a new file.
+fn merge_round<const N: usize>(scratch: &Scratch, file: File, runs: &[Run]) -> Result<(File, Vec<Run>), VerifyError> {
+    let target = scratch.file()?;
+    let mut longer = Vec::with_capacity(runs.len().div_ceil(FAN_IN));
+    let mut out = Vec::with_capacity(READ_BYTES * 16 / size_of::<[u64; N]>());
+    for group in runs.chunks(FAN_IN) {
+        let again = file.try_clone().map_err(|e| scratch.error(e))?;
+        for record in Merge::<N>::new(scratch, again, group)? {
+            out.push(record?);
+            if out.len() == out.capacity() {
+                scratch.write(&target, &out)?;
+                out.clear();
+            }
+        }
+        scratch.write(&target, &out)?;
+        out.clear();
+        longer.push(Run { first: group[0].first, count: group.iter().map(|r| r.count).sum() });
+    }
+    Ok((target, longer))
+}
+
+/// The records of a [`Sorter`] in ascending order.
+#[derive(Debug)]
+pub(super) enum Sorted<'s, const N: usize> {
+    Memory(std::vec::IntoIter<[u64; N]>),
+    Merge(Merge<'s, N>),
+}
+
+impl<const N: usize> Iterator for Sorted<'_, N> {
+    type Item = Result<[u64; N], VerifyError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        match self {
+            Sorted::Memory(records) => records.next().map(Ok),
+            Sorted::Merge(merge) => merge.next(),
+        }
+    }
+}
+
+/// Several runs read side by side, the least record of their heads first.
+#[derive(Debug)]
+pub(super) struct Merge<'s, const N: usize> {
+    scratch: &'s Scratch,
+    file: File,
+    cursors: Vec<Cursor<N>>,
+    heads: BinaryHeap<Reverse<([u64; N], usize)>>,
+}
+
+/// What is left of one run: some of it in memory, the rest in the file.
+#[derive(Debug)]
+struct Cursor<const N: usize> {
+    rest: Run,
+    buffer: Vec<[u64; N]>,
+    next: usize,
+}
+
+impl<'s, const N: usize> Merge<'s, N> {
+    fn new(scratch: &'s Scratch, file: File, runs: &[Run]) -> Result<Self, VerifyError> {
+        let cursors = runs.iter().map(|&rest| Cursor { rest, buffer: Vec::new(), next: 0 }).collect();
+        let mut merge = Merge { scratch, file, cursors, heads: BinaryHeap::new() };
+        for index in 0..runs.len() {
+            merge.advance(index)?;
+        }
+        Ok(merge)
+    }
+
+    /// Puts the next record of one run among the heads.
+    fn advance(&mut self, index: usize) -> Result<(), VerifyError> {
+        let cursor = &mut self.cursors[index];
+        if cursor.next == cursor.buffer.len() {
+            let count = cursor.rest.count.min((READ_BYTES / size_of::<[u64; N]>()) as u64);
+            cursor.buffer.resize(count as usize, [0; N]);
+            self.scratch.read(&self.file, cursor.rest.first, &mut cursor.buffer)?;
+            cursor.rest = Run { first: cursor.rest.first + count, count: cursor.rest.count - count };
+            cursor.next = 0;
+        }
+        if let Some(&record) = cursor.buffer.get(cursor.next) {
+            cursor.next += 1;
+            self.heads.push(Reverse((record, index)));
+        }
+        Ok(())
+    }
+}
+
+impl<const N: usize> Iterator for Merge<'_, N> {
+    type Item = Result<[u64; N], VerifyError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let Reverse((record, index)) = self.heads.pop()?;
+        Some(self.advance(index).map(|()| record))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn sorts_as_a_vector_does(
+            mut records in proptest::collection::vec(any::<[u64; 2]>(), 0..2000), capacity in 1usize..300,
+        ) {
+            let scratch = Scratch::new(None);
+            let mut sorter = Sorter::new(&scratch, capacity * 16);
+            for record in &records {
+                sorter.push(*record).unwrap();
+            }
+            let sorted: Vec<_> = sorter.finish().unwrap().collect::<Result<_, _>>().unwrap();
+            records.sort_unstable();
+            prop_assert_eq!(sorted, records);
+        }
+    }
+}

@@ -1,0 +1,226 @@
+use rayon::prelude::*;
+
+use crate::control::{Control, Stage};
+use crate::raster::Raster;
+
+use super::VerifyError;
+use super::finding::{Finding, SamplePlace};
+use super::grid::Grid;
+use super::plane::{Judged, Plane};
+use super::samples::BandReader;
+use super::scratch::{Queue, Scratch};
+use super::sort::Sorted;
+use super::triangle::{RowSpan, TRIANGLE_WORDS, Triangle, TriangleWords};
+use super::verdict::WorstSample;
+
+/// Triangles held against a band at a time.
+const BATCH: usize = 16 << 10;
+/// Pieces a band is cut into for the threads.
+const TASKS: usize = 32;
+
+/// What has happened to a sample, bit by bit.
+mod mark {
+    /// It lies in a closed triangle.
+    pub(super) const COVERED: u8 = 1;
+    /// It lies in the interior of one.
+    pub(super) const INTERIOR: u8 = 2;
+    /// It lies in the interior of one and in another.
+    pub(super) const OVERLAP: u8 = 4;
+    /// It is farther from a surface than the tolerance.
+    pub(super) const ABOVE: u8 = 8;
+}
+
+/// What the comparison of all samples with all triangles finds.
+#[derive(Debug, Default)]
+pub(super) struct Comparison {
+    pub(super) worst: Option<WorstSample>,
+    /// Of the error, over the covered samples.
+    pub(super) sum_of_squares: f64,
+    pub(super) above: Finding<SamplePlace>,
+    pub(super) uncovered: Finding<SamplePlace>,
+    pub(super) overlapped: Finding<SamplePlace>,
+}
+
+/// What one row's samples add to it. Rows are worked on alone and put together in order, so that the sums come out the
+/// same whatever the threads and the bands.
+#[derive(Debug, Clone, Default)]
+struct RowTally {
+    sum_of_squares: f64,
+    worst: Option<Worst>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Worst {
+    column: i64,
+    judged: Judged,
+    face: u64,
+}
+
+/// Holds the triangles, sorted by first row, against the raster, band by band.
+///
+/// Memory use is constant whatever the mesh, because the triangles of a band pass by in batches, and those that reach
+/// into the next band wait for it in a [`Queue`].
+pub(super) fn sweep(
+    raster: &Raster,
+    triangles: Sorted<'_, TRIANGLE_WORDS>,
+    tolerance: f64,
+    scratch: &Scratch,
+    control: &Control<'_>,
+) -> Result<Comparison, VerifyError> {
+    let grid = Grid::of(raster);
+    let mut reader = BandReader::new(raster)?;
+    let (rows, bands) = (reader.rows(), reader.count());
+    let samples = raster.width() as u64 * raster.height() as u64;
+    control.progress.begin(Stage::Compare, bands as u64, samples);
+    let mut triangles = triangles.peekable();
+    let mut waiting = Queue::new(scratch);
+    let mut comparison = Comparison::default();
+    for index in 0..bands {
+        control.cancel.check()?;
+        let mut band = Band::new(grid, tolerance, index * rows, reader.read(index)?);
+        let mut next = Queue::new(scratch);
+        for piece in std::mem::replace(&mut waiting, Queue::new(scratch)).into_pieces() {
+            control.cancel.check()?;
+            band.compare(&piece?, &mut next)?;
+        }
+        loop {
+            let in_band = |t: &Result<TriangleWords, _>| t.as_ref().map_or(true, |t| (t[0] as i64) < band.rows.1);
+            let mut batch = Vec::new();
+            while batch.len() < BATCH {
+                let Some(triangle) = triangles.next_if(in_band) else { break };
+                batch.push(triangle?);
+            }
+            if batch.is_empty() {
+                break;
+            }
+            control.cancel.check()?;
+            band.compare(&batch, &mut next)?;
+        }
+        waiting = next;
+        band.add_to(&mut comparison);
+        control.progress.step(Stage::Compare, band.samples.len() as u64);
+    }
+    control.progress.end(Stage::Compare);
+    Ok(comparison)
+}
+
+/// Some rows of samples and what is known about them.
+struct Band<'s> {
+    grid: Grid,
+    tolerance: f64,
+    /// The first row, and the first one after.
+    rows: (i64, i64),
+    samples: &'s [f64],
+    marks: Vec<u8>,
+    tallies: Vec<RowTally>,
+}
+
+impl<'s> Band<'s> {
+    fn new(grid: Grid, tolerance: f64, first_row: usize, samples: &'s [f64]) -> Self {
+        let rows = samples.len() / grid.width as usize;
+        Band {
+            grid,
+            tolerance,
+            rows: (first_row as i64, (first_row + rows) as i64),
+            samples,
+            marks: vec![0; samples.len()],
+            tallies: vec![RowTally::default(); rows],
+        }
+    }
+
+    /// Holds a batch of triangles against the band; those that go on below it are handed to `next`.
+    fn compare(&mut self, batch: &[TriangleWords], next: &mut Queue<'_, TRIANGLE_WORDS>) -> Result<(), VerifyError> {
+        let (grid, tolerance, band_rows) = (self.grid, self.tolerance, self.rows);
+        let planes: Vec<(Plane, (i64, i64))> = batch
+            .par_iter()
+            .map(|words| {
+                let triangle = Triangle::from_words(words);
+                (Plane::new(triangle, tolerance), triangle.rows(&grid))
+            })
+            .collect();
+        for (words, (_, (_, last))) in batch.iter().zip(&planes) {
+            if *last >= band_rows.1 {
+                next.push(*words)?;
+            }
+        }
+        let width = grid.width as usize;
+        let rows = self.tallies.len().div_ceil(TASKS);
+        let tasks = self.tallies.par_chunks_mut(rows).zip(self.marks.par_chunks_mut(rows * width));
+        tasks.zip(self.samples.par_chunks(rows * width)).enumerate().for_each(|(task, ((tallies, marks), samples))| {
+            let top = band_rows.0 + (task * rows) as i64;
+            let bottom = top + tallies.len() as i64;
+            for (plane, (first, last)) in &planes {
+                for row in top.max(*first)..bottom.min(last + 1) {
+                    let Some(span) = plane.triangle.row_span(row, grid.width) else { continue };
+                    let at = (row - top) as usize;
+                    let line = at * width..(at + 1) * width;
+                    compare_row(plane, row, &span, &samples[line.clone()], &mut marks[line], &mut tallies[at]);
+                }
+            }
+        });
+        Ok(())
+    }
+
+    /// Adds what has been found about the rows, once all their triangles have passed.
+    fn add_to(&self, comparison: &mut Comparison) {
+        let width = self.grid.width as usize;
+        for ((row, marks), tally) in (self.rows.0..).zip(self.marks.chunks(width)).zip(&self.tallies) {
+            let place = |column: usize| self.grid.sample(column as i64, row);
+            for (column, mark) in marks.iter().enumerate().filter(|(_, mark)| **mark & !mark::INTERIOR != mark::COVERED)
+            {
+                if mark & mark::COVERED == 0 {
+                    comparison.uncovered.add(|| place(column));
+                }
+                if mark & mark::OVERLAP != 0 {
+                    comparison.overlapped.add(|| place(column));
+                }
+                if mark & mark::ABOVE != 0 {
+                    comparison.above.add(|| place(column));
+                }
+            }
+            comparison.sum_of_squares += tally.sum_of_squares;
+            let Some(worst) = tally.worst else { continue };
+            if comparison.worst.is_none_or(|w| worst.judged.error > w.error) {
+                let sample = self.samples[(row - self.rows.0) as usize * width + worst.column as usize];
+                comparison.worst = Some(WorstSample {
+                    error: worst.judged.error,
+                    place: place(worst.column as usize),
+                    raster_height: sample,
+                    surface_height: worst.judged.surface,
+                    face: worst.face,
+                });
+            }
+        }
+    }
+}
+
+/// Judges the samples of one row in one triangle.
+fn compare_row(plane: &Plane, row: i64, span: &RowSpan, samples: &[f64], marks: &mut [u8], tally: &mut RowTally) {
+    let mut note = |column: i64, within: bool| {
+        let mark = &mut marks[column as usize];
+        let before = *mark;
+        let interior = span.interior.0 <= column && column <= span.interior.1;
+        let overlap = if interior { before != 0 } else { before & mark::INTERIOR != 0 };
+        *mark |= mark::COVERED
+            | if interior { mark::INTERIOR } else { 0 }
+            | if overlap { mark::OVERLAP } else { 0 }
+            | if within { 0 } else { mark::ABOVE };
+        before == 0
+    };
+    if !plane.has_heights() {
+        (span.closed.0..=span.closed.1).for_each(|column| {
+            note(column, false);
+        });
+        return;
+    }
+    plane.judge_row(row, span, samples, |column, judged| {
+        // A sample on an edge is in two triangles, whose surfaces agree there: it counts once.
+        if note(column, judged.within) {
+            tally.sum_of_squares += judged.error * judged.error;
+        }
+        let beats = |w: &Worst| (judged.error, w.column) > (w.judged.error, column);
+        if tally.worst.as_ref().is_none_or(beats) {
+            tally.worst = Some(Worst { column, judged, face: plane.triangle.face });
+        }
+    });
+}

@@ -1,0 +1,142 @@
+use serde::Serialize;
+
+use super::finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, VertexPlace};
+
+/// Everything that was found out about a mesh. It passes if [`Verdict::failures`] is empty.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verdict {
+    /// The vertical distance that was allowed.
+    pub tolerance: f64,
+    /// Samples of the raster.
+    pub samples: u64,
+    /// Vertices of the mesh.
+    pub vertices: u64,
+    /// Faces of the mesh.
+    pub triangles: u64,
+    /// Where a surface is farthest from its sample; `None` where no sample is covered.
+    pub worst: Option<WorstSample>,
+    /// Root of the mean squared vertical error over the covered samples; 0 where there is none.
+    pub rms_error: f64,
+    /// Samples farther from a surface than the tolerance, exactly.
+    pub above_tolerance: Finding<SamplePlace>,
+    /// Samples in no triangle.
+    pub uncovered: Finding<SamplePlace>,
+    /// Samples in the interior of one triangle and also in another.
+    pub overlapped: Finding<SamplePlace>,
+    /// Faces that turn clockwise, seen from above on the map.
+    pub clockwise: Finding<FacePlace>,
+    /// Faces whose corners lie on one line.
+    pub degenerate: Finding<FacePlace>,
+    /// Faces that could not be judged because a corner is nowhere near the raster.
+    pub unplaced: Finding<FacePlace>,
+    /// Twice the sum of the faces' areas, counter-clockwise positive, in squared quarter cells.
+    pub double_area: i128,
+    /// Twice the area of the rectangle of sample centres, in squared quarter cells.
+    pub expected_double_area: i128,
+    /// Edges of one face only that are not on the rim: cracks and T-junctions.
+    pub unmatched_edges: Finding<EdgePlace>,
+    /// Edges of more than two faces.
+    pub overused_edges: Finding<EdgePlace>,
+    /// Edges that two faces share in the same direction.
+    pub same_direction_edges: Finding<EdgePlace>,
+    /// Places on the rim of the rectangle of sample centres where no edge goes on.
+    pub rim_gaps: Finding<MapPlace>,
+    /// Places where more than one edge lies on the same stretch of the rim.
+    pub rim_doubled: Finding<MapPlace>,
+    /// Vertices at the place of another one.
+    pub duplicate_vertices: Finding<VertexPlace>,
+    /// Vertices that no face uses.
+    pub unused_vertices: Finding<VertexPlace>,
+    /// Vertices whose x, y are not, bit for bit, the geotransform applied to a point of the quarter-cell lattice.
+    pub off_lattice: Finding<VertexPlace>,
+    /// Vertices beyond the rectangle of sample centres.
+    pub outside: Finding<VertexPlace>,
+    /// Vertices whose height is NaN or infinite.
+    pub heights_not_finite: Finding<VertexPlace>,
+}
+
+/// The sample that is farthest from the surface.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct WorstSample {
+    /// The vertical distance: rounded, but at most the tolerance if and only if the exact distance is.
+    pub error: f64,
+    /// Which sample; the first one in row order where several are as far.
+    #[serde(flatten)]
+    pub place: SamplePlace,
+    /// The raster's height.
+    pub raster_height: f64,
+    /// The surface's height, rounded.
+    pub surface_height: f64,
+    /// The face it was measured in.
+    pub face: u64,
+}
+
+impl Verdict {
+    /// Whether the mesh keeps the promise: within the tolerance at every sample, and one whole surface.
+    pub fn passes(&self) -> bool {
+        self.failures().is_empty()
+    }
+
+    /// What is wrong, one sentence for each kind of fault.
+    pub fn failures(&self) -> Vec<String> {
+        let mut out = Vec::new();
+        let tolerance = self.tolerance;
+        list(&mut out, &self.above_tolerance, "sample is", "samples are", &format!("farther than {tolerance}"));
+        list(&mut out, &self.uncovered, "sample is", "samples are", "in no triangle");
+        list(&mut out, &self.overlapped, "sample is", "samples are", "in several triangles");
+        list(&mut out, &self.clockwise, "face turns", "faces turn", "clockwise seen from above");
+        list(&mut out, &self.degenerate, "face has", "faces have", "no area");
+        list(&mut out, &self.unplaced, "face has", "faces have", "a corner nowhere near the raster");
+        if self.double_area != self.expected_double_area {
+            let (found, expected) = (self.double_area, self.expected_double_area);
+            out.push(format!("twice the area is {found} squared quarter cells where {expected} are expected"));
+        }
+        list(
+            &mut out,
+            &self.unmatched_edges,
+            "edge has",
+            "edges have",
+            "a face on one side only (crack or T-junction)",
+        );
+        list(&mut out, &self.overused_edges, "edge has", "edges have", "more than two faces");
+        list(&mut out, &self.same_direction_edges, "edge has", "edges have", "two faces on the same side (fold)");
+        list(&mut out, &self.rim_gaps, "gap is", "gaps are", "in the rim");
+        list(&mut out, &self.rim_doubled, "stretch of the rim is", "stretches of the rim are", "covered twice");
+        list(&mut out, &self.duplicate_vertices, "vertex is", "vertices are", "at the place of another");
+        list(&mut out, &self.unused_vertices, "vertex is", "vertices are", "in no face");
+        list(&mut out, &self.off_lattice, "vertex is", "vertices are", "off the lattice of quarter cells");
+        list(&mut out, &self.outside, "vertex is", "vertices are", "outside the raster");
+        list(&mut out, &self.heights_not_finite, "vertex has", "vertices have", "no finite height");
+        out
+    }
+}
+
+/// "3 samples are in no triangle, the first at …"
+fn list<P: std::fmt::Display>(out: &mut Vec<String>, finding: &Finding<P>, one: &str, many: &str, what: &str) {
+    match (&finding.first, finding.count) {
+        (None, _) => {}
+        (Some(first), 1) => out.push(format!("1 {one} {what}: {first}")),
+        (Some(first), count) => out.push(format!("{count} {many} {what}, the first: {first}")),
+    }
+}
+
+impl std::fmt::Display for Verdict {
+    /// Several lines: what was compared, the errors, and PASS, or FAIL with the failures.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        writeln!(f, "{} samples, {} vertices, {} triangles", self.samples, self.vertices, self.triangles)?;
+        if let Some(w) = &self.worst {
+            writeln!(
+                f,
+                "max error {} at {}: raster {}, surface {}",
+                w.error, w.place, w.raster_height, w.surface_height
+            )?;
+            writeln!(f, "RMS error {}", self.rms_error)?;
+        }
+        let failures = self.failures();
+        if failures.is_empty() {
+            return write!(f, "PASS: within {} at every sample, without cracks or overlaps", self.tolerance);
+        }
+        write!(f, "FAIL")?;
+        failures.iter().try_for_each(|failure| write!(f, "\n  {failure}"))
+    }
+}
