@@ -90,8 +90,8 @@ pub(super) fn number(value: f64) -> String {
         0.0 => "0".to_string(),
         v if !(1e-4..1e6).contains(&v) => format!("{value:.3e}"),
         v => {
-            let before = if v >= 1.0 { v.log10().floor() as usize + 1 } else { 0 };
-            let text = format!("{value:.*}", 4usize.saturating_sub(before));
+            let before_point = v.log10().floor() as i32 + 1;
+            let text = format!("{value:.*}", (4 - before_point).max(0) as usize);
             if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
         }
     }
