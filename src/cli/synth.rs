@@ -77,6 +77,7 @@ enum CompressArg {
 }
 
 pub(crate) fn run(args: SynthArgs, control: &Control) -> Result<(), SynthError> {
+    crate::synth::bound_gdal_cache();
     let started = std::time::Instant::now();
     let report = crate::synth::synth(&args.output, &args.options(), control)?;
     if !args.quiet {

@@ -51,7 +51,7 @@ pub(super) fn for_each_triangle(
 }
 
 fn check(control: &Control, index: u64) -> Result<(), Cancelled> {
-    if index % 65536 == 0 { control.cancel.check() } else { Ok(()) }
+    if index.is_multiple_of(65536) { control.cancel.check() } else { Ok(()) }
 }
 
 fn touches(triangle: &Triangle, window: Window) -> bool {

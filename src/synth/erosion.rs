@@ -11,6 +11,8 @@ use super::noise::floor;
 #[derive(Debug)]
 pub(super) struct Gullies {
     octaves: Vec<Stripes>,
+    /// The slope, in metres per sample, at which gullies reach half their depth.
+    gentle: f64,
 }
 
 /// One octave.
@@ -27,21 +29,21 @@ struct Stripes {
 const WAVES: f64 = 1.25;
 
 impl Gullies {
-    pub(super) fn new(seed: u64) -> Gullies {
+    pub(super) fn new(seed: u64, relief_m: f64) -> Gullies {
         let (mut cos, mut sin) = (0.8, 0.6);
         let octaves = [72.0, 40.0, 23.0, 13.0].into_iter().enumerate().map(|(i, cell)| {
             // Turned by the angle of the 5-12-13 triangle, whose multiples avoid right angles for long.
             (cos, sin) = ((12.0 * cos - 5.0 * sin) / 13.0, (12.0 * sin + 5.0 * cos) / 13.0);
             Stripes { key: key(seed, 9000 + i as u64), cell, cos, sin }
         });
-        Gullies { octaves: octaves.collect() }
+        Gullies { octaves: octaves.collect(), gentle: 0.0005 * relief_m }
     }
 
     /// What the gullies add to the height at a place, in metres, and how strong shorter waves would be.
     ///
-    /// `slope` is the gradient of the large forms in metres per sample; `depth` scales the gullies: it is the
-    /// depth, in samples' widths, of a gully one sample wide on a steep slope; `gain` is the strength of an octave
-    /// relative to its wavelength.
+    /// `slope` is the gradient of the large forms in metres per sample, `depth` the depth of the largest gullies per
+    /// sample of their width, in metres, and `gain` how much deeper or shallower, in that proportion, each octave is
+    /// than the one before.
     pub(super) fn at(&self, x: f64, y: f64, slope: (f64, f64), depth: f64, gain: f64) -> (f64, f64) {
         let (mut gx, mut gy) = slope;
         let (mut sum, mut strength) = (0.0, depth);
@@ -49,7 +51,7 @@ impl Gullies {
             let steep = (gx * gx + gy * gy).sqrt();
             let (sx, sy) = if steep > 0.0 { (-gy / steep, gx / steep) } else { (1.0, 0.0) };
             // Crests and valley floors keep their shape: without a slope water does not cut.
-            let amplitude = strength * stripes.cell * steep / (steep + 1.2);
+            let amplitude = strength * stripes.cell * self.share(steep);
             let (wave, across) = stripes.at(x, y, sx, sy);
             sum += amplitude * (wave - 0.25);
             let turn = amplitude * across * (WAVES * 4.0 / stripes.cell);
@@ -58,7 +60,13 @@ impl Gullies {
             strength *= gain;
         }
         let steep = (gx * gx + gy * gy).sqrt();
-        (sum, strength * steep / (steep + 1.2))
+        (sum, strength * self.share(steep))
+    }
+
+    /// How deep water cuts at a slope. Quadratic at first: where the slope turns over, the stripes on either side do
+    /// not fit together, and nothing of them may be seen.
+    fn share(&self, steep: f64) -> f64 {
+        steep * steep / (steep * steep + self.gentle * self.gentle)
     }
 }
 

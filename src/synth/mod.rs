@@ -21,7 +21,7 @@ mod write;
 pub use error::SynthError;
 pub use options::{BlockLayout, Compression, OptionError, StoredAs, SynthOptions, TerrainOptions};
 pub use terrain::Terrain;
-pub use write::{SynthReport, synth};
+pub use write::{SynthReport, bound_gdal_cache, synth};
 
 #[cfg(test)]
 mod tests;

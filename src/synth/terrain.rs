@@ -51,7 +51,7 @@ impl Terrain {
             options: *options,
             lakes: Lakes::new(options, &landscape),
             landscape,
-            gullies: Gullies::new(options.seed),
+            gullies: Gullies::new(options.seed, options.relief_m),
             knolls: octaves(options.seed, 8, 44.0, 0.5, 2),
             detail_key: key(options.seed, 1),
             faults: Faults::new(options),
@@ -123,7 +123,7 @@ impl Terrain {
             let depth = relief * (0.22 + mountains[at]) * 0.00028;
             let gain = 0.75 + 0.4 * self.options.roughness;
             let (cut, rest) = self.gullies.at(x, y, slope, depth, gain);
-            let knolls = relief * (0.0006 + 0.0012 * mountains[at]) * fbm(&self.knolls, gain / 2.0, x, y);
+            let knolls = relief * (0.0010 + 0.0008 * mountains[at]) * fbm(&self.knolls, gain / 2.0, x, y);
             ground.height.push((relief * forms[at] + cut + knolls).max(-0.3 * relief));
             ground.detail.push((rest + 0.00005 * relief) * (0.5 + 5.0 * self.options.roughness));
         }

@@ -48,6 +48,15 @@ pub fn synth(path: &Path, options: &SynthOptions, control: &Control) -> Result<S
     Ok(report)
 }
 
+/// Keeps GDAL's block cache to 64 MiB, where the user has not said otherwise: blocks are written whole, and GDAL's own
+/// choice, a twentieth of the machine's memory, only delays them. For commands; works before the first raster only.
+pub fn bound_gdal_cache() {
+    if gdal::config::get_config_option("GDAL_CACHEMAX", "").is_ok_and(|v| v.is_empty()) {
+        // Not worth failing for: the cache is larger then.
+        let _ = gdal::config::set_config_option("GDAL_CACHEMAX", "64");
+    }
+}
+
 /// An empty file beside `path` that is removed unless it is renamed.
 fn stage(path: &Path) -> Result<tempfile::TempPath, SynthError> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -102,12 +111,21 @@ impl Job<'_> {
         let failed = |what| move |e| SynthError::gdal(self.path, what, &e);
         let mut dataset = self.create::<T>()?;
         self.describe::<T>(&mut dataset).map_err(failed("cannot be described"))?;
-        let mut band = dataset.rasterband(1).map_err(failed("has no band"))?;
         let samples = width as u64 * height as u64;
-        let mut report =
-            SynthReport { samples, nodata_samples: 0, lowest_m: f64::INFINITY, highest_m: f64::NEG_INFINITY };
+        self.control.progress.begin(Stage::Rows, Units::of(self.options).count() as u64, samples);
+        let report = self.fill::<T>(&dataset)?;
+        dataset.close().map_err(failed("cannot be completed"))?;
+        self.check_complete()?;
+        self.control.progress.end(Stage::Rows);
+        Ok(report)
+    }
+
+    /// Batch by batch: made in parallel, written in order.
+    fn fill<T: Stored>(&self, dataset: &Dataset) -> Result<SynthReport, SynthError> {
+        let failed = |what| move |e| SynthError::gdal(self.path, what, &e);
+        let mut band = dataset.rasterband(1).map_err(failed("has no band"))?;
         let units = Units::of(self.options);
-        self.control.progress.begin(Stage::Rows, units.count() as u64, samples);
+        let mut report = SynthReport::default();
         let batch = 2 * rayon::current_num_threads();
         for first in (0..units.count()).step_by(batch) {
             self.control.cancel.check()?;
@@ -121,10 +139,6 @@ impl Job<'_> {
                 self.control.progress.step(Stage::Rows, unit.window.len() as u64);
             }
         }
-        drop(band);
-        dataset.close().map_err(failed("cannot be completed"))?;
-        self.check_complete()?;
-        self.control.progress.end(Stage::Rows);
         Ok(report.finished())
     }
 
@@ -257,8 +271,15 @@ struct Made<T> {
     samples: Buffer<T>,
 }
 
+impl Default for SynthReport {
+    fn default() -> Self {
+        SynthReport { samples: 0, nodata_samples: 0, lowest_m: f64::INFINITY, highest_m: f64::NEG_INFINITY }
+    }
+}
+
 impl SynthReport {
     fn count<T: Stored>(&mut self, unit: &Made<T>) {
+        self.samples += unit.window.len() as u64;
         self.nodata_samples += unit.gaps as u64;
         let nodata: f64 = T::NODATA.into();
         for &stored in unit.samples.data() {
