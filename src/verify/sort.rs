@@ -187,7 +187,7 @@ mod tests {
         fn sorts_as_a_vector_does(
             mut records in proptest::collection::vec(any::<[u64; 2]>(), 0..2000), capacity in 1usize..300,
         ) {
-            let scratch = Scratch::new(None);
+            let scratch = Scratch::new(None, Default::default());
             let mut sorter = Sorter::new(&scratch, capacity * 16);
             for record in &records {
                 sorter.push(*record).unwrap();
