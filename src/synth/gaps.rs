@@ -12,9 +12,12 @@ pub(super) struct Gaps {
 impl Gaps {
     /// Gaps on `share` of the area; `None` where there are none.
     pub(super) fn new(seed: u64, share: f64) -> Option<Gaps> {
+        if share == 0.0 {
+            return None;
+        }
         let waves = octaves(seed, 20, 300.0, 0.66, 4);
         let level = quantile(seed, share, |x, y| fbm(&waves, 0.5, x, y));
-        (share > 0.0).then_some(Gaps { waves, level })
+        Some(Gaps { waves, level })
     }
 
     pub(super) fn over(&self, window: Window) -> GapRows {
