@@ -64,14 +64,13 @@ impl Deviation {
             covered,
             largest: known().fold(0.0, |a, &b| a.max(b)),
             rms: (squares / covered.max(1) as f64).sqrt(),
-            // Plain doubles: a rounding above the tolerance is none.
-            beyond: max_error.map_or(0, |t| known().filter(|e| **e > t * (1.0 + 1e-9)).count() as u64),
+            beyond: max_error.map_or(0, |t| known().filter(|e| **e > limit(t)).count() as u64),
         }
     }
 
     /// Each pixel shows the largest error of the samples it covers, or of the nearest one.
     pub(super) fn finish(&self, end: f64, tolerance: Option<f64>) -> Canvas {
-        let limit = tolerance.map_or(f64::INFINITY, |t| t * (1.0 + 1e-9));
+        let limit = tolerance.map_or(f64::INFINITY, limit);
         let range = |at: usize, pixels: usize, nodes: usize| {
             let node = |p: f64| p / pixels as f64 * (nodes - 1) as f64;
             let (from, to) = (node(at as f64).ceil() as usize, node((at + 1) as f64).floor() as usize);
@@ -96,4 +95,9 @@ impl Deviation {
             }
         })
     }
+}
+
+/// Errors are computed in plain doubles: what is above the tolerance by their rounding alone is not beyond it.
+fn limit(tolerance: f64) -> f64 {
+    tolerance * (1.0 + 1e-9) + 1e-9
 }

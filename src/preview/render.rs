@@ -128,7 +128,7 @@ impl Job<'_> {
         })?;
         let tolerance = self.options.max_error;
         let summary = deviation.summary(tolerance);
-        let end = [tolerance.unwrap_or(0.0), summary.largest, 1.0].into_iter().find(|e| *e > 0.0).unwrap_or(1.0);
+        let end = [tolerance.unwrap_or(0.0), summary.largest].into_iter().find(|e| *e > 1e-9).unwrap_or(1.0);
         let picture = deviation.finish(end, tolerance);
         let page = with_scale(picture, &summary, end, tolerance, self.view.stride);
         Ok((page, triangles, Some(summary.largest)))
