@@ -9,8 +9,8 @@ use super::progress::Bars;
 use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
-use crate::field::{Access, Choice, Field, FieldOptions};
-use crate::info::estimate;
+use crate::field::{Access, Choice, Field, FieldOptions, exit_on_truncation};
+use crate::info::{DENSEST, estimate};
 use crate::raster::{Raster, bound_gdal_cache};
 use crate::simplify::{
     DEFAULT_TILE, Error, Params, Plan, check_disk, default_budget, grid, probe_density, triangulate,
@@ -164,14 +164,28 @@ impl Job<'_> {
         Ok(Needs { estimate: estimate(&self.raster, density), memory: self.plan })
     }
 
+    /// Refuses what the disks cannot hold. A few tiles are only tried where the densest mesh would not fit.
+    fn check_disks(&self, output_folder: &Path) -> Result<(), Failure> {
+        let temp_dir = &self.params.temp_dir;
+        let densest = estimate(&self.raster, DENSEST);
+        if check_disk(&densest, temp_dir, output_folder).is_ok() {
+            return Ok(());
+        }
+        Ok(check_disk(&self.needs()?.estimate, temp_dir, output_folder).map_err(Error::from)?)
+    }
+
     fn run(&self) -> Result<Report, Failure> {
         let start = Instant::now();
         let args = self.args;
         let staged = StagedFile::create(&args.output, args.overwrite, &[&args.input])?;
         let output_folder = staged.partial_path().parent().unwrap_or(Path::new("."));
-        check_disk(&self.needs()?.estimate, &self.params.temp_dir, output_folder).map_err(Error::from)?;
+        self.check_disks(output_folder)?;
         let options = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: args.access.into() };
         let field = Field::open(&self.raster, &options, self.control).map_err(Error::from)?;
+        if let Access::InPlace = field.access() {
+            let message = format!("error: {}: the file was truncated while it was in use", args.input.display());
+            exit_on_truncation(&message, staged.partial_path()).map_err(Failure::new)?;
+        }
         let opened = Instant::now();
         let mesh = triangulate(&field, &self.params, self.control)?;
         let triangulated = Instant::now();

@@ -21,6 +21,7 @@ mod windows;
 
 pub use decode::decoded_bytes;
 pub use error::FieldError;
+pub use map::exit_on_truncation;
 pub use open::{Access, Choice, Field, FieldOptions, suits_windows};
 pub use tile::{Heights, Tile};
 

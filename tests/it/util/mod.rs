@@ -9,7 +9,7 @@ mod run;
 pub(crate) use dem::{Dem, Kind};
 pub(crate) use folder::Folder;
 pub(crate) use ply::{flat, ply};
-pub(crate) use run::{Run, terrabite, terrabite_stopped, terrabite_with_file_limit};
+pub(crate) use run::{Run, terrabite, terrabite_disturbed, terrabite_stopped, terrabite_with_file_limit};
 
 use std::path::{Path, PathBuf};
 
