@@ -21,6 +21,11 @@ pub(crate) struct Failure {
     code: u8,
 }
 
+/// Exit code: the memory budget is too small.
+const BUDGET_TOO_SMALL: u8 = 3;
+/// Exit code: a disk is too small.
+const DISK_TOO_SMALL: u8 = 4;
+
 impl Failure {
     /// Exit code 1: the job could not be done.
     pub(crate) fn new(message: impl ToString) -> Failure {
@@ -65,6 +70,11 @@ impl From<Error> for Failure {
             Error::Output(error) | Error::Sink(SinkError::Output(error)) => error.into(),
             Error::Cancelled(stopped) | Error::Field(FieldError::Cancelled(stopped)) => stopped.into(),
             Error::Field(FieldError::Raster(error)) => error.into(),
+            Error::Budget(error) => {
+                Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("choose it with --memory")
+            }
+            Error::Disk(error) => Failure { code: DISK_TOO_SMALL, ..Failure::new(error) }
+                .hint("free some space, or choose other folders with --temp-dir and OUTPUT"),
             Error::Field(FieldError::Temporary { .. }) | Error::Spool(SpoolError::File { .. }) => {
                 Failure::new(error).hint("choose another folder with --temp-dir")
             }

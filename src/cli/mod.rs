@@ -54,18 +54,22 @@ impl Command {
     }
 }
 
+/// GDAL's block cache for commands without a memory budget, in bytes.
+const GDAL_CACHE: u64 = 64 << 20;
+
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done; for a check: passed
   1    failed, with the reason on standard error; for a check: not passed
   2    the command line cannot be understood
+  3    the memory budget is too small
+  4    a disk is too small
   130  stopped by an interrupt (Ctrl-C), 143 by a termination signal
 A closed pipe on standard output is no failure.";
 
 /// Runs the command line of this process to its end. Called once, from `main`.
 pub fn main() -> ExitCode {
     crate::raster::quiet_gdal();
-    crate::raster::bound_gdal_cache();
     let cli = match parse() {
         Ok(cli) => cli,
         Err(usage) => {

@@ -5,9 +5,9 @@ use clap::{Args, ValueEnum};
 
 use super::progress::Bars;
 use super::values::Size;
-use super::{Failure, print, values};
+use super::{Failure, GDAL_CACHE, print, values};
 use crate::preview::{Mode, PreviewOptions};
-use crate::raster::Window;
+use crate::raster::{Window, bound_gdal_cache};
 
 /// Draw a mesh above its raster
 ///
@@ -62,6 +62,7 @@ enum ModeArg {
 }
 
 pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
+    bound_gdal_cache(GDAL_CACHE);
     let options = PreviewOptions {
         mode: match args.mode {
             ModeArg::Hillshade => Mode::Hillshade,

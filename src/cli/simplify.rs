@@ -6,12 +6,15 @@ use std::time::Instant;
 use clap::ValueEnum;
 
 use super::progress::Bars;
-use super::simplify_report::{Report, Seconds};
+use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
 use crate::field::{Access, Choice, Field, FieldOptions};
-use crate::raster::Raster;
-use crate::simplify::{DEFAULT_TILE, Error, Params, triangulate};
+use crate::info::estimate;
+use crate::raster::{Raster, bound_gdal_cache};
+use crate::simplify::{
+    DEFAULT_TILE, Error, Params, Plan, check_disk, default_budget, grid, probe_density, triangulate,
+};
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
 use crate::triangulate::Feasibility;
@@ -43,7 +46,13 @@ pub(crate) struct SimplifyArgs {
     /// How samples are read: from the mapped file, in windows through GDAL, or decoded into a temporary file first
     #[arg(long, value_enum, default_value_t = AccessArg::Auto)]
     access: AccessArg,
-    /// Threads to work with [default: as many as the machine has cores]
+    /// The most memory to use, such as 256MiB [default: a quarter of the machine's, at most 2 GiB]
+    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    memory: Option<u64>,
+    /// Tell what the run would need, from a few tiles, and stop
+    #[arg(long)]
+    dry_run: bool,
+    /// Threads to work with, fewer if the memory is for fewer [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     threads: Option<NonZeroUsize>,
     /// Replace an existing output
@@ -96,12 +105,25 @@ impl From<FeasibilityArg> for Feasibility {
 }
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
-    let threads = args.threads.map_or(0, NonZeroUsize::get);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| {
-        Failure::new(format!("{} threads cannot be started: {e}", threads)).hint("choose fewer with --threads")
+    let raster = Raster::open(&args.input, args.band)?;
+    let params = args.params();
+    let grid = grid(raster.width(), raster.height(), &params)?;
+    let wanted = args.threads.map_or_else(default_threads, NonZeroUsize::get);
+    let plan = Plan::new(args.memory.unwrap_or_else(default_budget), &raster, grid, wanted).map_err(Error::from)?;
+    bound_gdal_cache(plan.cache_bytes);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build().map_err(|e| {
+        Failure::new(format!("{} threads cannot be started: {e}", plan.threads)).hint("choose fewer with --threads")
     })?;
     let bars = Bars::new(args.quiet);
-    let report = pool.install(|| simplify(args, &bars.control()))?;
+    let control = bars.control();
+    let job = Job { args, raster, params, plan, control: &control };
+    if args.dry_run {
+        let needs = pool.install(move || job.needs())?;
+        drop(bars);
+        return if args.json { print::json(&needs) } else { print::report(&print::aligned(&needs.lines())) }
+            .map(|()| ExitCode::SUCCESS);
+    }
+    let report = pool.install(move || job.run())?;
     drop(bars);
     if args.json {
         print::json(&report)?;
@@ -111,34 +133,64 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn simplify(args: &SimplifyArgs, control: &Control<'_>) -> Result<Report, Failure> {
-    let start = Instant::now();
-    let raster = Raster::open(&args.input, args.band)?;
-    let staged = StagedFile::create(&args.output, args.overwrite, &[&args.input])?;
-    let mut params = Params { feasibility: args.feasibility.into(), tile: args.tile, ..Params::new(args.max_error) };
-    if let Some(dir) = &args.temp_dir {
-        params.temp_dir.clone_from(dir);
+fn default_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+impl SimplifyArgs {
+    fn params(&self) -> Params {
+        let mut params =
+            Params { feasibility: self.feasibility.into(), tile: self.tile, ..Params::new(self.max_error) };
+        if let Some(dir) = &self.temp_dir {
+            params.temp_dir.clone_from(dir);
+        }
+        params
     }
-    let field_options = FieldOptions { temp_dir: params.temp_dir.clone(), choice: args.access.into() };
-    let field = Field::open(&raster, &field_options, control).map_err(Error::from)?;
-    let opened = Instant::now();
-    let mesh = triangulate(&field, &params, control)?;
-    let triangulated = Instant::now();
-    let sink = PlySink::new(staged, &comments(&raster, args));
-    let summary = mesh.write(Box::new(sink), control)?;
-    let decoded_bytes = match field.access() {
-        Access::Decoded { bytes, .. } => *bytes,
-        Access::InPlace | Access::Windows { .. } | Access::Memory => 0,
-    };
-    let seconds = Seconds {
-        total: start.elapsed().as_secs_f64(),
-        open: (opened - start).as_secs_f64(),
-        tiles: (triangulated - opened).as_secs_f64(),
-        write: triangulated.elapsed().as_secs_f64(),
-        threads: mesh.times(),
-    };
-    let temporary_bytes = decoded_bytes + mesh.spool_bytes();
-    Ok(Report::new(&field, &params, &args.output, &summary, seconds, temporary_bytes))
+}
+
+/// A run, as asked for and as planned.
+struct Job<'a> {
+    args: &'a SimplifyArgs,
+    raster: Raster,
+    params: Params,
+    plan: Plan,
+    control: &'a Control<'a>,
+}
+
+impl Job<'_> {
+    /// What the run will need, from the density of a few tiles.
+    fn needs(&self) -> Result<Needs, Failure> {
+        let density = probe_density(&self.raster, &self.params, self.control)?;
+        Ok(Needs { estimate: estimate(&self.raster, density), memory: self.plan })
+    }
+
+    fn run(&self) -> Result<Report, Failure> {
+        let start = Instant::now();
+        let args = self.args;
+        let staged = StagedFile::create(&args.output, args.overwrite, &[&args.input])?;
+        let output_folder = staged.partial_path().parent().unwrap_or(Path::new("."));
+        check_disk(&self.needs()?.estimate, &self.params.temp_dir, output_folder).map_err(Error::from)?;
+        let options = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: args.access.into() };
+        let field = Field::open(&self.raster, &options, self.control).map_err(Error::from)?;
+        let opened = Instant::now();
+        let mesh = triangulate(&field, &self.params, self.control)?;
+        let triangulated = Instant::now();
+        let sink = PlySink::new(staged, &comments(&self.raster, args));
+        let summary = mesh.write(Box::new(sink), self.control)?;
+        let decoded_bytes = match field.access() {
+            Access::Decoded { bytes, .. } => *bytes,
+            Access::InPlace | Access::Windows { .. } | Access::Memory => 0,
+        };
+        let seconds = Seconds {
+            total: start.elapsed().as_secs_f64(),
+            open: (opened - start).as_secs_f64(),
+            tiles: (triangulated - opened).as_secs_f64(),
+            write: triangulated.elapsed().as_secs_f64(),
+            threads: mesh.times(),
+        };
+        let temporary_bytes = decoded_bytes + mesh.spool_bytes();
+        Ok(Report::new(&field, &self.params, self.plan, &args.output, &summary, seconds, temporary_bytes))
+    }
 }
 
 /// What the file says of itself. Nothing here depends on the machine or the time.

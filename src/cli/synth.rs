@@ -5,7 +5,8 @@ use clap::{Args, ValueEnum};
 
 use super::progress::Bars;
 use super::values::Size;
-use super::{Failure, print, values};
+use super::{Failure, GDAL_CACHE, print, values};
+use crate::raster::bound_gdal_cache;
 use crate::synth::{BlockLayout, Compression, StoredAs, SynthOptions, SynthReport, TerrainOptions};
 
 /// Make a raster of fractal terrain
@@ -80,6 +81,7 @@ enum CompressArg {
 }
 
 pub(crate) fn run(args: &SynthArgs) -> Result<ExitCode, Failure> {
+    bound_gdal_cache(GDAL_CACHE);
     let started = std::time::Instant::now();
     let bars = Bars::new(args.quiet);
     let report = crate::synth::synth(&args.output, &args.options(), &bars.control())?;

@@ -5,13 +5,20 @@
 //! and hands them and the triangles to a sink, tile after tile. The bytes written depend on the samples and on
 //! [`Params`], not on threads or the order of tiles.
 
+mod budget;
+mod disk;
 mod error;
 mod mesh;
+mod pool;
+mod probe;
 mod tiles;
 
+pub use budget::{BudgetTooSmall, Plan, default_budget};
+pub use disk::{DiskTooSmall, check_disk};
 pub use error::Error;
 pub use mesh::{Mesh, Summary};
-pub use tiles::{TileTimes, triangulate};
+pub use probe::probe_density;
+pub use tiles::{TileTimes, grid, triangulate};
 
 use std::path::PathBuf;
 

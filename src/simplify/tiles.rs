@@ -3,8 +3,9 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::pool::Pool;
 use super::{Error, Mesh, Params};
-use crate::control::{Control, Stage};
+use crate::control::{Cancelled, Control, Stage};
 use crate::field::{Field, Tile};
 use crate::lattice::MAX_TILE_CELLS;
 use crate::measure::Meter;
@@ -30,6 +31,20 @@ pub struct TileTimes {
     pub spool: f64,
 }
 
+/// How a raster of this size is cut.
+///
+/// # Errors
+/// [`Error::Tile`] if a tile is longer than places in it can be exact.
+pub fn grid(width: usize, height: usize, params: &Params) -> Result<TileGrid, Error> {
+    let grid = TileGrid::new(width, height, params.tile);
+    if grid.fits_lattice() {
+        return Ok(grid);
+    }
+    let longest = width.max(height) - 1;
+    let found = if params.tile == 0 { longest } else { params.tile.min(longest) };
+    Err(Error::Tile { limit: MAX_TILE_CELLS, found })
+}
+
 /// Triangulates a field on the threads of the current rayon pool.
 ///
 /// Memory: one [`Workspace`] per busy thread (a tile's samples, its front and its mesh), whatever the size of the field.
@@ -41,18 +56,15 @@ pub fn triangulate(field: &Field, params: &Params, control: &Control<'_>) -> Res
     if !(params.max_error.is_finite() && params.max_error >= 0.0) {
         return Err(Error::Tolerance(params.max_error));
     }
-    let grid = TileGrid::new(field.width(), field.height(), params.tile);
-    if !grid.fits_lattice() {
-        let longest = field.width().max(field.height()) - 1;
-        let found = if params.tile == 0 { longest } else { params.tile.min(longest) };
-        return Err(Error::Tile { limit: MAX_TILE_CELLS, found });
-    }
+    let grid = grid(field.width(), field.height(), params)?;
     let spool = Spool::new(&params.temp_dir, grid.len())?;
     let clocks = Clocks::default();
     control.progress.begin(Stage::Triangulate, grid.len() as u64, field.width() as u64 * field.height() as u64);
-    (0..grid.len()).into_par_iter().try_for_each_init(Workspace::default, |workspace, index| {
+    let job = Job { field, params, grid, control };
+    let workspaces = Pool::default();
+    (0..grid.len()).into_par_iter().try_for_each(|index| {
         control.cancel.check()?;
-        let samples = workspace.run(field, params, control, grid, index, &spool, &clocks)?;
+        let samples = workspaces.with(|w: &mut Workspace| w.run(&job, index, &spool, &clocks))?;
         control.progress.step(Stage::Triangulate, samples);
         Ok::<(), Error>(())
     })?;
@@ -60,10 +72,20 @@ pub fn triangulate(field: &Field, params: &Params, control: &Control<'_>) -> Res
     Ok(Mesh { spool, grid, geo_transform: field.geo_transform(), max_error: params.max_error, times: clocks.read() })
 }
 
+/// What all tiles of a run have in common.
+#[derive(Clone, Copy)]
+pub(super) struct Job<'a> {
+    pub(super) field: &'a Field,
+    pub(super) params: &'a Params,
+    pub(super) grid: TileGrid,
+    pub(super) control: &'a Control<'a>,
+}
+
 /// What one thread needs to take a tile from its samples to the spool; reused from tile to tile.
 #[derive(Default)]
-struct Workspace {
+pub(super) struct Workspace {
     tile: Tile,
+    engine: <GreedyCuts as Engine>::Scratch,
     mesh: TileMesh,
     meter: Meter,
     chunk: Chunk,
@@ -71,31 +93,15 @@ struct Workspace {
 }
 
 impl Workspace {
-    /// Returns how many samples the tile owns.
-    #[allow(clippy::too_many_arguments)]
-    fn run(
-        &mut self,
-        field: &Field,
-        params: &Params,
-        control: &Control<'_>,
-        grid: TileGrid,
-        index: usize,
-        spool: &Spool,
-        clocks: &Clocks,
-    ) -> Result<u64, Error> {
+    /// Takes one tile from its samples to the spool. Returns how many samples the tile owns.
+    fn run(&mut self, job: &Job<'_>, index: usize, spool: &Spool, clocks: &Clocks) -> Result<u64, Error> {
+        let Job { field, params, grid, control } = *job;
         let id = grid.tile(index);
         let last = (grid.is_last_column(id), grid.is_last_row(id));
         let window = grid.window(id);
         clocks.load.time(|| field.load(window, &mut self.tile))?;
         let rim = clocks.seams.time(|| Rim::new(&self.tile, params.max_error, last.0, last.1));
-        let task = Task {
-            tile: &self.tile,
-            domain: &rim.domain,
-            tolerance: params.max_error,
-            feasibility: params.feasibility,
-            cancel: &control.cancel,
-        };
-        clocks.cuts.time(|| GreedyCuts.triangulate(&task, &mut self.mesh))?;
+        clocks.cuts.time(|| self.cut(params, &rim, control))?;
         let origin = (window.column as u64, window.row as u64);
         let errors = clocks.measure.time(|| self.meter.measure(&self.tile, &self.mesh, params.max_error, origin, last));
         let samples = errors.samples;
@@ -104,6 +110,26 @@ impl Workspace {
             spool.append(&self.chunk, &mut self.encoded)
         })?;
         Ok(samples)
+    }
+
+    /// Triangulates one tile and returns how many samples and triangles it has.
+    pub(super) fn probe(&mut self, job: &Job<'_>, index: usize) -> Result<(usize, usize), Error> {
+        let id = job.grid.tile(index);
+        job.field.load(job.grid.window(id), &mut self.tile)?;
+        let rim = Rim::new(&self.tile, job.params.max_error, true, true);
+        self.cut(job.params, &rim, job.control)?;
+        Ok((self.tile.width() * self.tile.height(), self.mesh.triangles.len()))
+    }
+
+    fn cut(&mut self, params: &Params, rim: &Rim, control: &Control<'_>) -> Result<(), Cancelled> {
+        let task = Task {
+            tile: &self.tile,
+            domain: &rim.domain,
+            tolerance: params.max_error,
+            feasibility: params.feasibility,
+            cancel: &control.cancel,
+        };
+        GreedyCuts.triangulate(&task, &mut self.engine, &mut self.mesh)
     }
 }
 
