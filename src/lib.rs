@@ -30,7 +30,10 @@
 //!
 //! # fn main() -> Result<(), terrabite::simplify::Error> {
 //! let (width, height) = (300, 200);
-//! let bowl = |i: usize| ((i % width) as f32 - 150.0).hypot((i / width) as f32 - 100.0);
+//! let bowl = |i: usize| {
+//!     let (x, y) = ((i % width) as f32 - 150.0, (i / width) as f32 - 100.0);
+//!     (x * x + y * y) / 100.0
+//! };
 //! let field = Field::from_heights(width, height, Heights::F32((0..width * height).map(bowl).collect()))?;
 //!
 //! let cancel = CancelToken::default();
