@@ -3,11 +3,13 @@ use std::process::ExitCode;
 
 use crate::control::Cancelled;
 use crate::field::FieldError;
+use crate::preview::PreviewError;
 use crate::raster::RasterError;
 use crate::simplify::Error;
 use crate::sink::SinkError;
 use crate::spool::SpoolError;
 use crate::staged::OutputError;
+use crate::synth::SynthError;
 use crate::verify::VerifyError;
 
 use super::{print, signals};
@@ -77,6 +79,29 @@ impl From<VerifyError> for Failure {
             VerifyError::Raster(error) => error.into(),
             VerifyError::Cancelled(stopped) => stopped.into(),
             VerifyError::Scratch { .. } => Failure::new(error).hint("choose another folder with --temp-dir"),
+            _ => Failure::new(error),
+        }
+    }
+}
+
+impl From<SynthError> for Failure {
+    fn from(error: SynthError) -> Failure {
+        match error {
+            SynthError::Output(error) => error.into(),
+            SynthError::Cancelled(stopped) => stopped.into(),
+            SynthError::Option(error) => Failure::usage(error),
+            _ => Failure::new(error),
+        }
+    }
+}
+
+impl From<PreviewError> for Failure {
+    fn from(error: PreviewError) -> Failure {
+        match error {
+            PreviewError::Raster(error) => error.into(),
+            PreviewError::Output(error) => error.into(),
+            PreviewError::Cancelled(stopped) => stopped.into(),
+            PreviewError::Option { .. } => Failure::usage(error),
             _ => Failure::new(error),
         }
     }

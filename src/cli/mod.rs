@@ -5,11 +5,13 @@
 
 mod failure;
 mod info;
+mod preview;
 mod print;
 mod progress;
 mod signals;
 mod simplify;
 mod simplify_report;
+mod synth;
 mod values;
 mod verify;
 
@@ -36,6 +38,8 @@ enum Command {
     Simplify(simplify::SimplifyArgs),
     Verify(verify::VerifyArgs),
     Info(info::InfoArgs),
+    Synth(synth::SynthArgs),
+    Preview(preview::PreviewArgs),
 }
 
 impl Command {
@@ -44,6 +48,8 @@ impl Command {
             Command::Simplify(args) => simplify::run(args),
             Command::Verify(args) => verify::run(args),
             Command::Info(args) => info::run(args),
+            Command::Synth(args) => synth::run(args),
+            Command::Preview(args) => preview::run(args),
         }
     }
 }
@@ -59,6 +65,7 @@ A closed pipe on standard output is no failure.";
 /// Runs the command line of this process to its end. Called once, from `main`.
 pub fn main() -> ExitCode {
     crate::raster::quiet_gdal();
+    crate::raster::bound_gdal_cache();
     let cli = match parse() {
         Ok(cli) => cli,
         Err(usage) => {

@@ -65,6 +65,15 @@ pub fn quiet_gdal() {
     gdal::config::set_error_handler(|_, _, _| {});
 }
 
+/// Keeps GDAL's block cache to 32 MiB, where the user has not said otherwise by `GDAL_CACHEMAX`: blocks are read and
+/// written whole, and GDAL's own choice is a twentieth of the machine's memory. Works before the first raster only.
+pub fn bound_gdal_cache() {
+    if gdal::config::get_config_option("GDAL_CACHEMAX", "").is_ok_and(|v| v.is_empty()) {
+        // Not worth failing for: the cache is larger then.
+        let _ = gdal::config::set_config_option("GDAL_CACHEMAX", "32");
+    }
+}
+
 impl Raster {
     /// Opens `path` (a file, or any name GDAL understands) for reading and looks at `band`, counted from 1.
     ///

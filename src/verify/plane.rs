@@ -105,3 +105,56 @@ impl Plane {
         [self.double_area - wb - wc, wb, wc]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Small and large numbers, so that heights differ by much or by little more than their last bits.
+    fn height() -> impl Strategy<Value = f64> {
+        let base = prop_oneof![Just(0.0), Just(8000.0), Just(1e9), Just(-1e15)];
+        (base, prop_oneof![(-50i32..50).prop_map(f64::from), -50f64..50.0, -1e-9f64..1e-9]).prop_map(|(b, h)| b + h)
+    }
+
+    proptest! {
+        /// Tolerances a few rounding errors beside the error are where a wrong bound would show.
+        #[test]
+        fn the_filter_never_contradicts_the_exact_answer(
+            corners in proptest::array::uniform3((0i64..400, 0i64..80)), heights in [height(), height(), height()],
+            lift in prop_oneof![Just(0.0), -10f64..10.0], nudge in -2f64..2.0, row in 0i64..20,
+        ) {
+            let Some(triangle) = Triangle::new(0, corners, heights) else { return Ok(()) };
+            let Some(span) = triangle.row_span(row, 100) else { return Ok(()) };
+            let mut samples = vec![0.0; 100];
+            Plane::new(triangle, 0.0).judge_row(row, &span, &[0.0; 100], |c, j| samples[c as usize] = j.surface + lift);
+            let size = heights.iter().fold(0f64, |m, z| m.max(z.abs()));
+            let mut errors = Vec::new();
+            Plane::new(triangle, 0.0).judge_row(row, &span, &samples, |_, j| errors.push(j.error));
+            for error in errors {
+                let tolerance = (error + nudge * U * size).max(0.0);
+                let plane = Plane::new(triangle, tolerance);
+                plane.judge_row(row, &span, &samples, |column, judged| {
+                    let exact = within(samples[column as usize], triangle.heights, plane.weights(column, row), tolerance);
+                    assert_eq!(judged.within, exact);
+                    assert_eq!(judged.error <= tolerance, exact);
+                });
+            }
+        }
+    }
+
+    #[test]
+    fn triangles_beyond_exact_doubles_are_judged_all_the_same() {
+        let far = 1 << 30;
+        let triangle = Triangle::new(0, [(0, 0), (far, 0), (0, far)], [0.0, f64::from(1 << 28), 0.0]).unwrap();
+        let samples: Vec<f64> = (0..8).map(f64::from).collect();
+        let span = triangle.row_span(3, 8).unwrap();
+        let mut seen = 0;
+        Plane::new(triangle, 0.0).judge_row(3, &span, &samples, |column, judged| {
+            assert_eq!((judged.error, judged.surface, judged.within), (0.0, column as f64, true));
+            seen += 1;
+        });
+        assert_eq!(seen, 8);
+    }
+}

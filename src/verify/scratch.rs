@@ -2,17 +2,22 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use crate::control::CancelToken;
+
 use super::VerifyError;
 
 /// Where temporary files are made. They have no name, so nobody else opens them and nothing is left behind by a crash.
+///
+/// Every transfer looks out for cancellation: a run that is sorting notices as soon as one that is reading.
 #[derive(Debug)]
 pub(super) struct Scratch {
     dir: PathBuf,
+    cancel: CancelToken,
 }
 
 impl Scratch {
-    pub(super) fn new(dir: Option<&Path>) -> Scratch {
-        Scratch { dir: dir.map_or_else(std::env::temp_dir, Path::to_path_buf) }
+    pub(super) fn new(dir: Option<&Path>, cancel: CancelToken) -> Scratch {
+        Scratch { dir: dir.map_or_else(std::env::temp_dir, Path::to_path_buf), cancel }
     }
 
     pub(super) fn file(&self) -> Result<File, VerifyError> {
@@ -25,6 +30,7 @@ impl Scratch {
 
     /// Writes records at the file's cursor.
     pub(super) fn write<const N: usize>(&self, mut file: &File, records: &[[u64; N]]) -> Result<(), VerifyError> {
+        self.cancel.check()?;
         file.write_all(bytemuck::cast_slice(records.as_flattened())).map_err(|e| self.error(e))
     }
 
@@ -35,6 +41,7 @@ impl Scratch {
         first: u64,
         records: &mut [[u64; N]],
     ) -> Result<(), VerifyError> {
+        self.cancel.check()?;
         let place = SeekFrom::Start(first * size_of::<[u64; N]>() as u64);
         let bytes = bytemuck::cast_slice_mut(records.as_flattened_mut());
         file.seek(place).and_then(|_| file.read_exact(bytes)).map_err(|e| self.error(e))

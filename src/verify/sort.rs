@@ -42,7 +42,8 @@ struct Run {
 impl<'s, const N: usize> Sorter<'s, N> {
     pub(super) fn new(scratch: &'s Scratch, bytes: usize) -> Self {
         let capacity = (bytes / size_of::<[u64; N]>()).max(1);
-        Sorter { scratch, capacity, buffer: Vec::new(), file: None, runs: Vec::new() }
+        // All of it at once: growing by doubling would end up to twice as large. Untouched pages cost nothing.
+        Sorter { scratch, capacity, buffer: Vec::with_capacity(capacity), file: None, runs: Vec::new() }
     }
 
     pub(super) fn push(&mut self, record: [u64; N]) -> Result<(), VerifyError> {
@@ -187,7 +188,7 @@ mod tests {
         fn sorts_as_a_vector_does(
             mut records in proptest::collection::vec(any::<[u64; 2]>(), 0..2000), capacity in 1usize..300,
         ) {
-            let scratch = Scratch::new(None);
+            let scratch = Scratch::new(None, Default::default());
             let mut sorter = Sorter::new(&scratch, capacity * 16);
             for record in &records {
                 sorter.push(*record).unwrap();

@@ -31,9 +31,9 @@ impl Vertex {
 
 /// Vertices by index, in a temporary file behind a cache.
 ///
-/// Memory use is constant: `SLOTS` blocks of 256 vertices, 12 MiB, because every block has one slot it may be in. Faces
+/// Memory use is constant: `SLOTS` blocks of 64 vertices, 12 MiB, because every block has one slot it may be in. Faces
 /// mostly name vertices written near each other, which this serves from memory; faces in random order cost one read of
-/// 6 KiB per corner, which is slow but never wrong.
+/// 1.5 KiB per corner, which is slow but never wrong.
 #[derive(Debug)]
 pub(super) struct VertexStore<'s> {
     scratch: &'s Scratch,
@@ -49,8 +49,8 @@ struct Slot {
     records: Vec<Words>,
 }
 
-const SLOTS: u64 = 2048;
-const BLOCK: u64 = 256;
+const SLOTS: u64 = 8192;
+const BLOCK: u64 = 64;
 
 /// Fills a [`VertexStore`], in the order of the indices.
 #[derive(Debug)]
@@ -69,7 +69,7 @@ impl<'s> VertexWriter<'s> {
     pub(super) fn push(&mut self, vertex: Vertex) -> Result<(), VerifyError> {
         self.buffer.push(vertex.words());
         self.count += 1;
-        if self.buffer.len() == 16 * BLOCK as usize {
+        if self.buffer.len() == 64 * BLOCK as usize {
             self.scratch.write(&self.file, &self.buffer)?;
             self.buffer.clear();
         }

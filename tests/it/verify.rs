@@ -1,0 +1,59 @@
+//! `terrabite verify` as a user meets it: exit codes and what is printed.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use gdal::DriverManager;
+use gdal::raster::Buffer;
+
+/// 3 × 2 samples, the one in the middle of the first row 1 above a mesh of two flat triangles.
+fn scene(dir: &tempfile::TempDir) -> (PathBuf, PathBuf) {
+    let (raster, mesh) = (dir.path().join("dem.tif"), dir.path().join("tin.ply"));
+    let driver = DriverManager::get_driver_by_name("GTiff").unwrap();
+    let dataset = driver.create_with_band_type::<i16, _>(&raster, 3, 2, 1).unwrap();
+    let mut samples = Buffer::new((3, 2), vec![0i16, 1, 0, 0, 0, 0]);
+    dataset.rasterband(1).unwrap().write((0, 0), (3, 2), &mut samples).unwrap();
+    dataset.close().unwrap();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n\
+        element face 2\nproperty list uchar int vertex_indices\nend_header\n\
+        0.5 -0.5 0\n2.5 -0.5 0\n2.5 -1.5 0\n0.5 -1.5 0\n3 0 2 1\n3 0 3 2\n";
+    std::fs::write(&mesh, ply).unwrap();
+    (raster, mesh)
+}
+
+fn terrabite(args: &[&str]) -> Output {
+    let dir = tempfile::tempdir().unwrap();
+    let (raster, mesh) = scene(&dir);
+    Command::new(env!("CARGO_BIN_EXE_terrabite")).arg("verify").arg(raster).arg(mesh).args(args).output().unwrap()
+}
+
+#[test]
+fn the_exit_code_is_the_verdict() {
+    let code = |args: &[&str]| terrabite(args).status.code();
+    assert_eq!(code(&["--max-error", "1"]), Some(0));
+    assert_eq!(code(&["--max-error", "0.999"]), Some(1));
+    assert_eq!(code(&["--max-error", "0", "--quiet"]), Some(1));
+    for usage in [&["--max-error", "-1"][..], &["--max-error", "nan"], &["--max-error=-0.5"], &[]] {
+        assert_eq!(code(usage), Some(2), "{usage:?}");
+    }
+}
+
+#[test]
+fn a_pass_and_a_failure_say_what_was_found() {
+    let passed = String::from_utf8(terrabite(&["--max-error", "1"]).stdout).unwrap();
+    assert!(passed.contains("6 samples, 4 vertices, 2 triangles"), "{passed}");
+    assert!(passed.contains("PASS"), "{passed}");
+    let failed = String::from_utf8(terrabite(&["--max-error", "0.5"]).stdout).unwrap();
+    assert!(failed.contains("FAIL\n  1 sample is farther than 0.5: column 1, row 0 (1.5 -0.5)"), "{failed}");
+    assert!(terrabite(&["--max-error", "0.5", "--quiet"]).stdout.is_empty());
+}
+
+#[test]
+fn json_holds_the_whole_verdict() {
+    let output = terrabite(&["--max-error", "0.5", "--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["passed"], false);
+    assert_eq!(report["failures"].as_array().unwrap().len(), 1);
+    assert_eq!((report["worst"]["error"].as_f64(), report["worst"]["column"].as_u64()), (Some(1.0), Some(1)));
+    assert_eq!(report["double_area"], report["expected_double_area"]);
+}
