@@ -9,7 +9,7 @@ use super::progress::Bars;
 use super::simplify_report::{Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
-use crate::field::{Access, Field, FieldOptions};
+use crate::field::{Access, Choice, Field, FieldOptions};
 use crate::raster::Raster;
 use crate::simplify::{DEFAULT_TILE, Error, Params, triangulate};
 use crate::sink::PlySink;
@@ -40,6 +40,9 @@ pub(crate) struct SimplifyArgs {
     /// The folder of temporary files [default: the system's]
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
+    /// How samples are read: from the mapped file, in windows through GDAL, or decoded into a temporary file first
+    #[arg(long, value_enum, default_value_t = AccessArg::Auto)]
+    access: AccessArg,
     /// Threads to work with [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     threads: Option<NonZeroUsize>,
@@ -52,6 +55,29 @@ pub(crate) struct SimplifyArgs {
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum AccessArg {
+    /// What suits the raster
+    Auto,
+    /// The raster's own file, mapped
+    InPlace,
+    /// Windows, read through GDAL when they are wanted
+    Windows,
+    /// A temporary file, decoded beforehand
+    Decode,
+}
+
+impl From<AccessArg> for Choice {
+    fn from(argument: AccessArg) -> Choice {
+        match argument {
+            AccessArg::Auto => Choice::Auto,
+            AccessArg::InPlace => Choice::InPlace,
+            AccessArg::Windows => Choice::Windows,
+            AccessArg::Decode => Choice::Decode,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -93,7 +119,7 @@ fn simplify(args: &SimplifyArgs, control: &Control<'_>) -> Result<Report, Failur
     if let Some(dir) = &args.temp_dir {
         params.temp_dir.clone_from(dir);
     }
-    let field_options = FieldOptions { temp_dir: params.temp_dir.clone() };
+    let field_options = FieldOptions { temp_dir: params.temp_dir.clone(), choice: args.access.into() };
     let field = Field::open(&raster, &field_options, control).map_err(Error::from)?;
     let opened = Instant::now();
     let mesh = triangulate(&field, &params, control)?;
@@ -102,7 +128,7 @@ fn simplify(args: &SimplifyArgs, control: &Control<'_>) -> Result<Report, Failur
     let summary = mesh.write(Box::new(sink), control)?;
     let decoded_bytes = match field.access() {
         Access::Decoded { bytes, .. } => *bytes,
-        Access::InPlace | Access::Memory => 0,
+        Access::InPlace | Access::Windows { .. } | Access::Memory => 0,
     };
     let seconds = Seconds {
         total: start.elapsed().as_secs_f64(),

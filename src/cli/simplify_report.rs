@@ -147,6 +147,7 @@ impl Report {
 fn access(access: &Access) -> String {
     match access {
         Access::InPlace => "mapped in place".to_string(),
+        Access::Windows { reason } => format!("read by windows: {reason}"),
         Access::Decoded { reason, .. } => format!("decoded: {reason}"),
         Access::Memory => "in memory".to_string(),
     }

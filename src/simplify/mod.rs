@@ -5,10 +5,13 @@
 //! and hands them and the triangles to a sink, tile after tile. The bytes written depend on the samples and on
 //! [`Params`], not on threads or the order of tiles.
 
+mod budget;
 mod error;
 mod mesh;
+mod pool;
 mod tiles;
 
+pub use budget::{BudgetTooSmall, Plan, default_budget};
 pub use error::Error;
 pub use mesh::{Mesh, Summary};
 pub use tiles::{TileTimes, triangulate};

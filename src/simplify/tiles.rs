@@ -3,6 +3,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::pool::Pool;
 use super::{Error, Mesh, Params};
 use crate::control::{Control, Stage};
 use crate::field::{Field, Tile};
@@ -50,9 +51,11 @@ pub fn triangulate(field: &Field, params: &Params, control: &Control<'_>) -> Res
     let spool = Spool::new(&params.temp_dir, grid.len())?;
     let clocks = Clocks::default();
     control.progress.begin(Stage::Triangulate, grid.len() as u64, field.width() as u64 * field.height() as u64);
-    (0..grid.len()).into_par_iter().try_for_each_init(Workspace::default, |workspace, index| {
+    let workspaces = Pool::default();
+    (0..grid.len()).into_par_iter().try_for_each(|index| {
         control.cancel.check()?;
-        let samples = workspace.run(field, params, control, grid, index, &spool, &clocks)?;
+        let samples =
+            workspaces.with(|w: &mut Workspace| w.run(field, params, control, grid, index, &spool, &clocks))?;
         control.progress.step(Stage::Triangulate, samples);
         Ok::<(), Error>(())
     })?;
@@ -62,8 +65,9 @@ pub fn triangulate(field: &Field, params: &Params, control: &Control<'_>) -> Res
 
 /// What one thread needs to take a tile from its samples to the spool; reused from tile to tile.
 #[derive(Default)]
-struct Workspace {
+pub(super) struct Workspace {
     tile: Tile,
+    engine: <GreedyCuts as Engine>::Scratch,
     mesh: TileMesh,
     meter: Meter,
     chunk: Chunk,
@@ -95,7 +99,7 @@ impl Workspace {
             feasibility: params.feasibility,
             cancel: &control.cancel,
         };
-        clocks.cuts.time(|| GreedyCuts.triangulate(&task, &mut self.mesh))?;
+        clocks.cuts.time(|| GreedyCuts.triangulate(&task, &mut self.engine, &mut self.mesh))?;
         let origin = (window.column as u64, window.row as u64);
         let errors = clocks.measure.time(|| self.meter.measure(&self.tile, &self.mesh, params.max_error, origin, last));
         let samples = errors.samples;

@@ -215,7 +215,9 @@ fn cancelling_leaves_nothing() {
 #[test]
 fn a_missing_folder_is_named() {
     let found = run(Path::new("/no/such/folder/out.tif"), &SynthOptions::default(), 1);
-    assert!(matches!(&found, Err(SynthError::Output(OutputError::NoFolder { path, .. })) if path == Path::new("/no/such/folder/out.tif")));
+    assert!(
+        matches!(&found, Err(SynthError::Output(OutputError::NoFolder { path, .. })) if path == Path::new("/no/such/folder/out.tif"))
+    );
 }
 
 #[test]
