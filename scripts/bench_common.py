@@ -54,7 +54,26 @@ def run(*command, may_fail=False):
     return Run(wall, used.ru_utime + used.ru_stime, used.ru_maxrss * unit, printed, code)
 
 
-def interleaved(rounds, programs):
+def settle(patience):
+    """Waits until the others leave the machine's cores nearly alone for a moment, for at most `patience` seconds."""
+    end = time.perf_counter() + patience
+    while time.perf_counter() < end:
+        idle, start = idle_seconds(), time.perf_counter()
+        time.sleep(0.25)
+        if idle_seconds() - idle > 0.9 * os.cpu_count() * (time.perf_counter() - start):
+            return
+
+
+def idle_seconds():
+    """What all cores together have idled since the start; endless where the system does not tell."""
+    try:
+        with open("/proc/uptime") as file:
+            return float(file.read().split()[1])
+    except OSError:
+        return float("inf")
+
+
+def interleaved(rounds, patience, programs):
     """Runs every program once, then every one again, and so on, so that a slow minute of the machine hits all alike.
 
     `programs` maps a name to a function that makes one run; returns the runs by name.
@@ -62,6 +81,7 @@ def interleaved(rounds, programs):
     runs = {name: [] for name in programs}
     for _ in range(rounds):
         for name, program in programs.items():
+            settle(patience)
             runs[name].append(program())
     return runs
 
@@ -73,10 +93,9 @@ def median(runs, what):
     return statistics.median(what(r) for r in runs)
 
 
-def spread(runs):
-    """Half the distance between the slowest and the fastest run, in per cent of the median."""
-    walls = [r.wall for r in runs]
-    return f"{50 * (max(walls) - min(walls)) / statistics.median(walls):.0f} %"
+def best(runs):
+    """The fastest run's seconds: the one that was disturbed least."""
+    return f"{min(r.wall for r in runs):.2f}"
 
 
 def verify(raster, mesh, tolerance):
