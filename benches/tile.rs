@@ -13,7 +13,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use terrabite::control::CancelToken;
 use terrabite::field::Tile;
 use terrabite::lattice::Point;
-use terrabite::measure::Meter;
+use terrabite::measure::measure;
 use terrabite::mesh::{Domain, TileMesh, Vertex};
 use terrabite::seam::{MinLink, Rim};
 use terrabite::triangulate::cuts::GreedyCuts;
@@ -106,7 +106,7 @@ fn front(c: &mut Criterion) {
     c.bench_function("front/dense_rim", |b| b.iter(&mut count));
 }
 
-fn measure(c: &mut Criterion) {
+fn errors(c: &mut Criterion) {
     let mountains = tile(SIDE, SIDE, fractal);
     let mut group = c.benchmark_group("measure");
     group.throughput(Throughput::Elements((SIDE * SIDE) as u64));
@@ -114,8 +114,7 @@ fn measure(c: &mut Criterion) {
         let rim = rim(&mountains, tolerance);
         let mut cutter = Cutter::default();
         cutter.cut(&mountains, &rim.domain, tolerance, Feasibility::Weak);
-        let mut meter = Meter::default();
-        let mut count = || meter.measure(black_box(&mountains), &cutter.mesh, tolerance, (0, 0), (true, true)).samples;
+        let mut count = || measure(black_box(&mountains), &cutter.mesh, tolerance, (0, 0), (true, true)).samples;
         assert_eq!(count(), (SIDE * SIDE) as u64);
         group.bench_function(name, |b| b.iter(&mut count));
     }
@@ -126,6 +125,6 @@ criterion_group! {
     name = benches;
     config = Criterion::default()
         .sample_size(10).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_millis(1500));
-    targets = cuts, front, measure
+    targets = cuts, front, errors
 }
 criterion_main!(benches);

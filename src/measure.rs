@@ -4,9 +4,9 @@
 //! sample on a seam belongs to the tile to its right or below, as seam vertices do), so that over all tiles every
 //! sample is counted once.
 
-use crate::field::Tile;
+use crate::field::{Heights, Tile};
 use crate::lattice::Point;
-use crate::mesh::TileMesh;
+use crate::mesh::{TileMesh, Vertex};
 use crate::triangulate::feasible::{Plane, Spans};
 
 /// How finely errors are sorted, from 0 to the tolerance.
@@ -19,7 +19,7 @@ pub struct ErrorStats {
     pub samples: u64,
     /// The largest error.
     pub max: f64,
-    /// Column and row of the first sample, in the order of measuring, that has it.
+    /// Column and row of a sample that has it: the first, in the order of measuring.
     pub worst: (u64, u64),
     /// Sum of the squares of all errors.
     pub squares: f64,
@@ -66,78 +66,100 @@ impl ErrorStats {
     }
 }
 
-/// Measures one tile after the other, reusing its memory.
-#[derive(Debug, Default)]
-pub struct Meter {
-    seen: Vec<bool>,
+/// Measures `mesh` over the samples that the tile owns: all but the last column and the last row, unless `last_column`
+/// and `last_row` say that they are the raster's. `origin` is the place of the tile's first sample in the raster.
+///
+/// # Panics
+/// If the triangles do not cover every sample the tile owns exactly once, or one is farther than the tolerance from its
+/// triangle: an engine is broken, and its mesh must not be written.
+pub fn measure(
+    tile: &Tile,
+    mesh: &TileMesh,
+    tolerance: f64,
+    origin: (u64, u64),
+    (last_column, last_row): (bool, bool),
+) -> ErrorStats {
+    let owned = (tile.width - usize::from(!last_column), tile.height - usize::from(!last_row));
+    let bins_per_error = if tolerance > 0.0 { BINS as f64 / tolerance } else { 0.0 };
+    let mut meter = Meter { tile, tolerance, bins_per_error, owned, stats: ErrorStats::default(), worst: (0, 0) };
+    match &tile.heights {
+        Heights::F32(heights) => mesh.triangles.iter().for_each(|&t| meter.triangle(heights, mesh.corners(t))),
+        Heights::F64(heights) => mesh.triangles.iter().for_each(|&t| meter.triangle(heights, mesh.corners(t))),
+    }
+    let mut stats = meter.stats;
+    stats.worst = (origin.0 + meter.worst.0 as u64, origin.1 + meter.worst.1 as u64);
+    assert_eq!(stats.samples, (owned.0 * owned.1) as u64, "samples covered of a tile at {origin:?}");
+    let (max, worst) = (stats.max, stats.worst);
+    assert!(max <= tolerance, "error {max} at sample {worst:?}, {tolerance} is allowed");
+    stats
 }
 
-impl Meter {
-    /// Measures `mesh` over the samples that the tile owns: all but the last column and the last row, unless
-    /// `last_column` and `last_row` say that they are the raster's. `origin` is the place of the tile's first sample
-    /// in the raster.
-    ///
-    /// # Panics
-    /// If a sample the tile owns is not covered by the mesh, or is farther than the tolerance from it: an engine is
-    /// broken, and its mesh must not be written.
-    pub fn measure(
-        &mut self,
-        tile: &Tile,
-        mesh: &TileMesh,
-        tolerance: f64,
-        origin: (u64, u64),
-        (last_column, last_row): (bool, bool),
-    ) -> ErrorStats {
-        let owned = (tile.width() - usize::from(!last_column), tile.height() - usize::from(!last_row));
-        let mut stats = ErrorStats::default();
-        self.seen.clear();
-        self.seen.resize(tile.width() * tile.height(), false);
-        let bins_per_error = if tolerance > 0.0 { BINS as f64 / tolerance } else { 0.0 };
-        for &triangle in &mesh.triangles {
-            let [a, b, c] = mesh.corners(triangle);
-            let (spans, plane) = (Spans::new(a.at, b.at, c.at), Plane::new(a, b, c));
-            for row in spans.rows() {
-                let (first, last) = spans.columns(row);
-                if first > last || row as usize >= owned.1 {
-                    continue;
-                }
-                let (start, step) = (plane.at(Point::of_sample(first, row)), plane.step());
-                let last = last.min(owned.0 as i32 - 1);
-                let base = row as usize * tile.width();
-                for column in first..=last {
-                    if std::mem::replace(&mut self.seen[base + column as usize], true) {
-                        continue;
-                    }
-                    let height = tile.at(column as usize, row as usize);
-                    let mut error = (start + step * f64::from(column - first) - height).abs();
-                    let place = Point::of_sample(column, row);
-                    if error > tolerance && plane.within(place, height, tolerance) {
-                        // Only the rounding of this computation is above the tolerance.
-                        error = tolerance;
-                    }
-                    stats.samples += 1;
-                    stats.squares += error * error;
-                    let bin = ((error * bins_per_error) as usize).min(BINS - 1);
-                    stats.histogram[bin] += 1;
-                    if error > stats.max || stats.samples == 1 {
-                        stats.max = error;
-                        stats.worst = (origin.0 + column as u64, origin.1 + row as u64);
-                    }
-                }
+struct Meter<'a> {
+    tile: &'a Tile,
+    tolerance: f64,
+    bins_per_error: f64,
+    owned: (usize, usize),
+    stats: ErrorStats,
+    worst: (usize, usize),
+}
+
+impl Meter<'_> {
+    fn triangle<H: Copy + Into<f64>>(&mut self, heights: &[H], [a, b, c]: [Vertex; 3]) {
+        let (spans, plane) = (Spans::new(a.at, b.at, c.at), Plane::new(a, b, c));
+        let (right_rim, lower_rim) = (self.tile.width as i32 - 1, self.tile.height as i32 - 1);
+        let step = plane.step();
+        for row in spans.rows() {
+            let (first, last) = spans.own_columns(row, right_rim, lower_rim);
+            let last = last.min(self.owned.0 as i32 - 1);
+            if first > last || row as usize >= self.owned.1 {
+                continue;
+            }
+            let base = row as usize * self.tile.width;
+            let samples = &heights[base + first as usize..=base + last as usize];
+            let start = plane.at(Point::of_sample(first, row));
+            self.run(samples, start, step, (first as usize, row as usize), &plane);
+        }
+    }
+
+    /// Samples of a row, the surface at the first of them and its rise to the next, and where the first is. Runs are
+    /// short, a handful of samples: nothing is gained by more than one at a time.
+    #[inline(always)]
+    fn run<H: Copy + Into<f64>>(&mut self, samples: &[H], start: f64, step: f64, at: (usize, usize), plane: &Plane) {
+        let error = |i: i32, sample: H| (start + step * f64::from(i) - sample.into()).abs();
+        let (mut squares, mut max) = (0.0, 0.0f64);
+        for (i, &sample) in (0..).zip(samples) {
+            let error = error(i, sample);
+            squares += error * error;
+            max = if error > max { error } else { max };
+            // Through i32: to unsigned numbers the conversion is slow.
+            self.stats.histogram[((error * self.bins_per_error) as i32 as usize).min(BINS - 1)] += 1;
+        }
+        self.stats.squares += squares;
+        self.stats.samples += samples.len() as u64;
+        if max > self.stats.max {
+            let errors = (0..).zip(samples).map(|(i, &sample)| error(i, sample));
+            self.raise_max(errors, at, plane);
+        }
+    }
+
+    #[cold]
+    fn raise_max(&mut self, errors: impl Iterator<Item = f64>, (column, row): (usize, usize), plane: &Plane) {
+        for (error, column) in errors.zip(column..) {
+            let place = Point::of_sample(column as i32, row as i32);
+            let rounded_up = error > self.tolerance && plane.within(place, self.tile.at(column, row), self.tolerance);
+            // Only the rounding of this computation is above the tolerance.
+            let error = if rounded_up { self.tolerance } else { error };
+            if error > self.stats.max {
+                self.stats.max = error;
+                self.worst = (column, row);
             }
         }
-        assert_eq!(stats.samples, (owned.0 * owned.1) as u64, "samples covered of a tile at {origin:?}");
-        let (max, worst) = (stats.max, stats.worst);
-        assert!(max <= tolerance, "error {max} at sample {worst:?}, {tolerance} is allowed");
-        stats
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Heights;
-    use crate::mesh::Vertex;
 
     #[test]
     fn a_plane_over_a_bump() {
@@ -151,11 +173,11 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             relaxed: 0,
         };
-        let all = Meter::default().measure(&tile, &mesh, 4.0, (100, 200), (true, true));
+        let all = measure(&tile, &mesh, 4.0, (100, 200), (true, true));
         assert_eq!((all.samples, all.max, all.worst, all.squares), (25, 3.0, (102, 202), 10.0));
         assert_eq!(all.percentile(0.5, 4.0), 4.0 / 256.0);
         assert_eq!(all.percentile(1.0, 4.0), 3.0);
-        let owned = Meter::default().measure(&tile, &mesh, 4.0, (0, 0), (false, true));
+        let owned = measure(&tile, &mesh, 4.0, (0, 0), (false, true));
         assert_eq!(owned.samples, 20);
     }
 }

@@ -9,7 +9,7 @@ use crate::control::{Cancelled, Control, Stage};
 use crate::exact::MAX_TOLERANCE;
 use crate::field::{Field, Tile};
 use crate::lattice::MAX_TILE_CELLS;
-use crate::measure::Meter;
+use crate::measure::measure;
 use crate::mesh::TileMesh;
 use crate::seam::{MinLink, Rim};
 use crate::spool::{Chunk, Spool};
@@ -89,7 +89,6 @@ pub(super) struct Workspace {
     min_link: MinLink,
     engine: <GreedyCuts as Engine>::Scratch,
     mesh: TileMesh,
-    meter: Meter,
     chunk: Chunk,
     encoded: Vec<u8>,
 }
@@ -106,8 +105,7 @@ impl Workspace {
             clocks.seams.time(|| Rim::new(&self.tile, tolerance(params), last, &mut self.min_link, &control.cancel))?;
         clocks.cuts.time(|| self.cut(params, &rim, control))?;
         let origin = (window.column as u64, window.row as u64);
-        let errors =
-            clocks.measure.time(|| self.meter.measure(&self.tile, &self.mesh, tolerance(params), origin, last));
+        let errors = clocks.measure.time(|| measure(&self.tile, &self.mesh, tolerance(params), origin, last));
         let samples = errors.samples;
         clocks.spool.time(|| {
             self.chunk.fill(index, &rim, &self.mesh, errors);

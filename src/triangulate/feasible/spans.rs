@@ -10,6 +10,7 @@ use crate::lattice::{Point, STEPS};
 pub(crate) struct Spans {
     low: Point,
     mid: Point,
+    high: Point,
     /// Columns per step of y along the edge from the lowest to the highest vertex, and along the two others.
     long: f64,
     lower: f64,
@@ -45,6 +46,7 @@ impl Spans {
             rows: ((low.y + STEPS - 1).div_euclid(STEPS))..=high.y.div_euclid(STEPS),
             low,
             mid,
+            high,
         }
     }
 
@@ -56,6 +58,31 @@ impl Spans {
     /// First and last column of the samples in one of these rows; empty if the first is greater.
     #[inline(always)]
     pub(crate) fn columns(&self, row: i32) -> (i32, i32) {
+        let (left, right) = self.crossings(row);
+        // Columns are not negative, so truncation rounds down.
+        ((left + (1.0 - NUDGE)) as i32, (right + NUDGE) as i32)
+    }
+
+    /// The same for the half-open triangle, so that every sample of a triangulated region belongs to one triangle: its
+    /// left and upper sides are its own, its right and lower sides are not. Beyond the last column `right_rim` and below
+    /// the last row `lower_rim` there is no triangle to own them, so there they are its own, too.
+    #[inline(always)]
+    pub(crate) fn own_columns(&self, row: i32, right_rim: i32, lower_rim: i32) -> (i32, i32) {
+        const NONE: (i32, i32) = (1, 0);
+        let (left, right) = self.crossings(row);
+        // At a corner the row only touches the triangle.
+        if right - left < NUDGE || row * STEPS == self.high.y && row != lower_rim {
+            return NONE;
+        }
+        let first = (left + (1.0 - NUDGE)) as i32;
+        let closed = (right + NUDGE) as i32;
+        let last = if closed == right_rim { closed } else { (right + (1.0 - NUDGE)) as i32 - 1 };
+        (first, last)
+    }
+
+    /// Where a row enters and leaves the triangle, in columns.
+    #[inline(always)]
+    fn crossings(&self, row: i32) -> (f64, f64) {
         let y = row * STEPS;
         let long = f64::from(self.low.x) * COLUMN + self.long * f64::from(y - self.low.y);
         let short = if y < self.mid.y {
@@ -63,8 +90,6 @@ impl Spans {
         } else {
             f64::from(self.mid.x) * COLUMN + self.upper * f64::from(y - self.mid.y)
         };
-        let (left, right) = if self.mid_is_right { (long, short) } else { (short, long) };
-        // Columns are not negative, so truncation rounds down.
-        ((left + (1.0 - NUDGE)) as i32, (right + NUDGE) as i32)
+        if self.mid_is_right { (long, short) } else { (short, long) }
     }
 }
