@@ -9,6 +9,8 @@ pub struct MinLink {
     ways: Vec<Way>,
     sums: Sums,
     inverses: Vec<f64>,
+    layer: Vec<usize>,
+    next_layer: Vec<usize>,
 }
 
 /// The best way from a sample to the end of the line.
@@ -29,7 +31,7 @@ impl MinLink {
     /// both ends among them. A link i–j is feasible if every sample between lies within `tolerance` (`<=`, exactly) of
     /// the straight line through samples i and j. `forced` are indices that must be vertices, in any order.
     ///
-    /// Shortest path over the graph of feasible links, from the far end backwards; of the paths with the fewest links
+    /// Shortest path over the graph of feasible links, breadth first from the far end; of the paths with the fewest links
     /// the one with the least sum of squared errors, of these the lexicographically smallest. Greedily taking the
     /// farthest feasible link is not optimal when vertices are samples (Silva, Mitchell & Kaufman 1995, Initialization,
     /// uses it).
@@ -66,6 +68,8 @@ impl MinLink {
         Ok(vertices)
     }
 
+    /// Breadth first from the far end, one layer of samples with equally many links after the other, until the layer
+    /// of the first sample is complete. On flat ground that is one layer of one sample: O(n).
     fn find_ways(&mut self, heights: &[f64], tolerance: f64, cancel: &CancelToken) -> Result<(), Cancelled> {
         let end = heights.len() - 1;
         self.sums.fill(heights);
@@ -73,38 +77,51 @@ impl MinLink {
             self.inverses.push(1.0 / self.inverses.len() as f64);
         }
         self.ways.clear();
-        self.ways.resize(heights.len(), Way { links: 0, squares: 0.0, next: end });
+        self.ways.resize(heights.len(), Way { links: u32::MAX, squares: f64::INFINITY, next: end });
+        self.ways[end] = Way { links: 0, squares: 0.0, next: end };
         let highest = heights.iter().fold(0.0f64, |m, z| m.max(z.abs()));
         // What a slope can be off by through rounding, generously.
         let doubt = (2.0 * highest + tolerance) * (8.0 * f64::EPSILON);
-        for from in (0..end).rev() {
-            if from.is_multiple_of(SAMPLES_BETWEEN_CHECKS) {
-                cancel.check()?;
+        self.layer.clear();
+        self.layer.push(end);
+        let mut links = 0;
+        while self.ways[0].links == u32::MAX {
+            links += 1;
+            // Ascending, so that of equal ways the lexicographically smallest is met first.
+            self.layer.sort_unstable();
+            for (scanned, &to) in self.layer.iter().enumerate() {
+                if scanned.is_multiple_of(SAMPLES_BETWEEN_CHECKS) {
+                    cancel.check()?;
+                }
+                let line = Line { heights, tolerance, to, doubt, inverses: &self.inverses };
+                let rest = self.ways[to].squares;
+                line.for_each_feasible(|from| {
+                    let way = &mut self.ways[from];
+                    if way.links < links {
+                        return;
+                    }
+                    if way.links > links {
+                        way.links = links;
+                        self.next_layer.push(from);
+                    }
+                    let squares = self.sums.squares(heights, from, to) + rest;
+                    if squares < way.squares {
+                        (way.squares, way.next) = (squares, to);
+                    }
+                });
             }
-            let line = Line { heights, tolerance, from, doubt, inverses: &self.inverses };
-            let mut best = Way { links: u32::MAX, squares: f64::INFINITY, next: end };
-            line.for_each_feasible(|to| {
-                let rest = self.ways[to];
-                if rest.links >= best.links {
-                    return;
-                }
-                let squares = self.sums.squares(heights, from, to) + rest.squares;
-                // Equal ways keep the earlier `to`: it is lexicographically smaller.
-                if rest.links + 1 < best.links || squares < best.squares {
-                    best = Way { links: rest.links + 1, squares, next: to };
-                }
-            });
-            self.ways[from] = best;
+            self.layer.clear();
+            std::mem::swap(&mut self.layer, &mut self.next_layer);
         }
         Ok(())
     }
 }
 
-/// Slopes seen from one sample.
+/// Slopes seen from one sample, towards the samples before it.
 struct Line<'a> {
     heights: &'a [f64],
     tolerance: f64,
-    from: usize,
+    to: usize,
     doubt: f64,
     /// 1/n for every distance n.
     inverses: &'a [f64],
@@ -118,30 +135,31 @@ struct Bound {
 }
 
 impl Line<'_> {
-    /// Calls `visit` with every `to` for which the link to it is feasible, ascending.
+    /// Calls `visit` with every `from` for which the link to this sample is feasible, descending.
     ///
-    /// The slopes of lines that pass sample k within the tolerance are an interval; the link to `to` is feasible if its
-    /// slope lies in the intersection of the intervals of all samples between. The two samples that bound the
-    /// intersection are kept, so that a near tie is settled exactly against them alone.
+    /// The slopes of lines that pass sample k within the tolerance are an interval; the link from `from` is feasible if
+    /// its slope lies in the intersection of the intervals of all samples between. The two samples that bound the
+    /// intersection are kept, so that a near tie is settled exactly against them alone. Slopes are rises per cell of
+    /// distance, seen from this sample.
     fn for_each_feasible(&self, mut visit: impl FnMut(usize)) {
-        let mut low = Bound { slope: f64::NEG_INFINITY, sample: 0 };
-        let mut high = Bound { slope: f64::INFINITY, sample: 0 };
-        let ahead = self.heights[self.from + 1..].iter().zip(&self.inverses[1..]);
-        for ((&height, &inverse), to) in ahead.zip(self.from + 1..) {
-            let rise = height - self.heights[self.from];
+        let mut low = Bound { slope: f64::NEG_INFINITY, sample: self.to };
+        let mut high = Bound { slope: f64::INFINITY, sample: self.to };
+        let before = self.heights[..self.to].iter().enumerate().rev().zip(&self.inverses[1..]);
+        for ((from, &height), &inverse) in before {
+            let rise = height - self.heights[self.to];
             let slope = rise * inverse;
-            let above = self.clears(slope - low.slope, || self.compare(to, 0, low.sample, -1));
-            let below = self.clears(high.slope - slope, || self.compare(high.sample, 1, to, 0));
+            let above = self.clears(slope - low.slope, || self.compare(from, 0, low.sample, -1));
+            let below = self.clears(high.slope - slope, || self.compare(high.sample, 1, from, 0));
             if above && below {
-                visit(to);
+                visit(from);
             }
             let floor = (rise - self.tolerance) * inverse;
-            if self.clears(floor - low.slope, || self.compare(to, -1, low.sample, -1)) {
-                low = Bound { slope: floor, sample: to };
+            if self.clears(floor - low.slope, || self.compare(from, -1, low.sample, -1)) {
+                low = Bound { slope: floor, sample: from };
             }
             let ceiling = (rise + self.tolerance) * inverse;
-            if self.clears(high.slope - ceiling, || self.compare(high.sample, 1, to, 1)) {
-                high = Bound { slope: ceiling, sample: to };
+            if self.clears(high.slope - ceiling, || self.compare(high.sample, 1, from, 1)) {
+                high = Bound { slope: ceiling, sample: from };
             }
             if low.slope > high.slope + 2.0 * self.doubt {
                 return;
@@ -157,11 +175,11 @@ impl Line<'_> {
 
     /// Compares, exactly, the slopes to the heights of samples `a` and `b` raised by `up_a` and `up_b` tolerances.
     fn compare(&self, a: usize, up_a: i64, b: usize, up_b: i64) -> Ordering {
-        let (da, db) = ((a - self.from) as i64, (b - self.from) as i64);
+        let (da, db) = ((self.to - a) as i64, (self.to - b) as i64);
         exact::sign(&[
             (db, self.heights[a]),
             (-da, self.heights[b]),
-            (da - db, self.heights[self.from]),
+            (da - db, self.heights[self.to]),
             (db * up_a - da * up_b, self.tolerance),
         ])
     }

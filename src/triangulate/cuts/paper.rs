@@ -52,13 +52,14 @@ impl PaperOrder {
 
     fn cut_ear(&mut self, front: &mut Front, tester: &Tester<'_>) -> bool {
         while let Some([p, i, q]) = self.ears.pop_front() {
-            if !front.has_edge((p, i)) || !front.has_edge((i, q)) || !front.ear_is_visible(p, i, q) {
+            if !front.has_edge((p, i)) || !front.has_edge((i, q)) {
                 continue;
             }
             let corners = [p, i, q].map(|n| front.vertex(n));
             let closing = [(corners[0], corners[2])];
             let new_edges = if front.has_edge((q, p)) { &[] } else { &closing[..] };
-            if tester.feasible(corners, new_edges) {
+            // Most corners fail here, and a feasible triangle is found out sooner than a hidden one.
+            if tester.feasible(corners, new_edges) && front.ear_is_visible(p, i, q) {
                 front.cut_ear(p, i, q);
                 return true;
             }
@@ -175,21 +176,33 @@ fn split_polygon(front: &mut Front, tester: &Tester<'_>, node: u32, length2: i64
     let reach = 2.0 * (length2 as f64).sqrt() + f64::from(2 * STEPS);
     let place = front.at(node);
     let mut nearest: Option<(f64, Edge)> = None;
+    let mut bound = reach * reach;
     for a in front.grid.near(place, reach as i32) {
         let b = front.next(a);
-        if a == node || b == node || orient(front.at(a), front.at(b), place) <= 0 {
+        let (from, to) = (front.at(a), front.at(b));
+        let too_far = distance2_to_box(place, from, to) as f64 > bound;
+        if too_far || a == node || b == node || orient(from, to, place) <= 0 {
             continue;
         }
-        let distance = distance2_to_segment(place, front.at(a), front.at(b));
+        let distance = distance2_to_segment(place, from, to);
         let candidate = (distance, (a, b));
         if distance < reach * reach && nearest.is_none_or(|n| candidate < n) {
             nearest = Some(candidate);
+            // The distance to the segment is rounded, the one to its box is not.
+            bound = distance * (1.0 + 1e-9);
         }
     }
     let Some((_, edge)) = nearest else { return };
     if let Some(apex @ Apex::Node(_)) = feasible_apex(front, tester, edge, front.vertex(node)) {
         front.bite(edge, apex);
     }
+}
+
+/// Square of the distance from a place to the box around a segment, in steps: the segment is no nearer.
+fn distance2_to_box(p: Point, a: Point, b: Point) -> i64 {
+    let outside = |v: i32, m: i32, n: i32| i64::from((m.min(n) - v).max(v - m.max(n)).max(0));
+    let (x, y) = (outside(p.x, a.x, b.x), outside(p.y, a.y, b.y));
+    x * x + y * y
 }
 
 /// Square of the distance from a place to a segment, in steps.

@@ -50,6 +50,11 @@ impl Spans {
         }
     }
 
+    /// The row of the middle vertex, where the spans are longest.
+    pub(crate) fn middle_row(&self) -> i32 {
+        self.mid.y.div_euclid(STEPS)
+    }
+
     /// The rows that may hold samples of the triangle.
     pub(crate) fn rows(&self) -> RangeInclusive<i32> {
         self.rows.clone()
