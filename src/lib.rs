@@ -1,7 +1,9 @@
 //! terrabite bites terrains of any size into triangles.
 pub mod cli;
 pub mod control;
+pub mod durable;
 pub mod exact;
+pub mod faults;
 pub mod field;
 pub mod info;
 pub mod lattice;
@@ -17,3 +19,4 @@ pub mod staged;
 pub mod tiling;
 pub mod triangulate;
 pub mod verify;
+pub mod work_dir;

@@ -9,6 +9,7 @@ mod print;
 mod progress;
 mod signals;
 mod simplify;
+mod simplify_kept;
 mod simplify_report;
 mod values;
 mod verify;

@@ -6,12 +6,13 @@ use std::time::Instant;
 use clap::ValueEnum;
 
 use super::progress::Bars;
+use super::simplify_kept::Kept;
 use super::simplify_report::{Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
-use crate::field::{Access, Field, FieldOptions};
-use crate::raster::Raster;
-use crate::simplify::{DEFAULT_TILE, Error, Params, triangulate};
+use crate::field::{Field, FieldOptions};
+use crate::raster::{Raster, Watch};
+use crate::simplify::{DEFAULT_TILE, Error, Params, triangulate, triangulate_into};
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
 use crate::triangulate::Feasibility;
@@ -21,10 +22,10 @@ use crate::triangulate::Feasibility;
 pub(crate) struct SimplifyArgs {
     /// The raster: a file, or any name GDAL opens
     #[arg(value_name = "INPUT")]
-    input: PathBuf,
+    pub(super) input: PathBuf,
     /// The mesh: a binary PLY file in map coordinates
     #[arg(value_name = "OUTPUT")]
-    output: PathBuf,
+    pub(super) output: PathBuf,
     /// The largest vertical distance allowed between mesh and samples, in the units of the heights; 0 is exact
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_error: f64,
@@ -40,12 +41,15 @@ pub(crate) struct SimplifyArgs {
     /// The folder of temporary files [default: the system's]
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
+    /// Keep finished tiles in this folder: after an interrupt, a crash or a power cut the same command continues there
+    #[arg(long, value_name = "DIR")]
+    work_dir: Option<PathBuf>,
     /// Threads to work with [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     threads: Option<NonZeroUsize>,
     /// Replace an existing output
     #[arg(long)]
-    overwrite: bool,
+    pub(super) overwrite: bool,
     /// Print nothing but errors
     #[arg(long, short, conflicts_with = "json")]
     quiet: bool,
@@ -88,31 +92,50 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
 fn simplify(args: &SimplifyArgs, control: &Control<'_>) -> Result<Report, Failure> {
     let start = Instant::now();
     let raster = Raster::open(&args.input, args.band)?;
-    let staged = StagedFile::create(&args.output, args.overwrite, &[&args.input])?;
+    let watch = Watch::new(&raster)?;
     let mut params = Params { feasibility: args.feasibility.into(), tile: args.tile, ..Params::new(args.max_error) };
     if let Some(dir) = &args.temp_dir {
         params.temp_dir.clone_from(dir);
     }
-    let field_options = FieldOptions { temp_dir: params.temp_dir.clone() };
-    let field = Field::open(&raster, &field_options, control).map_err(Error::from)?;
-    let opened = Instant::now();
-    let mesh = triangulate(&field, &params, control)?;
-    let triangulated = Instant::now();
-    let sink = PlySink::new(staged, &comments(&raster, args));
-    let summary = mesh.write(Box::new(sink), control)?;
-    let decoded_bytes = match field.access() {
-        Access::Decoded { bytes, .. } => *bytes,
-        Access::InPlace | Access::Memory => 0,
+    let kept = args.work_dir.as_ref().map(|dir| Kept::open(dir, &raster, &watch, &params)).transpose()?;
+    let staged = match &kept {
+        Some(kept) => kept.stage(args)?,
+        None => StagedFile::create(&args.output, args.overwrite, &[&args.input])?,
     };
-    let seconds = Seconds {
-        total: start.elapsed().as_secs_f64(),
-        open: (opened - start).as_secs_f64(),
-        tiles: (triangulated - opened).as_secs_f64(),
-        write: triangulated.elapsed().as_secs_f64(),
-        threads: mesh.times(),
+    let run = || -> Result<(Report, u64), Error> {
+        let field_options = FieldOptions { temp_dir: params.temp_dir.clone() };
+        let field = Field::open(&raster, &field_options, control)?;
+        let opened = Instant::now();
+        let mesh = match &kept {
+            Some(kept) => triangulate_into(kept.spool(params.grid(&field)?)?, &field, &params, control)?,
+            None => triangulate(&field, &params, control)?,
+        };
+        watch.check()?;
+        let triangulated = Instant::now();
+        let may_finish = || {
+            watch.check()?;
+            kept.as_ref().map_or(Ok(()), Kept::committing)
+        };
+        let sink = PlySink::new(staged, &comments(&raster, args));
+        let summary = mesh.write_if(Box::new(sink), control, &may_finish)?;
+        let seconds = Seconds {
+            total: start.elapsed().as_secs_f64(),
+            open: (opened - start).as_secs_f64(),
+            tiles: (triangulated - opened).as_secs_f64(),
+            write: triangulated.elapsed().as_secs_f64(),
+            threads: mesh.times(),
+        };
+        Ok((Report::new(&field, &params, &args.output, &summary, seconds, mesh.spool_bytes()), mesh.tiles_found()))
     };
-    let temporary_bytes = decoded_bytes + mesh.spool_bytes();
-    Ok(Report::new(&field, &params, &args.output, &summary, seconds, temporary_bytes))
+    match (run(), kept) {
+        (Ok((report, found)), Some(kept)) => {
+            kept.finish();
+            Ok(report.tiles_found(found))
+        }
+        (Ok((report, _)), None) => Ok(report),
+        (Err(error), Some(kept)) => Err(kept.explain(error)),
+        (Err(error), None) => Err(Failure::from(error)),
+    }
 }
 
 /// What the file says of itself. Nothing here depends on the machine or the time.

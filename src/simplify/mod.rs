@@ -11,10 +11,14 @@ mod tiles;
 
 pub use error::Error;
 pub use mesh::{Mesh, Summary};
-pub use tiles::{TileTimes, triangulate};
+pub use tiles::{TileTimes, triangulate, triangulate_into};
 
 use std::path::PathBuf;
 
+use crate::field::Field;
+use crate::lattice::MAX_TILE_CELLS;
+use crate::raster::exact;
+use crate::tiling::TileGrid;
 use crate::triangulate::Feasibility;
 
 #[cfg(test)]
@@ -40,5 +44,33 @@ impl Params {
     /// Everything as usual but the tolerance.
     pub fn new(max_error: f64) -> Params {
         Params { max_error, feasibility: Feasibility::default(), tile: DEFAULT_TILE, temp_dir: std::env::temp_dir() }
+    }
+
+    /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
+    pub fn named(&self) -> Vec<(&'static str, String)> {
+        let feasibility = match self.feasibility {
+            Feasibility::Weak => "weak",
+            Feasibility::Strong => "strong",
+        };
+        vec![
+            ("max error", exact(self.max_error)),
+            ("feasibility", feasibility.to_string()),
+            ("tile", self.tile.to_string()),
+            ("engine", "greedy cuts".to_string()),
+        ]
+    }
+
+    /// How a field is cut into tiles.
+    ///
+    /// # Errors
+    /// [`Error::Tile`].
+    pub fn grid(&self, field: &Field) -> Result<TileGrid, Error> {
+        let grid = TileGrid::new(field.width(), field.height(), self.tile);
+        if grid.fits_lattice() {
+            return Ok(grid);
+        }
+        let longest = field.width().max(field.height()) - 1;
+        let found = if self.tile == 0 { longest } else { self.tile.min(longest) };
+        Err(Error::Tile { limit: MAX_TILE_CELLS, found })
     }
 }

@@ -2,6 +2,7 @@
 
 mod info;
 mod readers;
+mod resume;
 mod simplify_bad_input;
 mod simplify_files;
 mod usage;
