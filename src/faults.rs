@@ -32,10 +32,14 @@ pub enum Point {
     OutputWritten,
     /// The output has its name.
     OutputRenamed,
+    /// A finished job's chunks are removed from its work dir, and nothing else yet.
+    ChunksRemoved,
+    /// Its manifest, too.
+    ManifestRemoved,
 }
 
 impl Point {
-    const ALL: [(&'static str, Point); 9] = [
+    const ALL: [(&'static str, Point); 11] = [
         ("manifest-written", Point::ManifestWritten),
         ("decode-unit", Point::DecodeUnit),
         ("tile-begun", Point::TileBegun),
@@ -45,6 +49,8 @@ impl Point {
         ("triangles", Point::Triangles),
         ("output-written", Point::OutputWritten),
         ("output-renamed", Point::OutputRenamed),
+        ("chunks-removed", Point::ChunksRemoved),
+        ("manifest-removed", Point::ManifestRemoved),
     ];
 }
 

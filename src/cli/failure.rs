@@ -3,11 +3,13 @@ use std::process::ExitCode;
 
 use crate::control::Cancelled;
 use crate::field::FieldError;
+use crate::preview::PreviewError;
 use crate::raster::RasterError;
 use crate::simplify::Error;
 use crate::sink::SinkError;
 use crate::spool::SpoolError;
 use crate::staged::OutputError;
+use crate::synth::SynthError;
 use crate::verify::VerifyError;
 use crate::work_dir::WorkDirError;
 
@@ -19,6 +21,11 @@ pub(crate) struct Failure {
     message: String,
     code: u8,
 }
+
+/// Exit code: the memory budget is too small.
+const BUDGET_TOO_SMALL: u8 = 3;
+/// Exit code: a disk is too small.
+const DISK_TOO_SMALL: u8 = 4;
 
 impl Failure {
     /// Exit code 1: the job could not be done.
@@ -65,6 +72,11 @@ impl From<Error> for Failure {
             Error::Cancelled(stopped) | Error::Field(FieldError::Cancelled(stopped)) => stopped.into(),
             Error::Field(FieldError::Raster(error)) => error.into(),
             Error::WorkDir(error) => error.into(),
+            Error::Budget(error) => {
+                Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("choose it with --memory")
+            }
+            Error::Disk(error) => Failure { code: DISK_TOO_SMALL, ..Failure::new(error) }
+                .hint("free some space, or choose other folders with --temp-dir and OUTPUT"),
             Error::Field(FieldError::Temporary { .. }) | Error::Spool(SpoolError::File { .. }) => {
                 Failure::new(error).hint("choose another folder with --temp-dir")
             }
@@ -95,6 +107,29 @@ impl From<VerifyError> for Failure {
             VerifyError::Raster(error) => error.into(),
             VerifyError::Cancelled(stopped) => stopped.into(),
             VerifyError::Scratch { .. } => Failure::new(error).hint("choose another folder with --temp-dir"),
+            _ => Failure::new(error),
+        }
+    }
+}
+
+impl From<SynthError> for Failure {
+    fn from(error: SynthError) -> Failure {
+        match error {
+            SynthError::Output(error) => error.into(),
+            SynthError::Cancelled(stopped) => stopped.into(),
+            SynthError::Option(error) => Failure::usage(error),
+            _ => Failure::new(error),
+        }
+    }
+}
+
+impl From<PreviewError> for Failure {
+    fn from(error: PreviewError) -> Failure {
+        match error {
+            PreviewError::Raster(error) => error.into(),
+            PreviewError::Output(error) => error.into(),
+            PreviewError::Cancelled(stopped) => stopped.into(),
+            PreviewError::Option { .. } => Failure::usage(error),
             _ => Failure::new(error),
         }
     }

@@ -4,9 +4,10 @@ use std::process::ExitCode;
 use indicatif::BinaryBytes;
 use serde_json::Value;
 
-use super::{Failure, print};
+use super::{Failure, GDAL_CACHE, print};
 use crate::info::Info;
-use crate::raster::Raster;
+use crate::raster::{Raster, bound_gdal_cache};
+use crate::simplify::Plan;
 
 /// Describe a raster, and what simplifying it will need
 #[derive(Debug, clap::Args)]
@@ -23,9 +24,10 @@ pub(crate) struct InfoArgs {
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
+    bound_gdal_cache(GDAL_CACHE);
     let raster = Raster::open(&args.raster, args.band)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let info = Info::of(&raster, args.band, threads)?;
+    let info = Info::of(&raster, threads)?;
     if args.json {
         print::json(&info)?;
     } else {
@@ -49,7 +51,7 @@ fn lines(info: &Info) -> Vec<(&'static str, String)> {
         ("in place", in_place(info)),
         ("disk", disk(info)),
         ("output", format!("about {} as PLY, {}", BinaryBytes(info.estimate.output_bytes), density(info))),
-        ("memory", format!("about {} with {}", BinaryBytes(info.estimate.memory_bytes), threads(info))),
+        ("memory", memory(info)),
     ]
 }
 
@@ -76,8 +78,9 @@ fn geotransform(info: &Info) -> String {
 }
 
 fn in_place(info: &Info) -> String {
-    match &info.decoded_because {
+    match &info.not_in_place_because {
         None => "yes, its samples are mapped where they lie".to_string(),
+        Some(reason) if info.read_by_windows => format!("no, it is read by windows: {reason}"),
         Some(reason) => format!("no, it is decoded first: {reason}"),
     }
 }
@@ -91,12 +94,15 @@ fn disk(info: &Info) -> String {
 }
 
 fn density(info: &Info) -> String {
-    format!("at {} samples per triangle", info.estimate.samples_per_triangle)
+    format!("at {:.0} samples per triangle", info.estimate.samples_per_triangle)
 }
 
-fn threads(info: &Info) -> String {
-    match info.estimate.threads {
-        1 => "1 thread".to_string(),
-        n => format!("{n} threads"),
+fn memory(info: &Info) -> String {
+    match info.memory {
+        None => "more than the default budget; choose a larger --memory or a smaller --tile".to_string(),
+        Some(Plan { threads: 1, needed_bytes, .. }) => format!("up to {} with 1 thread", BinaryBytes(needed_bytes)),
+        Some(Plan { threads, needed_bytes, .. }) => {
+            format!("up to {} with {threads} threads", BinaryBytes(needed_bytes))
+        }
     }
 }

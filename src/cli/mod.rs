@@ -5,12 +5,14 @@
 
 mod failure;
 mod info;
+mod preview;
 mod print;
 mod progress;
 mod signals;
 mod simplify;
 mod simplify_kept;
 mod simplify_report;
+mod synth;
 mod values;
 mod verify;
 
@@ -37,6 +39,8 @@ enum Command {
     Simplify(simplify::SimplifyArgs),
     Verify(verify::VerifyArgs),
     Info(info::InfoArgs),
+    Synth(synth::SynthArgs),
+    Preview(preview::PreviewArgs),
 }
 
 impl Command {
@@ -45,15 +49,22 @@ impl Command {
             Command::Simplify(args) => simplify::run(args),
             Command::Verify(args) => verify::run(args),
             Command::Info(args) => info::run(args),
+            Command::Synth(args) => synth::run(args),
+            Command::Preview(args) => preview::run(args),
         }
     }
 }
+
+/// GDAL's block cache for commands without a memory budget, in bytes.
+const GDAL_CACHE: u64 = 64 << 20;
 
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done; for a check: passed
   1    failed, with the reason on standard error; for a check: not passed
   2    the command line cannot be understood
+  3    the memory budget is too small
+  4    a disk is too small
   130  stopped by an interrupt (Ctrl-C), 143 by a termination signal
 A closed pipe on standard output is no failure.";
 

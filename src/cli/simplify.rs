@@ -7,12 +7,16 @@ use clap::ValueEnum;
 
 use super::progress::Bars;
 use super::simplify_kept::Kept;
-use super::simplify_report::{Report, Seconds};
+use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
-use crate::field::{Field, FieldOptions};
-use crate::raster::{Raster, Watch};
-use crate::simplify::{DEFAULT_TILE, Error, Params, triangulate, triangulate_into};
+use crate::field::{Choice, Field, FieldOptions};
+use crate::info::{Estimate, estimate};
+use crate::raster::{Raster, Watch, bound_gdal_cache};
+use crate::simplify::{
+    DEFAULT_TILE, DiskUse, Error, Params, Plan, check_disk, default_budget, grid, probe_density, triangulate,
+    triangulate_into,
+};
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
 use crate::triangulate::Feasibility;
@@ -42,9 +46,18 @@ pub(crate) struct SimplifyArgs {
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
     /// Keep finished tiles in this folder: after an interrupt, a crash or a power cut the same command continues there
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with = "dry_run")]
     work_dir: Option<PathBuf>,
-    /// Threads to work with [default: as many as the machine has cores]
+    /// How samples are read: from the mapped file, in windows through GDAL, or decoded into a temporary file first
+    #[arg(long, value_enum, default_value_t = AccessArg::Auto)]
+    access: AccessArg,
+    /// The most memory to use, such as 256MiB [default: a quarter of the machine's, at most 2 GiB]
+    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    memory: Option<u64>,
+    /// Tell what the run would need, from a few tiles, and stop
+    #[arg(long)]
+    dry_run: bool,
+    /// Threads to work with, fewer if the memory is for fewer [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     threads: Option<NonZeroUsize>,
     /// Replace an existing output
@@ -56,6 +69,29 @@ pub(crate) struct SimplifyArgs {
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum AccessArg {
+    /// What suits the raster
+    Auto,
+    /// The raster's own file, mapped
+    InPlace,
+    /// Windows, read through GDAL when they are wanted
+    Windows,
+    /// A temporary file, decoded beforehand
+    Decode,
+}
+
+impl From<AccessArg> for Choice {
+    fn from(argument: AccessArg) -> Choice {
+        match argument {
+            AccessArg::Auto => Choice::Auto,
+            AccessArg::InPlace => Choice::InPlace,
+            AccessArg::Windows => Choice::Windows,
+            AccessArg::Decode => Choice::Decode,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -74,12 +110,25 @@ impl From<FeasibilityArg> for Feasibility {
 }
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
-    let threads = args.threads.map_or(0, NonZeroUsize::get);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| {
-        Failure::new(format!("{} threads cannot be started: {e}", threads)).hint("choose fewer with --threads")
+    let raster = Raster::open(&args.input, args.band)?;
+    let params = args.params();
+    let grid = grid(raster.width(), raster.height(), &params)?;
+    let wanted = args.threads.map_or_else(default_threads, NonZeroUsize::get);
+    let plan = Plan::new(args.memory.unwrap_or_else(default_budget), &raster, grid, wanted).map_err(Error::from)?;
+    bound_gdal_cache(plan.cache_bytes);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build().map_err(|e| {
+        Failure::new(format!("{} threads cannot be started: {e}", plan.threads)).hint("choose fewer with --threads")
     })?;
     let bars = Bars::new(args.quiet);
-    let report = pool.install(|| simplify(args, &bars.control()))?;
+    let control = bars.control();
+    let job = Job { args, raster, params, plan, control: &control };
+    if args.dry_run {
+        let needs = pool.install(move || job.needs())?;
+        drop(bars);
+        return if args.json { print::json(&needs) } else { print::report(&print::aligned(&needs.lines())) }
+            .map(|()| ExitCode::SUCCESS);
+    }
+    let report = pool.install(move || job.run())?;
     drop(bars);
     if args.json {
         print::json(&report)?;
@@ -89,35 +138,78 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn simplify(args: &SimplifyArgs, control: &Control<'_>) -> Result<Report, Failure> {
-    let start = Instant::now();
-    let raster = Raster::open(&args.input, args.band)?;
-    let watch = Watch::new(&raster)?;
-    let mut params = Params { feasibility: args.feasibility.into(), tile: args.tile, ..Params::new(args.max_error) };
-    if let Some(dir) = &args.temp_dir {
-        params.temp_dir.clone_from(dir);
+fn default_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+impl SimplifyArgs {
+    fn params(&self) -> Params {
+        let mut params =
+            Params { feasibility: self.feasibility.into(), tile: self.tile, ..Params::new(self.max_error) };
+        if let Some(dir) = &self.temp_dir {
+            params.temp_dir.clone_from(dir);
+        }
+        params
     }
-    let kept = args.work_dir.as_ref().map(|dir| Kept::open(dir, &raster, &watch, &params)).transpose()?;
-    let staged = match &kept {
-        Some(kept) => kept.stage(args)?,
-        None => StagedFile::create(&args.output, args.overwrite, &[&args.input])?,
-    };
-    let run = || -> Result<(Report, u64), Error> {
-        let field_options = FieldOptions { temp_dir: params.temp_dir.clone() };
-        let field = Field::open(&raster, &field_options, control)?;
+}
+
+/// A run, as asked for and as planned.
+struct Job<'a> {
+    args: &'a SimplifyArgs,
+    raster: Raster,
+    params: Params,
+    plan: Plan,
+    control: &'a Control<'a>,
+}
+
+impl Job<'_> {
+    /// What the run will need, from the density of a few tiles.
+    fn needs(&self) -> Result<Needs, Error> {
+        let density = probe_density(&self.raster, &self.params, self.control)?;
+        Ok(Needs { estimate: estimate(&self.raster, density), memory: self.plan })
+    }
+
+    fn run(&self) -> Result<Report, Failure> {
+        let start = Instant::now();
+        let watch = Watch::new(&self.raster)?;
+        let open = |dir: &PathBuf| Kept::open(dir, &self.raster, &watch, &self.params);
+        let kept = self.args.work_dir.as_ref().map(open).transpose()?;
+        match (self.make(start, &watch, kept.as_ref()), kept) {
+            (Ok(report), None) => Ok(report),
+            (Err(error), None) => Err(error.into()),
+            (Ok(report), Some(kept)) => {
+                kept.finish();
+                Ok(report)
+            }
+            (Err(error), Some(kept)) => Err(kept.explain(error)),
+        }
+    }
+
+    /// Makes the output, from the tiles in the work dir and those still to be made.
+    fn make(&self, start: Instant, watch: &Watch, kept: Option<&Kept>) -> Result<Report, Error> {
+        let args = self.args;
+        let staged = match kept {
+            Some(kept) => kept.stage(args)?,
+            None => StagedFile::create(&args.output, args.overwrite, &[&args.input])?,
+        };
+        self.check_disk(&staged, kept)?;
+        let options = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: args.access.into() };
+        let field = Field::open(&self.raster, &options, self.control)?;
         let opened = Instant::now();
-        let mesh = match &kept {
-            Some(kept) => triangulate_into(kept.spool(params.grid(&field)?)?, &field, &params, control)?,
-            None => triangulate(&field, &params, control)?,
+        let mesh = match kept {
+            Some(kept) => {
+                let grid = grid(field.width(), field.height(), &self.params)?;
+                triangulate_into(kept.spool(grid)?, &field, &self.params, self.control)?
+            }
+            None => triangulate(&field, &self.params, self.control)?,
         };
         watch.check()?;
         let triangulated = Instant::now();
-        let may_finish = || {
+        let sink = PlySink::new(staged, &comments(&self.raster, args));
+        let summary = mesh.write_if(Box::new(sink), self.control, &|| {
             watch.check()?;
-            kept.as_ref().map_or(Ok(()), Kept::committing)
-        };
-        let sink = PlySink::new(staged, &comments(&raster, args));
-        let summary = mesh.write_if(Box::new(sink), control, &may_finish)?;
+            kept.map_or(Ok(()), Kept::committing)
+        })?;
         let seconds = Seconds {
             total: start.elapsed().as_secs_f64(),
             open: (opened - start).as_secs_f64(),
@@ -125,16 +217,21 @@ fn simplify(args: &SimplifyArgs, control: &Control<'_>) -> Result<Report, Failur
             write: triangulated.elapsed().as_secs_f64(),
             threads: mesh.times(),
         };
-        Ok((Report::new(&field, &params, &args.output, &summary, seconds, mesh.spool_bytes()), mesh.tiles_found()))
-    };
-    match (run(), kept) {
-        (Ok((report, found)), Some(kept)) => {
-            kept.finish();
-            Ok(report.tiles_found(found))
-        }
-        (Ok((report, _)), None) => Ok(report),
-        (Err(error), Some(kept)) => Err(kept.explain(error)),
-        (Err(error), None) => Err(Failure::from(error)),
+        let report = Report::new(&field, &self.params, self.plan, &args.output, &summary, seconds, mesh.spool_bytes());
+        Ok(if kept.is_some() { report.tiles_found(mesh.tiles_found()) } else { report })
+    }
+
+    fn check_disk(&self, staged: &StagedFile, kept: Option<&Kept>) -> Result<(), Error> {
+        let Estimate { field_bytes, spool_bytes, output_bytes, .. } = self.needs()?.estimate;
+        let output_folder = staged.partial_path().parent().unwrap_or(Path::new("."));
+        let temp_dir = self.params.temp_dir.as_path();
+        let (tiles, there) = kept.map_or((temp_dir, 0), |kept| (kept.path(), kept.chunk_bytes()));
+        check_disk(&[
+            DiskUse { what: "decoded samples", folder: temp_dir, bytes: field_bytes },
+            DiskUse { what: "finished tiles", folder: tiles, bytes: spool_bytes.saturating_sub(there) },
+            DiskUse { what: "the output", folder: output_folder, bytes: output_bytes },
+        ])?;
+        Ok(())
     }
 }
 

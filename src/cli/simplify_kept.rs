@@ -28,6 +28,15 @@ impl Kept {
         StagedFile::create_announced(&args.output, overwrite, &[&args.input], &|partial| self.0.staging(partial))
     }
 
+    pub(super) fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// What the finished tiles there take.
+    pub(super) fn chunk_bytes(&self) -> u64 {
+        self.0.chunk_bytes()
+    }
+
     pub(super) fn spool(&self, grid: TileGrid) -> Result<Spool, SpoolError> {
         self.0.spool(grid)
     }

@@ -4,8 +4,9 @@ use indicatif::BinaryBytes;
 use serde::Serialize;
 
 use crate::field::{Access, Field};
+use crate::info::Estimate;
 use crate::lattice::STEPS;
-use crate::simplify::{Params, Summary, TileTimes};
+use crate::simplify::{Params, Plan, Summary, TileTimes};
 use crate::triangulate::Feasibility;
 
 /// What `simplify` tells in the end.
@@ -30,6 +31,31 @@ pub(super) struct Report {
     temporary_bytes: u64,
     /// Tiles that an earlier run had left in the work dir; null where there is none.
     tiles_found: Option<u64>,
+    plan: Plan,
+}
+
+/// What a run will need, before it begins.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Needs {
+    pub(super) estimate: Estimate,
+    pub(super) memory: Plan,
+}
+
+impl Needs {
+    /// As names and values.
+    pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
+        let Estimate { field_bytes, spool_bytes, output_bytes, samples_per_triangle } = self.estimate;
+        let Plan { budget_bytes, threads, needed_bytes, .. } = self.memory;
+        vec![
+            ("density", format!("about {samples_per_triangle:.1} samples per triangle, at a few tiles")),
+            (
+                "memory",
+                format!("up to {} of {} with {threads} threads", BinaryBytes(needed_bytes), BinaryBytes(budget_bytes)),
+            ),
+            ("disk", format!("{} of temporary files", BinaryBytes(field_bytes + spool_bytes))),
+            ("output", format!("about {}", BinaryBytes(output_bytes))),
+        ]
+    }
 }
 
 /// Vertical distances between mesh and samples, over all samples.
@@ -61,6 +87,7 @@ impl Report {
     pub(super) fn new(
         field: &Field,
         params: &Params,
+        plan: Plan,
         output: &Path,
         summary: &Summary,
         seconds: Seconds,
@@ -68,7 +95,7 @@ impl Report {
     ) -> Report {
         let decoded_bytes = match field.access() {
             Access::Decoded { bytes, .. } => *bytes,
-            Access::InPlace | Access::Memory => 0,
+            Access::InPlace | Access::Windows { .. } | Access::Memory => 0,
         };
         let errors = &summary.errors;
         let (column, row) = errors.worst;
@@ -103,6 +130,7 @@ impl Report {
             peak_memory_bytes: peak_memory(),
             temporary_bytes: decoded_bytes + spool_bytes,
             tiles_found: None,
+            plan,
         }
     }
 
@@ -149,19 +177,26 @@ impl Report {
                     t.load, t.seams, t.cuts, t.measure, t.spool
                 ),
             ),
-            (
-                "memory",
-                self.peak_memory_bytes.map_or("unknown".to_string(), |b| format!("{} at its peak", BinaryBytes(b))),
-            ),
+            ("memory", self.memory()),
             ("disk", format!("{} of temporary files", BinaryBytes(self.temporary_bytes))),
         ]);
         lines
     }
 }
 
+impl Report {
+    fn memory(&self) -> String {
+        let peak = self.peak_memory_bytes.map_or("unknown".to_string(), |b| BinaryBytes(b).to_string());
+        let threads =
+            if self.plan.threads == 1 { "1 thread".to_string() } else { format!("{} threads", self.plan.threads) };
+        format!("{peak} at its peak, of {} allowed; {threads}", BinaryBytes(self.plan.budget_bytes))
+    }
+}
+
 fn access(access: &Access) -> String {
     match access {
         Access::InPlace => "mapped in place".to_string(),
+        Access::Windows { reason } => format!("read by windows: {reason}"),
         Access::Decoded { reason, .. } => format!("decoded: {reason}"),
         Access::Memory => "in memory".to_string(),
     }

@@ -2,8 +2,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::progress::Bars;
-use super::{Failure, print, values};
-use crate::raster::Raster;
+use super::{Failure, GDAL_CACHE, print, values};
+use crate::raster::{Raster, bound_gdal_cache};
 use crate::verify::{Verdict, VerifyOptions, verify};
 
 /// Judge a mesh against its raster: vertical errors, coverage, cracks, folds.
@@ -42,6 +42,7 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
+    bound_gdal_cache(GDAL_CACHE);
     let raster = Raster::open(&args.raster, args.band)?;
     let options = VerifyOptions { max_error: args.max_error, temp_dir: args.temp_dir.clone() };
     let bars = Bars::new(args.quiet);

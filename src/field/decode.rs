@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::map::map;
 use super::store::{Bytes, Offsets, Store};
+use super::windows::refuse_masked;
 use super::{FieldError, FieldOptions};
 use crate::control::{Control, Stage};
 use crate::faults::{self, Point};
@@ -150,16 +151,4 @@ fn write_unit(file: &File, layout: Layout, unit: Window, samples: &[u8]) -> std:
         }
     }
     Ok(())
-}
-
-fn refuse_masked(source: &Raster, unit: Window) -> Result<(), FieldError> {
-    let mut mask = vec![0u8; unit.len()];
-    source.read_mask(unit, &mut mask)?;
-    let Some(index) = mask.iter().position(|&m| m == 0) else { return Ok(()) };
-    Err(FieldError::Nodata {
-        path: source.path().to_path_buf(),
-        column: unit.column + index % unit.width,
-        row: unit.row + index / unit.width,
-        found: "masked".to_string(),
-    })
 }

@@ -31,6 +31,14 @@ pub enum FieldError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// It was asked for, but the raster's file cannot be used where it lies.
+    #[error("{}: cannot be mapped in place: {reason}", path.display())]
+    NotInPlace {
+        /// The raster.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
     /// A sample is marked as having no height.
     #[error(
         "{}: expected a height everywhere, found a nodata sample ({found}) at column {column}, row {row}; rasters with \

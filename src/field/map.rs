@@ -1,9 +1,10 @@
-//! Mapping a file into memory: the crate's one `unsafe`.
+//! Mapping files into memory: the only place with `unsafe`.
 
 use std::fs::File;
 use std::io;
+use std::ops::Range;
 
-use memmap2::Mmap;
+use memmap2::{Mmap, UncheckedAdvice};
 
 /// Maps a whole file read-only.
 ///
@@ -15,4 +16,13 @@ pub(super) fn map(file: &File) -> io::Result<Mmap> {
     // ours alone. A raster mapped in place can be changed or truncated by another process while it is in use, which no
     // program can prevent; changed bytes give other heights, and a truncation stops the process (SIGBUS).
     unsafe { Mmap::map(file) }
+}
+
+/// Tells the system that these bytes of a map are not needed for now: their pages stop counting as resident, and come
+/// back from the file, or from the page cache, if they are read again. Other threads may be reading them.
+#[allow(unsafe_code)]
+pub(super) fn give_back(map: &Mmap, bytes: Range<usize>) {
+    // A system that does not take the advice only keeps the pages.
+    // SAFETY: the map is a shared, read-only map of a file, so dropped pages are read back with the same contents.
+    let _ = unsafe { map.unchecked_advise_range(UncheckedAdvice::DontNeed, bytes.start, bytes.len()) };
 }

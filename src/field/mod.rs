@@ -1,22 +1,27 @@
 //! The height field: samples of a whole raster, out of memory, ready to be copied out tile by tile.
 //!
 //! In comes a [`crate::raster::Raster`] (or an array); out go [`Tile`]s. An uncompressed GeoTIFF is mapped where it
-//! lies; anything else is decoded once, in parallel, into an unlinked temporary file of square blocks, which is then
-//! mapped. This is the only module that maps files, and `map.rs` holds the crate's only `unsafe`.
+//! lies; a raster in blocks of a moderate size is read through GDAL window by window; anything else is decoded once, in
+//! parallel, into an unlinked temporary file of square blocks, which is then mapped. This is the only module that maps files, and `map.rs` holds the crate's only `unsafe`.
 //!
 //! Copying out ([`Field::load`]) is the one place that knows stored types, byte order, scale and offset, and which
 //! stored values are no heights. Behind it there are only heights.
 
 mod decode;
 mod error;
+mod in_place;
+mod load;
 mod map;
 mod open;
+mod source;
 mod store;
+mod stored;
 mod tile;
+mod windows;
 
 pub use decode::decoded_bytes;
 pub use error::FieldError;
-pub use open::{Access, Field, FieldOptions};
+pub use open::{Access, Choice, Field, FieldOptions, suits_windows};
 pub use tile::{Heights, Tile};
 
 #[cfg(test)]

@@ -1,5 +1,8 @@
+use std::ops::Range;
+
 use memmap2::Mmap;
 
+use super::map::give_back;
 use crate::raster::Window;
 
 /// Samples as bytes, in blocks of rows.
@@ -42,7 +45,8 @@ impl Store {
     }
 
     /// Calls `run(row, column, bytes)` for every run of samples of the window that lies together in a block; rows and
-    /// columns are counted from the window's corner. Blocks are visited one after the other.
+    /// columns are counted from the window's corner. Blocks are visited one after the other. Mapped pages are given
+    /// back every [`RUNS_KEPT`] runs, so that what stays resident does not grow with the window.
     pub(super) fn for_each_run<E>(
         &self,
         window: Window,
@@ -50,19 +54,54 @@ impl Store {
     ) -> Result<(), E> {
         let (right, bottom) = (window.column + window.width, window.row + window.height);
         let bytes = self.bytes();
+        let mut touched = Touched::default();
         for block_row in window.row / self.block_height..bottom.div_ceil(self.block_height) {
             for block_column in window.column / self.block_width..right.div_ceil(self.block_width) {
                 let start = self.block_offset(block_row * self.blocks_across + block_column);
                 let (left, top) = (block_column * self.block_width, block_row * self.block_height);
                 let columns = left.max(window.column)..(left + self.block_width).min(right);
                 for row in top.max(window.row)..(top + self.block_height).min(bottom) {
-                    let first = ((row - top) * self.block_width + columns.start - left) * self.sample_bytes;
-                    let length = columns.len() * self.sample_bytes;
-                    let samples = &bytes[start + first..start + first + length];
-                    run(row - window.row, columns.start - window.column, samples)?;
+                    let first = start + ((row - top) * self.block_width + columns.start - left) * self.sample_bytes;
+                    let run_bytes = first..first + columns.len() * self.sample_bytes;
+                    run(row - window.row, columns.start - window.column, &bytes[run_bytes.clone()])?;
+                    touched.add(run_bytes);
+                    if touched.runs == RUNS_KEPT {
+                        self.give_back(&mut touched);
+                    }
                 }
             }
         }
+        self.give_back(&mut touched);
         Ok(())
+    }
+
+    fn give_back(&self, touched: &mut Touched) {
+        if let Bytes::Mapped(map) = &self.bytes
+            && touched.runs > 0
+        {
+            give_back(map, touched.bytes.clone());
+        }
+        *touched = Touched::default();
+    }
+}
+
+/// Runs copied before their pages are given back. The kernel maps up to 16 pages around a fault, so this is 8 MiB of
+/// short runs at most.
+const RUNS_KEPT: usize = 128;
+
+/// The stretch of the map that has been read.
+#[derive(Default)]
+struct Touched {
+    bytes: Range<usize>,
+    runs: usize,
+}
+
+impl Touched {
+    fn add(&mut self, run: Range<usize>) {
+        self.bytes = match self.runs {
+            0 => run,
+            _ => self.bytes.start.min(run.start)..self.bytes.end.max(run.end),
+        };
+        self.runs += 1;
     }
 }

@@ -8,6 +8,8 @@ pub struct Tile {
     pub(crate) width: usize,
     pub(crate) height: usize,
     pub(crate) heights: Heights,
+    /// Scratch memory for samples as they are stored.
+    pub(super) stored: Vec<u64>,
 }
 
 /// Heights in the narrowest type that holds all of them exactly.
@@ -25,6 +27,36 @@ impl Default for Heights {
     }
 }
 
+impl Heights {
+    /// Room for `len` single-precision heights, reusing the memory if it is of that kind.
+    pub(super) fn as_f32(&mut self, len: usize) -> &mut [f32] {
+        if let Heights::F64(_) = self {
+            *self = Heights::F32(Vec::new());
+        }
+        match self {
+            Heights::F32(v) => {
+                v.resize(len, 0.0);
+                v
+            }
+            Heights::F64(_) => unreachable!("made single above"),
+        }
+    }
+
+    /// Room for `len` double-precision heights.
+    pub(super) fn as_f64(&mut self, len: usize) -> &mut [f64] {
+        if let Heights::F32(_) = self {
+            *self = Heights::F64(Vec::new());
+        }
+        match self {
+            Heights::F64(v) => {
+                v.resize(len, 0.0);
+                v
+            }
+            Heights::F32(_) => unreachable!("made double above"),
+        }
+    }
+}
+
 impl Tile {
     /// A tile of its own, from heights row by row.
     ///
@@ -36,7 +68,7 @@ impl Tile {
             Heights::F64(v) => v.len(),
         };
         assert_eq!(len, width * height, "a tile of {width} × {height} samples");
-        Tile { width, height, heights }
+        Tile { width, height, heights, stored: Vec::new() }
     }
 
     /// Samples across.

@@ -1,6 +1,7 @@
 //! What is known of a raster before a run: its description, and an estimate of what the run will need.
 //!
-//! In comes an open raster; out goes plain data that serializes. No sample is read.
+//! In comes an open raster; out goes plain data that serializes. No sample is read, but for those that tell whether the
+//! file can be mapped.
 
 mod estimate;
 
@@ -9,7 +10,10 @@ use serde_json::{Value, json};
 
 pub use estimate::{Estimate, SAMPLES_PER_TRIANGLE, estimate};
 
+use crate::field::suits_windows;
 use crate::raster::{Nodata, Raster, RasterError, plain_layout};
+use crate::simplify::{DEFAULT_TILE, Plan, default_budget};
+use crate::tiling::TileGrid;
 
 /// A raster's description.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -49,26 +53,30 @@ pub struct Info {
     pub compression: Option<String>,
     /// Whether the samples can be used where they lie in the file, without a copy.
     pub mapped_in_place: bool,
-    /// Why not, as the end of the sentence "is decoded: …".
-    pub decoded_because: Option<String>,
-    /// What a run will need.
+    /// Why not, as the end of the sentence "it is not mapped: …".
+    pub not_in_place_because: Option<String>,
+    /// Whether, if not, its samples are read by windows, without a temporary file.
+    pub read_by_windows: bool,
+    /// The disk a run will need.
     pub estimate: Estimate,
+    /// The memory a run will need, with the default budget and tile size; null where it takes a larger budget.
+    pub memory: Option<Plan>,
 }
 
 impl Info {
-    /// Describes band `band` of `raster`, which must be the one it was opened with; `threads` is the number of threads
-    /// the estimate is for.
+    /// Describes a raster; `threads` is the number of threads the estimate is for.
     ///
     /// # Errors
     /// [`RasterError`] when GDAL cannot tell whether there is a mask.
-    pub fn of(raster: &Raster, band: usize, threads: usize) -> Result<Info, RasterError> {
-        let decoded_because = plain_layout(raster).err();
-        let mapped_in_place = decoded_because.is_none();
+    pub fn of(raster: &Raster, threads: usize) -> Result<Info, RasterError> {
+        let not_in_place_because = plain_layout(raster).err();
+        let mapped_in_place = not_in_place_because.is_none();
+        let grid = TileGrid::new(raster.width(), raster.height(), DEFAULT_TILE);
         let scaling = raster.scaling();
         Ok(Info {
             file: raster.path().display().to_string(),
             driver: raster.driver(),
-            band,
+            band: raster.band(),
             width: raster.width(),
             height: raster.height(),
             sample_type: raster.sample_type().name(),
@@ -83,8 +91,10 @@ impl Info {
             block: raster.block_size(),
             compression: raster.compression(),
             mapped_in_place,
-            decoded_because,
-            estimate: estimate(raster.width(), raster.height(), raster.sample_type(), mapped_in_place, threads),
+            not_in_place_because,
+            read_by_windows: !mapped_in_place && suits_windows(raster),
+            estimate: estimate(raster, SAMPLES_PER_TRIANGLE),
+            memory: Plan::new(default_budget(), raster, grid, threads).ok(),
         })
     }
 }

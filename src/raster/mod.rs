@@ -15,7 +15,7 @@ pub use error::RasterError;
 pub use files::{Files, Watch};
 pub use geo_transform::GeoTransform;
 pub use identity::{exact, identity};
-pub use open::{Nodata, Raster, Window, quiet_gdal};
+pub use open::{Nodata, Raster, Window, bound_gdal_cache, quiet_gdal};
 pub use plain::{PlainLayout, plain_layout};
 pub(crate) use sample_type::with_sample_type;
 pub use sample_type::{SampleType, Scaling};

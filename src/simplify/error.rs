@@ -1,3 +1,4 @@
+use super::{BudgetTooSmall, DiskTooSmall};
 use crate::control::Cancelled;
 use crate::field::FieldError;
 use crate::raster::RasterError;
@@ -31,6 +32,12 @@ pub enum Error {
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    /// The memory budget.
+    #[error(transparent)]
+    Budget(#[from] BudgetTooSmall),
+    /// The disks.
+    #[error(transparent)]
+    Disk(#[from] DiskTooSmall),
     /// The tolerance is no usable number.
     #[error("expected a tolerance that is finite and at least 0, found {0}")]
     Tolerance(f64),

@@ -5,20 +5,24 @@
 //! and hands them and the triangles to a sink, tile after tile. The bytes written depend on the samples and on
 //! [`Params`], not on threads or the order of tiles.
 
+mod budget;
+mod disk;
 mod error;
 mod mesh;
+mod pool;
+mod probe;
 mod tiles;
 
+pub use budget::{BudgetTooSmall, Plan, default_budget};
+pub use disk::{DiskTooSmall, DiskUse, check_disk};
 pub use error::Error;
 pub use mesh::{Mesh, Summary};
-pub use tiles::{TileTimes, triangulate, triangulate_into};
+pub use probe::probe_density;
+pub use tiles::{TileTimes, grid, triangulate, triangulate_into};
 
 use std::path::PathBuf;
 
-use crate::field::Field;
-use crate::lattice::MAX_TILE_CELLS;
 use crate::raster::exact;
-use crate::tiling::TileGrid;
 use crate::triangulate::Feasibility;
 
 #[cfg(test)]
@@ -58,19 +62,5 @@ impl Params {
             ("tile", self.tile.to_string()),
             ("engine", "greedy cuts".to_string()),
         ]
-    }
-
-    /// How a field is cut into tiles.
-    ///
-    /// # Errors
-    /// [`Error::Tile`].
-    pub fn grid(&self, field: &Field) -> Result<TileGrid, Error> {
-        let grid = TileGrid::new(field.width(), field.height(), self.tile);
-        if grid.fits_lattice() {
-            return Ok(grid);
-        }
-        let longest = field.width().max(field.height()) - 1;
-        let found = if self.tile == 0 { longest } else { self.tile.min(longest) };
-        Err(Error::Tile { limit: MAX_TILE_CELLS, found })
     }
 }

@@ -3,10 +3,12 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::pool::Pool;
 use super::{Error, Mesh, Params};
-use crate::control::{Control, Stage};
+use crate::control::{Cancelled, Control, Stage};
 use crate::faults::{self, Point};
 use crate::field::{Field, Tile};
+use crate::lattice::MAX_TILE_CELLS;
 use crate::measure::Meter;
 use crate::mesh::TileMesh;
 use crate::raster::{RasterError, Window};
@@ -31,6 +33,20 @@ pub struct TileTimes {
     pub spool: f64,
 }
 
+/// How a raster of this size is cut.
+///
+/// # Errors
+/// [`Error::Tile`] if a tile is longer than places in it can be exact.
+pub fn grid(width: usize, height: usize, params: &Params) -> Result<TileGrid, Error> {
+    let grid = TileGrid::new(width, height, params.tile);
+    if grid.fits_lattice() {
+        return Ok(grid);
+    }
+    let longest = width.max(height) - 1;
+    let found = if params.tile == 0 { longest } else { params.tile.min(longest) };
+    Err(Error::Tile { limit: MAX_TILE_CELLS, found })
+}
+
 /// Triangulates a field on the threads of the current rayon pool.
 ///
 /// Memory: one [`Workspace`] per thread (a tile's samples, its front and its mesh), whatever the size of the field.
@@ -39,11 +55,11 @@ pub struct TileTimes {
 /// # Errors
 /// [`Error`]; nothing is left behind.
 pub fn triangulate(field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
-    let spool = Spool::new(&params.temp_dir, params.grid(field)?.len())?;
+    let spool = Spool::new(&params.temp_dir, grid(field.width(), field.height(), params)?.len())?;
     triangulate_into(spool, field, params, control)
 }
 
-/// Does what [`triangulate`] does, into a spool for as many tiles as [`Params::grid`] says. A tile whose chunk the
+/// Does what [`triangulate`] does, into a spool for as many tiles as [`grid`] says. A tile whose chunk the
 /// spool has already is not made again.
 ///
 /// # Errors
@@ -52,20 +68,22 @@ pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &
     if !(params.max_error.is_finite() && params.max_error >= 0.0) {
         return Err(Error::Tolerance(params.max_error));
     }
-    let grid = params.grid(field)?;
+    let grid = grid(field.width(), field.height(), params)?;
     assert_eq!(spool.tiles(), grid.len(), "chunks of a spool for this grid");
     let clocks = Clocks::default();
     let found = AtomicU64::new(0);
     control.progress.begin(Stage::Triangulate, grid.len() as u64, field.width() as u64 * field.height() as u64);
-    (0..grid.len()).into_par_iter().try_for_each_init(Workspace::default, |workspace, index| {
+    let job = Job { field, params, grid, control };
+    let workspaces = Pool::default();
+    (0..grid.len()).into_par_iter().try_for_each(|index| {
         control.cancel.check()?;
         faults::reach(Point::TileBegun);
-        if let Some(samples) = workspace.find(field, grid, index, &spool)? {
+        let (samples, was_there) = workspaces.with(|w: &mut Workspace| w.provide(&job, index, &spool, &clocks))?;
+        if was_there {
             found.fetch_add(1, Ordering::Relaxed);
             control.progress.found(Stage::Triangulate, samples);
             return Ok(());
         }
-        let samples = workspace.run(field, params, control, grid, index, &spool, &clocks)?;
         control.progress.step(Stage::Triangulate, samples);
         Ok::<(), Error>(())
     })?;
@@ -74,10 +92,20 @@ pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &
     Ok(Mesh { spool, grid, geo_transform: field.geo_transform(), max_error: params.max_error, times, found })
 }
 
+/// What all tiles of a run have in common.
+#[derive(Clone, Copy)]
+pub(super) struct Job<'a> {
+    pub(super) field: &'a Field,
+    pub(super) params: &'a Params,
+    pub(super) grid: TileGrid,
+    pub(super) control: &'a Control<'a>,
+}
+
 /// What one thread needs to take a tile from its samples to the spool; reused from tile to tile.
 #[derive(Default)]
-struct Workspace {
+pub(super) struct Workspace {
     tile: Tile,
+    engine: <GreedyCuts as Engine>::Scratch,
     mesh: TileMesh,
     meter: Meter,
     chunk: Chunk,
@@ -85,13 +113,23 @@ struct Workspace {
 }
 
 impl Workspace {
+    /// Sees to it that the spool has a tile's chunk. Returns how many samples the tile owns, and whether the chunk was
+    /// there already.
+    fn provide(&mut self, job: &Job<'_>, index: usize, spool: &Spool, clocks: &Clocks) -> Result<(u64, bool), Error> {
+        Ok(match self.find(job, index, spool)? {
+            Some(samples) => (samples, true),
+            None => (self.run(job, index, spool, clocks)?, false),
+        })
+    }
+
     /// Takes over a chunk that the spool has; returns how many samples its tile owns. Where the raster may have changed
     /// since, the tile's samples are loaded and compared with those the chunk was made from.
-    fn find(&mut self, field: &Field, grid: TileGrid, index: usize, spool: &Spool) -> Result<Option<u64>, Error> {
+    fn find(&mut self, job: &Job<'_>, index: usize, spool: &Spool) -> Result<Option<u64>, Error> {
         if !spool.find(index, &mut self.chunk, &mut self.encoded)? {
             return Ok(None);
         }
         if spool.check_samples() {
+            let Job { field, grid, .. } = *job;
             let window = grid.window(grid.tile(index));
             field.load(window, &mut self.tile)?;
             let (expected, found) = (self.chunk.samples_checksum, self.tile.checksum());
@@ -105,31 +143,15 @@ impl Workspace {
         Ok(Some(self.chunk.errors.samples))
     }
 
-    /// Returns how many samples the tile owns.
-    #[allow(clippy::too_many_arguments)]
-    fn run(
-        &mut self,
-        field: &Field,
-        params: &Params,
-        control: &Control<'_>,
-        grid: TileGrid,
-        index: usize,
-        spool: &Spool,
-        clocks: &Clocks,
-    ) -> Result<u64, Error> {
+    /// Takes one tile from its samples to the spool. Returns how many samples the tile owns.
+    fn run(&mut self, job: &Job<'_>, index: usize, spool: &Spool, clocks: &Clocks) -> Result<u64, Error> {
+        let Job { field, params, grid, control } = *job;
         let id = grid.tile(index);
         let last = (grid.is_last_column(id), grid.is_last_row(id));
         let window = grid.window(id);
         clocks.load.time(|| field.load(window, &mut self.tile))?;
         let rim = clocks.seams.time(|| Rim::new(&self.tile, params.max_error, last.0, last.1));
-        let task = Task {
-            tile: &self.tile,
-            domain: &rim.domain,
-            tolerance: params.max_error,
-            feasibility: params.feasibility,
-            cancel: &control.cancel,
-        };
-        clocks.cuts.time(|| GreedyCuts.triangulate(&task, &mut self.mesh))?;
+        clocks.cuts.time(|| self.cut(params, &rim, control))?;
         let origin = (window.column as u64, window.row as u64);
         let errors = clocks.measure.time(|| self.meter.measure(&self.tile, &self.mesh, params.max_error, origin, last));
         let samples = errors.samples;
@@ -138,6 +160,26 @@ impl Workspace {
             spool.append(&self.chunk, &mut self.encoded)
         })?;
         Ok(samples)
+    }
+
+    /// Triangulates one tile and returns how many samples and triangles it has.
+    pub(super) fn probe(&mut self, job: &Job<'_>, index: usize) -> Result<(usize, usize), Error> {
+        let id = job.grid.tile(index);
+        job.field.load(job.grid.window(id), &mut self.tile)?;
+        let rim = Rim::new(&self.tile, job.params.max_error, true, true);
+        self.cut(job.params, &rim, job.control)?;
+        Ok((self.tile.width() * self.tile.height(), self.mesh.triangles.len()))
+    }
+
+    fn cut(&mut self, params: &Params, rim: &Rim, control: &Control<'_>) -> Result<(), Cancelled> {
+        let task = Task {
+            tile: &self.tile,
+            domain: &rim.domain,
+            tolerance: params.max_error,
+            feasibility: params.feasibility,
+            cancel: &control.cancel,
+        };
+        GreedyCuts.triangulate(&task, &mut self.engine, &mut self.mesh)
     }
 }
 

@@ -40,10 +40,13 @@ pub struct Task<'a> {
 
 /// A way to triangulate a tile.
 pub trait Engine: Sync {
+    /// Memory that the engine reuses from tile to tile; it carries nothing from one to the next.
+    type Scratch: Default + Send;
+
     /// Triangulates the task's ground into `mesh`, replacing what is in it and reusing its memory. The same task gives
     /// the same mesh, always and everywhere.
     ///
     /// # Errors
     /// [`Cancelled`], with a mesh of no use.
-    fn triangulate(&self, task: &Task<'_>, mesh: &mut TileMesh) -> Result<(), Cancelled>;
+    fn triangulate(&self, task: &Task<'_>, scratch: &mut Self::Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled>;
 }

@@ -29,6 +29,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use crate::durable;
+use crate::faults::{self, Point};
 use crate::raster::Files;
 use crate::spool::{Spool, SpoolError};
 use crate::tiling::TileGrid;
@@ -136,6 +137,13 @@ impl WorkDir {
         self.dir.join(CHUNKS).read_dir().is_ok_and(|mut rows| rows.next().is_some())
     }
 
+    /// What the finished tiles in it take on disk; a look at every one.
+    pub fn chunk_bytes(&self) -> u64 {
+        let entries = |dir: &Path| dir.read_dir().into_iter().flatten().flatten();
+        let rows = entries(&self.dir.join(CHUNKS));
+        rows.flat_map(|row| entries(&row.path())).map(|chunk| chunk.metadata().map_or(0, |m| m.len())).sum()
+    }
+
     /// The job is done: removes what the work dir keeps, and the folder if it was made for this and holds nothing else.
     ///
     /// # Errors
@@ -145,13 +153,15 @@ impl WorkDir {
         let chunks = self.dir.join(CHUNKS);
         match std::fs::remove_dir_all(&chunks) {
             Err(e) if e.kind() != ErrorKind::NotFound => return Err(failed(&chunks)(e)),
-            _ => self.remove_notes().map_err(failed(&self.dir)),
+            _ => faults::reach(Point::ChunksRemoved),
         }
+        self.remove_notes().map_err(failed(&self.dir))
     }
 
     /// Removes everything but chunks. The lock is the last to go, so that whoever comes meanwhile is refused.
     fn remove_notes(&self) -> io::Result<()> {
         durable::remove_if_there(&Manifest::path(&self.dir))?;
+        faults::reach(Point::ManifestRemoved);
         staged_output::forget(&self.dir)?;
         durable::remove_if_there(&self.dir.join(lock::NAME))?;
         if self.lock.made_folder {

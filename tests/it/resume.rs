@@ -30,10 +30,11 @@ impl Scene {
 
     /// The command; `options` may be others than usual.
     fn command(&self, options: &[&str]) -> Vec<String> {
-        let mut command: Vec<String> = ["simplify", &self.dem, &self.tin(), "--json", "--work-dir", &self.work()]
-            .iter()
-            .map(|word| word.to_string())
-            .collect();
+        let mut command: Vec<String> =
+            ["simplify", &self.dem, &self.tin(), "--json", "--access", "decode", "--work-dir", &self.work()]
+                .iter()
+                .map(|word| word.to_string())
+                .collect();
         for (option, usual) in [("--max-error", "3"), ("--tile", "100")] {
             if !options.contains(&option) {
                 command.extend([option.to_string(), usual.to_string()]);
@@ -115,10 +116,12 @@ fn killed_at_any_moment_it_continues_to_the_same_bytes() {
         "triangles:12",
         "output-written:1",
         "output-renamed:1",
+        "chunks-removed:1",
+        "manifest-removed:1",
     ] {
         scene.is_killed(fault);
         let kept = scene.chunks().len() as u64;
-        let renamed = fault.starts_with("output-renamed");
+        let renamed = ["output-renamed", "chunks", "manifest-removed"].iter().any(|stage| fault.starts_with(stage));
         assert_eq!(Path::new(&scene.tin()).exists(), renamed, "{fault}");
         assert_eq!(scene.completes(), kept, "{fault}");
         let written = ["vertices", "triangles", "output"].iter().any(|stage| fault.starts_with(stage));

@@ -4,6 +4,7 @@ use crate::lattice::{Point, STEPS};
 
 /// A uniform grid over a tile that lists, per square, the front's edges that touch it. Edges are named by their first
 /// node. Lists are chains in one pool, so that nothing is allocated while the front moves.
+#[derive(Debug)]
 pub(super) struct EdgeGrid {
     across: i32,
     down: i32,
@@ -12,7 +13,7 @@ pub(super) struct EdgeGrid {
     free: u32,
 }
 
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Link {
     edge: u32,
     next: u32,
@@ -26,10 +27,20 @@ const SHIFT: i32 = 4 + STEPS.ilog2() as i32;
 /// How far, in steps, an edge is thought to reach to either side: it covers the rounding of [`EdgeGrid::walk`].
 const MARGIN: f64 = 0.01;
 
+impl Default for EdgeGrid {
+    fn default() -> Self {
+        EdgeGrid { across: 0, down: 0, heads: Vec::new(), links: Vec::new(), free: NONE }
+    }
+}
+
 impl EdgeGrid {
-    pub(super) fn new(far_corner: Point) -> EdgeGrid {
-        let (across, down) = ((far_corner.x >> SHIFT) + 1, (far_corner.y >> SHIFT) + 1);
-        EdgeGrid { across, down, heads: vec![NONE; (across * down) as usize], links: Vec::new(), free: NONE }
+    /// Empties the grid and lays it over a tile, reusing its memory.
+    pub(super) fn reset(&mut self, far_corner: Point) {
+        (self.across, self.down) = ((far_corner.x >> SHIFT) + 1, (far_corner.y >> SHIFT) + 1);
+        self.heads.clear();
+        self.heads.resize((self.across * self.down) as usize, NONE);
+        self.links.clear();
+        self.free = NONE;
     }
 
     /// Lists the edge from `a` to `b`.
@@ -146,7 +157,8 @@ mod tests {
             edges in prop::collection::vec(prop::array::uniform4(0i32..2000), 1..20),
             removed in prop::collection::vec(any::<bool>(), 20), line in prop::array::uniform4(0i32..2000),
         ) {
-            let mut grid = EdgeGrid::new(Point { x: 1999, y: 1999 });
+            let mut grid = EdgeGrid::default();
+            grid.reset(Point { x: 1999, y: 1999 });
             let ends = |v: &[i32; 4]| (Point { x: v[0], y: v[1] }, Point { x: v[2], y: v[3] });
             for (i, e) in edges.iter().enumerate() { grid.insert(i as u32, ends(e).0, ends(e).1); }
             for (i, e) in edges.iter().enumerate() { if removed[i] { grid.remove(i as u32, ends(e).0, ends(e).1); } }

@@ -9,6 +9,7 @@ use crate::mesh::{Domain, TileMesh, Vertex};
 /// pinch); the loops that the nodes form are the paper's list of polygons. The ground lies to the left of every edge.
 /// Nodes are made and die and are never reused, so a corner or an edge named by its nodes is either still there or gone
 /// for good.
+#[derive(Debug)]
 pub(super) struct Front {
     nodes: Vec<Node>,
     pub(super) grid: EdgeGrid,
@@ -48,35 +49,47 @@ pub(super) enum Apex {
     Node(u32),
 }
 
-impl Front {
-    /// The rim of a domain, none of it eaten. `mesh` lends its memory.
-    pub(super) fn new(domain: &Domain, far_corner: Point, mut mesh: TileMesh) -> Front {
-        mesh.clear();
-        mesh.vertices.extend_from_slice(&domain.vertices);
-        let mut front = Front {
+impl Default for Front {
+    fn default() -> Self {
+        Front {
             nodes: Vec::new(),
-            grid: EdgeGrid::new(far_corner),
-            far_corner,
-            holes: domain.holes().collect(),
-            mesh,
+            grid: EdgeGrid::default(),
+            far_corner: Point { x: 0, y: 0 },
+            holes: Vec::new(),
+            mesh: TileMesh::default(),
             alive: 0,
             fresh: Fresh::default(),
-        };
+        }
+    }
+}
+
+impl Front {
+    /// Starts anew with the rim of a domain, none of it eaten, reusing the memory. `mesh` lends its own.
+    pub(super) fn reset(&mut self, domain: &Domain, far_corner: Point, mut mesh: TileMesh) {
+        mesh.clear();
+        mesh.vertices.extend_from_slice(&domain.vertices);
+        self.mesh = mesh;
+        self.nodes.clear();
+        self.grid.reset(far_corner);
+        self.far_corner = far_corner;
+        self.holes.clear();
+        self.holes.extend(domain.holes());
+        self.fresh.corners.clear();
+        self.fresh.edges.clear();
         for corners in &domain.loops {
-            let (base, count) = (front.nodes.len() as u32, corners.len() as u32);
-            front.nodes.extend(corners.iter().zip(0..count).map(|(&index, i)| Node {
+            let (base, count) = (self.nodes.len() as u32, corners.len() as u32);
+            self.nodes.extend(corners.iter().zip(0..count).map(|(&index, i)| Node {
                 vertex: domain.vertices[index as usize],
                 index,
                 prev: base + (i + count - 1) % count,
                 next: base + (i + 1) % count,
             }));
         }
-        front.alive = front.nodes.len();
-        for node in 0..front.nodes.len() as u32 {
-            front.list_edge(node);
-            front.fresh.corners.push(node);
+        self.alive = self.nodes.len();
+        for node in 0..self.nodes.len() as u32 {
+            self.list_edge(node);
+            self.fresh.corners.push(node);
         }
-        front
     }
 
     /// Nodes still on the front.
@@ -122,8 +135,8 @@ impl Front {
     }
 
     /// The mesh, once the front is eaten up.
-    pub(super) fn into_mesh(self) -> TileMesh {
-        self.mesh
+    pub(super) fn take_mesh(&mut self) -> TileMesh {
+        std::mem::take(&mut self.mesh)
     }
 
     /// Counts a triangle that is not as feasible as was asked.

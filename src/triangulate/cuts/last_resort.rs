@@ -41,6 +41,14 @@ enum Cut {
 }
 
 impl LastResort {
+    /// Forgets the tile before.
+    pub(super) fn clear(&mut self) {
+        self.edges.clear();
+        self.shortest.clear();
+        self.stuck.clear();
+        self.relaxed_ears.clear();
+    }
+
     /// Where edges without hope are put.
     pub(super) fn edges(&mut self) -> &mut Vec<Edge> {
         &mut self.edges

@@ -28,6 +28,9 @@ pub struct GreedyCuts;
 
 /// Chooses cuts until none it knows of is left.
 trait Strategy {
+    /// Forgets the tile before.
+    fn clear(&mut self);
+
     /// Makes one cut; `false` if it found none. What the cut left to look at is in [`Front::take_fresh`].
     fn cut(&mut self, front: &mut Front, tester: &Tester<'_>) -> bool;
 
@@ -41,29 +44,40 @@ type Edge = (u32, u32);
 /// Cuts between two looks at the cancellation token.
 const CUTS_BETWEEN_CHECKS: u32 = 1024;
 
+/// The memory of greedy cuts: the front and the queues of those who choose cuts.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    front: Front,
+    order: PaperOrder,
+    last_resort: LastResort,
+}
+
 impl Engine for GreedyCuts {
-    fn triangulate(&self, task: &Task<'_>, mesh: &mut TileMesh) -> Result<(), Cancelled> {
+    type Scratch = Scratch;
+
+    fn triangulate(&self, task: &Task<'_>, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
         let tester = Tester::new(task.tile, task.tolerance, task.feasibility);
-        let mut front = Front::new(task.domain, task.tile.far_corner(), std::mem::take(mesh));
-        let mut strategy = PaperOrder::default();
-        let mut last_resort = LastResort::default();
-        let mut cuts = 0;
+        let Scratch { front, order, last_resort } = scratch;
+        front.reset(task.domain, task.tile.far_corner(), std::mem::take(mesh));
+        order.clear();
+        last_resort.clear();
+        let mut cuts = 0u32;
         while front.alive() > 0 {
-            if cuts % CUTS_BETWEEN_CHECKS == 0 {
+            if cuts.is_multiple_of(CUTS_BETWEEN_CHECKS) {
                 task.cancel.check()?;
             }
-            cuts += 1;
-            if strategy.cut(&mut front, &tester) {
+            cuts = cuts.wrapping_add(1);
+            if order.cut(front, &tester) {
                 continue;
             }
-            strategy.take_hopeless(last_resort.edges());
+            order.take_hopeless(last_resort.edges());
             let cut = match task.feasibility {
-                Feasibility::Weak => last_resort.cut_weak(&mut front, &tester),
-                Feasibility::Strong => last_resort.cut_strong(&mut front, &tester),
+                Feasibility::Weak => last_resort.cut_weak(front, &tester),
+                Feasibility::Strong => last_resort.cut_strong(front, &tester),
             };
             assert!(cut, "no cut left with {} nodes on the front: {:?}", front.alive(), front.some_loop());
         }
-        *mesh = front.into_mesh();
+        *mesh = front.take_mesh();
         Ok(())
     }
 }

@@ -21,6 +21,13 @@ pub(super) struct PaperOrder {
 }
 
 impl Strategy for PaperOrder {
+    fn clear(&mut self) {
+        self.ears.clear();
+        self.bites.clear();
+        self.splits.clear();
+        self.hopeless.clear();
+    }
+
     fn cut(&mut self, front: &mut Front, tester: &Tester<'_>) -> bool {
         self.look_at_fresh(front);
         self.cut_ear(front, tester) || self.bite(front, tester) || self.split_edge(front, tester)

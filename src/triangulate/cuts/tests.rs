@@ -13,7 +13,7 @@ use crate::seam::Rim;
 fn triangulate(tile: &Tile, domain: &Domain, tolerance: f64, feasibility: Feasibility) -> TileMesh {
     let mut mesh = TileMesh::default();
     let task = Task { tile, domain, tolerance, feasibility, cancel: &CancelToken::default() };
-    GreedyCuts.triangulate(&task, &mut mesh).expect("nobody cancels");
+    GreedyCuts.triangulate(&task, &mut Scratch::default(), &mut mesh).expect("nobody cancels");
     mesh
 }
 

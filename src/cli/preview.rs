@@ -1,0 +1,89 @@
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+
+use super::progress::Bars;
+use super::values::Size;
+use super::{Failure, GDAL_CACHE, print, values};
+use crate::preview::{Mode, PreviewOptions};
+use crate::raster::{Window, bound_gdal_cache};
+
+/// Draw a mesh above its raster
+///
+/// The picture has the raster's orientation: row 0 is at the top. It is for looking; what a mesh is worth is told by
+/// `terrabite verify`.
+#[derive(Debug, Args)]
+pub(crate) struct PreviewArgs {
+    /// The raster
+    raster: PathBuf,
+    /// The mesh made from it
+    #[arg(value_name = "MESH.ply")]
+    mesh: PathBuf,
+    /// The picture to make
+    #[arg(value_name = "OUT.png")]
+    output: PathBuf,
+    /// What to draw
+    #[arg(long, value_enum, default_value_t = ModeArg::Hillshade)]
+    mode: ModeArg,
+    /// As large as fits in so many pixels; a legend comes on top of it
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = values::size)]
+    size: Size,
+    /// Draw only these samples
+    #[arg(long, value_name = "XOFF,YOFF,XSIZE,YSIZE", value_parser = values::window)]
+    window: Option<Window>,
+    /// The band of the raster
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    band: usize,
+    /// The tolerance: the end of the colour scale of `--mode error`
+    #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
+    max_error: Option<f64>,
+    /// Multiply heights by this for shading
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
+    vertical_exaggeration: f64,
+    /// Replace an existing picture
+    #[arg(long)]
+    overwrite: bool,
+    /// Print nothing
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum ModeArg {
+    /// The triangles, each shaded flat
+    Hillshade,
+    /// Shaded triangles and their edges
+    Wireframe,
+    /// Distance of the surface from the samples, in colours
+    Error,
+    /// The raster to the left, triangles and edges to the right
+    SideBySide,
+}
+
+pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
+    bound_gdal_cache(GDAL_CACHE);
+    let options = PreviewOptions {
+        mode: match args.mode {
+            ModeArg::Hillshade => Mode::Hillshade,
+            ModeArg::Wireframe => Mode::Wireframe,
+            ModeArg::Error => Mode::Error,
+            ModeArg::SideBySide => Mode::SideBySide,
+        },
+        band: args.band,
+        size: (args.size.width, args.size.height),
+        window: args.window,
+        max_error: args.max_error,
+        exaggeration: args.vertical_exaggeration,
+        overwrite: args.overwrite,
+    };
+    let bars = Bars::new(args.quiet);
+    let report = crate::preview::preview(&args.raster, &args.mesh, &args.output, &options, &bars.control())?;
+    drop(bars);
+    if !args.quiet {
+        let largest = report.largest_error.map(|e| format!(", largest error {e:.6}")).unwrap_or_default();
+        let size = format!("{} × {} pixels", report.width, report.height);
+        print::report(&format!("{}: {size}, {} triangles{largest}", args.output.display(), report.triangles))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

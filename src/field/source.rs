@@ -1,0 +1,32 @@
+use super::FieldError;
+use super::store::Store;
+use super::windows::Windows;
+use crate::raster::Window;
+
+/// Where the samples of a field come from.
+pub(super) enum Source {
+    /// Blocks in memory or mapped.
+    Blocks(Store),
+    /// The raster itself, through GDAL.
+    Windows(Windows),
+}
+
+impl Source {
+    /// Calls `run(row, column, bytes)` for runs of stored samples that together are the window; rows and columns are
+    /// counted from its corner. `scratch` is memory for windows read from the raster.
+    pub(super) fn for_each_run(
+        &self,
+        window: Window,
+        scratch: &mut Vec<u64>,
+        mut run: impl FnMut(usize, usize, &[u8]) -> Result<(), FieldError>,
+    ) -> Result<(), FieldError> {
+        match self {
+            Source::Blocks(store) => store.for_each_run(window, run),
+            Source::Windows(windows) => {
+                let bytes = windows.read(window, scratch)?;
+                let row_bytes = bytes.len() / window.height;
+                bytes.chunks_exact(row_bytes).enumerate().try_for_each(|(row, bytes)| run(row, 0, bytes))
+            }
+        }
+    }
+}

@@ -1,0 +1,65 @@
+use std::path::{Path, PathBuf};
+
+use crate::control::Cancelled;
+use crate::ply::PlyError;
+use crate::raster::{RasterError, Window};
+use crate::staged::OutputError;
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PreviewError {
+    /// The raster cannot be used.
+    #[error(transparent)]
+    Raster(#[from] RasterError),
+    /// The mesh cannot be used.
+    #[error(transparent)]
+    Mesh(#[from] PlyError),
+    /// The output file.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The window is not inside the raster, or holds no cell.
+    #[error(
+        "{}: expected a window of 2 × 2 samples or more inside {width} × {height}, found {} × {} at column {}, row {}",
+        path.display(), window.width, window.height, window.column, window.row
+    )]
+    Window {
+        /// The raster.
+        path: PathBuf,
+        /// The window asked for.
+        window: Window,
+        /// Samples across the raster.
+        width: usize,
+        /// Samples down the raster.
+        height: usize,
+    },
+    /// A number that an option cannot take.
+    #[error("{option}: expected {expected}, found {found}")]
+    Option {
+        /// The option, as the command line names it without dashes.
+        option: &'static str,
+        /// What it takes.
+        expected: &'static str,
+        /// What it was given.
+        found: String,
+    },
+    /// A file cannot be written or read back.
+    #[error("{}: {what}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What was tried.
+        what: &'static str,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl PreviewError {
+    pub(super) fn io(path: &Path, what: &'static str, source: std::io::Error) -> Self {
+        PreviewError::Io { path: path.to_path_buf(), what, source }
+    }
+}

@@ -1,0 +1,48 @@
+use crate::raster::Window;
+
+/// What is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Mode {
+    /// The triangles, each shaded flat by its own slope.
+    #[default]
+    Hillshade,
+    /// The shaded triangles and their edges.
+    Wireframe,
+    /// How far the surface is from the samples, in colours, with a legend.
+    Error,
+    /// The raster, shaded, to the left; the triangles and their edges to the right.
+    SideBySide,
+}
+
+/// What is drawn of it, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PreviewOptions {
+    /// What is drawn.
+    pub mode: Mode,
+    /// The band of the raster, from 1.
+    pub band: usize,
+    /// The picture is as large as fits in so many pixels across and down; a legend comes on top of it.
+    pub size: (usize, usize),
+    /// The samples that are drawn; all where `None`.
+    pub window: Option<Window>,
+    /// The tolerance: the end of the colour scale, beyond which samples are marked. `None` scales to the largest error.
+    pub max_error: Option<f64>,
+    /// Heights are multiplied by this for shading.
+    pub exaggeration: f64,
+    /// Whether an existing picture is replaced.
+    pub overwrite: bool,
+}
+
+impl Default for PreviewOptions {
+    fn default() -> Self {
+        PreviewOptions {
+            mode: Mode::default(),
+            band: 1,
+            size: (1024, 1024),
+            window: None,
+            max_error: None,
+            exaggeration: 1.0,
+            overwrite: false,
+        }
+    }
+}

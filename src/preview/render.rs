@@ -1,0 +1,148 @@
+use std::path::Path;
+
+use super::deviation::Deviation;
+use super::edges::Edges;
+use super::legend::{captioned, with_scale};
+use super::mesh::for_each_triangle;
+use super::relief::{Light, Shading, shaded_samples};
+use super::samples::Samples;
+use super::view::View;
+use super::{Mode, PreviewError, PreviewOptions};
+use crate::control::Control;
+use crate::ply::PlyFile;
+use crate::raster::{Raster, Window};
+use crate::staged::StagedFile;
+
+use super::canvas::Canvas;
+
+/// What was drawn.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct PreviewReport {
+    /// Pixels across, legend included.
+    pub width: usize,
+    /// Pixels down, legend included.
+    pub height: usize,
+    /// Triangles that touch the window.
+    pub triangles: u64,
+    /// The largest error among the samples looked at, in [`Mode::Error`].
+    pub largest_error: Option<f64>,
+}
+
+/// Draws a mesh above its raster and writes a PNG.
+///
+/// The mesh is read twice from end to end. It needs a temporary file of 24 bytes per vertex, and memory for the
+/// picture and, where samples are shown, for 4096² samples at most.
+///
+/// # Errors
+/// [`PreviewError`]; then nothing new is left at `out` or beside it.
+pub fn preview(
+    raster: &Path,
+    mesh: &Path,
+    out: &Path,
+    options: &PreviewOptions,
+    control: &Control,
+) -> Result<PreviewReport, PreviewError> {
+    check(options)?;
+    let staged = StagedFile::create(out, options.overwrite, &[raster, mesh])?;
+    let raster = Raster::open(raster, options.band)?;
+    let window = window(&raster, options)?;
+    let mut job = Job {
+        light: Light::over(&raster, options.exaggeration),
+        view: View::fit(window, options.size),
+        mesh: PlyFile::open(mesh)?,
+        raster,
+        options,
+        control,
+    };
+    let (canvas, triangles, largest_error) = match options.mode {
+        Mode::Hillshade => job.shaded(false)?,
+        Mode::Wireframe => job.shaded(true)?,
+        Mode::Error => job.errors()?,
+        Mode::SideBySide => job.side_by_side()?,
+    };
+    control.cancel.check()?;
+    canvas.save(staged)?;
+    Ok(PreviewReport { width: canvas.width, height: canvas.height, triangles, largest_error })
+}
+
+fn check(options: &PreviewOptions) -> Result<(), PreviewError> {
+    let unless = |ok: bool, option, expected, found: String| {
+        if ok { Ok(()) } else { Err(PreviewError::Option { option, expected, found }) }
+    };
+    let (width, height) = options.size;
+    let side = 16..=16_384;
+    let found = format!("{width}x{height}");
+    unless(side.contains(&width) && side.contains(&height), "size", "16 to 16384 pixels each way", found)?;
+    let tolerance = options.max_error.unwrap_or(0.0);
+    unless(tolerance >= 0.0 && tolerance.is_finite(), "max-error", "a number from 0 on", tolerance.to_string())?;
+    let factor = options.exaggeration;
+    unless(factor > 0.0 && factor.is_finite(), "vertical-exaggeration", "a number above 0", factor.to_string())
+}
+
+fn window(raster: &Raster, options: &PreviewOptions) -> Result<Window, PreviewError> {
+    let (width, height) = (raster.width(), raster.height());
+    let window = options.window.unwrap_or(Window { column: 0, row: 0, width, height });
+    let inside =
+        |first: usize, count: usize, all: usize| count >= 2 && first.checked_add(count).is_some_and(|e| e <= all);
+    if inside(window.column, window.width, width) && inside(window.row, window.height, height) {
+        return Ok(window);
+    }
+    Err(PreviewError::Window { path: raster.path().to_path_buf(), window, width, height })
+}
+
+struct Job<'a> {
+    raster: Raster,
+    mesh: PlyFile,
+    view: View,
+    light: Light,
+    options: &'a PreviewOptions,
+    control: &'a Control<'a>,
+}
+
+/// A picture, the triangles in it, the largest error.
+type Drawn = (Canvas, u64, Option<f64>);
+
+impl Job<'_> {
+    fn shaded(&mut self, with_edges: bool) -> Result<Drawn, PreviewError> {
+        let mut shading = Shading::new(self.view);
+        let mut edges = if with_edges { Edges::new(self.view) } else { None };
+        let transform = self.raster.geo_transform();
+        let triangles = for_each_triangle(&mut self.mesh, &transform, self.view.window, self.control, |triangle| {
+            shading.draw(triangle, &self.light);
+            edges.iter_mut().for_each(|e| e.draw(triangle));
+        })?;
+        let mut canvas = shading.finish();
+        if let Some(edges) = edges {
+            edges.finish(triangles, &mut canvas);
+        }
+        Ok((canvas, triangles, None))
+    }
+
+    fn errors(&mut self) -> Result<Drawn, PreviewError> {
+        let samples = Samples::read(&self.raster, &self.view, self.control)?;
+        let mut deviation = Deviation::new(self.view, samples);
+        let transform = self.raster.geo_transform();
+        let triangles = for_each_triangle(&mut self.mesh, &transform, self.view.window, self.control, |triangle| {
+            deviation.draw(triangle);
+        })?;
+        let tolerance = self.options.max_error;
+        let summary = deviation.summary(tolerance);
+        let end = [tolerance.unwrap_or(0.0), summary.largest].into_iter().find(|e| *e > 1e-9).unwrap_or(1.0);
+        let picture = deviation.finish(end, tolerance);
+        let page = with_scale(picture, &summary, end, tolerance, self.view.stride);
+        Ok((page, triangles, Some(summary.largest)))
+    }
+
+    fn side_by_side(&mut self) -> Result<Drawn, PreviewError> {
+        const GAP: usize = 6;
+        let samples = Samples::read(&self.raster, &self.view, self.control)?;
+        let left = shaded_samples(&samples, self.view, &self.light);
+        let (right, triangles, _) = self.shaded(true)?;
+        let mut both = Canvas::filled(2 * left.width + GAP, left.height, [250, 250, 248]);
+        both.paste(&left, 0, 0);
+        both.paste(&right, left.width + GAP, 0);
+        let Window { width, height, .. } = self.view.window;
+        let caption = format!("left: {width} x {height} samples    right: {triangles} triangles");
+        Ok((captioned(both, &[caption]), triangles, None))
+    }
+}

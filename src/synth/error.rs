@@ -1,0 +1,42 @@
+use std::path::{Path, PathBuf};
+
+use gdal::errors::GdalError;
+
+use super::OptionError;
+use crate::control::Cancelled;
+use crate::staged::OutputError;
+
+/// Why a raster could not be made. Nothing is left under its name then.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SynthError {
+    /// A number that cannot be.
+    #[error(transparent)]
+    Option(#[from] OptionError),
+    /// The output file.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// GDAL refuses: no such compression in this build, or a full disk.
+    #[error("{}: {what}: {reason}", path.display())]
+    Gdal {
+        /// The output.
+        path: PathBuf,
+        /// What was tried.
+        what: &'static str,
+        /// What GDAL said.
+        reason: String,
+    },
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl SynthError {
+    pub(super) fn gdal(path: &Path, what: &'static str, error: &GdalError) -> Self {
+        let reason = match error {
+            GdalError::CplError { msg, .. } | GdalError::NullPointer { msg, .. } if !msg.is_empty() => msg.clone(),
+            other => other.to_string(),
+        };
+        SynthError::Gdal { path: path.to_path_buf(), what, reason }
+    }
+}
