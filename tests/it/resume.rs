@@ -284,6 +284,29 @@ fn a_raster_changed_during_a_run_is_refused() {
     assert_eq!(scene.completes(), TILES);
 }
 
+/// A VRT does not change when its source does: there the samples tell.
+#[test]
+fn sources_behind_a_vrt_are_watched_too() {
+    let mut scene = Scene::new();
+    let source = std::mem::replace(&mut scene.dem, scene.folder.at("dem.vrt"));
+    let vrt = "<VRTDataset rasterXSize='200' rasterYSize='600'><VRTRasterBand dataType='Int16' band='1'><SimpleSource>\
+               <SourceFilename relativeToVRT='1'>dem.tif</SourceFilename><SourceBand>1</SourceBand></SimpleSource>\
+               </VRTRasterBand></VRTDataset>";
+    scene.folder.with("dem.vrt", vrt);
+    scene.is_killed("vertices:1");
+    let equal = fs::read(&source).unwrap();
+    // Between runs: one sample that no checksum but its tile's is of.
+    let one = |c: usize, r: usize| hills(c, r) + if (c, r) == (120, 301) { 9.0 } else { 0.0 };
+    dem().heights(one).write(&scene.folder, "dem.tif");
+    scene.run(&[]).fails(1, &["dem.vrt", "the raster has changed", "column 100, row 300"]);
+    fs::write(&source, equal).unwrap();
+    // During a run: rows.
+    let halted = Halted::at("triangles", 2, scene.command(&[]));
+    dem().heights(|c, r| hills(c, r) + 1.0).write(&scene.folder, "dem.tif");
+    halted.go_on().fails(1, &["dem.vrt", "the raster has changed", "checksum of some samples"]);
+    assert!(!Path::new(&scene.tin()).exists());
+}
+
 #[test]
 fn a_second_process_is_refused_while_the_first_runs() {
     let scene = Scene::new();
