@@ -4,14 +4,16 @@ CARGO ?= cargo
 # Where rustup puts it; a shell started before the installation does not look there.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help setup demo test check bench fmt accept
+.PHONY: help setup demo test check bench bench-scale bench-kernels fmt accept
 
 help:
 	@echo 'make setup   install what is missing (Debian: GDAL, a C compiler, Python for one test)'
 	@echo 'make demo    build, make a terrain, simplify, verify and draw it'
 	@echo 'make test    all tests'
 	@echo 'make check   formatting, lints and documentation, warnings denied'
-	@echo 'make bench   benchmarks'
+	@echo 'make bench   the benchmark: against pydelatin and against GDAL alone'
+	@echo 'make bench-scale    from 4096 x 4096 to 32768 x 32768 (choose: SIZES=4096,8192)'
+	@echo 'make bench-kernels  the parts, by criterion'
 	@echo 'make accept  the long acceptance run'
 	@echo 'make fmt     format the sources'
 
@@ -31,6 +33,14 @@ check: setup
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --no-deps
 
 bench: setup
+	$(CARGO) build --release --locked --bin terrabite --example gdal_floor
+	@python3 scripts/bench.py $(BENCH_OPTIONS)
+
+bench-scale: setup
+	$(CARGO) build --release --locked --bin terrabite --example gdal_floor
+	@python3 scripts/bench_scale.py
+
+bench-kernels: setup
 	$(CARGO) bench --locked
 
 accept: setup

@@ -15,7 +15,9 @@ pub struct Vertex {
 ///
 /// Loops are closed, name vertices by index, and keep the ground to their left ([`orient`] > 0 turns left). Their edges
 /// are locked: none is split, every vertex of a loop becomes a vertex of the mesh. Two corners may name one vertex
-/// (a pinch). Every edge of a loop is within the tolerance at the samples it passes.
+/// (a pinch); the wedge to the left of each of them must then be one wedge of ground, without edges of the domain in it:
+/// a loop that comes to such a vertex leaves it by the leftmost edge, so holes that touch there are one loop. Every edge
+/// of a loop is within the tolerance at the samples it passes.
 #[derive(Debug, Clone, Default)]
 pub struct Domain {
     /// The vertices of the loops.

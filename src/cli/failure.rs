@@ -51,6 +51,11 @@ impl Failure {
     }
 }
 
+/// A full disk has an exit code of its own.
+fn code_of(error: &std::io::Error) -> u8 {
+    if error.kind() == ErrorKind::StorageFull { DISK_TOO_SMALL } else { 1 }
+}
+
 impl From<RasterError> for Failure {
     fn from(error: RasterError) -> Failure {
         let failure = Failure::new(&error);
@@ -77,8 +82,9 @@ impl From<Error> for Failure {
             }
             Error::Disk(error) => Failure { code: DISK_TOO_SMALL, ..Failure::new(error) }
                 .hint("free some space, or choose other folders with --temp-dir and OUTPUT"),
-            Error::Field(FieldError::Temporary { .. }) | Error::Spool(SpoolError::File { .. }) => {
-                Failure::new(error).hint("choose another folder with --temp-dir")
+            Error::Field(FieldError::Temporary { ref source, .. })
+            | Error::Spool(SpoolError::File { ref source, .. }) => {
+                Failure { code: code_of(source), ..Failure::new(&error) }.hint("choose another folder with --temp-dir")
             }
             Error::Spool(SpoolError::Kept { ref source, .. }) if source.kind() == ErrorKind::StorageFull => {
                 Failure::new(error).hint("free some space")
@@ -140,7 +146,7 @@ impl From<OutputError> for Failure {
         let failure = Failure::new(&error);
         match error {
             OutputError::Write { source, .. } if source.kind() == ErrorKind::StorageFull => {
-                failure.hint("free some space, or write to another disk")
+                Failure { code: DISK_TOO_SMALL, ..failure }.hint("free some space, or write to another disk")
             }
             _ => failure,
         }

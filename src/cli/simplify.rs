@@ -10,8 +10,8 @@ use super::simplify_kept::Kept;
 use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
-use crate::field::{Choice, Field, FieldOptions};
-use crate::info::{Estimate, estimate};
+use crate::field::{Access, Choice, Field, FieldError, FieldOptions, exit_on_truncation};
+use crate::info::{DENSEST, Estimate, estimate};
 use crate::raster::{Raster, Watch, bound_gdal_cache};
 use crate::simplify::{
     DEFAULT_TILE, DiskUse, Error, Params, Plan, check_disk, default_budget, grid, probe_density, triangulate,
@@ -192,9 +192,14 @@ impl Job<'_> {
             Some(kept) => kept.stage(args)?,
             None => StagedFile::create(&args.output, args.overwrite, &[&args.input])?,
         };
-        self.check_disk(&staged, kept)?;
+        self.check_disks(&staged, kept)?;
         let options = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: args.access.into() };
         let field = Field::open(&self.raster, &options, self.control)?;
+        if let Access::InPlace = field.access() {
+            let message = format!("error: {}: the file was truncated while it was in use", args.input.display());
+            exit_on_truncation(&message, staged.partial_path())
+                .map_err(|source| FieldError::Map { path: args.input.clone(), source })?;
+        }
         let opened = Instant::now();
         let mesh = match kept {
             Some(kept) => {
@@ -221,17 +226,22 @@ impl Job<'_> {
         Ok(if kept.is_some() { report.tiles_found(mesh.tiles_found()) } else { report })
     }
 
-    fn check_disk(&self, staged: &StagedFile, kept: Option<&Kept>) -> Result<(), Error> {
-        let Estimate { field_bytes, spool_bytes, output_bytes, .. } = self.needs()?.estimate;
+    /// Refuses what the disks cannot hold. A few tiles are only tried where the densest mesh would not fit.
+    fn check_disks(&self, staged: &StagedFile, kept: Option<&Kept>) -> Result<(), Error> {
         let output_folder = staged.partial_path().parent().unwrap_or(Path::new("."));
         let temp_dir = self.params.temp_dir.as_path();
         let (tiles, there) = kept.map_or((temp_dir, 0), |kept| (kept.path(), kept.chunk_bytes()));
-        check_disk(&[
-            DiskUse { what: "decoded samples", folder: temp_dir, bytes: field_bytes },
-            DiskUse { what: "finished tiles", folder: tiles, bytes: spool_bytes.saturating_sub(there) },
-            DiskUse { what: "the output", folder: output_folder, bytes: output_bytes },
-        ])?;
-        Ok(())
+        let check = |estimate: Estimate| {
+            check_disk(&[
+                DiskUse { what: "decoded samples", folder: temp_dir, bytes: estimate.field_bytes },
+                DiskUse { what: "finished tiles", folder: tiles, bytes: estimate.spool_bytes.saturating_sub(there) },
+                DiskUse { what: "the output", folder: output_folder, bytes: estimate.output_bytes },
+            ])
+        };
+        if check(estimate(&self.raster, DENSEST)).is_ok() {
+            return Ok(());
+        }
+        Ok(check(self.needs()?.estimate)?)
     }
 }
 

@@ -74,7 +74,7 @@ pub(super) fn decode(
     })?;
     control.progress.end(Stage::Decode);
 
-    let bytes = Bytes::Mapped(map(&file).map_err(failed)?);
+    let bytes = Bytes::Mapped(map(&file).map_err(failed)?, file);
     let store = Store {
         bytes,
         block_width: BLOCK,

@@ -31,6 +31,16 @@ pub enum FieldError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The mapped file became shorter while it was in use.
+    #[error("{}: expected {expected} bytes as when the run began, found {found}: the file changed while it was in use", path.display())]
+    Truncated {
+        /// The raster.
+        path: PathBuf,
+        /// Its length when it was mapped.
+        expected: u64,
+        /// Its length now.
+        found: u64,
+    },
     /// It was asked for, but the raster's file cannot be used where it lies.
     #[error("{}: cannot be mapped in place: {reason}", path.display())]
     NotInPlace {

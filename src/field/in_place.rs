@@ -19,7 +19,7 @@ pub(super) fn map_in_place(raster: &Raster, layout: PlainLayout) -> Result<Store
         }
     }
     let store = Store {
-        bytes: Bytes::Mapped(mapped),
+        bytes: Bytes::Mapped(mapped, file),
         block_width: layout.block_width,
         block_height: layout.block_height,
         blocks_across: layout.blocks_across,

@@ -41,7 +41,7 @@ impl Field {
     ) -> Result<(), FieldError> {
         let nodata = T::nodata(self.nodata);
         let scaling = (!self.scaling.is_none()).then_some(self.scaling);
-        self.source.for_each_run(window, scratch, |row, column, bytes| {
+        self.source.for_each_run(&self.name, window, scratch, |row, column, bytes| {
             let start = row * window.width + column;
             let run = &mut out[start..start + bytes.len() / size_of::<T>()];
             let mut suspicious = false;

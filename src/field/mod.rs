@@ -2,7 +2,8 @@
 //!
 //! In comes a [`crate::raster::Raster`] (or an array); out go [`Tile`]s. An uncompressed GeoTIFF is mapped where it
 //! lies; a raster in blocks of a moderate size is read through GDAL window by window; anything else is decoded once, in
-//! parallel, into an unlinked temporary file of square blocks, which is then mapped. This is the only module that maps files, and `map.rs` holds the crate's only `unsafe`.
+//! parallel, into an unlinked temporary file of square blocks, which is then mapped. This is the only module that maps
+//! files, and `map.rs` holds the crate's only `unsafe`.
 //!
 //! Copying out ([`Field::load`]) is the one place that knows stored types, byte order, scale and offset, and which
 //! stored values are no heights. Behind it there are only heights.
@@ -21,6 +22,7 @@ mod windows;
 
 pub use decode::decoded_bytes;
 pub use error::FieldError;
+pub use map::exit_on_truncation;
 pub use open::{Access, Choice, Field, FieldOptions, suits_windows};
 pub use tile::{Heights, Tile};
 

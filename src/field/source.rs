@@ -1,3 +1,5 @@
+use std::path::Path;
+
 use super::FieldError;
 use super::store::Store;
 use super::windows::Windows;
@@ -13,15 +15,21 @@ pub(super) enum Source {
 
 impl Source {
     /// Calls `run(row, column, bytes)` for runs of stored samples that together are the window; rows and columns are
-    /// counted from its corner. `scratch` is memory for windows read from the raster.
+    /// counted from its corner. `name` is for messages, `scratch` is memory for windows read from the raster.
     pub(super) fn for_each_run(
         &self,
+        name: &Path,
         window: Window,
         scratch: &mut Vec<u64>,
         mut run: impl FnMut(usize, usize, &[u8]) -> Result<(), FieldError>,
     ) -> Result<(), FieldError> {
         match self {
-            Source::Blocks(store) => store.for_each_run(window, run),
+            Source::Blocks(store) => {
+                if let Some((expected, found)) = store.truncated() {
+                    return Err(FieldError::Truncated { path: name.to_path_buf(), expected, found });
+                }
+                store.for_each_run(window, run)
+            }
             Source::Windows(windows) => {
                 let bytes = windows.read(window, scratch)?;
                 let row_bytes = bytes.len() / window.height;

@@ -1,3 +1,4 @@
+use std::fs::File;
 use std::ops::Range;
 
 use memmap2::Mmap;
@@ -17,7 +18,8 @@ pub(super) struct Store {
 
 /// Who holds the bytes.
 pub(super) enum Bytes {
-    Mapped(Mmap),
+    /// The mapped file, and a handle that tells its length.
+    Mapped(Mmap, File),
     Owned(Vec<u8>),
 }
 
@@ -32,9 +34,16 @@ pub(super) enum Offsets {
 impl Store {
     fn bytes(&self) -> &[u8] {
         match &self.bytes {
-            Bytes::Mapped(map) => map,
+            Bytes::Mapped(map, _) => map,
             Bytes::Owned(vec) => vec,
         }
+    }
+
+    /// The length the mapped file has now, if it is shorter than when it was mapped: (then, now).
+    pub(super) fn truncated(&self) -> Option<(u64, u64)> {
+        let Bytes::Mapped(map, file) = &self.bytes else { return None };
+        let now = file.metadata().map_or(0, |m| m.len());
+        (now < map.len() as u64).then_some((map.len() as u64, now))
     }
 
     fn block_offset(&self, index: usize) -> usize {
@@ -76,7 +85,7 @@ impl Store {
     }
 
     fn give_back(&self, touched: &mut Touched) {
-        if let Bytes::Mapped(map) = &self.bytes
+        if let Bytes::Mapped(map, _) = &self.bytes
             && touched.runs > 0
         {
             give_back(map, touched.bytes.clone());

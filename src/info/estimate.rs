@@ -7,6 +7,9 @@ use crate::raster::{Raster, plain_layout};
 /// 20 where the tolerance is tight, several hundred where it is wide or the ground is smooth.
 pub const SAMPLES_PER_TRIANGLE: f64 = 80.0;
 
+/// Samples per triangle where every sample is a vertex: no mesh is denser.
+pub const DENSEST: f64 = 0.5;
+
 /// A chunk stores three references to vertices and half a vertex per triangle.
 const SPOOL_BYTES_PER_TRIANGLE: f64 = 20.0;
 /// A face of a PLY file is 13 bytes, and there is half a vertex of 24 bytes to it.

@@ -8,7 +8,7 @@ mod estimate;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-pub use estimate::{Estimate, SAMPLES_PER_TRIANGLE, estimate};
+pub use estimate::{DENSEST, Estimate, SAMPLES_PER_TRIANGLE, estimate};
 
 use crate::field::suits_windows;
 use crate::raster::{Nodata, Raster, RasterError, plain_layout};

@@ -49,8 +49,8 @@ pub fn grid(width: usize, height: usize, params: &Params) -> Result<TileGrid, Er
 
 /// Triangulates a field on the threads of the current rayon pool.
 ///
-/// Memory: one [`Workspace`] per thread (a tile's samples, its front and its mesh), whatever the size of the field.
-/// Temporary disk: about 20 bytes per triangle.
+/// Memory: one `Workspace` per busy thread (a tile's samples, its front and its mesh), whatever the size of the field.
+/// Temporary disk: about 20 bytes per triangle, and 2 KiB per tile for the histogram of its errors.
 ///
 /// # Errors
 /// [`Error`]; nothing is left behind.

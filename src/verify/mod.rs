@@ -4,8 +4,8 @@
 //! it one surface, without cracks, T-junctions, folds or overlaps? Places are recovered on the lattice of quarter cells,
 //! where all geometry is exact; near ties with the tolerance are settled by exact arithmetic.
 //!
-//! Two passes over the file put vertices, triangles, edges and corners in order by external sorts ([`sort`]); then the
-//! triangles sweep over the raster from the first row to the last ([`sweep`]). Memory is bounded whatever the raster and
+//! Two passes over the file put vertices, triangles, edges and corners in order by external sorts (`sort`); then the
+//! triangles sweep over the raster from the first row to the last (`sweep`). Memory is bounded whatever the raster and
 //! the mesh, by about 64 MiB beside GDAL's own cache: every type that buffers says how much.
 //!
 //! Why that is enough: if every face turns counter-clockwise, every edge inside is shared by two faces in opposite

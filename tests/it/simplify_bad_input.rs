@@ -1,6 +1,6 @@
 //! `terrabite simplify` and what it must refuse: a clear message, the right exit code, nothing left behind.
 
-use crate::util::{Dem, Folder, Kind, terrabite, terrabite_stopped, terrabite_with_file_limit};
+use crate::util::{Dem, Folder, Kind, terrabite, terrabite_disturbed, terrabite_stopped, terrabite_with_file_limit};
 
 /// A folder with a good raster in it, and its path.
 fn with_dem() -> (Folder, String) {
@@ -170,6 +170,21 @@ fn a_full_disk() {
         assert_eq!(folder.names(), ["packed.tif", "plain.tif"]);
         assert_eq!(temp.names(), [""; 0]);
     }
+}
+
+/// The raster is mapped; another process cuts it in the middle of the run.
+#[test]
+fn a_mapped_raster_that_is_truncated_under_the_run() {
+    let (folder, temp) = (Folder::new(), Folder::new());
+    let rough = |c: usize, r: usize| ((c * 7919 + r * 104_729) % 1009) as f64;
+    let dem = Dem::new(2000, 2000).heights(rough).write(&folder, "dem.tif");
+    let arguments =
+        ["simplify", &dem, &folder.at("tin.ply"), "--max-error", "3", "--tile", "128", "--temp-dir", &temp.at("")];
+    let cut = || std::fs::OpenOptions::new().write(true).open(&dem).and_then(|f| f.set_len(5000)).is_ok();
+    let run = terrabite_disturbed(arguments, cut);
+    run.fails(1, &[&dem, "in use"]);
+    assert_eq!(folder.names(), ["dem.tif"]);
+    assert_eq!(temp.names(), [""; 0]);
 }
 
 /// An interrupt in the middle of a run of several seconds. The partial output is there from the beginning.

@@ -18,7 +18,7 @@ use crate::lattice::{Point, STEPS, distance2, orient};
 use crate::mesh::Vertex;
 use crate::triangulate::feasible::{Spans, Tester};
 
-/// How far around an edge, in cells, strong feasibility looks at every sample before it is relaxed.
+/// How far around an edge's bounding box, in cells, strong feasibility looks at every sample before it is relaxed.
 const STRONG_REACH: i32 = 4;
 
 /// The edges that nothing else helps, and for the strong test the triangles that relax it least.

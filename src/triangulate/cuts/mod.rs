@@ -2,7 +2,7 @@
 //!
 //! `front` keeps the rim of that ground as corner nodes and knows the three cuts: an ear, a bite to a new vertex, a
 //! bite to a vertex of the front itself, which splits a polygon. `edge_grid` finds the front's edges near a place,
-//! `visible` says which cuts stay inside. Which cut comes next is a [`Strategy`]; [`paper`](PaperOrder) is the paper's
+//! `visible` says which cuts stay inside. Which cut comes next is a `Strategy`; `paper` is the paper's
 //! own, and `last_resort` ends what no strategy can.
 
 mod edge_grid;

@@ -23,12 +23,8 @@ pub(crate) fn terrabite_stopped<S: AsRef<OsStr>>(
     arguments: impl IntoIterator<Item = S>,
     ready: impl Fn() -> bool,
 ) -> Run {
-    let mut command = Command::new(TERRABITE);
-    let mut child = command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    while !ready() {
-        assert!(child.try_wait().unwrap().is_none(), "it ended before it could be stopped");
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    let mut child = started(arguments);
+    wait_for(&mut child, ready);
     let sent = Command::new("kill").args([format!("-{signal}"), child.id().to_string()]).status().unwrap();
     assert!(sent.success());
     Run::from(child.wait_with_output().unwrap())
@@ -77,6 +73,35 @@ impl Drop for Halted {
             child.kill().unwrap();
             child.wait().unwrap();
         }
+    }
+}
+
+/// Starts `simplify`, does something to its files while it is busy with its tiles, and waits for its end. Busy with
+/// tiles means: it holds the two nameless files of the spool open.
+pub(crate) fn terrabite_disturbed<S: AsRef<OsStr>>(
+    arguments: impl IntoIterator<Item = S>,
+    disturb: impl FnOnce() -> bool,
+) -> Run {
+    let mut child = started(arguments);
+    let files = format!("/proc/{}/fd", child.id());
+    let nameless = |path: std::path::PathBuf| path.as_os_str().to_string_lossy().ends_with("(deleted)");
+    let spooling = || {
+        let links = std::fs::read_dir(&files).into_iter().flatten().flatten();
+        links.filter_map(|l| l.path().read_link().ok()).filter(|p| nameless(p.clone())).count() >= 2
+    };
+    wait_for(&mut child, spooling);
+    assert!(disturb());
+    Run::from(child.wait_with_output().unwrap())
+}
+
+fn started<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Child {
+    Command::new(TERRABITE).args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+fn wait_for(child: &mut Child, ready: impl Fn() -> bool) {
+    while !ready() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended too early");
+        std::thread::sleep(Duration::from_millis(2));
     }
 }
 

@@ -1,0 +1,126 @@
+//! Greedy cuts of whole tiles, and measuring the errors of the result.
+//!
+//! The front has no door of its own: it is timed through tiles where hardly anything else is done. Noise leaves
+//! triangles without samples (every cut is looked for in vain many times); the dense rim holds a long front, whose every
+//! ear is feasible.
+
+mod terrain;
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use terrabite::control::CancelToken;
+use terrabite::field::Tile;
+use terrabite::lattice::Point;
+use terrabite::measure::Meter;
+use terrabite::mesh::{Domain, TileMesh, Vertex};
+use terrabite::seam::Rim;
+use terrabite::triangulate::cuts::GreedyCuts;
+use terrabite::triangulate::{Engine, Feasibility, Task};
+
+use terrain::{fractal, noise, tile, wide};
+
+const SIDE: usize = 513;
+
+/// The engine with its memory, reused from run to run as the program does from tile to tile.
+#[derive(Default)]
+struct Cutter {
+    scratch: <GreedyCuts as Engine>::Scratch,
+    mesh: TileMesh,
+}
+
+impl Cutter {
+    /// Returns how many triangles there are.
+    fn cut(&mut self, tile: &Tile, domain: &Domain, tolerance: f64, feasibility: Feasibility) -> usize {
+        let task = Task { tile, domain, tolerance, feasibility, cancel: &CancelToken::default() };
+        GreedyCuts.triangulate(&task, &mut self.scratch, &mut self.mesh).expect("nobody cancels");
+        self.mesh.triangles.len()
+    }
+}
+
+fn cuts(c: &mut Criterion) {
+    use Feasibility::{Strong, Weak};
+    let mountains = tile(SIDE, SIDE, fractal);
+    let wide_mountains = wide(&mountains);
+    let flat = tile(SIDE, SIDE, |_, _| 7.0);
+    let white = tile(129, 129, |column, row| 100.0 * noise(column, row));
+    let steps = tile(257, 257, |column, row| ((column + 3 * row) / 40) as f64 * 10.0);
+    // A trench of one cell from corner to corner, beside a plain: its floor asks for slivers as long as the tile.
+    let valley = tile(SIDE, SIDE, |column, row| if row == 200 + column / 9 { -50.0 } else { 0.02 * column as f64 });
+    let cases = [
+        ("fine_weak", &mountains, 2.0, Weak, 67993),
+        ("fine_weak_f64", &wide_mountains, 2.0, Weak, 67993),
+        ("fine_strong", &mountains, 2.0, Strong, 55201),
+        ("coarse_weak", &mountains, 15.0, Weak, 1864),
+        ("coarse_strong", &mountains, 15.0, Strong, 1692),
+        ("flat_at_0", &flat, 0.0, Weak, 2),
+        ("noise_weak", &white, 1.0, Weak, 32374),
+        ("noise_strong", &white, 10.0, Strong, 31409),
+        ("steps", &steps, 1.0, Weak, 5570),
+        ("valley_weak", &valley, 1.0, Weak, 78),
+        ("valley_strong", &valley, 1.0, Strong, 2700),
+    ];
+    let mut group = c.benchmark_group("cuts");
+    for (name, tile, tolerance, feasibility, expected) in cases {
+        let rim = Rim::new(tile, tolerance, true, true);
+        let mut cutter = Cutter::default();
+        let mut count = || cutter.cut(black_box(tile), &rim.domain, tolerance, feasibility);
+        assert_eq!(count(), expected, "triangles of {name}");
+        group.throughput(Throughput::Elements((tile.width() * tile.height()) as u64));
+        group.bench_function(name, |b| b.iter(&mut count));
+    }
+    group.finish();
+}
+
+/// All samples of the rim as its vertices.
+fn dense_rim(tile: &Tile) -> Domain {
+    let last = tile.width() as i32 - 1;
+    let sides = [
+        (0..last).map(|i| (i, 0)).collect::<Vec<_>>(),
+        (0..last).map(|i| (last, i)).collect(),
+        (0..last).map(|i| (last - i, last)).collect(),
+        (0..last).map(|i| (0, last - i)).collect(),
+    ];
+    let vertex = |(column, row): (i32, i32)| Vertex {
+        at: Point::of_sample(column, row),
+        height: tile.at(column as usize, row as usize),
+    };
+    let vertices: Vec<Vertex> = sides.concat().into_iter().map(vertex).collect();
+    let around = (0..vertices.len() as u32).collect();
+    Domain { vertices, loops: vec![around] }
+}
+
+fn front(c: &mut Criterion) {
+    // Rows and columns of the plain are cheap to scan: most of the time goes to the front.
+    let plain = tile(SIDE, SIDE, |_, _| 0.0);
+    let domain = dense_rim(&plain);
+    let mut cutter = Cutter::default();
+    let mut count = || cutter.cut(black_box(&plain), &domain, 1.0, Feasibility::Weak);
+    assert_eq!(count(), 4 * 512 - 2, "triangles of a polygon");
+    c.bench_function("front/dense_rim", |b| b.iter(&mut count));
+}
+
+fn measure(c: &mut Criterion) {
+    let mountains = tile(SIDE, SIDE, fractal);
+    let mut group = c.benchmark_group("measure");
+    group.throughput(Throughput::Elements((SIDE * SIDE) as u64));
+    for (name, tolerance) in [("fine", 2.0), ("coarse", 15.0)] {
+        let rim = Rim::new(&mountains, tolerance, true, true);
+        let mut cutter = Cutter::default();
+        cutter.cut(&mountains, &rim.domain, tolerance, Feasibility::Weak);
+        let mut meter = Meter::default();
+        let mut count = || meter.measure(black_box(&mountains), &cutter.mesh, tolerance, (0, 0), (true, true)).samples;
+        assert_eq!(count(), (SIDE * SIDE) as u64);
+        group.bench_function(name, |b| b.iter(&mut count));
+    }
+    group.finish();
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(10).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_millis(1500));
+    targets = cuts, front, measure
+}
+criterion_main!(benches);

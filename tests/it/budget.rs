@@ -1,0 +1,153 @@
+//! `--memory`, `--dry-run`, and disks that are too small.
+
+use std::process::Command;
+
+use crate::util::{Dem, Folder, shared_data, terrabite, terrabite_disturbed};
+
+/// As dense as meshes get: every sample is a vertex.
+fn rough(column: usize, row: usize) -> f64 {
+    ((column * column * 31 + row * row * 17 + column * row * 7) % 1009) as f64
+}
+
+#[test]
+fn the_peak_stays_within_the_budget() {
+    let folder = Folder::new();
+    let plain = Dem::new(1020, 520).heights(rough);
+    let rasters = [
+        plain.clone().tiled(256).compressed().write(&folder, "tiled.tif"),
+        plain.compressed().write(&folder, "strips.tif"),
+    ];
+    for dem in &rasters {
+        let run = ["simplify", dem, &folder.at("tin.ply"), "--max-error", "0", "--overwrite", "--json"];
+        let report = terrabite(run.iter().chain(&["--memory", "118MiB"])).succeeds().json();
+        let (peak, budget) = (report["peak_memory_bytes"].as_u64(), report["plan"]["budget_bytes"].as_u64());
+        assert!(peak <= budget, "{peak:?} of {budget:?} for {dem}");
+        assert!(report["samples_per_triangle"].as_f64() < Some(0.6));
+    }
+}
+
+#[test]
+fn a_budget_that_is_too_small_names_the_smallest() {
+    let folder = Folder::new();
+    let dem = Dem::new(600, 600).write(&folder, "dem.tif");
+    let run = |more: &[&str]| {
+        let run = ["simplify", &dem, &folder.at("tin.ply"), "--max-error", "3", "--overwrite"];
+        terrabite(run.iter().chain(more))
+    };
+    let refused = run(&["--memory", "10MiB"]).fails(3, &["at least", "MiB", "--memory"]);
+    assert_eq!(folder.names(), ["dem.tif"]);
+    let words: Vec<&str> = refused.err.split_whitespace().collect();
+    let least = words[words.iter().position(|w| *w == "least").unwrap() + 1];
+    run(&["--memory", &format!("{least}MiB")]).succeeds();
+    let below = least.parse::<u64>().unwrap() - 1;
+    let refused = run(&["--memory", &format!("{below}MiB")]).fails(3, &[" cells would fit"]);
+    let words: Vec<&str> = refused.err.split_whitespace().collect();
+    let cells = words[words.iter().position(|w| *w == "cells").unwrap() - 1];
+    run(&["--memory", &format!("{below}MiB"), "--tile", cells]).succeeds();
+}
+
+#[test]
+fn neither_memory_nor_threads_nor_access_change_a_byte() {
+    let folder = Folder::new();
+    let hilly = |c: usize, r: usize| ((c * c) % 97 + (r * r) % 89) as f64 + (c + r) as f64;
+    let plain = Dem::new(700, 500).heights(hilly).on_the_map();
+    for (name, dem) in [("tiled.tif", plain.clone().tiled(64)), ("strips.tif", plain)] {
+        let dem = dem.write(&folder, name);
+        let bytes = |options: &[&str]| {
+            let tin = folder.at("tin.ply");
+            let run = ["simplify", &dem, &tin, "--max-error", "9", "--tile", "96", "--overwrite", "--quiet"];
+            terrabite(run.iter().chain(options)).succeeds();
+            std::fs::read(&tin).unwrap()
+        };
+        let expected = bytes(&["--threads", "1", "--memory", "128MiB"]);
+        for options in [
+            ["--threads", "2", "--memory", "2GiB"],
+            ["--threads", "7", "--memory", "300MiB"],
+            ["--threads", "2", "--access", "in-place"],
+            ["--threads", "7", "--access", "windows"],
+            ["--threads", "2", "--access", "decode"],
+        ] {
+            assert!(bytes(&options) == expected, "{options:?}");
+        }
+    }
+}
+
+#[test]
+fn a_dry_run_tells_and_writes_nothing() {
+    let folder = Folder::new();
+    let dem = Dem::new(700, 500).compressed().write(&folder, "dem.tif");
+    let run = ["simplify", &dem, &folder.at("tin.ply"), "--max-error", "3", "--dry-run"];
+    let needs = terrabite(run.iter().chain(&["--json"])).succeeds().json();
+    assert!(needs["estimate"]["spool_bytes"].as_u64() > Some(0));
+    assert!(needs["memory"]["needed_bytes"].as_u64() <= needs["memory"]["budget_bytes"].as_u64());
+    assert!(terrabite(run).succeeds().out.contains("samples per triangle"));
+    assert_eq!(folder.names(), ["dem.tif"]);
+}
+
+/// The estimate from a few tiles, against the truth.
+#[test]
+fn the_estimate_is_near() {
+    let Some(dem) = shared_data("moon_tycho_4096.tif") else { return };
+    let folder = Folder::new();
+    let run = ["simplify", dem.to_str().unwrap(), &folder.at("tin.ply"), "--max-error", "200", "--json"];
+    let needs = terrabite(run.iter().chain(&["--dry-run"])).succeeds().json();
+    terrabite(run).succeeds();
+    let size = std::fs::metadata(folder.join("tin.ply")).unwrap().len() as f64;
+    let told = needs["estimate"]["output_bytes"].as_f64().unwrap();
+    assert!((0.5..2.0).contains(&(told / size)), "{told} told, {size} written");
+}
+
+/// A small file system of its own, where this process may mount one.
+struct SmallDisk(Folder);
+
+impl SmallDisk {
+    fn new(bytes: u32) -> Option<SmallDisk> {
+        let folder = Folder::new();
+        let size = format!("size={bytes}");
+        let mount = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "tmpfs", &folder.at("")]).output();
+        if mount.is_ok_and(|m| m.status.success()) {
+            return Some(SmallDisk(folder));
+        }
+        eprintln!("skipped: no file system can be mounted here");
+        None
+    }
+}
+
+impl Drop for SmallDisk {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").args(["--lazy", &self.0.at("")]).output();
+    }
+}
+
+#[test]
+fn a_disk_that_cannot_hold_the_run_is_told_of_before_it() {
+    let Some(disk) = SmallDisk::new(1 << 20) else { return };
+    let folder = Folder::new();
+    let dem = Dem::new(600, 500).heights(rough).compressed().write(&folder, "dem.tif");
+    let (inside, outside) = (disk.0.at(""), folder.at(""));
+    let run = |output: &str, temp: &str| {
+        let run = terrabite(["simplify", &dem, output, "--max-error", "0", "--temp-dir", temp]);
+        run.fails(4, &["free", "--temp-dir"]);
+        assert_eq!(folder.names(), ["dem.tif"]);
+        assert_eq!(disk.0.names(), [""; 0]);
+    };
+    run(&folder.at("tin.ply"), &inside);
+    run(&disk.0.at("tin.ply"), &outside);
+}
+
+#[test]
+fn a_disk_that_fills_up_during_the_run() {
+    const SIZE: u32 = 400 << 20;
+    let Some(disk) = SmallDisk::new(SIZE) else { return };
+    let folder = Folder::new();
+    let dem = Dem::new(1500, 1500).heights(rough).write(&folder, "dem.tif");
+    let run = ["simplify", &dem, &disk.0.at("tin.ply"), "--max-error", "0", "--temp-dir", &disk.0.at("")];
+    let fill = || {
+        let room = Command::new("df").args(["--output=avail", "-B1", &disk.0.at("")]).output().unwrap();
+        let room = String::from_utf8(room.stdout).unwrap();
+        let room: usize = room.lines().last().unwrap().trim().parse().unwrap();
+        std::fs::write(disk.0.join("full"), vec![0u8; room.saturating_sub(100_000)]).is_ok()
+    };
+    terrabite_disturbed(run, fill).fails(4, &["No space left"]);
+    assert_eq!(disk.0.names(), ["full"]);
+}
