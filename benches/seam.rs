@@ -6,7 +6,8 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use terrabite::seam::{Rim, min_link};
+use terrabite::control::CancelToken;
+use terrabite::seam::{MinLink, Rim};
 
 use terrain::{fractal, noise, tile};
 
@@ -28,18 +29,23 @@ fn links(c: &mut Criterion) {
         ("flat_at_0", line(|_| 7.0), 0.0, 1),
     ];
     for (name, heights, tolerance, expected) in &cases {
-        let count = || min_link(black_box(heights), *tolerance, &[]).len() - 1;
+        let (mut min_link, cancel) = (MinLink::default(), CancelToken::default());
+        let mut count = || min_link.path(black_box(heights), *tolerance, &[], &cancel).expect("a path").len() - 1;
         assert_eq!(count(), *expected, "links of {name}");
-        group.bench_function(*name, |b| b.iter(count));
+        group.bench_function(*name, |b| b.iter(&mut count));
     }
     group.finish();
 }
 
 fn rim(c: &mut Criterion) {
     let mountains = tile(SIDE, SIDE, fractal);
-    let count = || Rim::new(black_box(&mountains), 5.0, false, false).domain.vertices.len();
+    let (mut min_link, cancel) = (MinLink::default(), CancelToken::default());
+    let mut count = || {
+        let rim = Rim::new(black_box(&mountains), 5.0, (false, false), &mut min_link, &cancel);
+        rim.expect("a rim").domain.vertices.len()
+    };
     assert_eq!(count(), 135, "vertices on the rim");
-    c.bench_function("rim", |b| b.iter(count));
+    c.bench_function("rim", |b| b.iter(&mut count));
 }
 
 criterion_group! {

@@ -15,13 +15,18 @@ use terrabite::field::Tile;
 use terrabite::lattice::Point;
 use terrabite::measure::Meter;
 use terrabite::mesh::{Domain, TileMesh, Vertex};
-use terrabite::seam::Rim;
+use terrabite::seam::{MinLink, Rim};
 use terrabite::triangulate::cuts::GreedyCuts;
 use terrabite::triangulate::{Engine, Feasibility, Task};
 
 use terrain::{fractal, noise, tile, wide};
 
 const SIDE: usize = 513;
+
+fn rim(tile: &Tile, tolerance: f64) -> Rim {
+    let cancel = CancelToken::default();
+    Rim::new(tile, tolerance, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels")
+}
 
 /// The engine with its memory, reused from run to run as the program does from tile to tile.
 #[derive(Default)]
@@ -63,7 +68,7 @@ fn cuts(c: &mut Criterion) {
     ];
     let mut group = c.benchmark_group("cuts");
     for (name, tile, tolerance, feasibility, expected) in cases {
-        let rim = Rim::new(tile, tolerance, true, true);
+        let rim = rim(tile, tolerance);
         let mut cutter = Cutter::default();
         let mut count = || cutter.cut(black_box(tile), &rim.domain, tolerance, feasibility);
         assert_eq!(count(), expected, "triangles of {name}");
@@ -106,7 +111,7 @@ fn measure(c: &mut Criterion) {
     let mut group = c.benchmark_group("measure");
     group.throughput(Throughput::Elements((SIDE * SIDE) as u64));
     for (name, tolerance) in [("fine", 2.0), ("coarse", 15.0)] {
-        let rim = Rim::new(&mountains, tolerance, true, true);
+        let rim = rim(&mountains, tolerance);
         let mut cutter = Cutter::default();
         cutter.cut(&mountains, &rim.domain, tolerance, Feasibility::Weak);
         let mut meter = Meter::default();

@@ -13,8 +13,11 @@ const MAX_TERMS: usize = 6;
 /// Heights beyond this are refused before they get here, so that no product overflows.
 pub const MAX_HEIGHT: f64 = 1e30;
 
+/// A tolerance that allows everything heights can do; larger ones are no different.
+pub const MAX_TOLERANCE: f64 = 4.0 * MAX_HEIGHT;
+
 /// Whether |Σ wᵢ·zᵢ| ≤ `scale` · `tolerance`, exactly. Weights and `scale` are below 2⁵³ in magnitude, `scale` is
-/// positive, every zᵢ is finite and within [`MAX_HEIGHT`]. At most six terms.
+/// positive, every zᵢ is finite and within [`MAX_HEIGHT`], the tolerance within [`MAX_TOLERANCE`]. At most six terms.
 pub fn within(terms: &[(i64, f64)], scale: i64, tolerance: f64) -> bool {
     debug_assert!(terms.len() <= MAX_TERMS, "{} terms", terms.len());
     let (mut sum, mut magnitude) = (0.0f64, 0.0f64);
@@ -44,6 +47,9 @@ pub fn sign(terms: &[(i64, f64)]) -> Ordering {
     if sum.abs() > magnitude * (16.0 * f64::EPSILON) {
         return sum.total_cmp(&0.0);
     }
+    if let Some(sum) = sum_of_integers(terms) {
+        return sum.cmp(&0);
+    }
     let mut exact = Expansion::ZERO;
     for &(w, z) in terms {
         exact.add_product(w as f64, z);
@@ -51,7 +57,25 @@ pub fn sign(terms: &[(i64, f64)]) -> Ordering {
     exact.sign().partial_cmp(&0.0).expect("sums of finite heights are numbers")
 }
 
+/// The sum where every zᵢ is an integer, as ties mostly are: on flat ground and in integer rasters.
+fn sum_of_integers(terms: &[(i64, f64)]) -> Option<i128> {
+    let mut sum = 0i128;
+    for &(w, z) in terms {
+        sum += i128::from(w) * i128::from(integer(z)?);
+    }
+    Some(sum)
+}
+
+/// An integer below 2⁵³, so that six products with weights below 2⁵³ fit an `i128`.
+fn integer(z: f64) -> Option<i64> {
+    let whole = z as i64;
+    (whole as f64 == z && whole.unsigned_abs() < 1 << 53).then_some(whole)
+}
+
 fn exactly_within(terms: &[(i64, f64)], scale: i64, tolerance: f64) -> bool {
+    if let (Some(sum), Some(tolerance)) = (sum_of_integers(terms), integer(tolerance)) {
+        return sum.abs() <= i128::from(scale) * i128::from(tolerance);
+    }
     let mut sum = Expansion::ZERO;
     for &(w, z) in terms {
         sum.add_product(w as f64, z);

@@ -78,7 +78,8 @@ impl Meter {
     /// in the raster.
     ///
     /// # Panics
-    /// If a sample the tile owns is not covered by the mesh: an engine is broken.
+    /// If a sample the tile owns is not covered by the mesh, or is farther than the tolerance from it: an engine is
+    /// broken, and its mesh must not be written.
     pub fn measure(
         &mut self,
         tile: &Tile,
@@ -126,6 +127,8 @@ impl Meter {
             }
         }
         assert_eq!(stats.samples, (owned.0 * owned.1) as u64, "samples covered of a tile at {origin:?}");
+        let (max, worst) = (stats.max, stats.worst);
+        assert!(max <= tolerance, "error {max} at sample {worst:?}, {tolerance} is allowed");
         stats
     }
 }

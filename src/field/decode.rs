@@ -14,16 +14,19 @@ use crate::control::{Control, Stage};
 use crate::faults::{self, Point};
 use crate::raster::{Raster, Window};
 
-/// Samples along one side of a block of the temporary file: small enough that a tile touches few pages it does not
-/// need, large enough that a run is worth a copy.
+/// Samples along one side of a block of the temporary file, at most: small enough that a tile touches few pages it does
+/// not need, large enough that a run is worth a copy.
 const BLOCK: usize = 256;
 
-/// The most samples one thread reads at a time, unless one block of the source alone is larger.
-const UNIT_SAMPLES: usize = 1 << 22;
+/// The most bytes of samples one thread reads at a time, unless one block of the source alone has more.
+pub const UNIT_BYTES: usize = 4 << 20;
 
-/// The temporary file's shape.
+/// The temporary file's shape. Blocks are no longer than the raster, so that thin rasters are not padded.
 #[derive(Clone, Copy)]
 struct Layout {
+    width: usize,
+    block_width: usize,
+    block_height: usize,
     blocks_across: usize,
     sample_bytes: usize,
     bytes: u64,
@@ -31,10 +34,12 @@ struct Layout {
 
 impl Layout {
     fn of(raster: &Raster) -> Layout {
-        let blocks_across = raster.width().div_ceil(BLOCK);
+        let (block_width, block_height) = (BLOCK.min(raster.width()), BLOCK.min(raster.height()));
+        let blocks_across = raster.width().div_ceil(block_width);
         let sample_bytes = raster.sample_type().bytes();
-        let blocks = blocks_across as u64 * raster.height().div_ceil(BLOCK) as u64;
-        Layout { blocks_across, sample_bytes, bytes: blocks * (BLOCK * BLOCK * sample_bytes) as u64 }
+        let blocks = blocks_across as u64 * raster.height().div_ceil(block_height) as u64;
+        let bytes = blocks * (block_width * block_height * sample_bytes) as u64;
+        Layout { width: raster.width(), block_width, block_height, blocks_across, sample_bytes, bytes }
     }
 }
 
@@ -77,8 +82,8 @@ pub(super) fn decode(
     let bytes = Bytes::Mapped(map(&file).map_err(failed)?, file);
     let store = Store {
         bytes,
-        block_width: BLOCK,
-        block_height: BLOCK,
+        block_width: layout.block_width,
+        block_height: layout.block_height,
         blocks_across: layout.blocks_across,
         offsets: Offsets::Regular,
         sample_bytes: layout.sample_bytes,
@@ -100,55 +105,99 @@ impl Reader {
     }
 }
 
-/// Windows that together are the raster, none of which cuts a source block where that can be helped.
+/// Windows that together are the raster. Whole blocks of the source as far as [`UNIT_BYTES`] allow; where one row of
+/// blocks is more than that, columns of blocks, or, in strips, as many whole strips as fit and at least one.
 fn units(raster: &Raster) -> Vec<Window> {
     let (block_width, block_height) = raster.block_size();
-    let stripped = block_width >= raster.width();
-    let unit_height = if block_height >= BLOCK { block_height } else { BLOCK.next_multiple_of(block_height) };
-    let unit_width = if stripped {
-        raster.width()
-    } else {
-        (UNIT_SAMPLES / unit_height).max(block_width).next_multiple_of(block_width)
+    let most = (UNIT_BYTES / raster.sample_type().bytes()).max(1);
+    let fitting = |side: usize, other: usize, whole: usize| {
+        let blocks = (most / other / side).max(1);
+        (blocks * side).min(whole)
     };
-    // Wide strips, or one strip for the whole raster: fewer rows at a time; GDAL keeps the block.
-    let rows = unit_height.min((UNIT_SAMPLES / unit_width.min(raster.width())).max(1));
+    let width = fitting(block_width, block_height, raster.width());
+    let rows = fitting(block_height, width, raster.height());
+    // One block larger than a unit is read in parts; GDAL keeps it decoded.
+    let rows = if rows * width > most && block_height > 1 { (most / width).max(1) } else { rows };
     let mut units = Vec::new();
     for row in (0..raster.height()).step_by(rows) {
-        for column in (0..raster.width()).step_by(unit_width) {
-            let width = unit_width.min(raster.width() - column);
+        for column in (0..raster.width()).step_by(width) {
+            let width = width.min(raster.width() - column);
             units.push(Window { column, row, width, height: rows.min(raster.height() - row) });
         }
     }
     units
 }
 
-/// Writes a window's samples to their blocks, one run after the other.
+/// Writes a window's samples to their blocks. Only the window's own samples are written: other threads write their
+/// neighbours in the same blocks at the same time.
 fn write_unit(file: &File, layout: Layout, unit: Window, samples: &[u8]) -> std::io::Result<()> {
-    let row_bytes = unit.width * layout.sample_bytes;
-    let mut block = vec![0u8; BLOCK * BLOCK * layout.sample_bytes];
-    for block_row in unit.row / BLOCK..(unit.row + unit.height).div_ceil(BLOCK) {
-        for block_column in unit.column / BLOCK..(unit.column + unit.width).div_ceil(BLOCK) {
-            let (left, top) = (block_column * BLOCK, block_row * BLOCK);
-            let columns = left.max(unit.column)..(left + BLOCK).min(unit.column + unit.width);
-            let rows = top.max(unit.row)..(top + BLOCK).min(unit.row + unit.height);
-            let start =
-                ((block_row * layout.blocks_across + block_column) * BLOCK * BLOCK * layout.sample_bytes) as u64;
-            let run = columns.len() * layout.sample_bytes;
-            let place = |row: usize| ((row - top) * BLOCK + columns.start - left) * layout.sample_bytes;
+    let Layout { width, block_width, block_height, blocks_across, sample_bytes, .. } = layout;
+    let row_bytes = unit.width * sample_bytes;
+    let mut block = vec![0u8; block_width * block_height * sample_bytes];
+    for block_row in unit.row / block_height..(unit.row + unit.height).div_ceil(block_height) {
+        for block_column in unit.column / block_width..(unit.column + unit.width).div_ceil(block_width) {
+            let (left, top) = (block_column * block_width, block_row * block_height);
+            let columns = left.max(unit.column)..(left + block_width).min(unit.column + unit.width);
+            let rows = top.max(unit.row)..(top + block_height).min(unit.row + unit.height);
+            let start = (block_row * blocks_across + block_column) * block.len();
+            let run = columns.len() * sample_bytes;
+            let place = |row: usize| ((row - top) * block_width + columns.start - left) * sample_bytes;
             for row in rows.clone() {
-                let from = (row - unit.row) * row_bytes + (columns.start - unit.column) * layout.sample_bytes;
+                let from = (row - unit.row) * row_bytes + (columns.start - unit.column) * sample_bytes;
                 block[place(row)..place(row) + run].copy_from_slice(&samples[from..from + run]);
             }
-            if columns.start == left && columns.len() == BLOCK.min(unit.column + unit.width - left) {
-                // The unit has the block's rows from their first column on: one write for all of them.
+            let whole_rows = columns.start == left && columns.end == (left + block_width).min(width);
+            if whole_rows {
+                // Nothing between these rows is anyone else's: one write for all of them.
                 let (first, last) = (place(rows.start), place(rows.end - 1) + run);
-                file.write_all_at(&block[first..last], start + first as u64)?;
+                file.write_all_at(&block[first..last], (start + first) as u64)?;
             } else {
                 for row in rows {
-                    file.write_all_at(&block[place(row)..place(row) + run], start + place(row) as u64)?;
+                    file.write_all_at(&block[place(row)..place(row) + run], (start + place(row)) as u64)?;
                 }
             }
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Choice, Field, Tile};
+    use gdal::raster::{Buffer, RasterCreationOptions};
+
+    /// Source blocks whose sides are no multiples of the file's, and units that end inside the file's blocks.
+    #[test]
+    fn every_sample_is_where_it_was() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (width, height, tile) in [(700, 90, 80), (1100, 300, 1040), (500, 400, 16), (3, 3000, 16), (3000, 2, 0)] {
+            let path = folder.path().join(format!("{width}x{height}.tif"));
+            let tile = tile.to_string();
+            let mut options = RasterCreationOptions::new();
+            options.set_name_value("COMPRESS", "DEFLATE").expect("an option");
+            if tile != "0" {
+                for (name, value) in [("TILED", "YES"), ("BLOCKXSIZE", &tile), ("BLOCKYSIZE", &tile)] {
+                    options.set_name_value(name, value).expect("an option");
+                }
+            }
+            let driver = gdal::DriverManager::get_driver_by_name("GTiff").expect("GTiff");
+            let made = driver.create_with_band_type_with_options::<f64, _>(&path, width, height, 1, &options);
+            let made = made.expect("a raster");
+            let heights: Vec<f64> = (0..width * height).map(|i| i as f64).collect();
+            let mut buffer = Buffer::new((width, height), heights.clone());
+            made.rasterband(1).expect("a band").write((0, 0), (width, height), &mut buffer).expect("written");
+            made.close().expect("closed");
+
+            let raster = Raster::open(&path, 1).expect("a raster");
+            let options = FieldOptions { choice: Choice::Decode, ..FieldOptions::default() };
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("threads");
+            let field = pool.install(move || Field::open(&raster, &options, &Control::default())).expect("a field");
+            let mut tile = Tile::default();
+            field.load(Window { column: 0, row: 0, width, height }, &mut tile).expect("heights");
+            for (i, &height) in heights.iter().enumerate() {
+                assert_eq!(tile.at(i % width, i / width), height, "sample {i} of {width} × {height}");
+            }
+        }
+    }
 }

@@ -20,7 +20,7 @@ mod stored;
 mod tile;
 mod windows;
 
-pub use decode::decoded_bytes;
+pub use decode::{UNIT_BYTES, decoded_bytes};
 pub use error::FieldError;
 pub use map::exit_on_truncation;
 pub use open::{Access, Choice, Field, FieldOptions, suits_windows};

@@ -230,9 +230,23 @@ impl Raster {
         self.check(window);
         assert_eq!(out.len(), window.len() * self.sample_type.bytes(), "buffer of {window:?}");
         match self.sample_type {
-            SampleType::I8 => self.read::<u8>(window, out),
+            SampleType::I8 => self.read_signed_bytes(window, out),
             other => with_sample_type!(other, T => self.read_cast::<T>(window, bytemuck::cast_slice_mut(out))),
         }
+    }
+
+    /// GDAL before 3.7 has signed bytes as bytes with a mark; later ones have a type for them, which these bindings do
+    /// not always know, and would cut negative values off on the way to bytes: it is read as 16-bit integers.
+    fn read_signed_bytes(&self, window: Window, out: &mut [u8]) -> Result<(), RasterError> {
+        if self.rasterband()?.band_type().name() == "Byte" {
+            return self.read::<u8>(window, out);
+        }
+        let mut wide = vec![0i16; out.len()];
+        self.read(window, &mut wide)?;
+        for (byte, value) in out.iter_mut().zip(wide) {
+            *byte = value as i8 as u8;
+        }
+        Ok(())
     }
 
     /// Reads a window as heights, scale and offset applied, rows one after the other. Samples marked nodata come as

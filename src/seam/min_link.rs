@@ -1,106 +1,113 @@
 use std::cmp::Ordering;
 
+use crate::control::{CancelToken, Cancelled};
 use crate::exact;
 
-/// The polyline with the fewest links through samples of a line, each link within the tolerance.
-///
-/// `heights` are the samples along the line, one cell apart; the result is the indices of the vertices, ascending, both
-/// ends among them. A link i–j is feasible if every sample between lies within `tolerance` (`<=`, exactly) of the
-/// straight line through samples i and j. `forced` are indices that must be vertices, in any order.
-///
-/// Shortest path over the graph of feasible links, from the far end backwards; of the paths with the fewest links the
-/// one with the least sum of squared errors, of these the lexicographically smallest. Greedily taking the farthest
-/// feasible link is not optimal when vertices are samples (Silva, Mitchell & Kaufman 1995, Initialization, uses it).
-///
-/// Cost: O(n·L), with L the reach of a link until no straight line fits; O(n) memory.
-///
-/// # Panics
-/// If there are fewer than two heights, or a forced index is out of range.
-pub fn min_link(heights: &[f64], tolerance: f64, forced: &[usize]) -> Vec<usize> {
-    assert!(heights.len() >= 2, "a line of {} samples", heights.len());
-    let mut stops: Vec<usize> = forced.iter().copied().chain([0, heights.len() - 1]).collect();
-    stops.sort_unstable();
-    stops.dedup();
-    assert!(stops[stops.len() - 1] < heights.len(), "forced vertices {forced:?} of {} samples", heights.len());
-    let mut vertices = vec![0];
-    for section in stops.windows(2) {
-        let path = shortest_path(&heights[section[0]..=section[1]], tolerance);
-        vertices.extend(path.into_iter().skip(1).map(|i| i + section[0]));
-    }
-    vertices
+/// Finds polylines with the fewest links, one after the other, reusing its memory.
+#[derive(Debug, Default)]
+pub struct MinLink {
+    ways: Vec<Way>,
+    sums: Sums,
+    inverses: Vec<f64>,
 }
 
 /// The best way from a sample to the end of the line.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Way {
     links: u32,
     squares: f64,
     next: usize,
 }
 
-fn shortest_path(heights: &[f64], tolerance: f64) -> Vec<usize> {
-    let end = heights.len() - 1;
-    let sums = Sums::of(heights);
-    let mut ways = vec![Way { links: 0, squares: 0.0, next: end }; heights.len()];
-    for from in (0..end).rev() {
-        let mut best = Way { links: u32::MAX, squares: f64::INFINITY, next: end };
-        for_each_feasible(heights, tolerance, from, |to| {
-            let rest = ways[to];
-            if rest.links >= best.links {
-                return;
+/// Samples between two looks at the cancellation token.
+const SAMPLES_BETWEEN_CHECKS: usize = 256;
+
+impl MinLink {
+    /// The polyline with the fewest links through samples of a line, each link within the tolerance.
+    ///
+    /// `heights` are the samples along the line, one cell apart; the result is the indices of the vertices, ascending,
+    /// both ends among them. A link i–j is feasible if every sample between lies within `tolerance` (`<=`, exactly) of
+    /// the straight line through samples i and j. `forced` are indices that must be vertices, in any order.
+    ///
+    /// Shortest path over the graph of feasible links, from the far end backwards; of the paths with the fewest links
+    /// the one with the least sum of squared errors, of these the lexicographically smallest. Greedily taking the
+    /// farthest feasible link is not optimal when vertices are samples (Silva, Mitchell & Kaufman 1995, Initialization,
+    /// uses it).
+    ///
+    /// Cost: O(n·L), with L the reach of a link until no straight line fits; O(n) memory.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    ///
+    /// # Panics
+    /// If there are fewer than two heights, or a forced index is out of range.
+    pub fn path(
+        &mut self,
+        heights: &[f64],
+        tolerance: f64,
+        forced: &[usize],
+        cancel: &CancelToken,
+    ) -> Result<Vec<usize>, Cancelled> {
+        assert!(heights.len() >= 2, "a line of {} samples", heights.len());
+        let mut stops: Vec<usize> = forced.iter().copied().chain([0, heights.len() - 1]).collect();
+        stops.sort_unstable();
+        stops.dedup();
+        assert!(stops[stops.len() - 1] < heights.len(), "forced vertices {forced:?} of {} samples", heights.len());
+        let mut vertices = vec![0];
+        for section in stops.windows(2) {
+            self.find_ways(&heights[section[0]..=section[1]], tolerance, cancel)?;
+            let end = section[1] - section[0];
+            let mut at = 0;
+            while at < end {
+                at = self.ways[at].next;
+                vertices.push(section[0] + at);
             }
-            let squares = sums.squares(heights, from, to) + rest.squares;
-            // Equal ways keep the earlier `to`: it is lexicographically smaller.
-            if rest.links + 1 < best.links || squares < best.squares {
-                best = Way { links: rest.links + 1, squares, next: to };
+        }
+        Ok(vertices)
+    }
+
+    fn find_ways(&mut self, heights: &[f64], tolerance: f64, cancel: &CancelToken) -> Result<(), Cancelled> {
+        let end = heights.len() - 1;
+        self.sums.fill(heights);
+        while self.inverses.len() <= end {
+            self.inverses.push(1.0 / self.inverses.len() as f64);
+        }
+        self.ways.clear();
+        self.ways.resize(heights.len(), Way { links: 0, squares: 0.0, next: end });
+        let highest = heights.iter().fold(0.0f64, |m, z| m.max(z.abs()));
+        // What a slope can be off by through rounding, generously.
+        let doubt = (2.0 * highest + tolerance) * (8.0 * f64::EPSILON);
+        for from in (0..end).rev() {
+            if from.is_multiple_of(SAMPLES_BETWEEN_CHECKS) {
+                cancel.check()?;
             }
-        });
-        ways[from] = best;
+            let line = Line { heights, tolerance, from, doubt, inverses: &self.inverses };
+            let mut best = Way { links: u32::MAX, squares: f64::INFINITY, next: end };
+            line.for_each_feasible(|to| {
+                let rest = self.ways[to];
+                if rest.links >= best.links {
+                    return;
+                }
+                let squares = self.sums.squares(heights, from, to) + rest.squares;
+                // Equal ways keep the earlier `to`: it is lexicographically smaller.
+                if rest.links + 1 < best.links || squares < best.squares {
+                    best = Way { links: rest.links + 1, squares, next: to };
+                }
+            });
+            self.ways[from] = best;
+        }
+        Ok(())
     }
-    let mut path = vec![0];
-    let mut at = 0;
-    while at < end {
-        at = ways[at].next;
-        path.push(at);
-    }
-    path
 }
 
-/// Calls `visit` with every `to` for which the link `from`–`to` is feasible, ascending.
-///
-/// The slopes of lines through `from` that pass sample k within the tolerance are an interval; the link to `to` is
-/// feasible if its slope lies in the intersection of the intervals of all samples between. The two samples that bound
-/// the intersection are kept, so that a near tie is settled exactly against them alone.
-fn for_each_feasible(heights: &[f64], tolerance: f64, from: usize, mut visit: impl FnMut(usize)) {
-    let line = Line { heights, tolerance, from };
-    let (mut low, mut high): (Option<Bound>, Option<Bound>) = (None, None);
-    let mut reach = 0.0f64;
-    for to in from + 1..heights.len() {
-        let distance = (to - from) as f64;
-        let rise = heights[to] - heights[from];
-        // What a slope here can be off by through rounding, generously.
-        reach = reach.max(heights[to].abs());
-        let doubt = (reach + heights[from].abs() + tolerance) * (8.0 * f64::EPSILON);
-        let slope = rise / distance;
-        let above = low.is_none_or(|b| line.clears(slope - b.slope, doubt, || line.compare(to, 0, b.sample, -1)));
-        let below = high.is_none_or(|b| line.clears(b.slope - slope, doubt, || line.compare(b.sample, 1, to, 0)));
-        if above && below {
-            visit(to);
-        }
-        let floor = (rise - tolerance) / distance;
-        if low.is_none_or(|b| line.clears(floor - b.slope, doubt, || line.compare(to, -1, b.sample, -1))) {
-            low = Some(Bound { slope: floor, sample: to });
-        }
-        let ceiling = (rise + tolerance) / distance;
-        if high.is_none_or(|b| line.clears(b.slope - ceiling, doubt, || line.compare(b.sample, 1, to, 1))) {
-            high = Some(Bound { slope: ceiling, sample: to });
-        }
-        if let (Some(low), Some(high)) = (low, high)
-            && low.slope > high.slope + 2.0 * doubt
-        {
-            return;
-        }
-    }
+/// Slopes seen from one sample.
+struct Line<'a> {
+    heights: &'a [f64],
+    tolerance: f64,
+    from: usize,
+    doubt: f64,
+    /// 1/n for every distance n.
+    inverses: &'a [f64],
 }
 
 /// A bound of the feasible slopes, and the sample that sets it.
@@ -110,18 +117,42 @@ struct Bound {
     sample: usize,
 }
 
-/// Slopes seen from one sample.
-struct Line<'a> {
-    heights: &'a [f64],
-    tolerance: f64,
-    from: usize,
-}
-
 impl Line<'_> {
+    /// Calls `visit` with every `to` for which the link to it is feasible, ascending.
+    ///
+    /// The slopes of lines that pass sample k within the tolerance are an interval; the link to `to` is feasible if its
+    /// slope lies in the intersection of the intervals of all samples between. The two samples that bound the
+    /// intersection are kept, so that a near tie is settled exactly against them alone.
+    fn for_each_feasible(&self, mut visit: impl FnMut(usize)) {
+        let mut low = Bound { slope: f64::NEG_INFINITY, sample: 0 };
+        let mut high = Bound { slope: f64::INFINITY, sample: 0 };
+        let ahead = self.heights[self.from + 1..].iter().zip(&self.inverses[1..]);
+        for ((&height, &inverse), to) in ahead.zip(self.from + 1..) {
+            let rise = height - self.heights[self.from];
+            let slope = rise * inverse;
+            let above = self.clears(slope - low.slope, || self.compare(to, 0, low.sample, -1));
+            let below = self.clears(high.slope - slope, || self.compare(high.sample, 1, to, 0));
+            if above && below {
+                visit(to);
+            }
+            let floor = (rise - self.tolerance) * inverse;
+            if self.clears(floor - low.slope, || self.compare(to, -1, low.sample, -1)) {
+                low = Bound { slope: floor, sample: to };
+            }
+            let ceiling = (rise + self.tolerance) * inverse;
+            if self.clears(high.slope - ceiling, || self.compare(high.sample, 1, to, 1)) {
+                high = Bound { slope: ceiling, sample: to };
+            }
+            if low.slope > high.slope + 2.0 * self.doubt {
+                return;
+            }
+        }
+    }
+
     /// Whether a difference of slopes is ≥ 0, exactly where rounding leaves it in doubt.
     #[inline(always)]
-    fn clears(&self, difference: f64, doubt: f64, exact: impl FnOnce() -> Ordering) -> bool {
-        if difference.abs() > doubt { difference > 0.0 } else { exact() != Ordering::Less }
+    fn clears(&self, difference: f64, exact: impl FnOnce() -> Ordering) -> bool {
+        if difference.abs() > self.doubt { difference > 0.0 } else { exact() != Ordering::Less }
     }
 
     /// Compares, exactly, the slopes to the heights of samples `a` and `b` raised by `up_a` and `up_b` tolerances.
@@ -137,6 +168,7 @@ impl Line<'_> {
 }
 
 /// Prefix sums for the squared error of a link in constant time; heights are taken relative to the first.
+#[derive(Debug, Default)]
 struct Sums {
     base: f64,
     h: Vec<f64>,
@@ -145,20 +177,21 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(heights: &[f64]) -> Sums {
-        let base = heights[0];
-        let running = |term: &dyn Fn(usize, f64) -> f64| {
-            let mut sum = 0.0;
-            heights
-                .iter()
-                .enumerate()
-                .map(|(k, z)| {
-                    sum += term(k, z - base);
-                    sum
-                })
-                .collect()
-        };
-        Sums { base, h: running(&|_, z| z), kh: running(&|k, z| k as f64 * z), hh: running(&|_, z| z * z) }
+    fn fill(&mut self, heights: &[f64]) {
+        self.base = heights[0];
+        self.h.clear();
+        self.kh.clear();
+        self.hh.clear();
+        let (mut h, mut kh, mut hh) = (0.0, 0.0, 0.0);
+        for (k, height) in heights.iter().enumerate() {
+            let z = height - self.base;
+            h += z;
+            kh += k as f64 * z;
+            hh += z * z;
+            self.h.push(h);
+            self.kh.push(kh);
+            self.hh.push(hh);
+        }
     }
 
     /// Sum over the samples between of (height − line)², up to rounding: it only breaks ties.
@@ -180,6 +213,10 @@ impl Sums {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    fn min_link(heights: &[f64], tolerance: f64, forced: &[usize]) -> Vec<usize> {
+        MinLink::default().path(heights, tolerance, forced, &CancelToken::default()).expect("nobody cancels")
+    }
 
     fn feasible(heights: &[f64], tolerance: f64, i: usize, j: usize) -> bool {
         (i + 1..j).all(|k| {

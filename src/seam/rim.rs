@@ -1,6 +1,7 @@
 use std::ops::Range;
 
-use super::min_link;
+use super::MinLink;
+use crate::control::{CancelToken, Cancelled};
 use crate::field::Tile;
 use crate::lattice::Point;
 use crate::mesh::{Domain, Vertex};
@@ -63,19 +64,28 @@ impl Rim {
     /// tile lies at the raster's right and lower rim.
     ///
     /// Every vertex keeps the height of its sample; every link is within `tolerance` at the samples it passes.
-    pub fn new(tile: &Tile, tolerance: f64, last_column: bool, last_row: bool) -> Rim {
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn new(
+        tile: &Tile,
+        tolerance: f64,
+        (last_column, last_row): (bool, bool),
+        min_link: &mut MinLink,
+        cancel: &CancelToken,
+    ) -> Result<Rim, Cancelled> {
         let (right, bottom) = (tile.width() - 1, tile.height() - 1);
         let mut line = Vec::with_capacity(tile.width().max(tile.height()));
-        let mut side = |len: usize, place: &dyn Fn(usize) -> (usize, usize)| -> Vec<Vertex> {
+        let mut side = |len: usize, place: &dyn Fn(usize) -> (usize, usize)| -> Result<Vec<Vertex>, Cancelled> {
             line.clear();
             line.extend((0..len).map(|i| tile.at(place(i).0, place(i).1)));
-            let path = min_link(&line, tolerance, &[]);
-            path[1..path.len() - 1].iter().map(|&i| vertex(tile, place(i))).collect()
+            let path = min_link.path(&line, tolerance, &[], cancel)?;
+            Ok(path[1..path.len() - 1].iter().map(|&i| vertex(tile, place(i))).collect())
         };
-        let north = side(tile.width(), &|i| (i, 0));
-        let south = side(tile.width(), &|i| (i, bottom));
-        let west = side(tile.height(), &|i| (0, i));
-        let east = side(tile.height(), &|i| (right, i));
+        let north = side(tile.width(), &|i| (i, 0))?;
+        let south = side(tile.width(), &|i| (i, bottom))?;
+        let west = side(tile.height(), &|i| (0, i))?;
+        let east = side(tile.height(), &|i| (right, i))?;
 
         let corner = |column, row| vec![vertex(tile, (column, row))];
         let mine = |_| unreachable!("every tile owns its first corner, its north and its west side");
@@ -113,7 +123,7 @@ impl Rim {
         let [nw, ne, sw, se, north, west, east, south] = numbers;
         let there = nw.chain(north).chain(ne).chain(east);
         let walk = there.chain(se).chain(south.rev()).chain(sw).chain(west.rev()).collect();
-        Rim { domain: Domain { vertices, loops: vec![walk] }, owned, foreign }
+        Ok(Rim { domain: Domain { vertices, loops: vec![walk] }, owned, foreign })
     }
 }
 
@@ -139,11 +149,15 @@ mod tests {
         Tile::from_heights(width, height, Heights::F32(heights))
     }
 
+    fn rim(tile: &Tile, last: (bool, bool)) -> Rim {
+        Rim::new(tile, 3.0, last, &mut MinLink::default(), &CancelToken::default()).expect("nobody cancels")
+    }
+
     #[test]
     fn the_loop_goes_around_the_tile_with_the_ground_to_its_left() {
         let tile = bumpy(13, 9);
         for last in [(false, false), (true, false), (false, true), (true, true)] {
-            let rim = Rim::new(&tile, 3.0, last.0, last.1);
+            let rim = rim(&tile, last);
             assert_eq!(rim.domain.area(), 2 * 16 * 12 * 8);
             assert_eq!(rim.owned.total() as usize + rim.foreign.len(), rim.domain.vertices.len());
             assert_eq!(rim.domain.loops[0].len(), rim.domain.vertices.len());
@@ -161,7 +175,7 @@ mod tests {
         let mut heights = vec![0.0; 13 * 9];
         (0..9).for_each(|row| heights[row * 13] = left.at(12, row) as f32);
         let right = Tile::from_heights(13, 9, Heights::F32(heights));
-        let (a, b) = (Rim::new(&left, 3.0, false, false), Rim::new(&right, 3.0, true, false));
+        let (a, b) = (rim(&left, (false, false)), rim(&right, (true, false)));
         let at = |i: u32| b.domain.vertices[(b.owned.corners + b.owned.north + i) as usize];
         let borrowed = a.foreign.iter().zip(&a.domain.vertices[a.owned.total() as usize..]);
         let mut seen = 0;

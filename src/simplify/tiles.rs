@@ -6,13 +6,14 @@ use rayon::prelude::*;
 use super::pool::Pool;
 use super::{Error, Mesh, Params};
 use crate::control::{Cancelled, Control, Stage};
+use crate::exact::MAX_TOLERANCE;
 use crate::faults::{self, Point};
 use crate::field::{Field, Tile};
 use crate::lattice::MAX_TILE_CELLS;
 use crate::measure::Meter;
 use crate::mesh::TileMesh;
 use crate::raster::{RasterError, Window};
-use crate::seam::Rim;
+use crate::seam::{MinLink, Rim};
 use crate::spool::{Chunk, Spool};
 use crate::tiling::TileGrid;
 use crate::triangulate::cuts::GreedyCuts;
@@ -105,6 +106,7 @@ pub(super) struct Job<'a> {
 #[derive(Default)]
 pub(super) struct Workspace {
     tile: Tile,
+    min_link: MinLink,
     engine: <GreedyCuts as Engine>::Scratch,
     mesh: TileMesh,
     meter: Meter,
@@ -150,10 +152,12 @@ impl Workspace {
         let last = (grid.is_last_column(id), grid.is_last_row(id));
         let window = grid.window(id);
         clocks.load.time(|| field.load(window, &mut self.tile))?;
-        let rim = clocks.seams.time(|| Rim::new(&self.tile, params.max_error, last.0, last.1));
+        let rim =
+            clocks.seams.time(|| Rim::new(&self.tile, tolerance(params), last, &mut self.min_link, &control.cancel))?;
         clocks.cuts.time(|| self.cut(params, &rim, control))?;
         let origin = (window.column as u64, window.row as u64);
-        let errors = clocks.measure.time(|| self.meter.measure(&self.tile, &self.mesh, params.max_error, origin, last));
+        let errors =
+            clocks.measure.time(|| self.meter.measure(&self.tile, &self.mesh, tolerance(params), origin, last));
         let samples = errors.samples;
         clocks.spool.time(|| {
             self.chunk.fill(index, &rim, &self.mesh, errors, self.tile.checksum());
@@ -166,7 +170,8 @@ impl Workspace {
     pub(super) fn probe(&mut self, job: &Job<'_>, index: usize) -> Result<(usize, usize), Error> {
         let id = job.grid.tile(index);
         job.field.load(job.grid.window(id), &mut self.tile)?;
-        let rim = Rim::new(&self.tile, job.params.max_error, true, true);
+        let tolerance = tolerance(job.params);
+        let rim = Rim::new(&self.tile, tolerance, (true, true), &mut self.min_link, &job.control.cancel)?;
         self.cut(job.params, &rim, job.control)?;
         Ok((self.tile.width() * self.tile.height(), self.mesh.triangles.len()))
     }
@@ -175,12 +180,17 @@ impl Workspace {
         let task = Task {
             tile: &self.tile,
             domain: &rim.domain,
-            tolerance: params.max_error,
+            tolerance: tolerance(params),
             feasibility: params.feasibility,
             cancel: &control.cancel,
         };
         GreedyCuts.triangulate(&task, &mut self.engine, &mut self.mesh)
     }
+}
+
+/// The tolerance that tiles work with: larger ones than heights can need change nothing, and would overflow.
+fn tolerance(params: &Params) -> f64 {
+    params.max_error.min(MAX_TOLERANCE)
 }
 
 #[derive(Default)]

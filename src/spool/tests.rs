@@ -4,11 +4,12 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::{Attribute, Chunk, Ids, Spool, SpoolError, codec};
+use crate::control::CancelToken;
 use crate::field::{Heights, Tile};
 use crate::lattice::{Point, STEPS};
 use crate::measure::{BINS, ErrorStats};
 use crate::mesh::{TileMesh, Vertex};
-use crate::seam::{Foreign, Rim, RimCounts};
+use crate::seam::{Foreign, MinLink, Rim, RimCounts};
 use crate::tiling::TileGrid;
 
 fn foreign() -> impl Strategy<Value = Foreign> {
@@ -136,7 +137,8 @@ fn tiles(grid: TileGrid) -> Vec<(Chunk, Vec<Vertex>)> {
         let places = (0..window.len()).map(|i| (window.column + i % window.width, window.row + i / window.width));
         let heights = Heights::F32(places.map(|(column, row)| height(column, row)).collect());
         let samples = Tile::from_heights(window.width, window.height, heights);
-        let rim = Rim::new(&samples, 9.0, grid.is_last_column(id), grid.is_last_row(id));
+        let last = (grid.is_last_column(id), grid.is_last_row(id));
+        let rim = Rim::new(&samples, 9.0, last, &mut MinLink::default(), &CancelToken::default()).unwrap();
         let mut mesh = TileMesh { vertices: rim.domain.vertices.clone(), ..TileMesh::default() };
         mesh.vertices.push(Vertex { at: Point::of_sample(1, 1), height: samples.at(1, 1) });
         let mut chunk = Chunk::default();

@@ -1,4 +1,4 @@
-use crate::raster::{Nodata, Raster, Window};
+use crate::raster::{Nodata, Raster, SampleType, Window};
 
 use super::VerifyError;
 
@@ -83,7 +83,10 @@ fn first_nodata(raster: &Raster, stored: &[u8]) -> Option<usize> {
         Nodata::None => None,
         Nodata::I64(mark) => bytemuck::cast_slice::<u8, i64>(stored).iter().position(|&v| v == mark),
         Nodata::U64(mark) => bytemuck::cast_slice::<u8, u64>(stored).iter().position(|&v| v == mark),
-        // A NaN marks NaN, which no height may be anyway.
+        // To single precision a mark is rounded. A NaN marks NaN, which no height may be anyway.
+        Nodata::Real(mark) if raster.sample_type() == SampleType::F32 => {
+            bytemuck::cast_slice::<u8, f32>(stored).iter().position(|&v| v == mark as f32)
+        }
         #[allow(clippy::unnecessary_cast)]
         Nodata::Real(mark) => crate::raster::with_sample_type!(raster.sample_type(), T => {
             bytemuck::cast_slice::<u8, T>(stored).iter().position(|&v| v as f64 == mark)

@@ -8,7 +8,7 @@ use crate::exact;
 use crate::field::{Heights, Tile};
 use crate::lattice::{Point, orient};
 use crate::mesh::{Domain, Vertex};
-use crate::seam::Rim;
+use crate::seam::{MinLink, Rim};
 
 fn triangulate(tile: &Tile, domain: &Domain, tolerance: f64, feasibility: Feasibility) -> TileMesh {
     let mut mesh = TileMesh::default();
@@ -88,7 +88,8 @@ proptest! {
         strong in any::<bool>(),
     ) {
         let tile = tile(width, height, seed, kind);
-        let rim = Rim::new(&tile, tolerance, true, true);
+        let cancel = CancelToken::default();
+        let rim = Rim::new(&tile, tolerance, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
         let mesh = triangulate(&tile, &rim.domain, tolerance, feasibility);
         check(&tile, &rim.domain, &mesh, tolerance);

@@ -2,7 +2,7 @@ use std::ops::{Add, Mul, Sub};
 
 use super::{Plane, Spans, edge};
 use crate::field::{Heights, Tile};
-use crate::lattice::Point;
+use crate::lattice::{MAX_SPAN, Point};
 use crate::mesh::Vertex;
 use crate::triangulate::Feasibility;
 
@@ -73,6 +73,8 @@ trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> 
     /// in doubles before conversion are better by 2²⁹, and in the double kernel the factor is 32.) Farther from a tie
     /// the error grows more slowly than the distance to it.
     const DOUBT: f64;
+    /// The smallest positive number.
+    const SMALLEST: f64;
     const INDEX: [Self; LANES];
     fn of(value: f64) -> Self;
     fn to_f64(self) -> f64;
@@ -83,6 +85,7 @@ const LANES: usize = 8;
 
 impl Real for f32 {
     const DOUBT: f64 = 16.0 / (1u64 << 24) as f64;
+    const SMALLEST: f64 = f32::from_bits(1) as f64;
     const INDEX: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
     #[inline(always)]
     fn of(value: f64) -> f32 {
@@ -100,6 +103,7 @@ impl Real for f32 {
 
 impl Real for f64 {
     const DOUBT: f64 = 32.0 / (1u64 << 53) as f64;
+    const SMALLEST: f64 = f64::from_bits(1);
     const INDEX: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
     #[inline(always)]
     fn of(value: f64) -> f64 {
@@ -134,8 +138,11 @@ struct Limits<R> {
 impl Scan {
     fn all_rows<R: Real>(&self, heights: &[R], height_of_a: f64) -> bool {
         let reference = R::of(height_of_a);
-        let doubt = R::DOUBT * (self.plane.reach(reference.to_f64()) + self.tolerance);
-        // With a flat plane at the reference the comparison is exact up to the rounding of the tolerance.
+        let reach = self.plane.reach(reference.to_f64());
+        // With a flat plane at the reference the comparison is exact up to the rounding of the tolerance; else, among
+        // the smallest numbers there are, the step loses absolutely, times as many samples as a row can have.
+        let coarse = if reach > 0.0 { R::SMALLEST * f64::from(MAX_SPAN) } else { 0.0 };
+        let doubt = R::DOUBT * (reach + self.tolerance) + coarse;
         let limits = Limits {
             reference,
             step: R::of(self.plane.step()),
