@@ -54,6 +54,10 @@ pub trait Progress: Sync {
     fn begin(&self, stage: Stage, steps: u64, samples: u64);
     /// One step that covered `samples` samples is done.
     fn step(&self, stage: Stage, samples: u64);
+    /// One step that covers `samples` samples need not be done: an earlier run has left it.
+    fn found(&self, stage: Stage, samples: u64) {
+        self.step(stage, samples);
+    }
     /// The stage is done.
     fn end(&self, stage: Stage);
 }

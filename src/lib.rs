@@ -80,7 +80,9 @@
 
 pub mod cli;
 pub mod control;
+pub mod durable;
 pub mod exact;
+pub mod faults;
 pub mod field;
 pub mod info;
 pub mod lattice;
@@ -98,3 +100,4 @@ pub mod synth;
 pub mod tiling;
 pub mod triangulate;
 pub mod verify;
+pub mod work_dir;

@@ -11,6 +11,7 @@ use crate::spool::SpoolError;
 use crate::staged::OutputError;
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
+use crate::work_dir::WorkDirError;
 
 use super::{print, signals};
 
@@ -75,6 +76,7 @@ impl From<Error> for Failure {
             Error::Output(error) | Error::Sink(SinkError::Output(error)) => error.into(),
             Error::Cancelled(stopped) | Error::Field(FieldError::Cancelled(stopped)) => stopped.into(),
             Error::Field(FieldError::Raster(error)) => error.into(),
+            Error::WorkDir(error) => error.into(),
             Error::Budget(error) => {
                 Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("choose it with --memory")
             }
@@ -84,7 +86,23 @@ impl From<Error> for Failure {
             | Error::Spool(SpoolError::File { ref source, .. }) => {
                 Failure { code: code_of(source), ..Failure::new(&error) }.hint("choose another folder with --temp-dir")
             }
+            Error::Spool(SpoolError::Kept { ref source, .. }) if source.kind() == ErrorKind::StorageFull => {
+                Failure::new(error).hint("free some space")
+            }
             _ => Failure::new(error),
+        }
+    }
+}
+
+impl From<WorkDirError> for Failure {
+    fn from(error: WorkDirError) -> Failure {
+        let failure = Failure::new(&error);
+        match error {
+            WorkDirError::OtherJob { .. } | WorkDirError::Manifest { .. } => {
+                failure.hint("choose another --work-dir, or delete this one")
+            }
+            WorkDirError::InUse { .. } => failure.hint("wait for it, or choose another --work-dir"),
+            _ => failure.hint("choose another --work-dir"),
         }
     }
 }

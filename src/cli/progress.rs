@@ -23,7 +23,17 @@ struct Running {
     stage: Stage,
     steps: u64,
     done: u64,
+    found: u64,
     bar: ProgressBar,
+}
+
+impl Running {
+    fn message(&self) -> String {
+        match self.found {
+            0 => format!("{}/{}", self.done, self.steps),
+            found => format!("{}/{}, {found} were there", self.done, self.steps),
+        }
+    }
 }
 
 impl Bars {
@@ -53,7 +63,7 @@ impl Progress for Bars {
             // Tiles may take seconds: the clock runs on between them.
             bar.enable_steady_tick(Duration::from_millis(250));
         }
-        self.running().push(Running { stage, steps, done: 0, bar });
+        self.running().push(Running { stage, steps, done: 0, found: 0, bar });
     }
 
     fn step(&self, stage: Stage, samples: u64) {
@@ -61,8 +71,20 @@ impl Progress for Bars {
         let Some(run) = running.iter_mut().find(|r| r.stage == stage) else { return };
         run.done += 1;
         if !self.all.is_hidden() {
-            run.bar.set_message(format!("{}/{}", run.done, run.steps));
+            run.bar.set_message(run.message());
             run.bar.inc(samples);
+        }
+    }
+
+    fn found(&self, stage: Stage, samples: u64) {
+        let mut running = self.running();
+        let Some(run) = running.iter_mut().find(|r| r.stage == stage) else { return };
+        run.done += 1;
+        run.found += 1;
+        if !self.all.is_hidden() {
+            run.bar.set_message(run.message());
+            // The rate and the time left are those of the work there is.
+            run.bar.dec_length(samples);
         }
     }
 

@@ -6,14 +6,16 @@ use std::time::Instant;
 use clap::ValueEnum;
 
 use super::progress::Bars;
+use super::simplify_kept::Kept;
 use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
-use crate::field::{Access, Choice, Field, FieldOptions, exit_on_truncation};
-use crate::info::{DENSEST, estimate};
-use crate::raster::{Raster, bound_gdal_cache};
+use crate::field::{Access, Choice, Field, FieldError, FieldOptions, exit_on_truncation};
+use crate::info::{DENSEST, Estimate, estimate};
+use crate::raster::{Raster, Watch, bound_gdal_cache};
 use crate::simplify::{
-    DEFAULT_TILE, Error, Params, Plan, check_disk, default_budget, grid, probe_density, triangulate,
+    DEFAULT_TILE, DiskUse, Error, Params, Plan, check_disk, default_budget, grid, probe_density, triangulate,
+    triangulate_into,
 };
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
@@ -24,10 +26,10 @@ use crate::triangulate::Feasibility;
 pub(crate) struct SimplifyArgs {
     /// The raster: a file, or any name GDAL opens
     #[arg(value_name = "INPUT")]
-    input: PathBuf,
+    pub(super) input: PathBuf,
     /// The mesh: a binary PLY file in map coordinates
     #[arg(value_name = "OUTPUT")]
-    output: PathBuf,
+    pub(super) output: PathBuf,
     /// The largest vertical distance allowed between mesh and samples, in the units of the heights; 0 is exact
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_error: f64,
@@ -43,6 +45,9 @@ pub(crate) struct SimplifyArgs {
     /// The folder of temporary files [default: the system's]
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
+    /// Keep finished tiles in this folder: after an interrupt, a crash or a power cut the same command continues there
+    #[arg(long, value_name = "DIR", conflicts_with = "dry_run")]
+    work_dir: Option<PathBuf>,
     /// How samples are read: from the mapped file, in windows through GDAL, or decoded into a temporary file first
     #[arg(long, value_enum, default_value_t = AccessArg::Auto)]
     access: AccessArg,
@@ -57,7 +62,7 @@ pub(crate) struct SimplifyArgs {
     threads: Option<NonZeroUsize>,
     /// Replace an existing output
     #[arg(long)]
-    overwrite: bool,
+    pub(super) overwrite: bool,
     /// Print nothing but errors
     #[arg(long, short, conflicts_with = "json")]
     quiet: bool,
@@ -159,42 +164,57 @@ struct Job<'a> {
 
 impl Job<'_> {
     /// What the run will need, from the density of a few tiles.
-    fn needs(&self) -> Result<Needs, Failure> {
+    fn needs(&self) -> Result<Needs, Error> {
         let density = probe_density(&self.raster, &self.params, self.control)?;
         Ok(Needs { estimate: estimate(&self.raster, density), memory: self.plan })
     }
 
-    /// Refuses what the disks cannot hold. A few tiles are only tried where the densest mesh would not fit.
-    fn check_disks(&self, output_folder: &Path) -> Result<(), Failure> {
-        let temp_dir = &self.params.temp_dir;
-        let densest = estimate(&self.raster, DENSEST);
-        if check_disk(&densest, temp_dir, output_folder).is_ok() {
-            return Ok(());
-        }
-        Ok(check_disk(&self.needs()?.estimate, temp_dir, output_folder).map_err(Error::from)?)
-    }
-
     fn run(&self) -> Result<Report, Failure> {
         let start = Instant::now();
+        let watch = Watch::new(&self.raster)?;
+        let open = |dir: &PathBuf| Kept::open(dir, &self.raster, &watch, &self.params);
+        let kept = self.args.work_dir.as_ref().map(open).transpose()?;
+        match (self.make(start, &watch, kept.as_ref()), kept) {
+            (Ok(report), None) => Ok(report),
+            (Err(error), None) => Err(error.into()),
+            (Ok(report), Some(kept)) => {
+                kept.finish();
+                Ok(report)
+            }
+            (Err(error), Some(kept)) => Err(kept.explain(error)),
+        }
+    }
+
+    /// Makes the output, from the tiles in the work dir and those still to be made.
+    fn make(&self, start: Instant, watch: &Watch, kept: Option<&Kept>) -> Result<Report, Error> {
         let args = self.args;
-        let staged = StagedFile::create(&args.output, args.overwrite, &[&args.input])?;
-        let output_folder = staged.partial_path().parent().unwrap_or(Path::new("."));
-        self.check_disks(output_folder)?;
+        let staged = match kept {
+            Some(kept) => kept.stage(args)?,
+            None => StagedFile::create(&args.output, args.overwrite, &[&args.input])?,
+        };
+        self.check_disks(&staged, kept)?;
         let options = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: args.access.into() };
-        let field = Field::open(&self.raster, &options, self.control).map_err(Error::from)?;
+        let field = Field::open(&self.raster, &options, self.control)?;
         if let Access::InPlace = field.access() {
             let message = format!("error: {}: the file was truncated while it was in use", args.input.display());
-            exit_on_truncation(&message, staged.partial_path()).map_err(Failure::new)?;
+            exit_on_truncation(&message, staged.partial_path())
+                .map_err(|source| FieldError::Map { path: args.input.clone(), source })?;
         }
         let opened = Instant::now();
-        let mesh = triangulate(&field, &self.params, self.control)?;
+        let mesh = match kept {
+            Some(kept) => {
+                let grid = grid(field.width(), field.height(), &self.params)?;
+                triangulate_into(kept.spool(grid)?, &field, &self.params, self.control)?
+            }
+            None => triangulate(&field, &self.params, self.control)?,
+        };
+        watch.check()?;
         let triangulated = Instant::now();
         let sink = PlySink::new(staged, &comments(&self.raster, args));
-        let summary = mesh.write(Box::new(sink), self.control)?;
-        let decoded_bytes = match field.access() {
-            Access::Decoded { bytes, .. } => *bytes,
-            Access::InPlace | Access::Windows { .. } | Access::Memory => 0,
-        };
+        let summary = mesh.write_if(Box::new(sink), self.control, &|| {
+            watch.check()?;
+            kept.map_or(Ok(()), Kept::committing)
+        })?;
         let seconds = Seconds {
             total: start.elapsed().as_secs_f64(),
             open: (opened - start).as_secs_f64(),
@@ -202,8 +222,26 @@ impl Job<'_> {
             write: triangulated.elapsed().as_secs_f64(),
             threads: mesh.times(),
         };
-        let temporary_bytes = decoded_bytes + mesh.spool_bytes();
-        Ok(Report::new(&field, &self.params, self.plan, &args.output, &summary, seconds, temporary_bytes))
+        let report = Report::new(&field, &self.params, self.plan, &args.output, &summary, seconds, mesh.spool_bytes());
+        Ok(if kept.is_some() { report.tiles_found(mesh.tiles_found()) } else { report })
+    }
+
+    /// Refuses what the disks cannot hold. A few tiles are only tried where the densest mesh would not fit.
+    fn check_disks(&self, staged: &StagedFile, kept: Option<&Kept>) -> Result<(), Error> {
+        let output_folder = staged.partial_path().parent().unwrap_or(Path::new("."));
+        let temp_dir = self.params.temp_dir.as_path();
+        let (tiles, there) = kept.map_or((temp_dir, 0), |kept| (kept.path(), kept.chunk_bytes()));
+        let check = |estimate: Estimate| {
+            check_disk(&[
+                DiskUse { what: "decoded samples", folder: temp_dir, bytes: estimate.field_bytes },
+                DiskUse { what: "finished tiles", folder: tiles, bytes: estimate.spool_bytes.saturating_sub(there) },
+                DiskUse { what: "the output", folder: output_folder, bytes: estimate.output_bytes },
+            ])
+        };
+        if check(estimate(&self.raster, DENSEST)).is_ok() {
+            return Ok(());
+        }
+        Ok(check(self.needs()?.estimate)?)
     }
 }
 

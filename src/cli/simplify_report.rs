@@ -29,6 +29,8 @@ pub(super) struct Report {
     /// The largest resident size of the process so far; null where the system does not tell.
     peak_memory_bytes: Option<u64>,
     temporary_bytes: u64,
+    /// Tiles that an earlier run had left in the work dir; null where there is none.
+    tiles_found: Option<u64>,
     plan: Plan,
 }
 
@@ -89,8 +91,12 @@ impl Report {
         output: &Path,
         summary: &Summary,
         seconds: Seconds,
-        temporary_bytes: u64,
+        spool_bytes: u64,
     ) -> Report {
+        let decoded_bytes = match field.access() {
+            Access::Decoded { bytes, .. } => *bytes,
+            Access::InPlace | Access::Windows { .. } | Access::Memory => 0,
+        };
         let errors = &summary.errors;
         let (column, row) = errors.worst;
         let steps = i64::from(STEPS);
@@ -122,9 +128,15 @@ impl Report {
             samples_per_second: errors.samples as f64 / seconds.total,
             seconds,
             peak_memory_bytes: peak_memory(),
-            temporary_bytes,
+            temporary_bytes: decoded_bytes + spool_bytes,
+            tiles_found: None,
             plan,
         }
+    }
+
+    /// Of a run with a work dir: how many finished tiles were there at its beginning.
+    pub(super) fn tiles_found(self, tiles: u64) -> Report {
+        Report { tiles_found: Some(tiles), ..self }
     }
 
     /// The report as names and values.
@@ -146,6 +158,9 @@ impl Report {
         ];
         if self.feasibility == Feasibility::Strong {
             lines.push(("relaxed", format!("{} triangles are weakly feasible only", grouped(self.relaxed_triangles))));
+        }
+        if let Some(tiles @ 1..) = self.tiles_found {
+            lines.push(("continued", format!("{} tiles were in the work dir", grouped(tiles))));
         }
         let rate = self.samples_per_second / 1e6;
         lines.extend([

@@ -11,6 +11,7 @@ use super::store::{Bytes, Offsets, Store};
 use super::windows::refuse_masked;
 use super::{FieldError, FieldOptions};
 use crate::control::{Control, Stage};
+use crate::faults::{self, Point};
 use crate::raster::{Raster, Window};
 
 /// Samples along one side of a block of the temporary file, at most: small enough that a tile touches few pages it does
@@ -64,6 +65,7 @@ pub(super) fn decode(
     control.progress.begin(Stage::Decode, units.len() as u64, raster.width() as u64 * raster.height() as u64);
     units.par_iter().try_for_each_init(Reader::default, |reader, &unit| {
         control.cancel.check()?;
+        faults::reach(Point::DecodeUnit);
         let source = reader.open(path, band)?;
         let mut words = vec![0u64; (unit.len() * layout.sample_bytes).div_ceil(8)];
         let samples = &mut bytemuck::cast_slice_mut(&mut words)[..unit.len() * layout.sample_bytes];

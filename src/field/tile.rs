@@ -97,6 +97,14 @@ impl Tile {
         }
     }
 
+    /// A checksum of the heights, bit for bit: equal tiles have equal ones on every machine of one byte order.
+    pub fn checksum(&self) -> u32 {
+        match &self.heights {
+            Heights::F32(v) => crc32fast::hash(bytemuck::cast_slice(v)),
+            Heights::F64(v) => crc32fast::hash(bytemuck::cast_slice(v)),
+        }
+    }
+
     /// The place of the tile's last sample on its lattice.
     pub fn far_corner(&self) -> Point {
         Point::of_sample(self.width as i32 - 1, self.height as i32 - 1)

@@ -88,6 +88,18 @@ pub enum RasterError {
         /// What GDAL said.
         reason: String,
     },
+    /// The raster is not what it was when the run, or the run that is continued, began.
+    #[error("{}: the raster has changed: expected {what} {expected}, found {found}", path.display())]
+    Changed {
+        /// The raster.
+        path: PathBuf,
+        /// What differs.
+        what: String,
+        /// What it was.
+        expected: String,
+        /// What it is.
+        found: String,
+    },
     /// Anything else GDAL refuses to tell about the file.
     #[error("{}: {what}: {reason}", path.display())]
     Gdal {

@@ -4,13 +4,17 @@
 //! stored ([`Raster::read_native`]) or as heights ([`Raster::read_heights`]). Nothing here knows of tiles or meshes.
 
 mod error;
+mod files;
 mod geo_transform;
+mod identity;
 mod open;
 mod plain;
 mod sample_type;
 
 pub use error::RasterError;
+pub use files::{Files, Watch};
 pub use geo_transform::GeoTransform;
+pub use identity::{exact, identity};
 pub use open::{Nodata, Raster, Window, bound_gdal_cache, quiet_gdal};
 pub use plain::{PlainLayout, plain_layout};
 pub(crate) use sample_type::with_sample_type;

@@ -2,8 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::info::Estimate;
-
 /// A disk has too little room.
 #[derive(Debug, thiserror::Error)]
 #[error(
@@ -14,29 +12,42 @@ pub struct DiskTooSmall {
     /// A folder on the disk.
     pub folder: PathBuf,
     /// What is to be put there.
-    pub what: &'static str,
+    pub what: String,
     /// What it will take, about.
     pub needed_bytes: u64,
     /// What there is.
     pub free_bytes: u64,
 }
 
-/// Compares an estimate with the room on the disks of the temporary folder and of the output.
+/// Something that will take room.
+#[derive(Debug, Clone, Copy)]
+pub struct DiskUse<'a> {
+    /// What it is called.
+    pub what: &'a str,
+    /// The folder it will be in.
+    pub folder: &'a Path,
+    /// How large it will be, about.
+    pub bytes: u64,
+}
+
+/// Compares what a run will take with the room on the disks, adding up what comes to lie on one.
 ///
 /// # Errors
 /// [`DiskTooSmall`]. A system that does not tell its free space is trusted.
-pub fn check_disk(estimate: &Estimate, temp_dir: &Path, output_folder: &Path) -> Result<(), DiskTooSmall> {
-    let temporary = estimate.field_bytes + estimate.spool_bytes;
-    let same = same_disk(temp_dir, output_folder);
-    let (what, first) = match same {
-        true => ("temporary files and the output", temporary + estimate.output_bytes),
-        false => ("temporary files", temporary),
-    };
-    room(temp_dir, what, first)?;
-    if same { Ok(()) } else { room(output_folder, "the output", estimate.output_bytes) }
+pub fn check_disk(uses: &[DiskUse<'_>]) -> Result<(), DiskTooSmall> {
+    for (i, first) in uses.iter().enumerate() {
+        let on_this_disk = |u: &&DiskUse<'_>| same_disk(u.folder, first.folder);
+        if uses[..i].iter().any(|u| on_this_disk(&u)) {
+            continue;
+        }
+        let here: Vec<&DiskUse<'_>> = uses.iter().filter(|u| u.bytes > 0).filter(on_this_disk).collect();
+        let what = here.iter().map(|u| u.what).collect::<Vec<_>>().join(", ");
+        room(first.folder, what, here.iter().map(|u| u.bytes).sum())?;
+    }
+    Ok(())
 }
 
-fn room(folder: &Path, what: &'static str, needed_bytes: u64) -> Result<(), DiskTooSmall> {
+fn room(folder: &Path, what: String, needed_bytes: u64) -> Result<(), DiskTooSmall> {
     let Ok(disk) = rustix::fs::statvfs(folder) else { return Ok(()) };
     let free_bytes = disk.f_bavail.saturating_mul(disk.f_frsize);
     if needed_bytes <= free_bytes {
@@ -50,5 +61,19 @@ fn same_disk(a: &Path, b: &Path) -> bool {
     match (a.metadata(), b.metadata()) {
         (Ok(a), Ok(b)) => a.dev() == b.dev(),
         _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_comes_to_lie_on_one_disk_is_added_up() {
+        let folder = tempfile::tempdir().unwrap();
+        let there = |what, bytes| DiskUse { what, folder: folder.path(), bytes };
+        check_disk(&[there("tiles", 1), there("output", 1)]).unwrap();
+        let refused = check_disk(&[there("tiles", 1 << 62), there("samples", 0), there("output", 7)]).unwrap_err();
+        assert_eq!((refused.what.as_str(), refused.needed_bytes), ("tiles, output", (1 << 62) + 7));
     }
 }

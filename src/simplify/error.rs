@@ -5,6 +5,7 @@ use crate::raster::RasterError;
 use crate::sink::SinkError;
 use crate::spool::SpoolError;
 use crate::staged::OutputError;
+use crate::work_dir::WorkDirError;
 
 /// Why a mesh could not be made. The variant says which stage could not go on.
 #[derive(Debug, thiserror::Error)]
@@ -25,6 +26,9 @@ pub enum Error {
     /// The output file itself.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The folder that keeps finished tiles.
+    #[error(transparent)]
+    WorkDir(#[from] WorkDirError),
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

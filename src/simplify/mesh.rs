@@ -1,5 +1,6 @@
 use super::{Error, TileTimes};
 use crate::control::{Control, Stage};
+use crate::faults::{self, Point};
 use crate::lattice::STEPS;
 use crate::measure::ErrorStats;
 use crate::raster::GeoTransform;
@@ -7,7 +8,7 @@ use crate::sink::Sink;
 use crate::spool::{Chunk, Ids, Spool};
 use crate::tiling::TileGrid;
 
-/// A triangulated field: chunks on disk, one per tile. It vanishes when dropped.
+/// A triangulated field: chunks on disk, one per tile. Whether they vanish when it is dropped is up to their spool.
 #[derive(Debug)]
 pub struct Mesh {
     pub(super) spool: Spool,
@@ -15,6 +16,7 @@ pub struct Mesh {
     pub(super) geo_transform: GeoTransform,
     pub(super) max_error: f64,
     pub(super) times: TileTimes,
+    pub(super) found: u64,
 }
 
 /// The whole mesh in numbers.
@@ -46,6 +48,11 @@ impl Mesh {
         self.times
     }
 
+    /// How many tiles the spool had already.
+    pub fn tiles_found(&self) -> u64 {
+        self.found
+    }
+
     /// Temporary disk in use.
     pub fn spool_bytes(&self) -> u64 {
         self.spool.bytes()
@@ -67,13 +74,27 @@ impl Mesh {
     ///
     /// # Errors
     /// [`Error`]; the sink is dropped unfinished then.
-    pub fn write(&self, mut sink: Box<dyn Sink + '_>, control: &Control<'_>) -> Result<Summary, Error> {
+    pub fn write(&self, sink: Box<dyn Sink + '_>, control: &Control<'_>) -> Result<Summary, Error> {
+        self.write_if(sink, control, &|| Ok(()))
+    }
+
+    /// Does what [`Mesh::write`] does, but asks the sink to finish only if `may_finish` has nothing against it.
+    ///
+    /// # Errors
+    /// [`Error`], that of `may_finish` among them; the sink is dropped unfinished then.
+    pub fn write_if(
+        &self,
+        mut sink: Box<dyn Sink + '_>,
+        control: &Control<'_>,
+        may_finish: &dyn Fn() -> Result<(), Error>,
+    ) -> Result<Summary, Error> {
         let steps = 2 * self.grid.len() as u64;
         control.progress.begin(Stage::Write, steps, 0);
         let mut summary = self.count()?;
         sink.begin(summary.vertices, summary.triangles)?;
         self.write_vertices(sink.as_mut(), &mut summary, control)?;
         self.write_triangles(sink.as_mut(), control)?;
+        may_finish()?;
         sink.finish()?;
         control.progress.end(Stage::Write);
         Ok(summary)
@@ -104,6 +125,7 @@ impl Mesh {
                 [x, y, v.height]
             }));
             sink.vertices(&placed)?;
+            faults::reach(Point::Vertices);
             summary.relaxed += chunk.relaxed;
             summary.errors.add(&chunk.errors);
             control.progress.step(Stage::Write, 0);
@@ -129,6 +151,7 @@ impl Mesh {
                 if mirrored { [a, c, b] } else { [a, b, c] }
             }));
             sink.triangles(&numbered)?;
+            faults::reach(Point::Triangles);
             control.progress.step(Stage::Write, 0);
         }
         Ok(())

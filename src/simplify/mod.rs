@@ -14,14 +14,15 @@ mod probe;
 mod tiles;
 
 pub use budget::{BudgetTooSmall, Plan, default_budget};
-pub use disk::{DiskTooSmall, check_disk};
+pub use disk::{DiskTooSmall, DiskUse, check_disk};
 pub use error::Error;
 pub use mesh::{Mesh, Summary};
 pub use probe::probe_density;
-pub use tiles::{TileTimes, grid, triangulate};
+pub use tiles::{TileTimes, grid, triangulate, triangulate_into};
 
 use std::path::PathBuf;
 
+use crate::raster::exact;
 use crate::triangulate::Feasibility;
 
 #[cfg(test)]
@@ -47,5 +48,19 @@ impl Params {
     /// Everything as usual but the tolerance.
     pub fn new(max_error: f64) -> Params {
         Params { max_error, feasibility: Feasibility::default(), tile: DEFAULT_TILE, temp_dir: std::env::temp_dir() }
+    }
+
+    /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
+    pub fn named(&self) -> Vec<(&'static str, String)> {
+        let feasibility = match self.feasibility {
+            Feasibility::Weak => "weak",
+            Feasibility::Strong => "strong",
+        };
+        vec![
+            ("max error", exact(self.max_error)),
+            ("feasibility", feasibility.to_string()),
+            ("tile", self.tile.to_string()),
+            ("engine", "greedy cuts".to_string()),
+        ]
     }
 }

@@ -7,10 +7,12 @@ use super::pool::Pool;
 use super::{Error, Mesh, Params};
 use crate::control::{Cancelled, Control, Stage};
 use crate::exact::MAX_TOLERANCE;
+use crate::faults::{self, Point};
 use crate::field::{Field, Tile};
 use crate::lattice::MAX_TILE_CELLS;
 use crate::measure::measure;
 use crate::mesh::TileMesh;
+use crate::raster::{RasterError, Window};
 use crate::seam::{MinLink, Rim};
 use crate::spool::{Chunk, Spool};
 use crate::tiling::TileGrid;
@@ -54,23 +56,41 @@ pub fn grid(width: usize, height: usize, params: &Params) -> Result<TileGrid, Er
 /// # Errors
 /// [`Error`]; nothing is left behind.
 pub fn triangulate(field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
+    let spool = Spool::new(&params.temp_dir, grid(field.width(), field.height(), params)?.len())?;
+    triangulate_into(spool, field, params, control)
+}
+
+/// Does what [`triangulate`] does, into a spool for as many tiles as [`grid`] says. A tile whose chunk the
+/// spool has already is not made again.
+///
+/// # Errors
+/// [`Error`]; what becomes of the finished tiles is the spool's matter.
+pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
     if !(params.max_error.is_finite() && params.max_error >= 0.0) {
         return Err(Error::Tolerance(params.max_error));
     }
     let grid = grid(field.width(), field.height(), params)?;
-    let spool = Spool::new(&params.temp_dir, grid.len())?;
+    assert_eq!(spool.tiles(), grid.len(), "chunks of a spool for this grid");
     let clocks = Clocks::default();
+    let found = AtomicU64::new(0);
     control.progress.begin(Stage::Triangulate, grid.len() as u64, field.width() as u64 * field.height() as u64);
     let job = Job { field, params, grid, control };
     let workspaces = Pool::default();
     (0..grid.len()).into_par_iter().try_for_each(|index| {
         control.cancel.check()?;
-        let samples = workspaces.with(|w: &mut Workspace| w.run(&job, index, &spool, &clocks))?;
+        faults::reach(Point::TileBegun);
+        let (samples, was_there) = workspaces.with(|w: &mut Workspace| w.provide(&job, index, &spool, &clocks))?;
+        if was_there {
+            found.fetch_add(1, Ordering::Relaxed);
+            control.progress.found(Stage::Triangulate, samples);
+            return Ok(());
+        }
         control.progress.step(Stage::Triangulate, samples);
         Ok::<(), Error>(())
     })?;
     control.progress.end(Stage::Triangulate);
-    Ok(Mesh { spool, grid, geo_transform: field.geo_transform(), max_error: params.max_error, times: clocks.read() })
+    let (found, times) = (found.into_inner(), clocks.read());
+    Ok(Mesh { spool, grid, geo_transform: field.geo_transform(), max_error: params.max_error, times, found })
 }
 
 /// What all tiles of a run have in common.
@@ -94,6 +114,36 @@ pub(super) struct Workspace {
 }
 
 impl Workspace {
+    /// Sees to it that the spool has a tile's chunk. Returns how many samples the tile owns, and whether the chunk was
+    /// there already.
+    fn provide(&mut self, job: &Job<'_>, index: usize, spool: &Spool, clocks: &Clocks) -> Result<(u64, bool), Error> {
+        Ok(match self.find(job, index, spool)? {
+            Some(samples) => (samples, true),
+            None => (self.run(job, index, spool, clocks)?, false),
+        })
+    }
+
+    /// Takes over a chunk that the spool has; returns how many samples its tile owns. Where the raster may have changed
+    /// since, the tile's samples are loaded and compared with those the chunk was made from.
+    fn find(&mut self, job: &Job<'_>, index: usize, spool: &Spool) -> Result<Option<u64>, Error> {
+        if !spool.find(index, &mut self.chunk, &mut self.encoded)? {
+            return Ok(None);
+        }
+        if spool.check_samples() {
+            let Job { field, grid, .. } = *job;
+            let window = grid.window(grid.tile(index));
+            field.load(window, &mut self.tile)?;
+            let (expected, found) = (self.chunk.samples_checksum, self.tile.checksum());
+            if expected != found {
+                let Window { column, row, width, height } = window;
+                let what = format!("{width} × {height} samples at column {column}, row {row} with the checksum");
+                let [expected, found] = [expected, found].map(|checksum| format!("{checksum:08x}"));
+                return Err(RasterError::Changed { path: field.name().to_path_buf(), what, expected, found }.into());
+            }
+        }
+        Ok(Some(self.chunk.errors.samples))
+    }
+
     /// Takes one tile from its samples to the spool. Returns how many samples the tile owns.
     fn run(&mut self, job: &Job<'_>, index: usize, spool: &Spool, clocks: &Clocks) -> Result<u64, Error> {
         let Job { field, params, grid, control } = *job;
@@ -108,7 +158,7 @@ impl Workspace {
         let errors = clocks.measure.time(|| measure(&self.tile, &self.mesh, tolerance(params), origin, last));
         let samples = errors.samples;
         clocks.spool.time(|| {
-            self.chunk.fill(index, &rim, &self.mesh, errors);
+            self.chunk.fill(index, &rim, &self.mesh, errors, self.tile.checksum());
             spool.append(&self.chunk, &mut self.encoded)
         })?;
         Ok(samples)

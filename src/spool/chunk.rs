@@ -24,6 +24,8 @@ pub struct Chunk {
     pub errors: ErrorStats,
     /// Triangles whose strong feasibility was relaxed.
     pub relaxed: u64,
+    /// The checksum of the heights it was made from ([`crate::field::Tile::checksum`]).
+    pub samples_checksum: u32,
     /// How often the tile was rewritten by a later pass: 0 as it comes from the engine.
     pub generation: u32,
 }
@@ -49,8 +51,8 @@ pub struct ChunkCounts {
 }
 
 impl Chunk {
-    /// Fills the chunk with a tile mesh over `rim`, reusing its memory.
-    pub fn fill(&mut self, tile: usize, rim: &Rim, mesh: &TileMesh, errors: ErrorStats) {
+    /// Fills the chunk with a tile mesh over `rim`, made from heights of this checksum, reusing its memory.
+    pub fn fill(&mut self, tile: usize, rim: &Rim, mesh: &TileMesh, errors: ErrorStats, samples_checksum: u32) {
         let rim_vertices = rim.domain.vertices.len();
         self.tile = tile;
         self.rim = rim.owned;
@@ -62,6 +64,7 @@ impl Chunk {
         self.attributes.clear();
         self.errors = errors;
         self.relaxed = mesh.relaxed;
+        self.samples_checksum = samples_checksum;
         self.generation = 0;
     }
 

@@ -7,7 +7,7 @@ use crate::mesh::Vertex;
 use crate::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// What is wrong with some bytes: (expected, found).
 pub(super) type Damage = (String, String);
@@ -16,7 +16,7 @@ pub(super) type Damage = (String, String);
 pub(super) fn encode(chunk: &Chunk, out: &mut Vec<u8>) {
     let start = out.len();
     out.extend_from_slice(MAGIC);
-    for word in [VERSION, chunk.generation] {
+    for word in [VERSION, chunk.generation, chunk.samples_checksum] {
         out.extend_from_slice(&word.to_le_bytes());
     }
     for word in [chunk.tile as u64, chunk.relaxed] {
@@ -81,6 +81,7 @@ pub(super) fn decode(bytes: &[u8], chunk: &mut Chunk) -> Result<(), Damage> {
         return Err((format!("version {VERSION}"), format!("version {version}")));
     }
     chunk.generation = reader.u32()?;
+    chunk.samples_checksum = reader.u32()?;
     chunk.tile = reader.u64()? as usize;
     chunk.relaxed = reader.u64()?;
     chunk.rim = RimCounts {

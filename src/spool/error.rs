@@ -12,6 +12,14 @@ pub enum SpoolError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A chunk that is kept, or the folder for them, cannot be made, written or read.
+    #[error("{}: keeping finished tiles failed: {source}", path.display())]
+    Kept {
+        /// The chunk's file, or the folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// What was read back is not what was written.
     #[error("{}: the chunk of tile {tile} is damaged: expected {expected}, found {found}", dir.display())]
     Damaged {

@@ -1,27 +1,27 @@
-use std::fs::File;
-use std::os::unix::fs::FileExt;
+use std::io::ErrorKind;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::codec;
-use super::{Chunk, ChunkCounts, SpoolError};
-use crate::seam::RimCounts;
+use super::folders::Folders;
+use super::index::{Index, Record};
+use super::unlinked::Unlinked;
+use super::{Chunk, ChunkCounts, SpoolError, codec};
 
-/// Chunks in an unlinked temporary file, found by tile number through a second one of fixed-size records.
+/// Chunks on disk, found by their tile's number: in unlinked temporary files, or in a folder that outlives the run.
 ///
-/// Chunks are appended by any thread without a lock: each takes its place with one atomic addition. Memory: one encoded
-/// chunk per call.
+/// Chunks are appended by any thread without a lock. Memory: one encoded chunk per call.
 #[derive(Debug)]
 pub struct Spool {
     dir: PathBuf,
-    chunks: File,
-    index: File,
-    end: AtomicU64,
-    tiles: usize,
+    index: Index,
+    chunks: Chunks,
 }
 
-/// Where a chunk lies, and its counts. On disk: offset, length, vertices, triangles, then the five rim counts.
-const RECORD: usize = 4 * 8 + 5 * 4;
+#[derive(Debug)]
+enum Chunks {
+    Unlinked(Unlinked),
+    Folders { folders: Folders, check_samples: bool },
+}
 
 impl Spool {
     /// A spool for `tiles` chunks, in temporary files in `dir` that no one else sees and that vanish with it.
@@ -30,26 +30,78 @@ impl Spool {
     /// [`SpoolError::File`].
     pub fn new(dir: &Path, tiles: usize) -> Result<Spool, SpoolError> {
         let failed = |source| SpoolError::File { dir: dir.to_path_buf(), source };
-        let chunks = tempfile::tempfile_in(dir).map_err(failed)?;
-        let index = tempfile::tempfile_in(dir).map_err(failed)?;
-        index.set_len((tiles * RECORD) as u64).map_err(failed)?;
-        Ok(Spool { dir: dir.to_path_buf(), chunks, index, end: AtomicU64::new(0), tiles })
+        let chunks = Chunks::Unlinked(Unlinked::new(dir).map_err(failed)?);
+        Ok(Spool { dir: dir.to_path_buf(), index: Index::new(dir, tiles).map_err(failed)?, chunks })
+    }
+
+    /// A spool for `tiles` chunks, rows of `columns`, that are kept in `dir` and may be there from an earlier run.
+    ///
+    /// `stamp` tells the jobs apart whose chunks may not be mixed. `check_samples`: the raster may have changed since,
+    /// see [`Spool::check_samples`]. The folder belongs to one process at a time; that is the caller's care.
+    ///
+    /// # Errors
+    /// [`SpoolError::Kept`].
+    pub fn kept(
+        dir: &Path,
+        columns: usize,
+        tiles: usize,
+        stamp: u32,
+        check_samples: bool,
+    ) -> Result<Spool, SpoolError> {
+        let failed = |source| SpoolError::Kept { path: dir.to_path_buf(), source };
+        let folders = Folders::new(dir, columns, tiles, stamp).map_err(failed)?;
+        let index = Index::new(dir, tiles).map_err(failed)?;
+        Ok(Spool { dir: dir.to_path_buf(), index, chunks: Chunks::Folders { folders, check_samples } })
     }
 
     /// How many chunks it is for.
     pub fn tiles(&self) -> usize {
-        self.tiles
+        self.index.tiles()
     }
 
     /// Bytes on disk.
     pub fn bytes(&self) -> u64 {
-        self.end.load(Ordering::Relaxed) + (self.tiles * RECORD) as u64
+        let chunks = match &self.chunks {
+            Chunks::Unlinked(unlinked) => unlinked.bytes(),
+            Chunks::Folders { folders, .. } => folders.bytes(),
+        };
+        chunks + self.index.bytes()
+    }
+
+    /// Whether a chunk that is found must be compared with the samples of its tile ([`Chunk::samples_checksum`]),
+    /// because nothing else proves that they are those it was made from.
+    pub fn check_samples(&self) -> bool {
+        matches!(self.chunks, Chunks::Folders { check_samples: true, .. })
+    }
+
+    /// Looks for the chunk of a tile that an earlier run has kept, and takes it over. A chunk that is torn, or another
+    /// tile's, or another job's, counts as missing: it is to be made and appended again.
+    ///
+    /// To be called at most once for a tile, and before it is appended.
+    ///
+    /// # Errors
+    /// [`SpoolError::Kept`] when what is there cannot be read.
+    pub fn find(&self, tile: usize, chunk: &mut Chunk, buffer: &mut Vec<u8>) -> Result<bool, SpoolError> {
+        let Chunks::Folders { folders, .. } = &self.chunks else { return Ok(false) };
+        let failed = |source| SpoolError::Kept { path: folders.path(tile), source };
+        if folders.read(tile, buffer).map_err(failed)?.is_none() {
+            return Ok(false);
+        }
+        let sound = codec::decode(buffer, chunk).is_ok()
+            && chunk.tile == tile
+            && u64::from(chunk.rim.total()) <= chunk.vertices.len() as u64;
+        if sound {
+            let record = Record { offset: 0, length: buffer.len() as u64, counts: chunk.counts() };
+            self.index.set(tile, &record).map_err(failed)?;
+            folders.is_there(tile, buffer.len()).map_err(failed)?;
+        }
+        Ok(sound)
     }
 
     /// Keeps a chunk under its tile's number. `buffer` is scratch memory.
     ///
     /// # Errors
-    /// [`SpoolError::File`], [`SpoolError::TooLarge`].
+    /// [`SpoolError::File`], [`SpoolError::Kept`], [`SpoolError::TooLarge`].
     pub fn append(&self, chunk: &Chunk, buffer: &mut Vec<u8>) -> Result<(), SpoolError> {
         for (what, count) in
             [("vertices", chunk.vertices.len() + chunk.foreign.len()), ("triangles", chunk.triangles.len())]
@@ -60,45 +112,49 @@ impl Spool {
         }
         buffer.clear();
         codec::encode(chunk, buffer);
-        let offset = self.end.fetch_add(buffer.len() as u64, Ordering::Relaxed);
-        self.chunks.write_all_at(buffer, offset).map_err(|e| self.failed(e))?;
-        let counts = chunk.counts();
-        let mut record = Vec::with_capacity(RECORD);
-        for word in [offset, buffer.len() as u64, counts.vertices, counts.triangles] {
-            record.extend_from_slice(&word.to_le_bytes());
-        }
-        let RimCounts { corners, north, west, east, south } = counts.rim;
-        for count in [corners, north, west, east, south] {
-            record.extend_from_slice(&count.to_le_bytes());
-        }
-        self.index.write_all_at(&record, (chunk.tile * RECORD) as u64).map_err(|e| self.failed(e))
+        let length = buffer.len() as u64;
+        let offset = match &self.chunks {
+            Chunks::Unlinked(unlinked) => unlinked.append(buffer).map_err(|e| self.failed(e))?,
+            Chunks::Folders { folders, .. } => {
+                let failed = |source| SpoolError::Kept { path: folders.path(chunk.tile), source };
+                folders.write(chunk.tile, buffer).map_err(failed)?;
+                0
+            }
+        };
+        self.index.set(chunk.tile, &Record { offset, length, counts: chunk.counts() }).map_err(|e| self.failed(e))
     }
 
-    /// The counts of a run of tiles that have all been appended.
+    /// The counts of a run of tiles that have all been appended or found.
     ///
     /// # Errors
-    /// [`SpoolError::File`].
-    pub fn counts(&self, tiles: std::ops::Range<usize>) -> Result<Vec<ChunkCounts>, SpoolError> {
-        let mut bytes = vec![0; tiles.len() * RECORD];
-        self.index.read_exact_at(&mut bytes, (tiles.start * RECORD) as u64).map_err(|e| self.failed(e))?;
-        Ok(bytes.chunks_exact(RECORD).map(|r| Record::of(r).counts).collect())
+    /// [`SpoolError::File`], [`SpoolError::Kept`].
+    pub fn counts(&self, tiles: Range<usize>) -> Result<Vec<ChunkCounts>, SpoolError> {
+        self.index.counts(tiles).map_err(|e| self.failed(e))
     }
 
     /// Reads the chunk of a tile back. `chunk` and `buffer` lend their memory.
     ///
     /// # Errors
-    /// [`SpoolError::File`]; [`SpoolError::Damaged`] if it is not what was appended.
+    /// [`SpoolError::File`], [`SpoolError::Kept`]; [`SpoolError::Damaged`] if it is not what was appended.
     pub fn read(&self, tile: usize, chunk: &mut Chunk, buffer: &mut Vec<u8>) -> Result<(), SpoolError> {
-        let mut record = [0; RECORD];
-        self.index.read_exact_at(&mut record, (tile * RECORD) as u64).map_err(|e| self.failed(e))?;
-        let Record { offset, length, .. } = Record::of(&record);
+        let Record { offset, length, .. } = self.index.get(tile).map_err(|e| self.failed(e))?;
         let damaged = |(expected, found)| SpoolError::Damaged { dir: self.dir.clone(), tile, expected, found };
-        let kept = self.end.load(Ordering::Relaxed);
-        if offset.checked_add(length).is_none_or(|end| end > kept) {
-            return Err(damaged((format!("a chunk within {kept} bytes"), format!("{length} bytes at {offset}"))));
+        match &self.chunks {
+            Chunks::Unlinked(unlinked) => {
+                let kept = unlinked.bytes();
+                if offset.checked_add(length).is_none_or(|end| end > kept) {
+                    let found = format!("{length} bytes at {offset}");
+                    return Err(damaged((format!("a chunk within {kept} bytes"), found)));
+                }
+                buffer.resize(length as usize, 0);
+                unlinked.read(offset, buffer).map_err(|e| self.failed(e))?;
+            }
+            Chunks::Folders { folders, .. } => {
+                let failed = |source| SpoolError::Kept { path: folders.path(tile), source };
+                let gone = || failed(ErrorKind::NotFound.into());
+                folders.read(tile, buffer).map_err(failed)?.ok_or_else(gone)?;
+            }
         }
-        buffer.resize(length as usize, 0);
-        self.chunks.read_exact_at(buffer, offset).map_err(|e| self.failed(e))?;
         codec::decode(buffer, chunk).map_err(damaged)?;
         if chunk.tile != tile {
             return Err(damaged((format!("tile {tile}"), format!("tile {}", chunk.tile))));
@@ -107,21 +163,10 @@ impl Spool {
     }
 
     fn failed(&self, source: std::io::Error) -> SpoolError {
-        SpoolError::File { dir: self.dir.clone(), source }
-    }
-}
-
-struct Record {
-    offset: u64,
-    length: u64,
-    counts: ChunkCounts,
-}
-
-impl Record {
-    fn of(bytes: &[u8]) -> Record {
-        let word = |i: usize| bytes[i * 8..][..8].iter().rev().fold(0u64, |w, &b| w << 8 | u64::from(b));
-        let count = |i: usize| bytes[32 + i * 4..][..4].iter().rev().fold(0u32, |w, &b| w << 8 | u32::from(b));
-        let rim = RimCounts { corners: count(0), north: count(1), west: count(2), east: count(3), south: count(4) };
-        Record { offset: word(0), length: word(1), counts: ChunkCounts { rim, vertices: word(2), triangles: word(3) } }
+        let dir = self.dir.clone();
+        match self.chunks {
+            Chunks::Unlinked(_) => SpoolError::File { dir, source },
+            Chunks::Folders { .. } => SpoolError::Kept { path: dir, source },
+        }
     }
 }

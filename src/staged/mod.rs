@@ -15,6 +15,9 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile, TempPath};
 
+use crate::durable;
+use crate::faults::{self, Point};
+
 /// A file that is being written under a temporary name (`.NAME.XXXXXX.partial`) in the folder of its final path.
 ///
 /// Only its owner may read it until it is complete. Dropping it removes it, on every way out of a function: a failed
@@ -38,6 +41,20 @@ impl StagedFile {
     /// [`OutputError`] when the folder is missing or cannot be written to, when `path` exists and `overwrite` is not
     /// set, when it is no plain file, or one of `inputs` under whatever name.
     pub fn create(path: &Path, overwrite: bool, inputs: &[&Path]) -> Result<StagedFile, OutputError> {
+        StagedFile::create_announced(path, overwrite, inputs, &|_| Ok(()))
+    }
+
+    /// Does what [`StagedFile::create`] does, and tells `announce` the path of the partial file before it is made, so
+    /// that it can be found and removed after the process was killed.
+    ///
+    /// # Errors
+    /// As there; what `announce` says comes as [`OutputError::Folder`].
+    pub fn create_announced(
+        path: &Path,
+        overwrite: bool,
+        inputs: &[&Path],
+        announce: &dyn Fn(&Path) -> std::io::Result<()>,
+    ) -> Result<StagedFile, OutputError> {
         let name = checks::file_name(path)?;
         let existing = checks::existing(path)?;
         if let Some(existing) = &existing {
@@ -56,7 +73,11 @@ impl StagedFile {
         let mut prefix = OsString::from(".");
         prefix.push(name);
         prefix.push(".");
-        let partial = Builder::new().prefix(&prefix).suffix(".partial").tempfile_in(&folder).map_err(unwritable)?;
+        let make = |path: &Path| {
+            announce(path)?;
+            create_new(path)
+        };
+        let partial = Builder::new().prefix(&prefix).suffix(".partial").make_in(&folder, make).map_err(unwritable)?;
         Ok(StagedFile { partial, path: target, overwrite, permissions })
     }
 
@@ -93,13 +114,24 @@ impl StagedFile {
         let partial = partial.into_temp_path();
         OpenOptions::new().append(true).open(&partial).and_then(|f| f.sync_all()).map_err(failed)?;
         std::fs::set_permissions(&partial, permissions).map_err(failed)?;
+        faults::reach(Point::OutputWritten);
         if overwrite {
             partial.persist(&path).map_err(|e| failed(e.error))?;
         } else {
             persist_new(partial, &path)?;
         }
-        sync_folder(&path).map_err(failed)
+        faults::reach(Point::OutputRenamed);
+        durable::sync_dir(checks::parent(&path)).map_err(failed)
     }
+}
+
+/// A file that nobody else may read yet.
+fn create_new(path: &Path) -> std::io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.open(path)
 }
 
 /// Renames without replacing, in one step where the file system can.
@@ -122,18 +154,6 @@ fn default_permissions(folder: &Path) -> std::io::Result<Permissions> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     Ok(builder.tempfile_in(folder)?.as_file().metadata()?.permissions())
-}
-
-/// Makes a rename durable.
-fn sync_folder(path: &Path) -> std::io::Result<()> {
-    if cfg!(not(unix)) {
-        return Ok(());
-    }
-    match File::open(checks::parent(path))?.sync_all() {
-        // Some network file systems cannot sync a folder; the file itself is synced.
-        Err(e) if matches!(e.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => Ok(()),
-        other => other,
-    }
 }
 
 #[cfg(test)]

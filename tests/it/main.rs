@@ -4,6 +4,7 @@ mod budget;
 mod info;
 mod preview_bad_input;
 mod readers;
+mod resume;
 mod simplify_bad_input;
 mod simplify_files;
 mod synth_bad_input;

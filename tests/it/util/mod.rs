@@ -6,10 +6,12 @@ mod folder;
 mod ply;
 mod run;
 
-pub(crate) use dem::{Dem, Kind};
+pub(crate) use dem::{Dem, Kind, hills};
 pub(crate) use folder::Folder;
 pub(crate) use ply::{flat, ply};
-pub(crate) use run::{Run, terrabite, terrabite_disturbed, terrabite_stopped, terrabite_with_file_limit};
+pub(crate) use run::{
+    Halted, Run, terrabite, terrabite_disturbed, terrabite_stopped, terrabite_with_fault, terrabite_with_file_limit,
+};
 
 use std::path::{Path, PathBuf};
 

@@ -30,6 +30,52 @@ pub(crate) fn terrabite_stopped<S: AsRef<OsStr>>(
     Run::from(child.wait_with_output().unwrap())
 }
 
+/// Runs the binary with a fault (`ACTION:POINT:N`) in its way.
+pub(crate) fn terrabite_with_fault<S: AsRef<OsStr>>(fault: &str, arguments: impl IntoIterator<Item = S>) -> Run {
+    Run::of(Command::new(TERRABITE).args(arguments).env("TERRABITE_FAULT", fault))
+}
+
+/// A run that stands still at a point of the test's choice.
+pub(crate) struct Halted(Option<Child>);
+
+impl Halted {
+    /// Starts the binary and waits until it has come to `point` for the `count`th time.
+    pub(crate) fn at<S: AsRef<OsStr>>(point: &str, count: u32, arguments: impl IntoIterator<Item = S>) -> Halted {
+        let mut command = Command::new(TERRABITE);
+        command.args(arguments).env("TERRABITE_FAULT", format!("stop:{point}:{count}"));
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let stat = format!("/proc/{}/stat", child.id());
+        // The state follows the program's name, which is in parentheses.
+        while !std::fs::read_to_string(&stat).is_ok_and(|s| s.contains(") T ")) {
+            assert!(child.try_wait().unwrap().is_none(), "it ended before it came to {point}");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        Halted(Some(child))
+    }
+
+    pub(crate) fn signal(&self, signal: &str) {
+        let id = self.0.as_ref().unwrap().id();
+        let sent = Command::new("kill").args([format!("-{signal}"), id.to_string()]).status().unwrap();
+        assert!(sent.success());
+    }
+
+    /// Lets it go on to its end.
+    pub(crate) fn go_on(mut self) -> Run {
+        self.signal("CONT");
+        Run::from(self.0.take().unwrap().wait_with_output().unwrap())
+    }
+}
+
+/// A test that fails leaves no process behind.
+impl Drop for Halted {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.0 {
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+    }
+}
+
 /// Starts `simplify`, does something to its files while it is busy with its tiles, and waits for its end. Busy with
 /// tiles means: it holds the two nameless files of the spool open.
 pub(crate) fn terrabite_disturbed<S: AsRef<OsStr>>(

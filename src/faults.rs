@@ -1,0 +1,107 @@
+//! Faults on purpose, so that tests can end a run at a moment of their choice.
+//!
+//! The environment variable `TERRABITE_FAULT=ACTION:POINT:N` makes the process do ACTION when POINT is reached for the
+//! Nth time, counted over all threads: `kill` ends it as a power cut would (SIGKILL: no cleaning up), `stop` halts it
+//! (SIGSTOP) until it is continued or killed. The hooks are part of every build, so that what is tested is what is
+//! shipped; without the variable each costs one load and one branch.
+
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use signal_hook::consts::{SIGKILL, SIGSTOP};
+use signal_hook::low_level::raise;
+
+/// The moments of a run that can be chosen, in the order of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Point {
+    /// A work dir's manifest is written, under a temporary name.
+    ManifestWritten,
+    /// A part of the raster is about to be decoded.
+    DecodeUnit,
+    /// A tile is begun.
+    TileBegun,
+    /// A finished tile's chunk is written and synced, under a temporary name.
+    ChunkWritten,
+    /// A chunk has its name.
+    ChunkRenamed,
+    /// The vertices of a chunk are in the output.
+    Vertices,
+    /// The triangles of a chunk are in the output.
+    Triangles,
+    /// The output is complete, under a temporary name.
+    OutputWritten,
+    /// The output has its name.
+    OutputRenamed,
+    /// A finished job's chunks are removed from its work dir, and nothing else yet.
+    ChunksRemoved,
+    /// Its manifest, too.
+    ManifestRemoved,
+}
+
+impl Point {
+    const ALL: [(&'static str, Point); 11] = [
+        ("manifest-written", Point::ManifestWritten),
+        ("decode-unit", Point::DecodeUnit),
+        ("tile-begun", Point::TileBegun),
+        ("chunk-written", Point::ChunkWritten),
+        ("chunk-renamed", Point::ChunkRenamed),
+        ("vertices", Point::Vertices),
+        ("triangles", Point::Triangles),
+        ("output-written", Point::OutputWritten),
+        ("output-renamed", Point::OutputRenamed),
+        ("chunks-removed", Point::ChunksRemoved),
+        ("manifest-removed", Point::ManifestRemoved),
+    ];
+}
+
+#[derive(Debug)]
+struct Fault {
+    signal: i32,
+    point: Point,
+    left: AtomicU64,
+}
+
+static FAULT: OnceLock<Option<Fault>> = OnceLock::new();
+
+/// Says that the run has come to `point`.
+///
+/// # Panics
+/// If the environment variable is set and means nothing: a test that believes it tests.
+pub fn reach(point: Point) {
+    let Some(fault) = FAULT.get_or_init(from_environment) else { return };
+    if fault.point == point && fault.left.fetch_sub(1, Ordering::Relaxed) == 1 {
+        raise(fault.signal).expect("a process may end and halt itself");
+    }
+}
+
+fn from_environment() -> Option<Fault> {
+    let text = std::env::var("TERRABITE_FAULT").ok()?;
+    Some(parse(&text).unwrap_or_else(|| panic!("TERRABITE_FAULT: expected ACTION:POINT:N, found {text:?}")))
+}
+
+fn parse(text: &str) -> Option<Fault> {
+    let mut words = text.split(':');
+    let signal = match words.next()? {
+        "kill" => SIGKILL,
+        "stop" => SIGSTOP,
+        _ => return None,
+    };
+    let name = words.next()?;
+    let (_, point) = *Point::ALL.iter().find(|(n, _)| *n == name)?;
+    let count: u64 = words.next()?.parse().ok().filter(|&n| n > 0)?;
+    words.next().is_none().then_some(Fault { signal, point, left: AtomicU64::new(count) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn actions_points_and_counts() {
+        let fault = parse("kill:chunk-written:7").unwrap();
+        assert_eq!((fault.signal, fault.point, fault.left.into_inner()), (SIGKILL, Point::ChunkWritten, 7));
+        for wrong in ["", "kill", "kill:tile-begun", "kill:tile-begun:0", "kill:nowhere:1", "stop:tile-begun:1:2"] {
+            assert!(parse(wrong).is_none(), "{wrong}");
+        }
+    }
+}

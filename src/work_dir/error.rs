@@ -1,0 +1,67 @@
+use std::fmt;
+use std::path::PathBuf;
+
+/// Why a work dir cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WorkDirError {
+    /// It belongs to another job.
+    #[error("{}: the work dir belongs to another job: {}", dir.display(), list(differences))]
+    OtherJob {
+        /// The work dir.
+        dir: PathBuf,
+        /// In what the jobs differ.
+        differences: Vec<Difference>,
+    },
+    /// Another process has it.
+    #[error("{}: another process works in this work dir", dir.display())]
+    InUse {
+        /// The work dir.
+        dir: PathBuf,
+    },
+    /// A folder with things in it that is no work dir.
+    #[error("{}: expected a new folder, an empty one or a work dir, found {} in it", dir.display(), found.display())]
+    NotEmpty {
+        /// The folder.
+        dir: PathBuf,
+        /// Something that is in it.
+        found: PathBuf,
+    },
+    /// The manifest makes no sense.
+    #[error("{}: expected the manifest of a work dir: {reason}", path.display())]
+    Manifest {
+        /// The manifest.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The system refuses something.
+    #[error("{}: the work dir cannot be used: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}
+
+/// One thing in which two jobs differ.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Difference {
+    /// What it is called.
+    pub what: String,
+    /// What the work dir was made for.
+    pub expected: String,
+    /// What this run is about.
+    pub found: String,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: expected {}, found {}", self.what, self.expected, self.found)
+    }
+}
+
+fn list(differences: &[Difference]) -> String {
+    differences.iter().map(Difference::to_string).collect::<Vec<_>>().join("; ")
+}

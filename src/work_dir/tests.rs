@@ -1,0 +1,131 @@
+use std::fs;
+use std::path::Path;
+
+use tempfile::{TempDir, tempdir};
+
+use super::{Job, WorkDir, WorkDirError};
+use crate::raster::Files;
+
+fn job(tolerance: &str) -> Job {
+    Job {
+        parameters: vec![("max error", tolerance.to_string()), ("tile", "512".to_string())],
+        raster: vec![("size", "7 × 9 samples".to_string())],
+        files: Files::unknown(),
+    }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// Opens `folder`/work, and leaves something like a finished tile there.
+fn begun(folder: &TempDir) -> WorkDir {
+    let work = WorkDir::open(&folder.path().join("work"), &job("1")).unwrap();
+    fs::create_dir_all(folder.path().join("work/chunks/0")).unwrap();
+    work
+}
+
+#[test]
+fn differences_are_named_one_by_one() {
+    let folder = tempdir().unwrap();
+    drop(begun(&folder));
+    let mut other = job("2");
+    other.parameters.pop();
+    other.raster.push(("nodata", "-1".to_string()));
+    let refused = WorkDir::open(&folder.path().join("work"), &other).unwrap_err();
+    let expected = "the work dir belongs to another job: max error: expected 1, found 2; tile: expected 512, found \
+                    nothing; the raster's nodata: expected nothing, found -1";
+    assert!(refused.to_string().ends_with(expected), "{refused}");
+    WorkDir::open(&folder.path().join("work"), &job("1")).unwrap();
+}
+
+#[test]
+fn one_at_a_time() {
+    let folder = tempdir().unwrap();
+    let work = begun(&folder);
+    let second = WorkDir::open(work.path(), &job("1")).unwrap_err();
+    assert!(matches!(second, WorkDirError::InUse { .. }), "{second}");
+    let path = work.path().to_path_buf();
+    drop(work);
+    WorkDir::open(&path, &job("1")).unwrap();
+}
+
+#[test]
+fn goes_when_it_is_done_and_when_nothing_was_begun() {
+    let folder = tempdir().unwrap();
+    drop(WorkDir::open(&folder.path().join("work"), &job("1")).unwrap());
+    assert_eq!(names(folder.path()), [""; 0]);
+    begun(&folder).finish().unwrap();
+    assert_eq!(names(folder.path()), [""; 0]);
+    // Made by a process that was killed: it is still the work dir's own folder.
+    drop(begun(&folder));
+    begun(&folder).finish().unwrap();
+    assert_eq!(names(folder.path()), [""; 0]);
+}
+
+#[test]
+fn other_peoples_folders_stay() {
+    let folder = tempdir().unwrap();
+    fs::create_dir(folder.path().join("work")).unwrap();
+    begun(&folder).finish().unwrap();
+    assert_eq!(names(folder.path()), ["work"]);
+    fs::remove_dir(folder.path().join("work")).unwrap();
+    let work = begun(&folder);
+    fs::write(folder.path().join("work/notes.txt"), "mine").unwrap();
+    work.finish().unwrap();
+    assert_eq!(names(&folder.path().join("work")), ["notes.txt"]);
+}
+
+#[test]
+fn the_partial_output_of_a_killed_run_is_removed() {
+    let folder = tempdir().unwrap();
+    let partial = folder.path().join(".tin.ply.abc.partial");
+    let work = begun(&folder);
+    work.staging(&partial).unwrap();
+    fs::write(&partial, "half").unwrap();
+    work.committing().unwrap();
+    drop(work);
+    let work = begun(&folder);
+    assert_eq!(names(folder.path()), ["work"]);
+    assert!(!work.has_committed(&folder.path().join("tin.ply")));
+}
+
+#[test]
+fn nothing_else_is_removed_in_its_name() {
+    let folder = tempdir().unwrap();
+    let precious = folder.path().join("letters.txt");
+    fs::write(&precious, "dear").unwrap();
+    begun(&folder).staging(&precious).unwrap();
+    drop(begun(&folder));
+    assert!(precious.exists());
+    // Nor a note that makes no sense.
+    fs::write(folder.path().join("work/staged"), [0xff, 0x0a, 0xff]).unwrap();
+    drop(begun(&folder));
+    assert_eq!(names(folder.path()), ["letters.txt", "work"]);
+}
+
+#[test]
+fn an_output_that_took_its_name_is_known() {
+    let folder = tempdir().unwrap();
+    let (partial, output) = (folder.path().join(".tin.ply.abc.partial"), folder.path().join("tin.ply"));
+    let work = begun(&folder);
+    work.staging(&partial).unwrap();
+    fs::write(&partial, "whole").unwrap();
+    fs::write(&output, "someone else's").unwrap();
+    work.committing().unwrap();
+    drop(work);
+    assert!(!begun(&folder).has_committed(&output));
+    // The partial is gone by now; the same again, and renamed.
+    let work = begun(&folder);
+    work.staging(&partial).unwrap();
+    fs::write(&partial, "whole").unwrap();
+    work.committing().unwrap();
+    fs::rename(&partial, &output).unwrap();
+    drop(work);
+    let work = begun(&folder);
+    assert!(work.has_committed(&output));
+    assert!(!work.has_committed(&folder.path().join("other.ply")));
+}
