@@ -6,13 +6,14 @@ use crate::raster::{Raster, RasterError, Window};
 
 /// Samples read through GDAL window by window, when they are wanted: nothing is decoded beforehand.
 ///
-/// A GDAL dataset serves one thread at a time, so handles are kept in a pool: there are never more than threads that
-/// read at once, and the lock is held only to take one out and to put it back.
+/// A GDAL dataset serves one thread at a time and keeps its own blocks in GDAL's cache, so every thread of the pool has
+/// a handle of its own: tiles are worked on in runs, and the blocks that a tile shares with the one before it are mostly
+/// still there. Locks are never waited for, but by threads outside the pool, which share a handle.
 pub(super) struct Windows {
     path: PathBuf,
     band: usize,
     masked: bool,
-    idle: Mutex<Vec<Raster>>,
+    handles: Vec<Mutex<Option<Raster>>>,
 }
 
 impl Windows {
@@ -21,15 +22,21 @@ impl Windows {
             path: raster.path().to_path_buf(),
             band: raster.band(),
             masked: raster.has_mask()?,
-            idle: Mutex::default(),
+            handles: (0..=rayon::current_num_threads()).map(|_| Mutex::default()).collect(),
         })
     }
 
     /// Reads a window as it is stored, refusing masked samples. `words` is scratch memory; the samples are its first
     /// bytes.
     pub(super) fn read<'a>(&self, window: Window, words: &'a mut Vec<u64>) -> Result<&'a [u8], FieldError> {
-        let taken = self.idle().pop();
-        let raster = taken.map_or_else(|| Raster::open(&self.path, self.band), Ok)?;
+        let last = self.handles.len() - 1;
+        let own = rayon::current_thread_index().map_or(last, |thread| thread.min(last));
+        // What a panic leaves here is a handle, or none.
+        let mut handle = self.handles[own].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let raster = match handle.take() {
+            Some(raster) => raster,
+            None => Raster::open(&self.path, self.band)?,
+        };
         let bytes = window.len() * raster.sample_type().bytes();
         words.resize(bytes.div_ceil(8), 0);
         let samples = &mut bytemuck::cast_slice_mut(words)[..bytes];
@@ -37,13 +44,8 @@ impl Windows {
         if self.masked {
             refuse_masked(&raster, window)?;
         }
-        self.idle().push(raster);
+        *handle = Some(raster);
         Ok(samples)
-    }
-
-    /// A handle that met an error is dropped, so what a panic leaves here is whole.
-    fn idle(&self) -> std::sync::MutexGuard<'_, Vec<Raster>> {
-        self.idle.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }
 
