@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::util::{Dem, Folder, shared_data, terrabite, terrabite_disturbed};
+use crate::util::{Dem, Folder, shared_data, terrabite, terrabite_disturbed, terrabite_in_group};
 
 /// As dense as meshes get: every sample is a vertex.
 fn rough(column: usize, row: usize) -> f64 {
@@ -150,4 +150,63 @@ fn a_disk_that_fills_up_during_the_run() {
     };
     terrabite_disturbed(run, fill).fails(4, &["No space left"]);
     assert_eq!(disk.0.names(), ["full"]);
+}
+
+/// A control group of its own with a limit on memory, where one can be made.
+struct Group(std::path::PathBuf);
+
+impl Group {
+    fn new(bytes: u64) -> Option<Group> {
+        let name = format!("terrabite-test-{}", std::process::id());
+        for (root, limit) in [
+            ("/sys/fs/cgroup/memory", "memory.limit_in_bytes"),
+            ("/sys/fs/cgroup", "memory.max"),
+            ("/sys/fs/cgroup/unified", "memory.max"),
+        ] {
+            let folder = std::path::Path::new(root).join(&name);
+            if std::fs::create_dir(&folder).is_err() {
+                continue;
+            }
+            let group = Group(folder);
+            if group.0.join(limit).exists() && std::fs::write(group.0.join(limit), bytes.to_string()).is_ok() {
+                return Some(group);
+            }
+        }
+        eprintln!("skipped: no control group with a memory limit can be made here");
+        None
+    }
+}
+
+impl Drop for Group {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir(&self.0);
+    }
+}
+
+/// What a control group counts besides the process: the page cache of the raster, the temporary files and the output,
+/// which the kernel takes back when it needs the room.
+const PAGE_CACHE: u64 = 24 << 20;
+
+#[test]
+fn a_control_group_of_the_budget_is_enough() {
+    const BUDGET: u64 = 128 << 20;
+    let Some(group) = Group::new(BUDGET + PAGE_CACHE) else { return };
+    let folder = Folder::new();
+    let hilly = |c: usize, r: usize| ((c * c) % 97 + (r * r) % 89) as f64 + (c + r) as f64;
+    let plain = Dem::new(3000, 2600).heights(hilly);
+    for (name, dem) in [
+        ("mapped.tif", plain.clone()),
+        ("decoded.tif", plain.clone().compressed()),
+        ("windows.tif", plain.compressed().tiled(256)),
+    ] {
+        let dem = dem.write(&folder, name);
+        let run = ["simplify", &dem, &folder.at("tin.ply"), "--max-error", "30", "--overwrite", "--json"];
+        let report = terrabite_in_group(&group.0, run.iter().chain(&["--memory", "128MiB"])).succeeds().json();
+        assert!(report["peak_memory_bytes"].as_u64() <= Some(BUDGET), "{report:#}");
+        // Left to itself it asks what the group has.
+        let needs = terrabite_in_group(&group.0, run.iter().chain(&["--dry-run", "--memory", "120MiB"]));
+        assert_eq!(needs.succeeds().json()["memory"]["budget_bytes"].as_u64(), Some(120 << 20));
+        let refused = terrabite_in_group(&group.0, run);
+        refused.fails(3, &["found 38 MiB"]);
+    }
 }

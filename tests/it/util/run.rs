@@ -1,4 +1,5 @@
 use std::ffi::OsStr;
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
@@ -15,6 +16,13 @@ pub(crate) fn terrabite<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>)
 pub(crate) fn terrabite_with_file_limit<S: AsRef<OsStr>>(blocks: u32, arguments: impl IntoIterator<Item = S>) -> Run {
     let limited = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
     Run::of(Command::new("sh").arg("-c").arg(limited).arg(TERRABITE).args(arguments))
+}
+
+/// Runs the binary in a control group, from its first page on.
+pub(crate) fn terrabite_in_group<S: AsRef<OsStr>>(group: &Path, arguments: impl IntoIterator<Item = S>) -> Run {
+    let join = "echo $$ > \"$0\" && exec \"$@\"";
+    let processes = group.join("cgroup.procs");
+    Run::of(Command::new("sh").arg("-c").arg(join).arg(processes).arg(TERRABITE).args(arguments))
 }
 
 /// Starts the binary, sends it `signal` (`INT`, `TERM`) as soon as `ready` says so, and waits for its end.
