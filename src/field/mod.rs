@@ -24,6 +24,7 @@ pub use decode::{UNIT_BYTES, decoded_bytes};
 pub use error::FieldError;
 pub use map::exit_on_truncation;
 pub use open::{Access, Choice, Field, FieldOptions, suits_windows};
+pub(crate) use tile::PADDING;
 pub use tile::{Heights, Tile};
 
 #[cfg(test)]

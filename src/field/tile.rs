@@ -7,10 +7,14 @@ use crate::lattice::Point;
 pub struct Tile {
     pub(crate) width: usize,
     pub(crate) height: usize,
+    /// [`PADDING`] values more than there are samples.
     pub(crate) heights: Heights,
     /// Scratch memory for samples as they are stored.
     pub(super) stored: Vec<u64>,
 }
+
+/// Values behind the last sample, all 0: whole lanes can be read from every sample on.
+pub(crate) const PADDING: usize = 8;
 
 /// Heights in the narrowest type that holds all of them exactly.
 #[derive(Debug, Clone)]
@@ -35,8 +39,9 @@ impl Heights {
         }
         match self {
             Heights::F32(v) => {
-                v.resize(len, 0.0);
-                v
+                v.resize(len + PADDING, 0.0);
+                v[len..].fill(0.0);
+                &mut v[..len]
             }
             Heights::F64(_) => unreachable!("made single above"),
         }
@@ -49,8 +54,9 @@ impl Heights {
         }
         match self {
             Heights::F64(v) => {
-                v.resize(len, 0.0);
-                v
+                v.resize(len + PADDING, 0.0);
+                v[len..].fill(0.0);
+                &mut v[..len]
             }
             Heights::F32(_) => unreachable!("made double above"),
         }
@@ -62,12 +68,16 @@ impl Tile {
     ///
     /// # Panics
     /// If `heights` is not `width` × `height` long.
-    pub fn from_heights(width: usize, height: usize, heights: Heights) -> Tile {
+    pub fn from_heights(width: usize, height: usize, mut heights: Heights) -> Tile {
         let len = match &heights {
             Heights::F32(v) => v.len(),
             Heights::F64(v) => v.len(),
         };
         assert_eq!(len, width * height, "a tile of {width} × {height} samples");
+        match &mut heights {
+            Heights::F32(v) => v.resize(len + PADDING, 0.0),
+            Heights::F64(v) => v.resize(len + PADDING, 0.0),
+        }
         Tile { width, height, heights, stored: Vec::new() }
     }
 
@@ -79,11 +89,6 @@ impl Tile {
     /// Samples down.
     pub fn height(&self) -> usize {
         self.height
-    }
-
-    /// All the heights, row by row.
-    pub fn heights(&self) -> &Heights {
-        &self.heights
     }
 
     /// The height of one sample.
@@ -99,9 +104,10 @@ impl Tile {
 
     /// A checksum of the heights, bit for bit: equal tiles have equal ones on every machine of one byte order.
     pub fn checksum(&self) -> u32 {
+        let len = self.width * self.height;
         match &self.heights {
-            Heights::F32(v) => crc32fast::hash(bytemuck::cast_slice(v)),
-            Heights::F64(v) => crc32fast::hash(bytemuck::cast_slice(v)),
+            Heights::F32(v) => crc32fast::hash(bytemuck::cast_slice(&v[..len])),
+            Heights::F64(v) => crc32fast::hash(bytemuck::cast_slice(&v[..len])),
         }
     }
 

@@ -193,7 +193,7 @@ fn a_control_group_of_the_budget_is_enough() {
     let Some(group) = Group::new(BUDGET + PAGE_CACHE) else { return };
     let folder = Folder::new();
     let hilly = |c: usize, r: usize| ((c * c) % 97 + (r * r) % 89) as f64 + (c + r) as f64;
-    let plain = Dem::new(3000, 2600).heights(hilly);
+    let plain = Dem::new(1500, 1300).heights(hilly);
     for (name, dem) in [
         ("mapped.tif", plain.clone()),
         ("decoded.tif", plain.clone().compressed()),

@@ -1,7 +1,7 @@
 use std::ops::{Add, Mul, Sub};
 
 use super::{Plane, Spans, edge};
-use crate::field::{Heights, Tile};
+use crate::field::{Heights, PADDING, Tile};
 use crate::lattice::{MAX_SPAN, Point};
 use crate::mesh::Vertex;
 use crate::triangulate::Feasibility;
@@ -46,9 +46,11 @@ impl<'a> Tester<'a> {
             width: self.tile.width,
             tolerance: self.tolerance,
         };
+        // The same loops, compiled for what the processor has: wider lanes change no result.
+        let arch = pulp::Arch::new();
         match &self.tile.heights {
-            Heights::F32(heights) => scan.all_rows(heights, a.height),
-            Heights::F64(heights) => scan.all_rows(heights, a.height),
+            Heights::F32(heights) => arch.dispatch(|| scan.all_rows(heights, a.height)),
+            Heights::F64(heights) => arch.dispatch(|| scan.all_rows(heights, a.height)),
         }
     }
 
@@ -81,7 +83,8 @@ trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> 
     fn magnitude(self) -> Self;
 }
 
-const LANES: usize = 8;
+/// Samples compared together.
+const LANES: usize = PADDING;
 
 impl Real for f32 {
     const DOUBT: f64 = 16.0 / (1u64 << 24) as f64;
@@ -136,6 +139,7 @@ struct Limits<R> {
 }
 
 impl Scan {
+    #[inline(always)]
     fn all_rows<R: Real>(&self, heights: &[R], height_of_a: f64) -> bool {
         let reference = R::of(height_of_a);
         let reach = self.plane.reach(reference.to_f64());
@@ -171,8 +175,9 @@ impl Scan {
         }
         let start = R::of(self.plane.above_a(Point::of_sample(first, row)) + offset);
         let index = row as usize * self.width;
-        let samples = &heights[index + first as usize..=index + last as usize];
-        surely_within(samples, start, limits) || self.row_in_doubt(samples, Point::of_sample(first, row), start, limits)
+        let (samples, count) = (&heights[index + first as usize..], (last - first + 1) as usize);
+        surely_within(samples, count, start, limits)
+            || self.row_in_doubt(&samples[..count], Point::of_sample(first, row), start, limits)
     }
 
     /// Sample by sample, exactly where the limits leave it open.
@@ -214,26 +219,27 @@ fn every(first: i32, last: i32, step: i32, test: impl Fn(i32) -> bool) -> bool {
     true
 }
 
-/// The fast path: whether all samples of a row are within the tolerance beyond doubt. Written in fixed lanes so that
-/// the compiler makes vector code of it.
+/// The fast path: whether the first `count` samples are within the tolerance beyond doubt. Most rows are shorter than
+/// the lanes, so lanes are always whole and those past the end do not count; the tile has room for it ([`PADDING`]).
+/// Written so that the compiler makes vector code of it.
 #[inline(always)]
-fn surely_within<R: Real>(samples: &[R], start: R, limits: Limits<R>) -> bool {
-    let lanes = samples.chunks_exact(LANES);
-    let rest = lanes.remainder();
+fn surely_within<R: Real>(samples: &[R], count: usize, start: R, limits: Limits<R>) -> bool {
+    let end = R::of(count as i32 as f64);
     let mut base = R::of(0.0);
-    for lane in lanes {
-        let mut inside = true;
+    let mut first = 0;
+    while first < count {
+        let lane = &samples[first..first + LANES];
+        let mut within = true;
         for (&sample, i) in lane.iter().zip(R::INDEX) {
-            let error = (sample - limits.reference) - (start + limits.step * (base + i));
-            inside &= error.magnitude() <= limits.sure;
+            let index = base + i;
+            let error = ((sample - limits.reference) - (start + limits.step * index)).magnitude();
+            within &= (error <= limits.sure) | (index >= end);
         }
-        if !inside {
+        if !within {
             return false;
         }
         base = base + R::of(LANES as f64);
+        first += LANES;
     }
-    rest.iter().zip(R::INDEX).all(|(&sample, i)| {
-        let error = (sample - limits.reference) - (start + limits.step * (base + i));
-        error.magnitude() <= limits.sure
-    })
+    true
 }

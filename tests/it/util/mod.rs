@@ -10,7 +10,8 @@ pub(crate) use dem::{Dem, Kind, hills};
 pub(crate) use folder::Folder;
 pub(crate) use ply::{flat, ply};
 pub(crate) use run::{
-    Halted, Run, terrabite, terrabite_disturbed, terrabite_in_group, terrabite_stopped, terrabite_with_fault, terrabite_with_file_limit,
+    Halted, Run, terrabite, terrabite_disturbed, terrabite_in_group, terrabite_stopped, terrabite_with_fault,
+    terrabite_with_file_limit,
 };
 
 use std::path::{Path, PathBuf};

@@ -55,7 +55,9 @@ impl Halted {
         let stat = format!("/proc/{}/stat", child.id());
         // The state follows the program's name, which is in parentheses.
         while !std::fs::read_to_string(&stat).is_ok_and(|s| s.contains(") T ")) {
-            assert!(child.try_wait().unwrap().is_none(), "it ended before it came to {point}");
+            if child.try_wait().unwrap().is_some() {
+                panic!("it ended before it came to {point}: {:#?}", Run::from(child.wait_with_output().unwrap()));
+            }
             std::thread::sleep(Duration::from_millis(2));
         }
         Halted(Some(child))
