@@ -13,8 +13,7 @@ const RUN: usize = 1024;
 /// the samples tells rasters apart that agree in all of them, as mosaics of one survey do. It is no proof that all
 /// samples are equal; who needs that compares tile by tile ([`crate::field::Tile::checksum`]).
 ///
-/// Cost: 64 windows of 1024 × 1 samples are read, at most 64 × (1024 / block width + 2) blocks are decoded: a tenth of a
-/// second for blocks of 256 × 256.
+/// Cost: 64 windows of 1024 × 1 samples are read, at most 64 × (1024 / block width + 2) blocks are decoded.
 ///
 /// # Errors
 /// [`RasterError::Read`].

@@ -1,13 +1,6 @@
 //! `terrabite preview` and what it must refuse.
 
-use crate::util::{Dem, Folder, flat, terrabite};
-
-fn with_both() -> (Folder, String, String) {
-    let folder = Folder::new();
-    let dem = Dem::new(20, 10).heights(|_, _| 3.0).write(&folder, "dem.tif");
-    let tin = folder.with("tin.ply", flat(20, 10, 3.0));
-    (folder, dem, tin)
-}
+use crate::util::{terrabite, with_both};
 
 #[test]
 fn draws_a_picture() {

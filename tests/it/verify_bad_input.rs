@@ -1,14 +1,6 @@
 //! `terrabite verify` and what it must refuse, and what it must not let pass.
 
-use crate::util::{Dem, Folder, flat, ply, terrabite};
-
-/// A flat raster at height 3 and a mesh that fits it.
-fn with_both() -> (Folder, String, String) {
-    let folder = Folder::new();
-    let dem = Dem::new(20, 10).heights(|_, _| 3.0).write(&folder, "dem.tif");
-    let tin = folder.with("tin.ply", flat(20, 10, 3.0));
-    (folder, dem, tin)
-}
+use crate::util::{flat, ply, terrabite, with_both};
 
 #[test]
 fn a_fitting_mesh_passes() {

@@ -25,3 +25,11 @@ pub(crate) fn shared_data(name: &str) -> Option<PathBuf> {
     }
     Some(path)
 }
+
+/// A flat raster at height 3 and a mesh that fits it.
+pub(crate) fn with_both() -> (Folder, String, String) {
+    let folder = Folder::new();
+    let dem = Dem::new(20, 10).heights(|_, _| 3.0).write(&folder, "dem.tif");
+    let tin = folder.with("tin.ply", flat(20, 10, 3.0));
+    (folder, dem, tin)
+}
