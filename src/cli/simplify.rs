@@ -6,6 +6,7 @@ use std::time::Instant;
 use clap::ValueEnum;
 
 use super::progress::Bars;
+use super::simplify_engine::EngineArgs;
 use super::simplify_kept::Kept;
 use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
@@ -36,6 +37,8 @@ pub(crate) struct SimplifyArgs {
     /// Test triangles at the samples under them (weak), or also where their edges cross the grid (strong)
     #[arg(long, value_enum, default_value_t = FeasibilityArg::Weak)]
     feasibility: FeasibilityArg,
+    #[command(flatten)]
+    engine: EngineArgs,
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
     #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
@@ -111,10 +114,11 @@ impl From<FeasibilityArg> for Feasibility {
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let raster = Raster::open(&args.input, args.band)?;
-    let params = args.params();
+    let params = args.params()?;
     let grid = grid(raster.width(), raster.height(), &params)?;
     let wanted = args.threads.map_or_else(default_threads, NonZeroUsize::get);
-    let plan = Plan::new(args.memory.unwrap_or_else(default_budget), &raster, grid, wanted).map_err(Error::from)?;
+    let plan = Plan::new(args.memory.unwrap_or_else(default_budget), &raster, grid, params.engine, wanted)
+        .map_err(Error::from)?;
     bound_gdal_cache(plan.cache_bytes);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build().map_err(|e| {
         Failure::new(format!("{} threads cannot be started: {e}", plan.threads)).hint("choose fewer with --threads")
@@ -143,13 +147,17 @@ fn default_threads() -> usize {
 }
 
 impl SimplifyArgs {
-    fn params(&self) -> Params {
-        let mut params =
-            Params { feasibility: self.feasibility.into(), tile: self.tile, ..Params::new(self.max_error) };
+    fn params(&self) -> Result<Params, Failure> {
+        let mut params = Params {
+            feasibility: self.feasibility.into(),
+            tile: self.tile,
+            engine: self.engine.choice()?,
+            ..Params::new(self.max_error)
+        };
         if let Some(dir) = &self.temp_dir {
             params.temp_dir.clone_from(dir);
         }
-        params
+        Ok(params)
     }
 }
 

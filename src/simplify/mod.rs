@@ -7,6 +7,7 @@
 
 mod budget;
 mod disk;
+mod engine;
 mod error;
 mod mesh;
 mod pool;
@@ -15,6 +16,7 @@ mod tiles;
 
 pub use budget::{BudgetTooSmall, Plan, default_budget};
 pub use disk::{DiskTooSmall, DiskUse, check_disk};
+pub use engine::EngineChoice;
 pub use error::Error;
 pub use mesh::{Mesh, Summary};
 pub use probe::probe_density;
@@ -35,6 +37,8 @@ pub struct Params {
     pub max_error: f64,
     /// Which triangles may be used.
     pub feasibility: Feasibility,
+    /// What triangulates the tiles.
+    pub engine: EngineChoice,
     /// A tile's side in cells; 0 makes one tile of the whole raster.
     pub tile: usize,
     /// The folder of temporary files.
@@ -47,7 +51,13 @@ pub const DEFAULT_TILE: usize = 512;
 impl Params {
     /// Everything as usual but the tolerance.
     pub fn new(max_error: f64) -> Params {
-        Params { max_error, feasibility: Feasibility::default(), tile: DEFAULT_TILE, temp_dir: std::env::temp_dir() }
+        Params {
+            max_error,
+            feasibility: Feasibility::default(),
+            engine: EngineChoice::default(),
+            tile: DEFAULT_TILE,
+            temp_dir: std::env::temp_dir(),
+        }
     }
 
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
@@ -60,7 +70,7 @@ impl Params {
             ("max error", exact(self.max_error)),
             ("feasibility", feasibility.to_string()),
             ("tile", self.tile.to_string()),
-            ("engine", "greedy cuts".to_string()),
+            ("engine", self.engine.named()),
         ]
     }
 }

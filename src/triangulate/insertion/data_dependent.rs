@@ -124,7 +124,13 @@ fn each_sample_of<H: Copy + Into<f64>>(
 /// The paper's four subtriangles in one pass: every sample of the quadrilateral a, b, c, d, cut by its diagonals, is held
 /// against the plane of the triangle it lies in with diagonal b–d and the one with diagonal a–c. A sample on a–c is held
 /// against both of the latter.
-fn scan_quadrilateral(tile: &Tile, fit: Fit, ends: (Point, Point), current: [&mut FitPlane; 2], other: [&mut FitPlane; 2]) {
+fn scan_quadrilateral(
+    tile: &Tile,
+    fit: Fit,
+    ends: (Point, Point),
+    current: [&mut FitPlane; 2],
+    other: [&mut FitPlane; 2],
+) {
     let [dac, bca] = other;
     for plane in current {
         let corners = plane.corners;

@@ -132,9 +132,8 @@ fn find_edge(surface: &Surface, near: u32, x: u32, y: u32) -> u32 {
     let start = half_edge_from(surface, near, x);
     let there = |&e: &u32| e != NONE;
     // One way around, then, should the rim of the frame be in the way, the other.
-    let onwards = std::iter::successors(Some(start), |&e| {
-        Some(topology.twin(prev(e))).filter(there).filter(|&e| e != start)
-    });
+    let onwards =
+        std::iter::successors(Some(start), |&e| Some(topology.twin(prev(e))).filter(there).filter(|&e| e != start));
     let backwards = std::iter::successors(Some(start), |&e| {
         let f = topology.twin(e);
         (f != NONE).then(|| next(f)).filter(|&e| e != start)

@@ -113,7 +113,8 @@ impl Refinement<'_> {
         surface.vertices.push(vertex);
         let site = surface.locate(near, vertex.at);
         let connected = surface.connect(v, site);
-        let near = connected.unwrap_or_else(|| panic!("a point at {:?} is inside the ground, found {site:?}", vertex.at));
+        let near =
+            connected.unwrap_or_else(|| panic!("a point at {:?} is inside the ground, found {site:?}", vertex.at));
         surface.legalize();
         near
     }

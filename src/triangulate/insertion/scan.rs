@@ -72,9 +72,8 @@ impl Scanner<'_> {
     /// The farthest sample of a triangle that is neither a corner nor on one of its locked edges.
     pub(super) fn farthest_inside(&self, corners: [Vertex; 3], locked: [bool; 3]) -> Option<u64> {
         let scan = Scan::new(self.tile.width, corners);
-        let on_locked = |p| {
-            (0..3).any(|i| locked[i] && crate::lattice::orient(corners[i].at, corners[(i + 1) % 3].at, p) == 0)
-        };
+        let on_locked =
+            |p| (0..3).any(|i| locked[i] && crate::lattice::orient(corners[i].at, corners[(i + 1) % 3].at, p) == 0);
         let mut best: Option<Farthest> = None;
         for row in scan.spans.rows() {
             let (first, last) = scan.spans.columns(row);
