@@ -50,8 +50,8 @@ impl Scanner<'_> {
         let scan = Scan::new(self.tile.width, corners);
         let arch = pulp::Arch::new();
         let best = match &self.tile.heights {
-            Heights::F32(heights) => arch.dispatch(|| scan.farthest(heights)),
-            Heights::F64(heights) => arch.dispatch(|| scan.farthest(heights)),
+            Heights::F32(heights) => arch.dispatch(Search { scan: &scan, heights }),
+            Heights::F64(heights) => arch.dispatch(Search { scan: &scan, heights }),
         };
         self.settle(&scan, corners, best)
     }
@@ -109,6 +109,22 @@ impl Scanner<'_> {
             }
         }
         best
+    }
+}
+
+/// [`Scan::farthest`], compiled for what the processor has: wider lanes change no result. (A closure would do, were it
+/// sure to be inlined; one that is not is compiled for the oldest processor.)
+struct Search<'a, H> {
+    scan: &'a Scan,
+    heights: &'a [H],
+}
+
+impl<H: Copy + Into<f64>> pulp::WithSimd for Search<'_, H> {
+    type Output = Farthest;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Farthest {
+        self.scan.farthest(self.heights)
     }
 }
 
