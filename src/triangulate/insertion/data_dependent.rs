@@ -213,6 +213,9 @@ fn corners_from(surface: &Surface, e: u32) -> [Vertex; 3] {
 /// SET_CANDIDATE.
 fn set_candidate(refinement: &mut Refinement<'_>, t: u32, plane: &FitPlane) {
     refinement.fits.set(t, plane.fit);
+    if refinement.measure.is_some() {
+        return refinement.rescan(t);
+    }
     let corners = refinement.surface.corners(t);
     let candidate: Option<Candidate> = refinement
         .scanner

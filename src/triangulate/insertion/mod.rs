@@ -4,11 +4,13 @@
 //! In come a tile and the loops around its ground; out goes a mesh within the tolerance. `topology` is triangles apart
 //! from places, `surface` puts them in the plane, `first` triangulates the loops, whose edges are locked. `scan` finds a
 //! triangle's candidate, `candidates` keeps them in a heap, `refine` inserts; `data_dependent` swaps edges by the data
-//! (algorithm IV) where [`Swap`] says so. The paper's algorithms I and II are oracles in the tests.
+//! (algorithm IV) where [`Swap`] says so, and
+//! `importance` has the other measures of section 3. The paper's algorithms I and II are oracles in the tests.
 
 mod candidates;
 mod data_dependent;
 mod first;
+mod importance;
 mod options;
 mod refine;
 mod scan;
@@ -18,7 +20,7 @@ mod topology;
 use self::candidates::Candidates;
 use self::data_dependent::Fits;
 use self::refine::Refinement;
-use self::scan::Scanner;
+use self::scan::{Candidate, Scanner};
 use self::surface::Surface;
 use super::feasible::Tester;
 use super::{Engine, Feasibility, Task};
@@ -48,6 +50,7 @@ pub struct Scratch {
     candidates: Candidates,
     fits: Fits,
     star: Vec<u32>,
+    beyond: Vec<Candidate>,
 }
 
 impl Engine for GreedyInsertion {
@@ -55,7 +58,7 @@ impl Engine for GreedyInsertion {
 
     fn triangulate(&self, task: &Task<'_>, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
         task.cancel.check()?;
-        let Scratch { surface, candidates, fits, star } = scratch;
+        let Scratch { surface, candidates, fits, star, beyond } = scratch;
         mesh.clear();
         std::mem::swap(&mut surface.vertices, &mut mesh.vertices);
         first::triangulate(task.domain, surface);
@@ -70,6 +73,8 @@ impl Engine for GreedyInsertion {
             star,
             scanner: Scanner { tile: task.tile, tolerance: task.tolerance },
             strong,
+            measure: importance::prepare(self.options.measure, task.tile),
+            beyond,
             options: self.options,
             cancel: task.cancel,
         };

@@ -1,5 +1,6 @@
 use super::candidates::Candidates;
 use super::data_dependent::{self, Fits};
+use super::importance::{self, Importance};
 use super::options::{InsertionOptions, Selection, Swap};
 use super::scan::{Candidate, Scanner};
 use super::surface::{Site, Surface};
@@ -18,6 +19,10 @@ pub(super) struct Refinement<'a> {
     pub(super) scanner: Scanner<'a>,
     /// Where the strong test is asked for.
     pub(super) strong: Option<Tester<'a>>,
+    /// What makes samples important, unless it is their error.
+    pub(super) measure: Option<Box<dyn Importance>>,
+    /// Memory for the samples of a triangle that a measure is asked about.
+    pub(super) beyond: &'a mut Vec<Candidate>,
     pub(super) options: InsertionOptions,
     pub(super) cancel: &'a CancelToken,
 }
@@ -157,8 +162,11 @@ impl Refinement<'_> {
     /// Looks for a triangle's candidate anew.
     pub(super) fn rescan(&mut self, t: u32) {
         let corners = self.surface.corners(t);
-        let candidate = self.scanner.candidate(corners).or_else(|| self.strong_candidate(t, corners));
-        self.candidates.set(t, candidate);
+        let candidate = match &self.measure {
+            None => self.scanner.candidate(corners),
+            Some(measure) => importance::candidate(&self.scanner, corners, measure.as_ref(), self.beyond),
+        };
+        self.candidates.set(t, candidate.or_else(|| self.strong_candidate(t, corners)));
     }
 
     /// Where the strong test is asked for and an edge of a triangle does not pass it: the sample of the triangle that is

@@ -69,6 +69,26 @@ impl Scanner<'_> {
         self.candidate_in_doubt(Plane::new(a, b, c), scan, doubt)
     }
 
+    /// All samples of a closed triangle that are beyond the tolerance, exactly; scores are errors.
+    pub(super) fn each_beyond(&self, scan: &Scan, [a, b, c]: [Vertex; 3], into: &mut Vec<Candidate>) {
+        into.clear();
+        let doubt = DOUBT * (scan.reach() + self.tolerance);
+        let plane = Plane::new(a, b, c);
+        for row in scan.spans.rows() {
+            let (first, last) = scan.spans.columns(row);
+            for column in first..=last {
+                let height = self.tile.at(column as usize, row as usize);
+                let error = scan.error(column, row, height);
+                let beyond = error > self.tolerance + doubt
+                    || error >= self.tolerance - doubt
+                        && !plane.within(Point::of_sample(column, row), height, self.tolerance);
+                if beyond {
+                    into.push(Candidate { score: error, sample: row as u64 * self.tile.width as u64 + column as u64 });
+                }
+            }
+        }
+    }
+
     /// The farthest sample of a triangle that is neither a corner nor on one of its locked edges.
     pub(super) fn farthest_inside(&self, corners: [Vertex; 3], locked: [bool; 3]) -> Option<u64> {
         let scan = Scan::new(self.tile.width, corners);
@@ -171,6 +191,18 @@ impl Scan {
     #[inline(always)]
     pub(super) fn error(&self, column: i32, row: i32, height: f64) -> f64 {
         (self.start(column, row) - self.area * (height - self.corners[0].height)).abs() / self.area
+    }
+
+    /// The sum of the errors of the samples of the closed triangle.
+    pub(super) fn sum_of_errors(&self, tile: &Tile) -> f64 {
+        let mut sum = 0.0;
+        for row in self.spans.rows() {
+            let (first, last) = self.spans.columns(row);
+            for column in first..=last {
+                sum += self.error(column, row, tile.at(column as usize, row as usize));
+            }
+        }
+        sum
     }
 
     /// The farthest sample of the closed triangle. Lane by lane: each keeps the farthest it has seen; the lanes are

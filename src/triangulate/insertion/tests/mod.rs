@@ -10,6 +10,10 @@ fn variant(swap: Swap, selection: Selection) -> GreedyInsertion {
     GreedyInsertion { options: InsertionOptions { swap, selection, ..InsertionOptions::default() } }
 }
 
+fn measured(measure: Measure) -> GreedyInsertion {
+    GreedyInsertion { options: InsertionOptions { measure, ..InsertionOptions::default() } }
+}
+
 fn data_dependent(fit: Fit, shape: Shape, quality_threshold: f64) -> GreedyInsertion {
     variant(Swap::DataDependent(DataDependent { fit, shape, quality_threshold }), Selection::Sequential)
 }
@@ -17,6 +21,9 @@ fn data_dependent(fit: Fit, shape: Shape, quality_threshold: f64) -> GreedyInser
 conformance!(delaunay, GreedyInsertion::default());
 conformance!(fractional, variant(Swap::Delaunay, Selection::Fractional(0.5)));
 conformance!(constant, variant(Swap::Delaunay, Selection::Constant));
+conformance!(curvature, measured(Measure::Curvature(1.0)));
+conformance!(global_error, measured(Measure::GlobalError));
+conformance!(product, measured(Measure::Product(2.0)));
 conformance!(data_dependent_max_sum, data_dependent(Fit::MaxSum, Shape::AreaOverDiameter, 0.5));
 conformance!(data_dependent_l2, data_dependent(Fit::L2, Shape::SmallestAngle, 0.0));
 conformance!(data_dependent_l_infinity, data_dependent(Fit::LInfinity, Shape::SmallestAngle, 1.0));

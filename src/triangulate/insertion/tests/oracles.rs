@@ -56,11 +56,11 @@ impl Oracle<'_> {
         [(a, b), (b, c), (c, a)].iter().all(|&(a, b)| crate::lattice::orient(a, b, p) >= 0)
     }
 
-    /// LOCATE_AND_INTERPOLATE, and how far the sample is from it; 0 unless it is beyond the tolerance.
+    /// LOCATE_AND_INTERPOLATE, and how far the sample is from it; negative unless it is beyond the tolerance, exactly.
     fn error(&self, sample: usize) -> f64 {
         let p = self.place(sample);
         let t = match self.surface.locate(0, p) {
-            Site::Vertex(_) | Site::Outside => return 0.0,
+            Site::Vertex(_) | Site::Outside => return -1.0,
             Site::Edge(e) => e / 3,
             Site::Triangle(t) => t,
         };
@@ -68,7 +68,7 @@ impl Oracle<'_> {
         let (column, row) = (sample % self.tile.width(), sample / self.tile.width());
         let height = self.tile.at(column, row);
         if Plane::new(a, b, c).within(p, height, self.tolerance) {
-            return 0.0;
+            return -1.0;
         }
         Scan::new(self.tile.width(), [a, b, c]).error(column as i32, row as i32, height)
     }
@@ -76,7 +76,7 @@ impl Oracle<'_> {
     fn best(&self, errors: &[f64]) -> Option<usize> {
         let mut best = None;
         for (sample, &error) in errors.iter().enumerate() {
-            if error > 0.0 && best.is_none_or(|b: usize| error > errors[b]) {
+            if error >= 0.0 && best.is_none_or(|b: usize| error > errors[b]) {
                 best = Some(sample);
             }
         }
