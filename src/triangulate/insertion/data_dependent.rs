@@ -217,10 +217,13 @@ fn set_candidate(refinement: &mut Refinement<'_>, t: u32, plane: &FitPlane) {
         return refinement.rescan(t);
     }
     let corners = refinement.surface.corners(t);
-    let candidate: Option<Candidate> = refinement
-        .scanner
-        .settle(&plane.scan, plane.corners, plane.farthest)
-        .or_else(|| refinement.strong_candidate(t, corners));
+    let locked = refinement.left_out(t);
+    let candidate: Option<Candidate> = if locked == [false; 3] {
+        refinement.scanner.settle(&plane.scan, plane.corners, plane.farthest)
+    } else {
+        refinement.scanner.candidate(corners, locked)
+    };
+    let candidate = candidate.or_else(|| refinement.strong_candidate(t, corners));
     refinement.candidates.set(t, candidate);
 }
 

@@ -41,11 +41,12 @@ pub(super) fn prepare(measure: Measure, tile: &Tile) -> Option<Box<dyn Importanc
 pub(super) fn candidate(
     scanner: &Scanner<'_>,
     corners: [Vertex; 3],
+    locked: [bool; 3],
     measure: &dyn Importance,
     beyond: &mut Vec<Candidate>,
 ) -> Option<Candidate> {
     let tile = scanner.tile;
-    let scan = Scan::new(tile.width(), corners);
+    let scan = Scan::new(tile.width(), corners).without(locked);
     scanner.each_beyond(&scan, corners, beyond);
     let by_score = |a: &Candidate, b: &Candidate| b.score.total_cmp(&a.score).then(a.sample.cmp(&b.sample));
     if beyond.len() > measure.asked() {

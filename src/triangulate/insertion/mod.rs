@@ -3,7 +3,8 @@
 //!
 //! In come a tile and the loops around its ground; out goes a mesh within the tolerance. `topology` is triangles apart
 //! from places, `surface` puts them in the plane, `first` triangulates the loops, whose edges are locked. `scan` finds a
-//! triangle's candidate, `candidates` keeps them in a heap, `refine` inserts; `data_dependent` swaps edges by the data
+//! triangle's candidate, `candidates` keeps them in a heap, `refine` inserts; `progressive` inserts in an order that
+//! a whole raster can agree on. `data_dependent` swaps edges by the data
 //! (algorithm IV) where [`Swap`] says so, and
 //! `importance` has the other measures of section 3. The paper's algorithms I and II are oracles in the tests.
 
@@ -12,8 +13,10 @@ mod data_dependent;
 mod first;
 mod importance;
 mod options;
+mod progressive;
 mod refine;
 mod scan;
+mod squares;
 mod surface;
 mod topology;
 
@@ -21,13 +24,15 @@ use self::candidates::Candidates;
 use self::data_dependent::Fits;
 use self::refine::Refinement;
 use self::scan::{Candidate, Scanner};
+use self::squares::Squares;
 use self::surface::Surface;
 use super::feasible::Tester;
 use super::{Engine, Feasibility, Task};
 use crate::control::Cancelled;
-use crate::mesh::TileMesh;
+use crate::mesh::{Domain, TileMesh};
 
 pub use self::options::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
+pub use self::progressive::{Event, Key, Order};
 
 #[cfg(test)]
 mod tests;
@@ -49,8 +54,42 @@ pub struct Scratch {
     surface: Surface,
     candidates: Candidates,
     fits: Fits,
+    squares: Squares,
     star: Vec<u32>,
     beyond: Vec<Candidate>,
+}
+
+impl Scratch {
+    /// A refinement of the ground of `domain`, nothing inserted yet; `mesh` lends its memory.
+    fn begin<'a>(
+        &'a mut self,
+        options: InsertionOptions,
+        task: &Task<'a>,
+        domain: &Domain,
+        mesh: &mut TileMesh,
+    ) -> Refinement<'a> {
+        mesh.clear();
+        std::mem::swap(&mut self.surface.vertices, &mut mesh.vertices);
+        first::triangulate(domain, &mut self.surface);
+        self.candidates.clear();
+        self.fits.clear();
+        self.squares.clear();
+        let strong = task.feasibility == Feasibility::Strong;
+        Refinement {
+            surface: &mut self.surface,
+            candidates: &mut self.candidates,
+            fits: &mut self.fits,
+            squares: &mut self.squares,
+            star: &mut self.star,
+            scanner: Scanner { tile: task.tile, tolerance: task.tolerance },
+            strong: strong.then(|| Tester::new(task.tile, task.tolerance, Feasibility::Strong)),
+            measure: importance::prepare(options.measure, task.tile),
+            beyond: &mut self.beyond,
+            rim_comes: false,
+            options,
+            cancel: task.cancel,
+        }
+    }
 }
 
 impl Engine for GreedyInsertion {
@@ -58,32 +97,36 @@ impl Engine for GreedyInsertion {
 
     fn triangulate(&self, task: &Task<'_>, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
         task.cancel.check()?;
-        let Scratch { surface, candidates, fits, star, beyond } = scratch;
-        mesh.clear();
-        std::mem::swap(&mut surface.vertices, &mut mesh.vertices);
-        first::triangulate(task.domain, surface);
-        candidates.clear();
-        fits.clear();
-        let strong = (task.feasibility == Feasibility::Strong)
-            .then(|| Tester::new(task.tile, task.tolerance, Feasibility::Strong));
-        let mut refinement = Refinement {
-            surface,
-            candidates,
-            fits,
-            star,
-            scanner: Scanner { tile: task.tile, tolerance: task.tolerance },
-            strong,
-            measure: importance::prepare(self.options.measure, task.tile),
-            beyond,
-            options: self.options,
-            cancel: task.cancel,
-        };
+        let mut refinement = scratch.begin(self.options, task, task.domain, mesh);
         refinement.scan_all()?;
         refinement.run()?;
-        mesh.relaxed = refinement.count_relaxed();
-        std::mem::swap(&mut surface.vertices, &mut mesh.vertices);
-        let topology = &surface.topology;
-        mesh.triangles.extend((0..topology.len()).map(|t| topology.corners(t)));
+        refinement.finish(mesh);
+        Ok(())
+    }
+}
+
+impl GreedyInsertion {
+    /// Triangulates as far as a cut in the order of all insertions of a raster, see [`Order`]: the vertices of the rim
+    /// whose keys lie before it are inserted each in its turn, and `told` hears of every insertion. `domain` is a
+    /// rectangle whose four corners come first. The tolerance is one that all may come down to, not one that all do.
+    ///
+    /// # Errors
+    /// [`Cancelled`], with a mesh of no use.
+    pub fn triangulate_in_order(
+        &self,
+        task: &Task<'_>,
+        order: Order<'_>,
+        scratch: &mut Scratch,
+        mesh: &mut TileMesh,
+        told: impl FnMut(Event),
+    ) -> Result<(), Cancelled> {
+        task.cancel.check()?;
+        let beginning = progressive::beginning(task.domain, order.keys);
+        let mut refinement = scratch.begin(self.options, task, &beginning, mesh);
+        refinement.rim_comes = true;
+        refinement.scan_all()?;
+        refinement.run_in_order(order, told)?;
+        refinement.finish(mesh);
         Ok(())
     }
 }

@@ -3,11 +3,12 @@ use super::data_dependent::{self, Fits};
 use super::importance::{self, Importance};
 use super::options::{InsertionOptions, Selection, Swap};
 use super::scan::{Candidate, Scanner};
+use super::squares::Squares;
 use super::surface::{Site, Surface};
 use super::topology::{NONE, next};
 use crate::control::{CancelToken, Cancelled};
 use crate::lattice::Point;
-use crate::mesh::Vertex;
+use crate::mesh::{TileMesh, Vertex};
 use crate::triangulate::feasible::Tester;
 
 /// A surface that is refined by inserting candidates, and all that has to follow each insertion.
@@ -23,6 +24,9 @@ pub(super) struct Refinement<'a> {
     pub(super) measure: Option<Box<dyn Importance>>,
     /// Memory for the samples of a triangle that a measure is asked about.
     pub(super) beyond: &'a mut Vec<Candidate>,
+    pub(super) squares: &'a mut Squares,
+    /// Whether vertices of the rim are inserted, too.
+    pub(super) rim_comes: bool,
     pub(super) options: InsertionOptions,
     pub(super) cancel: &'a CancelToken,
 }
@@ -104,12 +108,12 @@ impl Refinement<'_> {
         self.insert_at(site, sample);
     }
 
-    /// Inserts a sample of triangle `t` as a vertex.
-    pub(super) fn insert(&mut self, t: u32, sample: u64) {
+    /// Inserts a sample of triangle `t` as a vertex. A triangle at it.
+    pub(super) fn insert(&mut self, t: u32, sample: u64) -> u32 {
         let site = self.surface.site_in(t, self.place(sample));
-        if !self.insert_at(site, sample) {
-            self.candidates.set(t, None);
-        }
+        let inserted = self.insert_at(site, sample);
+        inserted
+            .unwrap_or_else(|| panic!("a candidate is no vertex yet: sample {sample} of {:?}", self.surface.corners(t)))
     }
 
     /// Inserts a domain's point, before anything is scanned. A triangle at it.
@@ -129,8 +133,8 @@ impl Refinement<'_> {
         Point::of_sample((sample % width) as i32, (sample / width) as i32)
     }
 
-    /// `false` where there is a vertex already.
-    fn insert_at(&mut self, site: Site, sample: u64) -> bool {
+    /// A triangle at the new vertex; `None` where there is one already.
+    fn insert_at(&mut self, site: Site, sample: u64) -> Option<u32> {
         let at = self.place(sample);
         if let Site::Edge(e) = site {
             let locked = self.surface.topology.twin(e) == NONE;
@@ -139,10 +143,10 @@ impl Refinement<'_> {
         let width = self.scanner.tile.width as u64;
         let height = self.scanner.tile.at((sample % width) as usize, (sample / width) as usize);
         let v = self.surface.vertices.len() as u32;
-        let Some(t) = self.surface.connect(v, site) else { return false };
+        let t = self.surface.connect(v, site)?;
         self.surface.vertices.push(Vertex { at, height });
         self.update(t);
-        true
+        Some(t)
     }
 
     /// Puts the surroundings of a new vertex in order: edges, then candidates (INSERT of algorithms III and IV).
@@ -163,10 +167,22 @@ impl Refinement<'_> {
     pub(super) fn rescan(&mut self, t: u32) {
         let corners = self.surface.corners(t);
         let candidate = match &self.measure {
-            None => self.scanner.candidate(corners),
-            Some(measure) => importance::candidate(&self.scanner, corners, measure.as_ref(), self.beyond),
+            None => self.scanner.candidate(corners, self.left_out(t)),
+            Some(measure) => {
+                importance::candidate(&self.scanner, corners, self.left_out(t), measure.as_ref(), self.beyond)
+            }
         };
         self.candidates.set(t, candidate.or_else(|| self.strong_candidate(t, corners)));
+    }
+
+    /// The edges of a triangle whose samples are no candidates: locked ones, while vertices of the rim are still to come.
+    /// Once all are there, samples on locked edges are within the tolerance.
+    pub(super) fn left_out(&self, t: u32) -> [bool; 3] {
+        if self.rim_comes { self.locked(t) } else { [false; 3] }
+    }
+
+    fn locked(&self, t: u32) -> [bool; 3] {
+        [0, 1, 2].map(|i| self.surface.topology.twin(3 * t + i) == NONE)
     }
 
     /// Where the strong test is asked for and an edge of a triangle does not pass it: the sample of the triangle that is
@@ -174,12 +190,10 @@ impl Refinement<'_> {
     pub(super) fn strong_candidate(&self, t: u32, corners: [Vertex; 3]) -> Option<Candidate> {
         let tester = self.strong?;
         let mut strays = 0.0f64;
-        let mut locked = [false; 3];
-        for i in 0..3u32 {
-            let e = 3 * t + i;
-            let (p, q) = (corners[i as usize], corners[(i as usize + 1) % 3]);
-            locked[i as usize] = self.surface.topology.twin(e) == NONE;
-            if !locked[i as usize] && !tester.strong_edge(p, q) {
+        let locked = self.locked(t);
+        for i in 0..3 {
+            let (p, q) = (corners[i], corners[(i + 1) % 3]);
+            if !locked[i] && !tester.strong_edge(p, q) {
                 strays = strays.max(tester.edge_deviation(p, q));
             }
         }
@@ -188,6 +202,14 @@ impl Refinement<'_> {
         }
         let sample = self.scanner.farthest_inside(corners, locked)?;
         Some(Candidate { score: strays, sample })
+    }
+
+    /// Hands the mesh over, and its memory back.
+    pub(super) fn finish(self, mesh: &mut TileMesh) {
+        mesh.relaxed = self.count_relaxed();
+        std::mem::swap(&mut self.surface.vertices, &mut mesh.vertices);
+        let topology = &self.surface.topology;
+        mesh.triangles.extend((0..topology.len()).map(|t| topology.corners(t)));
     }
 
     /// Triangles with an edge that does not pass the strong test.

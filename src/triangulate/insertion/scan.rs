@@ -7,7 +7,7 @@
 //! it leaves the tolerance open, exact arithmetic answers.
 
 use crate::field::{Heights, PADDING, Tile};
-use crate::lattice::Point;
+use crate::lattice::{Point, STEPS, orient};
 use crate::mesh::Vertex;
 use crate::triangulate::feasible::{Plane, Spans};
 
@@ -46,8 +46,10 @@ const LANE: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 impl Scanner<'_> {
     /// The candidate of a triangle with positive orientation: of the samples of the closed triangle that are farther
     /// than the tolerance, the farthest; of equal ones the first.
-    pub(super) fn candidate(&self, corners: [Vertex; 3]) -> Option<Candidate> {
-        let scan = Scan::new(self.tile.width, corners);
+    ///
+    /// Samples on `locked` edges do not count.
+    pub(super) fn candidate(&self, corners: [Vertex; 3], locked: [bool; 3]) -> Option<Candidate> {
+        let scan = Scan::new(self.tile.width, corners).without(locked);
         let arch = pulp::Arch::new();
         let best = match &self.tile.heights {
             Heights::F32(heights) => arch.dispatch(Search { scan: &scan, heights }),
@@ -75,7 +77,7 @@ impl Scanner<'_> {
         let doubt = DOUBT * (scan.reach() + self.tolerance);
         let plane = Plane::new(a, b, c);
         for row in scan.spans.rows() {
-            let (first, last) = scan.spans.columns(row);
+            let (first, last) = scan.columns(row);
             for column in first..=last {
                 let height = self.tile.at(column as usize, row as usize);
                 let error = scan.error(column, row, height);
@@ -91,16 +93,14 @@ impl Scanner<'_> {
 
     /// The farthest sample of a triangle that is neither a corner nor on one of its locked edges.
     pub(super) fn farthest_inside(&self, corners: [Vertex; 3], locked: [bool; 3]) -> Option<u64> {
-        let scan = Scan::new(self.tile.width, corners);
-        let on_locked =
-            |p| (0..3).any(|i| locked[i] && crate::lattice::orient(corners[i].at, corners[(i + 1) % 3].at, p) == 0);
+        let scan = Scan::new(self.tile.width, corners).without(locked);
         let mut best: Option<Farthest> = None;
         for row in scan.spans.rows() {
-            let (first, last) = scan.spans.columns(row);
+            let (first, last) = scan.columns(row);
             for column in first..=last {
                 let p = Point::of_sample(column, row);
                 let error = scan.error(column, row, self.tile.at(column as usize, row as usize));
-                let taken = corners.iter().any(|v| v.at == p) || on_locked(p);
+                let taken = corners.iter().any(|v| v.at == p);
                 if !taken && best.is_none_or(|b| error > b.error) {
                     best = Some(Farthest { error, sample: row as u64 * self.tile.width as u64 + column as u64 });
                 }
@@ -115,7 +115,7 @@ impl Scanner<'_> {
     fn candidate_in_doubt(&self, plane: Plane, scan: &Scan, doubt: f64) -> Option<Candidate> {
         let mut best: Option<Candidate> = None;
         for row in scan.spans.rows() {
-            let (first, last) = scan.spans.columns(row);
+            let (first, last) = scan.columns(row);
             for column in first..=last {
                 let height = self.tile.at(column as usize, row as usize);
                 let error = scan.error(column, row, height);
@@ -156,6 +156,8 @@ pub(super) struct Scan {
     /// Heights of b and c above a.
     rise: [f64; 2],
     area: f64,
+    /// Edges whose samples do not count.
+    locked: [bool; 3],
     /// What S grows by from one sample of a row to the next, apart from the sample itself.
     step: f64,
 }
@@ -164,10 +166,39 @@ impl Scan {
     pub(super) fn new(width: usize, corners: [Vertex; 3]) -> Scan {
         let [a, b, c] = corners;
         let rise = [b.height - a.height, c.height - a.height];
-        let area = crate::lattice::orient(a.at, b.at, c.at) as f64;
-        let cell = f64::from(crate::lattice::STEPS);
+        let area = orient(a.at, b.at, c.at) as f64;
+        let cell = f64::from(STEPS);
         let step = cell * f64::from(c.at.y - a.at.y) * rise[0] + cell * f64::from(a.at.y - b.at.y) * rise[1];
-        Scan { spans: Spans::new(a.at, b.at, c.at), width, corners, rise, area, step }
+        Scan { spans: Spans::new(a.at, b.at, c.at), width, corners, rise, area, locked: [false; 3], step }
+    }
+
+    /// The same without the samples on edges that are locked: edge i runs from corner i to the next.
+    pub(super) fn without(self, locked: [bool; 3]) -> Scan {
+        Scan { locked, ..self }
+    }
+
+    /// The samples that count of a row.
+    #[inline(always)]
+    pub(super) fn columns(&self, row: i32) -> (i32, i32) {
+        let (first, last) = self.spans.columns(row);
+        if self.locked == [false; 3] { (first, last) } else { self.trimmed(row, first, last) }
+    }
+
+    fn trimmed(&self, row: i32, mut first: i32, mut last: i32) -> (i32, i32) {
+        let ends = |i: usize| (self.corners[i].at, self.corners[(i + 1) % 3].at);
+        let on_locked = |column: i32| {
+            let p = Point::of_sample(column, row);
+            let on = |i: usize| orient(ends(i).0, ends(i).1, p) == 0;
+            (0..3).any(|i| self.locked[i] && on(i))
+        };
+        // All of the row is on a level edge, else at most one sample at either end is on an edge.
+        while first <= last && on_locked(first) {
+            first += 1;
+        }
+        while first <= last && on_locked(last) {
+            last -= 1;
+        }
+        (first, last)
     }
 
     pub(super) fn width(&self) -> usize {
@@ -184,7 +215,7 @@ impl Scan {
     fn start(&self, column: i32, row: i32) -> f64 {
         let [a, b, c] = self.corners.map(|v| v.at);
         let p = Point::of_sample(column, row);
-        crate::lattice::orient(c, a, p) as f64 * self.rise[0] + crate::lattice::orient(a, b, p) as f64 * self.rise[1]
+        orient(c, a, p) as f64 * self.rise[0] + orient(a, b, p) as f64 * self.rise[1]
     }
 
     /// The error at one sample.
@@ -214,7 +245,7 @@ impl Scan {
         let mut best = [-0.5f64; LANES];
         let mut best_sample = [0f64; LANES];
         for row in self.spans.rows() {
-            let (first, last) = self.spans.columns(row);
+            let (first, last) = self.columns(row);
             if first > last {
                 continue;
             }
