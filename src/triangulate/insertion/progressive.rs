@@ -39,7 +39,27 @@ impl Key {
 
     /// The last of all with errors of at least this much.
     pub fn last_of(error: f64) -> Key {
-        Key { rank: !error.to_bits(), interior: true, tile: u64::MAX, ordinal: u64::MAX }
+        Key::last_of_rank(!error.to_bits())
+    }
+
+    /// The last of all with this rank: the bits of an error, turned over.
+    pub fn last_of_rank(rank: u64) -> Key {
+        Key { rank, interior: true, tile: u64::MAX, ordinal: u64::MAX }
+    }
+
+    /// The bits of the error, turned over: ranks ascend as errors fall.
+    pub fn rank(&self) -> u64 {
+        self.rank
+    }
+
+    /// The key as four numbers, for files.
+    pub fn words(&self) -> [u64; 4] {
+        [self.rank, u64::from(self.interior), self.tile, self.ordinal]
+    }
+
+    /// The key that [`Key::words`] made these of.
+    pub fn from_words([rank, interior, tile, ordinal]: [u64; 4]) -> Key {
+        Key { rank, interior: interior != 0, tile, ordinal }
     }
 
     /// The error.
