@@ -184,7 +184,17 @@ mod tests {
         let mut heights = vec![0.0; 13 * 9];
         (0..9).for_each(|row| heights[row * 13] = left.at(12, row) as f32);
         let right = Tile::from_heights(13, 9, Heights::F32(heights));
-        let (a, b) = (rim(&left, (false, false)), rim(&right, (true, false)));
+        agree(&left, &right);
+        // And the same weights, whatever theirs are elsewhere.
+        let weight = |row: usize| [0.0, 0.3, 4.0][row % 3];
+        let weights = |column: usize, elsewhere: f64| {
+            (0..13 * 9).map(|i| if i % 13 == column { weight(i / 13) } else { elsewhere }).collect()
+        };
+        agree(&left.with_weights(weights(12, 0.7)), &right.with_weights(weights(0, 9.0)));
+    }
+
+    fn agree(left: &Tile, right: &Tile) {
+        let (a, b) = (rim(left, (false, false)), rim(right, (true, false)));
         let at = |i: u32| b.domain.vertices[(b.owned.corners + b.owned.north + i) as usize];
         let borrowed = a.foreign.iter().zip(&a.domain.vertices[a.owned.total() as usize..]);
         let mut seen = 0;

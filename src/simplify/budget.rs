@@ -17,6 +17,9 @@ const BASE: u64 = 52 << 20;
 /// 16 + 24, the nodes of the front and its queues about 40; tiles of half a million triangles took 163.
 const BYTES_PER_SAMPLE: u64 = 180;
 
+/// What weights add to it: 8 themselves, and 4 as heights are double then, whatever their type.
+const BYTES_PER_WEIGHT: u64 = 12;
+
 /// Mapped pages of one window, see `field::store`; in units of the decoder, one unit and one block.
 const PER_THREAD: u64 = 9 << 20;
 
@@ -61,16 +64,23 @@ fn tile_hint(tile: Option<usize>) -> String {
 }
 
 impl Plan {
-    /// Fits a run over `raster` in tiles of `grid` into `budget_bytes`, with up to `threads` threads.
+    /// Fits a run over `raster`, with the weights of an importance raster where there is one, in tiles of `grid` into
+    /// `budget_bytes`, with up to `threads` threads.
     ///
     /// # Errors
     /// [`BudgetTooSmall`].
-    pub fn new(budget_bytes: u64, raster: &Raster, grid: TileGrid, threads: usize) -> Result<Plan, BudgetTooSmall> {
-        let (block_width, block_height) = raster.block_size();
-        let block = (block_width * block_height * raster.sample_type().bytes()) as u64;
+    pub fn new(
+        budget_bytes: u64,
+        raster: &Raster,
+        importance: Option<&Raster>,
+        grid: TileGrid,
+        threads: usize,
+    ) -> Result<Plan, BudgetTooSmall> {
+        let blocks = block_bytes(raster) + importance.map_or(0, block_bytes);
+        let per_sample = bytes_per_sample(importance.is_some());
         let cache_bytes = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
         let fixed = BASE + cache_bytes;
-        let per_thread = |samples: usize| samples as u64 * BYTES_PER_SAMPLE + PER_THREAD + BLOCK_COPIES * block;
+        let per_thread = |samples: usize| samples as u64 * per_sample + PER_THREAD + BLOCK_COPIES * blocks;
         let each = per_thread(grid.largest());
         let fitting = budget_bytes.saturating_sub(fixed) / each;
         if fitting == 0 {
@@ -86,6 +96,16 @@ impl Plan {
         let cache_bytes = if fitting == 0 { *CACHE.start() } else { cache_bytes };
         Ok(Plan { budget_bytes, threads, cache_bytes, needed_bytes: BASE + cache_bytes + threads as u64 * each })
     }
+}
+
+/// What one thread needs for a tile, per sample.
+fn bytes_per_sample(weighted: bool) -> u64 {
+    BYTES_PER_SAMPLE + if weighted { BYTES_PER_WEIGHT } else { 0 }
+}
+
+fn block_bytes(raster: &Raster) -> u64 {
+    let (width, height) = raster.block_size();
+    (width * height * raster.sample_type().bytes()) as u64
 }
 
 /// The budget where none is given: a quarter of what the machine or its control group has, at most 2 GiB.
