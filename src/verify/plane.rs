@@ -34,7 +34,7 @@ pub(super) struct Plane {
 /// A sample's vertical distance to the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Judged {
-    /// The distance, rounded.
+    /// The distance, rounded; no more than the limit's own rounding above it where it is `within`.
     pub(super) error: f64,
     /// What is held against the tolerance, the distance or distance × weight: rounded, but at most the tolerance if and
     /// only if `within`.
@@ -126,7 +126,8 @@ impl Plane {
         }
         let weights = self.weights(column, row);
         let within = within_weighted(sample, self.triangle.heights, weights, weight, self.tolerance);
-        Judged { error, counted: self.not_contradicting(counted, within), surface, within }
+        let most = if within && weight > 0.0 { self.tolerance / weight } else { f64::INFINITY };
+        Judged { error: error.min(most), counted: self.not_contradicting(counted, within), surface, within }
     }
 
     /// Rounding (or, with numbers near the largest, overflow) must not contradict the exact answer.

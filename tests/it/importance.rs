@@ -1,8 +1,9 @@
 //! `--importance`: selective fidelity as a user meets it.
 
 use std::fs;
+use std::time::{Duration, SystemTime};
 
-use crate::util::{Dem, Folder, Kind, hills, terrabite, terrabite_with_fault};
+use crate::util::{Dem, Folder, Halted, Kind, hills, terrabite, terrabite_with_fault};
 
 /// Weights of 4 in a square in the middle, 0 at the left, 0.5 elsewhere.
 fn weights(column: usize, row: usize) -> f64 {
@@ -148,7 +149,8 @@ fn weights_that_are_none_are_named() {
     let (dem, tin) = (ground().write(&folder, "dem.tif"), folder.at("tin.ply"));
     terrabite(["simplify", &dem, &tin, "--max-error", "4"]).succeeds();
     let at = ["column 70, row 40", "expected a", "weight"];
-    let wrong: [(fn(usize, usize) -> f64, &str); 3] = [
+    type Weights = fn(usize, usize) -> f64;
+    let wrong: [(Weights, &str); 3] = [
         (|c, r| if (c, r) == (70, 40) { -0.5 } else { 1.0 }, "-0.5"),
         (|c, r| if (c, r) == (70, 40) { f64::NAN } else { 1.0 }, "nodata"),
         (|c, r| if (c, r) == (70, 40) { f64::INFINITY } else { 1.0 }, "inf"),
@@ -201,6 +203,20 @@ fn a_run_continues_with_the_same_weights_only() {
     let report = terrabite(kept(&file)).succeeds().json();
     assert!(report["tiles_found"].as_u64() >= Some(3));
     assert!(fs::read(&tin).unwrap() == expected);
+}
+
+#[test]
+fn weights_that_change_during_a_run_end_it() {
+    let folder = Folder::new();
+    let (tin, dem) = (folder.at("tin.ply"), ground().write(&folder, "dem.tif"));
+    let file = importance().write(&folder, "weights.tif");
+    for (point, count) in [("tile-begun", 2), ("vertices", 1), ("triangles", 2)] {
+        let halted = Halted::at(point, count, simplify(&dem, &tin, &file));
+        let now = SystemTime::now() + Duration::from_secs(count.into());
+        fs::File::options().append(true).open(&file).unwrap().set_modified(now).unwrap();
+        halted.go_on().fails(1, &[&file, "the raster has changed", "modified"]);
+        assert_eq!(folder.names(), ["dem.tif", "weights.tif"]);
+    }
 }
 
 /// Dense meshes, whose every sample is a vertex, at a budget near the smallest.
