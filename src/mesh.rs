@@ -17,7 +17,7 @@ pub struct Vertex {
 /// are locked: none is split, every vertex of a loop becomes a vertex of the mesh. Two corners may name one vertex
 /// (a pinch); the wedge to the left of each of them must then be one wedge of ground, without edges of the domain in it:
 /// a loop that comes to such a vertex leaves it by the leftmost edge, so holes that touch there are one loop. Every edge
-/// of a loop is within the tolerance at the samples it passes.
+/// of a loop is within the tolerance (their limits, where samples have weights) at the samples it passes.
 #[derive(Debug, Clone, Default)]
 pub struct Domain {
     /// The vertices of the loops.

@@ -63,6 +63,8 @@ impl From<RasterError> for Failure {
             RasterError::NoSuchBand { .. } => failure.hint("choose one with --band"),
             RasterError::SampleType { .. } => failure.hint("choose another band with --band"),
             RasterError::GeoTransform { .. } => failure.hint("gdal_edit.py -a_gt or gdalwarp can set another one"),
+            RasterError::OtherGrid { .. } => failure
+                .hint("gdalwarp -te … -ts WIDTH HEIGHT brings it onto that grid, gdal_edit.py corrects its place"),
             RasterError::Scaling { .. } => failure.hint("gdal_edit.py -scale and -offset can set them"),
             _ => failure,
         }

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 
+use super::importance::ImportanceArgs;
 use super::progress::Bars;
 use super::simplify_engine::EngineArgs;
 use super::simplify_kept::Kept;
@@ -45,6 +46,8 @@ pub(crate) struct SimplifyArgs {
     /// The band, counted from 1
     #[arg(long, value_name = "N", default_value_t = 1)]
     band: usize,
+    #[command(flatten)]
+    pub(super) importance: ImportanceArgs,
     /// The folder of temporary files [default: the system's]
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
@@ -114,18 +117,19 @@ impl From<FeasibilityArg> for Feasibility {
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let raster = Raster::open(&args.input, args.band)?;
+    let importance = args.importance.open(&raster)?;
     let params = args.params()?;
     let grid = grid(raster.width(), raster.height(), &params)?;
     let wanted = args.threads.map_or_else(default_threads, NonZeroUsize::get);
-    let plan = Plan::new(args.memory.unwrap_or_else(default_budget), &raster, grid, params.engine, wanted)
-        .map_err(Error::from)?;
+    let budget = args.memory.unwrap_or_else(default_budget);
+    let plan = Plan::new(budget, &raster, importance.as_ref(), grid, params.engine, wanted).map_err(Error::from)?;
     bound_gdal_cache(plan.cache_bytes);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build().map_err(|e| {
         Failure::new(format!("{} threads cannot be started: {e}", plan.threads)).hint("choose fewer with --threads")
     })?;
     let bars = Bars::new(args.quiet);
     let control = bars.control();
-    let job = Job { args, raster, params, plan, control: &control };
+    let job = Job { args, raster, importance, params, plan, control: &control };
     if args.dry_run {
         let needs = pool.install(move || job.needs())?;
         drop(bars);
@@ -147,6 +151,11 @@ fn default_threads() -> usize {
 }
 
 impl SimplifyArgs {
+    /// The files that the output must not be.
+    pub(super) fn inputs(&self) -> Vec<&Path> {
+        [Some(&self.input), self.importance.importance.as_ref()].into_iter().flatten().map(PathBuf::as_path).collect()
+    }
+
     fn params(&self) -> Result<Params, Failure> {
         let mut params = Params {
             feasibility: self.feasibility.into(),
@@ -165,6 +174,7 @@ impl SimplifyArgs {
 struct Job<'a> {
     args: &'a SimplifyArgs,
     raster: Raster,
+    importance: Option<Raster>,
     params: Params,
     plan: Plan,
     control: &'a Control<'a>,
@@ -173,16 +183,21 @@ struct Job<'a> {
 impl Job<'_> {
     /// What the run will need, from the density of a few tiles.
     fn needs(&self) -> Result<Needs, Error> {
-        let density = probe_density(&self.raster, &self.params, self.control)?;
-        Ok(Needs { estimate: estimate(&self.raster, density), memory: self.plan })
+        let density = probe_density(&self.raster, self.importance.as_ref(), &self.params, self.control)?;
+        Ok(Needs { estimate: self.estimate(density), memory: self.plan })
+    }
+
+    fn estimate(&self, density: f64) -> Estimate {
+        estimate(&self.raster, self.importance.as_ref(), density)
     }
 
     fn run(&self) -> Result<Report, Failure> {
         let start = Instant::now();
-        let watch = Watch::new(&self.raster)?;
-        let open = |dir: &PathBuf| Kept::open(dir, &self.raster, &watch, &self.params);
+        let rasters = [Some(&self.raster), self.importance.as_ref()].into_iter().flatten();
+        let watches: Vec<Watch> = rasters.map(Watch::new).collect::<Result<_, _>>()?;
+        let open = |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &watches, &self.params);
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
-        match (self.make(start, &watch, kept.as_ref()), kept) {
+        match (self.make(start, &watches, kept.as_ref()), kept) {
             (Ok(report), None) => Ok(report),
             (Err(error), None) => Err(error.into()),
             (Ok(report), Some(kept)) => {
@@ -194,17 +209,20 @@ impl Job<'_> {
     }
 
     /// Makes the output, from the tiles in the work dir and those still to be made.
-    fn make(&self, start: Instant, watch: &Watch, kept: Option<&Kept>) -> Result<Report, Error> {
+    fn make(&self, start: Instant, watches: &[Watch], kept: Option<&Kept>) -> Result<Report, Error> {
         let args = self.args;
         let staged = match kept {
             Some(kept) => kept.stage(args)?,
-            None => StagedFile::create(&args.output, args.overwrite, &[&args.input])?,
+            None => StagedFile::create(&args.output, args.overwrite, &args.inputs())?,
         };
         self.check_disks(&staged, kept)?;
         let options = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: args.access.into() };
-        let field = Field::open(&self.raster, &options, self.control)?;
-        if let Access::InPlace = field.access() {
-            let message = format!("error: {}: the file was truncated while it was in use", args.input.display());
+        let field = Field::open_with_importance(&self.raster, self.importance.as_ref(), &options, self.control)?;
+        let fields = [Some(&field), field.importance()].into_iter().flatten();
+        let mapped: Vec<String> =
+            fields.filter(|f| *f.access() == Access::InPlace).map(|f| f.name().display().to_string()).collect();
+        if !mapped.is_empty() {
+            let message = format!("error: {}: the file was truncated while it was in use", mapped.join(" or "));
             exit_on_truncation(&message, staged.partial_path())
                 .map_err(|source| FieldError::Map { path: args.input.clone(), source })?;
         }
@@ -216,11 +234,11 @@ impl Job<'_> {
             }
             None => triangulate(&field, &self.params, self.control)?,
         };
-        watch.check()?;
+        watches.iter().try_for_each(Watch::check)?;
         let triangulated = Instant::now();
         let sink = PlySink::new(staged, &comments(&self.raster, args));
         let summary = mesh.write_if(Box::new(sink), self.control, &|| {
-            watch.check()?;
+            watches.iter().try_for_each(Watch::check)?;
             kept.map_or(Ok(()), Kept::committing)
         })?;
         let seconds = Seconds {
@@ -246,7 +264,7 @@ impl Job<'_> {
                 DiskUse { what: "the output", folder: output_folder, bytes: estimate.output_bytes },
             ])
         };
-        if check(estimate(&self.raster, DENSEST)).is_ok() {
+        if check(self.estimate(DENSEST)).is_ok() {
             return Ok(());
         }
         Ok(check(self.needs()?.estimate)?)
@@ -256,10 +274,12 @@ impl Job<'_> {
 /// What the file says of itself. Nothing here depends on the machine or the time.
 fn comments(raster: &Raster, args: &SimplifyArgs) -> Vec<String> {
     let source = args.input.file_name().map(Path::new).unwrap_or(&args.input);
-    vec![
+    let mut comments = vec![
         format!("made by terrabite {}", env!("CARGO_PKG_VERSION")),
         format!("source {}", source.display()),
         format!("max_error {}", args.max_error),
-        format!("crs {}", raster.crs_name()),
-    ]
+    ];
+    comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));
+    comments.push(format!("crs {}", raster.crs_name()));
+    comments
 }

@@ -15,6 +15,8 @@ pub(super) struct Report {
     input: String,
     output: String,
     access: Access,
+    /// Null where errors are not weighted.
+    importance: Option<ImportanceReport>,
     samples: u64,
     triangles: u64,
     vertices: u64,
@@ -33,6 +35,15 @@ pub(super) struct Report {
     /// Tiles that an earlier run had left in the work dir; null where there is none.
     tiles_found: Option<u64>,
     plan: Plan,
+}
+
+/// The weights, and what they made of the errors.
+#[derive(Debug, Clone, Serialize)]
+struct ImportanceReport {
+    file: String,
+    access: Access,
+    /// The largest error × weight.
+    weighted_max: f64,
 }
 
 /// What a run will need, before it begins.
@@ -59,7 +70,8 @@ impl Needs {
     }
 }
 
-/// Vertical distances between mesh and samples, over all samples.
+/// Vertical distances between mesh and samples, over all samples. The shares are those of distance × weight where there
+/// are weights.
 #[derive(Debug, Clone, Serialize)]
 struct ErrorReport {
     max: f64,
@@ -94,10 +106,6 @@ impl Report {
         seconds: Seconds,
         spool_bytes: u64,
     ) -> Report {
-        let decoded_bytes = match field.access() {
-            Access::Decoded { bytes, .. } => *bytes,
-            Access::InPlace | Access::Windows { .. } | Access::Memory => 0,
-        };
         let errors = &summary.errors;
         let (column, row) = errors.worst;
         let steps = i64::from(STEPS);
@@ -107,6 +115,11 @@ impl Report {
             input: field.name().display().to_string(),
             output: output.display().to_string(),
             access: field.access().clone(),
+            importance: field.importance().map(|weights| ImportanceReport {
+                file: weights.name().display().to_string(),
+                access: weights.access().clone(),
+                weighted_max: errors.weighted_max,
+            }),
             samples: errors.samples,
             triangles: summary.triangles,
             vertices: summary.vertices,
@@ -130,7 +143,7 @@ impl Report {
             samples_per_second: errors.samples as f64 / seconds.total,
             seconds,
             peak_memory_bytes: peak_memory(),
-            temporary_bytes: decoded_bytes + spool_bytes,
+            temporary_bytes: field.decoded_bytes() + spool_bytes,
             tiles_found: None,
             plan,
         }
@@ -149,15 +162,24 @@ impl Report {
             ("samples", format!("{}, {}", grouped(self.samples), access(&self.access))),
             ("triangles", format!("{}, {:.1} samples each", grouped(self.triangles), self.samples_per_triangle)),
             ("vertices", grouped(self.vertices)),
-            (
-                "max error",
-                format!(
-                    "{} of {} allowed, at column {}, row {} ({}, {})",
-                    e.max, self.tolerance, e.column, e.row, e.x, e.y
-                ),
-            ),
-            ("errors", format!("RMS {:.4}; 50 % up to {:.4}, 95 % {:.4}, 99 % {:.4}", e.rms, e.p50, e.p95, e.p99)),
         ];
+        let place = format!("at column {}, row {} ({}, {})", e.column, e.row, e.x, e.y);
+        let shares = format!("50 % up to {:.4}, 95 % {:.4}, 99 % {:.4}", e.p50, e.p95, e.p99);
+        match &self.importance {
+            None => lines.extend([
+                ("max error", format!("{} of {} allowed, {place}", e.max, self.tolerance)),
+                ("errors", format!("RMS {:.4}; {shares}", e.rms)),
+            ]),
+            Some(weights) => lines.extend([
+                ("importance", format!("{}, {}", weights.file, access(&weights.access))),
+                (
+                    "weighted",
+                    format!("error × weight up to {} of {} allowed; {shares}", weights.weighted_max, self.tolerance),
+                ),
+                ("max error", format!("{}, {place}", e.max)),
+                ("errors", format!("RMS {:.4}", e.rms)),
+            ]),
+        }
         if self.feasibility == Feasibility::Strong {
             lines.push(("relaxed", format!("{} triangles are weakly feasible only", grouped(self.relaxed_triangles))));
         }

@@ -93,8 +93,8 @@ impl Info {
             mapped_in_place,
             not_in_place_because,
             read_by_windows: !mapped_in_place && suits_windows(raster),
-            estimate: estimate(raster, SAMPLES_PER_TRIANGLE),
-            memory: Plan::new(default_budget(), raster, grid, EngineChoice::default(), threads).ok(),
+            estimate: estimate(raster, None, SAMPLES_PER_TRIANGLE),
+            memory: Plan::new(default_budget(), raster, None, grid, EngineChoice::default(), threads).ok(),
         })
     }
 }

@@ -6,6 +6,7 @@
 mod error;
 mod files;
 mod geo_transform;
+mod grid;
 mod identity;
 mod open;
 mod plain;

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use super::MinLink;
+use super::{Limits, MinLink};
 use crate::control::{CancelToken, Cancelled};
 use crate::field::Tile;
 use crate::lattice::Point;
@@ -63,7 +63,8 @@ impl Rim {
     /// Computes the rim of `tile`, each side from its own samples alone. `last_column` and `last_row` say whether the
     /// tile lies at the raster's right and lower rim.
     ///
-    /// Every vertex keeps the height of its sample; every link is within `tolerance` at the samples it passes.
+    /// Every vertex keeps the height of its sample; every link is within `tolerance` at the samples it passes, where the
+    /// tile has weights within [`Tile::limit`].
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -76,10 +77,18 @@ impl Rim {
     ) -> Result<Rim, Cancelled> {
         let (right, bottom) = (tile.width() - 1, tile.height() - 1);
         let mut line = Vec::with_capacity(tile.width().max(tile.height()));
+        let mut limits = Vec::new();
         let mut side = |len: usize, place: &dyn Fn(usize) -> (usize, usize)| -> Result<Vec<Vertex>, Cancelled> {
             line.clear();
             line.extend((0..len).map(|i| tile.at(place(i).0, place(i).1)));
-            let path = min_link.path(&line, tolerance, &[], cancel)?;
+            let limits = if tile.is_weighted() {
+                limits.clear();
+                limits.extend((0..len).map(|i| tile.limit(place(i).0, place(i).1, tolerance)));
+                Limits::Each(&limits)
+            } else {
+                Limits::Same(tolerance)
+            };
+            let path = min_link.path(&line, limits, &[], cancel)?;
             Ok(path[1..path.len() - 1].iter().map(|&i| vertex(tile, place(i))).collect())
         };
         let north = side(tile.width(), &|i| (i, 0))?;
@@ -175,7 +184,17 @@ mod tests {
         let mut heights = vec![0.0; 13 * 9];
         (0..9).for_each(|row| heights[row * 13] = left.at(12, row) as f32);
         let right = Tile::from_heights(13, 9, Heights::F32(heights));
-        let (a, b) = (rim(&left, (false, false)), rim(&right, (true, false)));
+        agree(&left, &right);
+        // And the same weights, whatever theirs are elsewhere.
+        let weight = |row: usize| [0.0, 0.3, 4.0][row % 3];
+        let weights = |column: usize, elsewhere: f64| {
+            (0..13 * 9).map(|i| if i % 13 == column { weight(i / 13) } else { elsewhere }).collect()
+        };
+        agree(&left.with_weights(weights(12, 0.7)), &right.with_weights(weights(0, 9.0)));
+    }
+
+    fn agree(left: &Tile, right: &Tile) {
+        let (a, b) = (rim(left, (false, false)), rim(right, (true, false)));
         let at = |i: u32| b.domain.vertices[(b.owned.corners + b.owned.north + i) as usize];
         let borrowed = a.foreign.iter().zip(&a.domain.vertices[a.owned.total() as usize..]);
         let mut seen = 0;

@@ -12,6 +12,10 @@ use crate::tiling::TileGrid;
 /// What the process takes before any tile: the program, GDAL and its libraries, the stacks. Measured 42 MiB.
 const BASE: u64 = 52 << 20;
 
+/// What weights add to what a thread needs, per sample: 8 themselves, and 4 as heights are double then, whatever their
+/// type.
+const BYTES_PER_WEIGHT: u64 = 12;
+
 /// Mapped pages of one window, see `field::store`; in units of the decoder, one unit and one block.
 const PER_THREAD: u64 = 9 << 20;
 
@@ -56,23 +60,25 @@ fn tile_hint(tile: Option<usize>) -> String {
 }
 
 impl Plan {
-    /// Fits a run over `raster` in tiles of `grid` into `budget_bytes`, with up to `threads` threads.
+    /// Fits a run over `raster`, with the weights of an importance raster where there is one, in tiles of `grid` into
+    /// `budget_bytes`, with up to `threads` threads.
     ///
     /// # Errors
     /// [`BudgetTooSmall`].
     pub fn new(
         budget_bytes: u64,
         raster: &Raster,
+        importance: Option<&Raster>,
         grid: TileGrid,
         engine: EngineChoice,
         threads: usize,
     ) -> Result<Plan, BudgetTooSmall> {
-        let (block_width, block_height) = raster.block_size();
-        let block = (block_width * block_height * raster.sample_type().bytes()) as u64;
+        let blocks = block_bytes(raster) + importance.map_or(0, block_bytes);
+        let weights = if importance.is_some() { BYTES_PER_WEIGHT } else { 0 };
+        let per_sample = engine.bytes_per_sample() + weights;
         let cache_bytes = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
         let fixed = BASE + cache_bytes;
-        let per_thread =
-            |samples: usize| samples as u64 * engine.bytes_per_sample() + PER_THREAD + BLOCK_COPIES * block;
+        let per_thread = |samples: usize| samples as u64 * per_sample + PER_THREAD + BLOCK_COPIES * blocks;
         let each = per_thread(grid.largest());
         let fitting = budget_bytes.saturating_sub(fixed) / each;
         if fitting == 0 {
@@ -88,6 +94,11 @@ impl Plan {
         let cache_bytes = if fitting == 0 { *CACHE.start() } else { cache_bytes };
         Ok(Plan { budget_bytes, threads, cache_bytes, needed_bytes: BASE + cache_bytes + threads as u64 * each })
     }
+}
+
+fn block_bytes(raster: &Raster) -> u64 {
+    let (width, height) = raster.block_size();
+    (width * height * raster.sample_type().bytes()) as u64
 }
 
 /// The budget where none is given: a quarter of what the machine or its control group has, at most 2 GiB.

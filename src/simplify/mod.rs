@@ -28,12 +28,15 @@ use crate::raster::exact;
 use crate::triangulate::Feasibility;
 
 #[cfg(test)]
+mod importance_tests;
+#[cfg(test)]
 mod tests;
 
 /// What decides the mesh, and where temporary files go.
 #[derive(Debug, Clone)]
 pub struct Params {
-    /// The largest vertical distance allowed between the surface and any sample, in the heights' units; at least 0.
+    /// The largest vertical distance allowed between the surface and any sample, in the heights' units; at least 0. Where
+    /// the field has weights ([`crate::field::Field::with_importance`]), the largest distance × weight.
     pub max_error: f64,
     /// Which triangles may be used.
     pub feasibility: Feasibility,

@@ -136,7 +136,8 @@ impl Workspace {
             let (expected, found) = (self.chunk.samples_checksum, self.tile.checksum());
             if expected != found {
                 let Window { column, row, width, height } = window;
-                let what = format!("{width} × {height} samples at column {column}, row {row} with the checksum");
+                let samples = if self.tile.is_weighted() { "samples and weights" } else { "samples" };
+                let what = format!("{width} × {height} {samples} at column {column}, row {row} with the checksum");
                 let [expected, found] = [expected, found].map(|checksum| format!("{checksum:08x}"));
                 return Err(RasterError::Changed { path: field.name().to_path_buf(), what, expected, found }.into());
             }
@@ -186,7 +187,8 @@ impl Workspace {
     }
 }
 
-/// The tolerance that tiles work with: larger ones than heights can need change nothing, and would overflow.
+/// The tolerance that tiles work with: larger ones than heights can need change nothing, and would overflow. (Where errors
+/// weigh more than 1 they would allow more; that much, nobody asks for.)
 fn tolerance(params: &Params) -> f64 {
     params.max_error.min(MAX_TOLERANCE)
 }

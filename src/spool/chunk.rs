@@ -24,7 +24,7 @@ pub struct Chunk {
     pub errors: ErrorStats,
     /// Triangles whose strong feasibility was relaxed.
     pub relaxed: u64,
-    /// The checksum of the heights it was made from ([`crate::field::Tile::checksum`]).
+    /// The checksum of the heights and weights it was made from ([`crate::field::Tile::checksum`]).
     pub samples_checksum: u32,
     /// How often the tile was rewritten by a later pass: 0 as it comes from the engine.
     pub generation: u32,
@@ -51,7 +51,7 @@ pub struct ChunkCounts {
 }
 
 impl Chunk {
-    /// Fills the chunk with a tile mesh over `rim`, made from heights of this checksum, reusing its memory.
+    /// Fills the chunk with a tile mesh over `rim`, made from samples of this checksum, reusing its memory.
     pub fn fill(&mut self, tile: usize, rim: &Rim, mesh: &TileMesh, errors: ErrorStats, samples_checksum: u32) {
         let rim_vertices = rim.domain.vertices.len();
         self.tile = tile;

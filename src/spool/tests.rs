@@ -27,8 +27,10 @@ fn vertex() -> impl Strategy<Value = Vertex> {
 }
 
 fn errors() -> impl Strategy<Value = ErrorStats> {
-    (any::<[u64; 4]>(), 0.0..1e30f64, 0.0..1e30f64).prop_map(|([samples, column, row, count], max, squares)| {
-        let mut errors = ErrorStats { samples, max, worst: (column, row), squares, ..ErrorStats::default() };
+    let numbers = [0.0..1e30f64, 0.0..1e30f64, 0.0..1e30f64];
+    (any::<[u64; 4]>(), numbers).prop_map(|([samples, column, row, count], [max, weighted_max, squares])| {
+        let worst = (column, row);
+        let mut errors = ErrorStats { samples, max, weighted_max, worst, squares, ..ErrorStats::default() };
         errors.histogram[count as usize % BINS] = count;
         errors
     })

@@ -34,7 +34,8 @@ pub struct Task<'a> {
     pub tile: &'a Tile,
     /// The ground to cover.
     pub domain: &'a Domain,
-    /// The largest vertical distance allowed, in the heights' units; at least 0.
+    /// The largest vertical distance allowed, in the heights' units; at least 0. Where the tile has weights, distance ×
+    /// weight: each sample is held to its [`Tile::limit`].
     pub tolerance: f64,
     /// Which triangles may be used.
     pub feasibility: Feasibility,

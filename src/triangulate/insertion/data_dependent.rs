@@ -218,7 +218,7 @@ fn set_candidate(refinement: &mut Refinement<'_>, t: u32, plane: &FitPlane) {
     }
     let corners = refinement.surface.corners(t);
     let locked = refinement.left_out(t);
-    let candidate: Option<Candidate> = if locked == [false; 3] {
+    let candidate: Option<Candidate> = if locked == [false; 3] && !refinement.scanner.tile.is_weighted() {
         refinement.scanner.settle(&plane.scan, plane.corners, plane.farthest)
     } else {
         refinement.scanner.candidate(corners, locked)

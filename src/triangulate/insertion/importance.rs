@@ -47,7 +47,8 @@ pub(super) fn candidate(
 ) -> Option<Candidate> {
     let tile = scanner.tile;
     let scan = Scan::new(tile.width(), corners).without(locked);
-    scanner.each_beyond(&scan, corners, beyond);
+    beyond.clear();
+    scanner.each_beyond(&scan, corners, |candidate| beyond.push(candidate));
     let by_score = |a: &Candidate, b: &Candidate| b.score.total_cmp(&a.score).then(a.sample.cmp(&b.sample));
     if beyond.len() > measure.asked() {
         beyond.select_nth_unstable_by(measure.asked(), by_score);

@@ -50,6 +50,9 @@ impl Scanner<'_> {
     /// Samples on `locked` edges do not count.
     pub(super) fn candidate(&self, corners: [Vertex; 3], locked: [bool; 3]) -> Option<Candidate> {
         let scan = Scan::new(self.tile.width, corners).without(locked);
+        if self.tile.is_weighted() {
+            return self.weighted_candidate(&scan, corners);
+        }
         let arch = pulp::Arch::new();
         let best = match &self.tile.heights {
             Heights::F32(heights) => arch.dispatch(Search { scan: &scan, heights }),
@@ -71,21 +74,33 @@ impl Scanner<'_> {
         self.candidate_in_doubt(Plane::new(a, b, c), scan, doubt)
     }
 
-    /// All samples of a closed triangle that are beyond the tolerance, exactly; scores are errors.
-    pub(super) fn each_beyond(&self, scan: &Scan, [a, b, c]: [Vertex; 3], into: &mut Vec<Candidate>) {
-        into.clear();
-        let doubt = DOUBT * (scan.reach() + self.tolerance);
+    /// The same where errors have weights: what is wanted most is the largest product of both (section 6).
+    fn weighted_candidate(&self, scan: &Scan, corners: [Vertex; 3]) -> Option<Candidate> {
+        let mut best: Option<Candidate> = None;
+        self.each_beyond(scan, corners, |candidate| {
+            if best.is_none_or(|b| candidate.score > b.score) {
+                best = Some(candidate);
+            }
+        });
+        best
+    }
+
+    /// Visits all samples of a closed triangle that are beyond the tolerance, exactly; scores are errors, times their
+    /// weights where there are any.
+    pub(super) fn each_beyond(&self, scan: &Scan, [a, b, c]: [Vertex; 3], mut visit: impl FnMut(Candidate)) {
         let plane = Plane::new(a, b, c);
         for row in scan.spans.rows() {
             let (first, last) = scan.columns(row);
             for column in first..=last {
                 let height = self.tile.at(column as usize, row as usize);
                 let error = scan.error(column, row, height);
-                let beyond = error > self.tolerance + doubt
-                    || error >= self.tolerance - doubt
-                        && !plane.within(Point::of_sample(column, row), height, self.tolerance);
+                let limit = self.tile.limit(column as usize, row as usize, self.tolerance);
+                let doubt = DOUBT * (scan.reach() + limit);
+                let beyond = error > limit + doubt
+                    || error >= limit - doubt && !plane.within(Point::of_sample(column, row), height, limit);
                 if beyond {
-                    into.push(Candidate { score: error, sample: row as u64 * self.tile.width as u64 + column as u64 });
+                    let score = error * self.tile.weight(column as usize, row as usize);
+                    visit(Candidate { score, sample: row as u64 * self.tile.width as u64 + column as u64 });
                 }
             }
         }
