@@ -94,7 +94,7 @@ impl Info {
             not_in_place_because,
             read_by_windows: !mapped_in_place && suits_windows(raster),
             estimate: estimate(raster, SAMPLES_PER_TRIANGLE),
-            memory: Plan::new(default_budget(), raster, grid, threads).ok(),
+            memory: Plan::new(default_budget(), raster, grid, threads, 0).ok(),
         })
     }
 }

@@ -17,6 +17,12 @@ const BASE: u64 = 52 << 20;
 /// 16 + 24, the nodes of the front and its queues about 40; tiles of half a million triangles took 163.
 const BYTES_PER_SAMPLE: u64 = 180;
 
+/// What the set of all points takes per point, see `PointSet`.
+const BYTES_PER_POINT: u64 = 8;
+
+/// What one thread needs for a point of its tile: twice its place, in lists that grow by doubling, and its vertex.
+const TILE_BYTES_PER_POINT: u64 = 80;
+
 /// Mapped pages of one window, see `field::store`; in units of the decoder, one unit and one block.
 const PER_THREAD: u64 = 9 << 20;
 
@@ -61,22 +67,33 @@ fn tile_hint(tile: Option<usize>) -> String {
 }
 
 impl Plan {
-    /// Fits a run over `raster` in tiles of `grid` into `budget_bytes`, with up to `threads` threads.
+    /// Fits a run over `raster` in tiles of `grid` into `budget_bytes`, with up to `threads` threads. `points` is
+    /// how many samples must be vertices.
     ///
     /// # Errors
     /// [`BudgetTooSmall`].
-    pub fn new(budget_bytes: u64, raster: &Raster, grid: TileGrid, threads: usize) -> Result<Plan, BudgetTooSmall> {
+    pub fn new(
+        budget_bytes: u64,
+        raster: &Raster,
+        grid: TileGrid,
+        threads: usize,
+        points: usize,
+    ) -> Result<Plan, BudgetTooSmall> {
         let (block_width, block_height) = raster.block_size();
         let block = (block_width * block_height * raster.sample_type().bytes()) as u64;
         let cache_bytes = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
-        let fixed = BASE + cache_bytes;
-        let per_thread = |samples: usize| samples as u64 * BYTES_PER_SAMPLE + PER_THREAD + BLOCK_COPIES * block;
+        let base = BASE + points as u64 * BYTES_PER_POINT;
+        let fixed = base + cache_bytes;
+        let per_thread = |samples: usize| {
+            let points = samples.min(points) as u64 * TILE_BYTES_PER_POINT;
+            samples as u64 * BYTES_PER_SAMPLE + points + PER_THREAD + BLOCK_COPIES * block
+        };
         let each = per_thread(grid.largest());
         let fitting = budget_bytes.saturating_sub(fixed) / each;
         if fitting == 0 {
             // The smallest cache goes with the smallest budget.
-            let smallest_bytes = (BASE + *CACHE.start() + each).next_multiple_of(1 << 20);
-            let fits = |cells: &usize| BASE + cache_bytes + per_thread((cells + 1) * (cells + 1)) <= budget_bytes;
+            let smallest_bytes = (base + *CACHE.start() + each).next_multiple_of(1 << 20);
+            let fits = |cells: &usize| base + cache_bytes + per_thread((cells + 1) * (cells + 1)) <= budget_bytes;
             let tile = (1..=64).rev().map(|i| i * 32).find(fits);
             if smallest_bytes > budget_bytes {
                 return Err(BudgetTooSmall { budget_bytes, smallest_bytes, tile });
@@ -84,7 +101,7 @@ impl Plan {
         }
         let threads = (fitting.max(1) as usize).min(threads);
         let cache_bytes = if fitting == 0 { *CACHE.start() } else { cache_bytes };
-        Ok(Plan { budget_bytes, threads, cache_bytes, needed_bytes: BASE + cache_bytes + threads as u64 * each })
+        Ok(Plan { budget_bytes, threads, cache_bytes, needed_bytes: base + cache_bytes + threads as u64 * each })
     }
 }
 

@@ -21,10 +21,14 @@ pub use probe::probe_density;
 pub use tiles::{TileTimes, grid, triangulate, triangulate_into};
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use crate::raster::exact;
-use crate::triangulate::Feasibility;
+use crate::raster::{PointSet, exact};
+use crate::triangulate::cuts::GreedyCuts;
+use crate::triangulate::{Engine, Feasibility};
 
+#[cfg(test)]
+mod points_tests;
 #[cfg(test)]
 mod tests;
 
@@ -37,6 +41,8 @@ pub struct Params {
     pub feasibility: Feasibility,
     /// A tile's side in cells; 0 makes one tile of the whole raster.
     pub tile: usize,
+    /// Samples that become vertices of the mesh. Only for engines that can take them ([`Params::takes_points`]).
+    pub points: Option<Arc<PointSet>>,
     /// The folder of temporary files.
     pub temp_dir: PathBuf,
 }
@@ -44,10 +50,27 @@ pub struct Params {
 /// The tile size where none is asked for, in cells. Its samples fit a core's cache, and fixed seams cost little at it.
 pub const DEFAULT_TILE: usize = 512;
 
+/// The engine, as it is called in messages and work dirs.
+const ENGINE: &str = "greedy cuts";
+
 impl Params {
     /// Everything as usual but the tolerance.
     pub fn new(max_error: f64) -> Params {
-        Params { max_error, feasibility: Feasibility::default(), tile: DEFAULT_TILE, temp_dir: std::env::temp_dir() }
+        Params {
+            max_error,
+            feasibility: Feasibility::default(),
+            tile: DEFAULT_TILE,
+            points: None,
+            temp_dir: std::env::temp_dir(),
+        }
+    }
+
+    /// Makes sure that the engine can make vertices of points, before any are read.
+    ///
+    /// # Errors
+    /// [`Error::NoPreinsertion`].
+    pub fn takes_points(&self) -> Result<(), Error> {
+        if GreedyCuts.preinserts() { Ok(()) } else { Err(Error::NoPreinsertion { engine: ENGINE }) }
     }
 
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
@@ -56,11 +79,15 @@ impl Params {
             Feasibility::Weak => "weak",
             Feasibility::Strong => "strong",
         };
-        vec![
+        let mut named = vec![
             ("max error", exact(self.max_error)),
             ("feasibility", feasibility.to_string()),
             ("tile", self.tile.to_string()),
-            ("engine", "greedy cuts".to_string()),
-        ]
+            ("engine", ENGINE.to_string()),
+        ];
+        if let Some(points) = self.points.as_ref().filter(|p| !p.is_empty()) {
+            named.push(("points", format!("{} samples with the checksum {:08x}", points.len(), points.checksum())));
+        }
+        named
     }
 }

@@ -16,7 +16,7 @@ use crate::synth::{Terrain, TerrainOptions};
 use crate::verify::{VerifyOptions, verify};
 
 /// Our own ground: hills, flat lakes, cliffs.
-fn terrain(seed: u64, width: usize, height: usize) -> Vec<f64> {
+pub(super) fn terrain(seed: u64, width: usize, height: usize) -> Vec<f64> {
     let options = TerrainOptions { seed, lakes: 0.1, cliffs: seed % 2 == 1, ..TerrainOptions::default() };
     let mut heights = vec![0.0; width * height];
     let window = Window { column: 1000, row: 2000, width, height };
@@ -24,7 +24,7 @@ fn terrain(seed: u64, width: usize, height: usize) -> Vec<f64> {
     heights
 }
 
-fn geotiff(path: &Path, width: usize, height: usize, heights: &[f64]) {
+pub(super) fn geotiff(path: &Path, width: usize, height: usize, heights: &[f64]) {
     let driver = DriverManager::get_driver_by_name("GTiff").expect("GTiff");
     let dataset = driver.create_with_band_type::<f64, _>(path, width, height, 1).expect("a raster");
     let mut samples = Buffer::new((width, height), heights.to_vec());

@@ -89,7 +89,7 @@ proptest! {
     ) {
         let tile = tile(width, height, seed, kind);
         let cancel = CancelToken::default();
-        let rim = Rim::new(&tile, tolerance, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+        let rim = Rim::new(&tile, tolerance, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
         let mesh = triangulate(&tile, &rim.domain, tolerance, feasibility);
         check(&tile, &rim.domain, &mesh, tolerance);
@@ -121,6 +121,7 @@ fn domain(tile: &Tile, loops: &[Vec<Place>]) -> Domain {
     Domain {
         vertices: places.iter().map(vertex).collect(),
         loops: loops.iter().map(|l| l.iter().map(index).collect()).collect(),
+        points: Vec::new(),
     }
 }
 
