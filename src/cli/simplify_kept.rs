@@ -25,7 +25,7 @@ impl Kept {
     /// to tell, may be replaced.
     pub(super) fn stage(&self, args: &SimplifyArgs) -> Result<StagedFile, OutputError> {
         let overwrite = args.overwrite || self.0.has_committed(&args.output);
-        StagedFile::create_announced(&args.output, overwrite, &[&args.input], &|partial| self.0.staging(partial))
+        StagedFile::create_announced(&args.output, overwrite, &args.inputs(), &|partial| self.0.staging(partial))
     }
 
     pub(super) fn path(&self) -> &Path {

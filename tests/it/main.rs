@@ -2,6 +2,7 @@
 
 mod budget;
 mod info;
+mod points;
 mod preview_bad_input;
 mod readers;
 mod resume;
