@@ -48,10 +48,14 @@ pub struct PointCounts {
 /// Features between two looks at the cancellation token.
 const FEATURES_BETWEEN_CHECKS: u64 = 1024;
 
+/// The columns of a CSV file that are coordinates; its driver guesses none but WKT.
+const CSV_COLUMNS: &[&str] = &["X_POSSIBLE_NAMES=x", "Y_POSSIBLE_NAMES=y"];
+
 /// What a feature must be.
 const POINTS: &str = "a point or points";
 
 /// Reads a layer of points (Point or MultiPoint; z and m are ignored) and finds for each the nearest sample of `raster`.
+/// Of a CSV file the columns x and y are taken, in either case, or one named WKT.
 ///
 /// Places are brought to the raster's CRS where both have one; where one has none, they are taken as they are. A point
 /// between samples falls to the nearest, of several to the one of the lowest column and row. Points more than half a
@@ -98,7 +102,9 @@ pub fn read_points(raster: &Raster, source: &PointSource, cancel: &CancelToken) 
 }
 
 fn open(path: &Path) -> Result<Dataset, PointsError> {
+    let csv = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
     let options = DatasetOptions {
+        open_options: csv.then_some(CSV_COLUMNS),
         open_flags: GdalOpenFlags::GDAL_OF_READONLY
             | GdalOpenFlags::GDAL_OF_VECTOR
             | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,

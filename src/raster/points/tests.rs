@@ -178,6 +178,20 @@ fn what_is_no_point_is_refused() {
 }
 
 #[test]
+fn tables_of_coordinates() {
+    let scene = Scene::on_the_map();
+    let table = |rows: &str| {
+        let path = scene.folder.path().join("table.csv");
+        std::fs::write(&path, format!("name,X,Y\n{rows}")).expect("written");
+        path
+    };
+    // The columns go east by ten metres, the rows south.
+    assert_eq!(scene.samples(&table("a,500035,5199955\nb,500155,5199995\n")), [(15, 0), (3, 4)]);
+    scene.refuses(&table("a,500035,5199955\nb,nan,5199995\n"), None, &["layer table, feature 2"]);
+    scene.refuses(&table("a,,\n"), None, &["layer table, feature 1", "no geometry"]);
+}
+
+#[test]
 fn files_that_are_missing_or_hold_no_layer() {
     let scene = Scene::on_the_map();
     scene.refuses(&scene.folder.path().join("none.geojson"), None, &["cannot be opened", "No such file"]);
@@ -211,19 +225,23 @@ fn places_are_brought_to_the_crs_of_the_raster() {
     assert_eq!(scene.samples(&path), [(3, 4)]);
 }
 
+/// Another celestial body; a datum of which nothing is known but the ellipsoid.
 #[test]
 fn a_crs_without_a_way_to_the_rasters_is_refused() {
     let scene = Scene::on_the_map();
-    let path = scene.folder.path().join("moon.gpkg");
-    let moon = "+proj=longlat +R=1737400 +no_defs";
-    let driver = DriverManager::get_driver_by_name("GPKG").expect("GPKG");
-    let mut dataset = driver.create_vector_only(&path).expect("a file");
-    let srs = SpatialRef::from_proj4(moon).expect("known");
-    let options = LayerOptions { name: "moon", srs: Some(&srs), ..LayerOptions::default() };
-    let mut layer = dataset.create_layer(options).expect("a layer");
-    layer.create_feature(Geometry::from_wkt("POINT (15 46)").expect("WKT")).expect("a feature");
-    dataset.close().expect("closed");
-    scene.refuses(&path, None, &["layer moon", "EPSG:32633"]);
+    for (name, definition) in
+        [("moon", "+proj=longlat +R=1737400 +no_defs"), ("old", "+proj=longlat +ellps=bessel +no_defs")]
+    {
+        let path = scene.folder.path().join(name).with_extension("gpkg");
+        let driver = DriverManager::get_driver_by_name("GPKG").expect("GPKG");
+        let mut dataset = driver.create_vector_only(&path).expect("a file");
+        let srs = SpatialRef::from_proj4(definition).expect("known");
+        let options = LayerOptions { name, srs: Some(&srs), ..LayerOptions::default() };
+        let mut layer = dataset.create_layer(options).expect("a layer");
+        layer.create_feature(Geometry::from_wkt("POINT (15.001 46.9)").expect("WKT")).expect("a feature");
+        dataset.close().expect("closed");
+        scene.refuses(&path, None, &[&format!("layer {name}: cannot be transformed"), "EPSG:32633"]);
+    }
 }
 
 #[test]
