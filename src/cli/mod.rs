@@ -10,6 +10,7 @@ mod print;
 mod progress;
 mod signals;
 mod simplify;
+mod simplify_engine;
 mod simplify_kept;
 mod simplify_report;
 mod synth;

@@ -6,6 +6,7 @@ use std::time::Instant;
 use clap::ValueEnum;
 
 use super::progress::Bars;
+use super::simplify_engine::EngineArgs;
 use super::simplify_kept::Kept;
 use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
@@ -36,6 +37,8 @@ pub(crate) struct SimplifyArgs {
     /// Test triangles at the samples under them (weak), or also where their edges cross the grid (strong)
     #[arg(long, value_enum, default_value_t = FeasibilityArg::Weak)]
     feasibility: FeasibilityArg,
+    #[command(flatten)]
+    engine: EngineArgs,
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
     #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
@@ -117,7 +120,7 @@ impl From<FeasibilityArg> for Feasibility {
 }
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
-    let mut params = args.params();
+    let mut params = args.params()?;
     if args.points.is_some() {
         params.takes_points()?;
     }
@@ -130,7 +133,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let wanted = args.threads.map_or_else(default_threads, NonZeroUsize::get);
     let budget = args.memory.unwrap_or_else(default_budget);
     let point_count = params.points.as_ref().map_or(0, |p| p.len());
-    let plan = Plan::new(budget, &raster, grid, wanted, point_count).map_err(Error::from)?;
+    let plan = Plan::new(budget, &raster, grid, params.engine, wanted, point_count).map_err(Error::from)?;
     bound_gdal_cache(plan.cache_bytes);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build().map_err(|e| {
         Failure::new(format!("{} threads cannot be started: {e}", plan.threads)).hint("choose fewer with --threads")
@@ -157,13 +160,17 @@ fn default_threads() -> usize {
 }
 
 impl SimplifyArgs {
-    fn params(&self) -> Params {
-        let mut params =
-            Params { feasibility: self.feasibility.into(), tile: self.tile, ..Params::new(self.max_error) };
+    fn params(&self) -> Result<Params, Failure> {
+        let mut params = Params {
+            feasibility: self.feasibility.into(),
+            tile: self.tile,
+            engine: self.engine.choice()?,
+            ..Params::new(self.max_error)
+        };
         if let Some(dir) = &self.temp_dir {
             params.temp_dir.clone_from(dir);
         }
-        params
+        Ok(params)
     }
 
     /// The points, where there are some.

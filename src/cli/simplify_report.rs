@@ -7,7 +7,7 @@ use crate::field::{Access, Field};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
 use crate::raster::{PointCounts, Points};
-use crate::simplify::{Params, Plan, Summary, TileTimes};
+use crate::simplify::{EngineChoice, Params, Plan, Summary, TileTimes};
 use crate::triangulate::Feasibility;
 
 /// What `simplify` tells in the end.
@@ -21,6 +21,7 @@ pub(super) struct Report {
     vertices: u64,
     samples_per_triangle: f64,
     tolerance: f64,
+    engine: EngineChoice,
     feasibility: Feasibility,
     relaxed_triangles: u64,
     tile_cells: usize,
@@ -123,6 +124,7 @@ impl Report {
             vertices: summary.vertices,
             samples_per_triangle: errors.samples as f64 / summary.triangles as f64,
             tolerance: params.max_error,
+            engine: params.engine,
             feasibility: params.feasibility,
             relaxed_triangles: summary.relaxed,
             tile_cells: params.tile,
@@ -195,8 +197,8 @@ impl Report {
             (
                 "threads",
                 format!(
-                    "load {:.2} s, seams {:.2} s, cuts {:.2} s, measure {:.2} s, spool {:.2} s",
-                    t.load, t.seams, t.cuts, t.measure, t.spool
+                    "load {:.2} s, seams {:.2} s, engine {:.2} s, measure {:.2} s, spool {:.2} s",
+                    t.load, t.seams, t.engine, t.measure, t.spool
                 ),
             ),
             ("memory", self.memory()),

@@ -5,17 +5,12 @@
 //! one window per thread, and what the process has anyway. What does not fit lowers the number of threads; the tile
 //! size never follows the budget, because it decides the bytes written.
 
+use super::EngineChoice;
 use crate::raster::Raster;
 use crate::tiling::TileGrid;
 
 /// What the process takes before any tile: the program, GDAL and its libraries, the stacks. Measured 42 MiB.
 const BASE: u64 = 52 << 20;
-
-/// What one thread needs for a tile, per sample, at the most: as many vertices as samples and twice as many triangles.
-///
-/// Samples 8 and as they are stored 8, the meter's marks 1, the mesh 16 + 24, its chunk 16 + 24 and the encoded chunk
-/// 16 + 24, the nodes of the front and its queues about 40; tiles of half a million triangles took 163.
-const BYTES_PER_SAMPLE: u64 = 180;
 
 /// What the set of all points takes per point, see `PointSet`.
 const BYTES_PER_POINT: u64 = 8;
@@ -76,6 +71,7 @@ impl Plan {
         budget_bytes: u64,
         raster: &Raster,
         grid: TileGrid,
+        engine: EngineChoice,
         threads: usize,
         points: usize,
     ) -> Result<Plan, BudgetTooSmall> {
@@ -86,7 +82,7 @@ impl Plan {
         let fixed = base + cache_bytes;
         let per_thread = |samples: usize| {
             let points = samples.min(points) as u64 * TILE_BYTES_PER_POINT;
-            samples as u64 * BYTES_PER_SAMPLE + points + PER_THREAD + BLOCK_COPIES * block
+            samples as u64 * engine.bytes_per_sample() + points + PER_THREAD + BLOCK_COPIES * block
         };
         let each = per_thread(grid.largest());
         let fitting = budget_bytes.saturating_sub(fixed) / each;

@@ -7,6 +7,7 @@
 
 mod budget;
 mod disk;
+mod engine;
 mod error;
 mod mesh;
 mod pool;
@@ -15,6 +16,7 @@ mod tiles;
 
 pub use budget::{BudgetTooSmall, Plan, default_budget};
 pub use disk::{DiskTooSmall, DiskUse, check_disk};
+pub use engine::EngineChoice;
 pub use error::Error;
 pub use mesh::{Mesh, Summary};
 pub use probe::probe_density;
@@ -24,8 +26,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::raster::{PointSet, exact};
-use crate::triangulate::cuts::GreedyCuts;
-use crate::triangulate::{Engine, Feasibility};
+use crate::triangulate::Feasibility;
 
 #[cfg(test)]
 mod points_tests;
@@ -39,6 +40,8 @@ pub struct Params {
     pub max_error: f64,
     /// Which triangles may be used.
     pub feasibility: Feasibility,
+    /// What triangulates the tiles.
+    pub engine: EngineChoice,
     /// A tile's side in cells; 0 makes one tile of the whole raster.
     pub tile: usize,
     /// Samples that become vertices of the mesh. Only for engines that can take them ([`Params::takes_points`]).
@@ -50,15 +53,13 @@ pub struct Params {
 /// The tile size where none is asked for, in cells. Its samples fit a core's cache, and fixed seams cost little at it.
 pub const DEFAULT_TILE: usize = 512;
 
-/// The engine, as it is called in messages and work dirs.
-const ENGINE: &str = "greedy cuts";
-
 impl Params {
     /// Everything as usual but the tolerance.
     pub fn new(max_error: f64) -> Params {
         Params {
             max_error,
             feasibility: Feasibility::default(),
+            engine: EngineChoice::default(),
             tile: DEFAULT_TILE,
             points: None,
             temp_dir: std::env::temp_dir(),
@@ -70,7 +71,7 @@ impl Params {
     /// # Errors
     /// [`Error::NoPreinsertion`].
     pub fn takes_points(&self) -> Result<(), Error> {
-        if GreedyCuts.preinserts() { Ok(()) } else { Err(Error::NoPreinsertion { engine: ENGINE }) }
+        if self.engine.preinserts() { Ok(()) } else { Err(Error::NoPreinsertion { engine: self.engine.name() }) }
     }
 
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
@@ -83,7 +84,7 @@ impl Params {
             ("max error", exact(self.max_error)),
             ("feasibility", feasibility.to_string()),
             ("tile", self.tile.to_string()),
-            ("engine", ENGINE.to_string()),
+            ("engine", self.engine.named()),
         ];
         if let Some(points) = self.points.as_ref().filter(|p| !p.is_empty()) {
             named.push(("points", format!("{} samples with the checksum {:08x}", points.len(), points.checksum())));

@@ -15,7 +15,8 @@ use crate::seam::{MinLink, Rim};
 use crate::sink::PlySink;
 use crate::spool::{Chunk, Spool};
 use crate::staged::StagedFile;
-use crate::triangulate::Task;
+use crate::triangulate::insertion::InsertionOptions;
+use crate::triangulate::{Engine, Task};
 use crate::verify::{VerifyOptions, verify};
 
 /// Cuts ears off the loop, then splits the triangle or the edge that a point lies in. Knows no tolerance.
@@ -132,10 +133,12 @@ fn points_are_refused_by_engines_that_take_none_and_identify_a_work_dir() {
         let points = Some(Arc::new(PointSet::new(points.iter().copied())));
         Params { points, ..Params::new(1.0) }
     };
-    if !GreedyCuts.preinserts() {
-        let run = triangulate(&field, &with(&[(3, 3)]), &Control::default());
-        assert!(matches!(run, Err(Error::NoPreinsertion { .. })), "{run:?}");
-    }
+    let run = triangulate(&field, &with(&[(3, 3)]), &Control::default());
+    assert!(matches!(run, Err(Error::NoPreinsertion { engine: "greedy cuts" })), "{run:?}");
+    let insertion = EngineChoice::GreedyInsertion(InsertionOptions::default());
+    let mesh = triangulate(&field, &Params { engine: insertion, ..with(&[(3, 3)]) }, &Control::default());
+    let chunk = mesh.expect("a mesh").chunks().next().expect("a tile").expect("a chunk");
+    assert!(chunk.vertices.iter().any(|v| v.at == Point::of_sample(3, 3)));
     assert!(triangulate(&field, &with(&[]), &Control::default()).is_ok());
     assert_eq!(with(&[]).named(), Params::new(1.0).named());
     assert_eq!(with(&[(1, 2), (3, 4)]).named(), with(&[(3, 4), (1, 2)]).named());

@@ -3,6 +3,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::engine::EngineScratch;
 use super::pool::Pool;
 use super::{Error, Mesh, Params};
 use crate::control::{Cancelled, Control, Stage};
@@ -16,8 +17,7 @@ use crate::raster::{RasterError, Window};
 use crate::seam::{MinLink, Rim};
 use crate::spool::{Chunk, Spool};
 use crate::tiling::TileGrid;
-use crate::triangulate::cuts::GreedyCuts;
-use crate::triangulate::{Engine, Task};
+use crate::triangulate::Task;
 
 /// Seconds of all threads together, by what a tile goes through.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
@@ -27,7 +27,7 @@ pub struct TileTimes {
     /// The sides.
     pub seams: f64,
     /// The engine.
-    pub cuts: f64,
+    pub engine: f64,
     /// Measuring the errors of the finished mesh.
     pub measure: f64,
     /// Keeping the finished tile.
@@ -111,7 +111,7 @@ pub(super) struct Workspace {
     tile: Tile,
     points: Vec<(usize, usize)>,
     min_link: MinLink,
-    engine: <GreedyCuts as Engine>::Scratch,
+    engine: EngineScratch,
     mesh: TileMesh,
     chunk: Chunk,
     encoded: Vec<u8>,
@@ -156,7 +156,7 @@ impl Workspace {
         let window = grid.window(id);
         clocks.load.time(|| field.load(window, &mut self.tile))?;
         let rim = clocks.seams.time(|| self.rim(job, window, last))?;
-        clocks.cuts.time(|| self.cut(params, &rim, control))?;
+        clocks.engine.time(|| self.cut(params, &rim, control))?;
         let origin = (window.column as u64, window.row as u64);
         let errors = clocks.measure.time(|| measure(&self.tile, &self.mesh, tolerance(params), origin, last));
         let samples = errors.samples;
@@ -195,7 +195,7 @@ impl Workspace {
             feasibility: params.feasibility,
             cancel: &control.cancel,
         };
-        GreedyCuts.triangulate(&task, &mut self.engine, &mut self.mesh)
+        self.engine.triangulate(params.engine, &task, &mut self.mesh)
     }
 }
 
@@ -208,7 +208,7 @@ fn tolerance(params: &Params) -> f64 {
 struct Clocks {
     load: Clock,
     seams: Clock,
-    cuts: Clock,
+    engine: Clock,
     measure: Clock,
     spool: Clock,
 }
@@ -218,7 +218,7 @@ impl Clocks {
         TileTimes {
             load: self.load.seconds(),
             seams: self.seams.seconds(),
-            cuts: self.cuts.seconds(),
+            engine: self.engine.seconds(),
             measure: self.measure.seconds(),
             spool: self.spool.seconds(),
         }

@@ -2,10 +2,14 @@
 //!
 //! In come the samples of a [`Tile`] and a [`Domain`]; out goes a [`TileMesh`] whose surface is within the tolerance at
 //! every sample the domain's ground covers. Engines do no I/O, never assume that the ground is a rectangle, and know
-//! nothing of other tiles. `feasible` answers whether a triangle may be used; `cuts` is the greedy cuts engine.
+//! nothing of other tiles. `feasible` answers whether a triangle may be used; `cuts` is the greedy cuts engine, `insertion` the
+//! greedy insertion engine.
 
+#[cfg(test)]
+pub(crate) mod conformance;
 pub mod cuts;
 pub mod feasible;
+pub mod insertion;
 
 use crate::control::{CancelToken, Cancelled};
 use crate::field::Tile;

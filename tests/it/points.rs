@@ -86,7 +86,6 @@ fn places_of(ply: &[u8]) -> BTreeSet<[u64; 2]> {
 }
 
 #[test]
-#[ignore = "no engine makes vertices of points yet"]
 fn points_are_vertices_of_the_written_mesh() {
     let scene = Scene::new();
     let points = scene.layer("peaks.geojson", &PLACES);
@@ -105,7 +104,6 @@ fn points_are_vertices_of_the_written_mesh() {
 }
 
 #[test]
-#[ignore = "no engine makes vertices of points yet"]
 fn neither_threads_nor_the_order_of_points_change_a_byte() {
     let scene = Scene::new();
     let mut places = PLACES.to_vec();
@@ -117,7 +115,6 @@ fn neither_threads_nor_the_order_of_points_change_a_byte() {
 }
 
 #[test]
-#[ignore = "no engine makes vertices of points yet"]
 fn layers_that_cannot_be_used() {
     let scene = Scene::new();
     let missing = scene.folder.at("none.geojson");
@@ -133,7 +130,6 @@ fn layers_that_cannot_be_used() {
 }
 
 #[test]
-#[ignore = "no engine makes vertices of points yet"]
 fn the_points_are_never_the_output() {
     let scene = Scene::new();
     let points = scene.layer("tin.ply", &PLACES);
@@ -143,7 +139,6 @@ fn the_points_are_never_the_output() {
 }
 
 #[test]
-#[ignore = "no engine makes vertices of points yet"]
 fn a_work_dir_belongs_to_its_points() {
     let scene = Scene::new();
     let work = scene.folder.at("work");
