@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use crate::control::Cancelled;
 use crate::field::FieldError;
 use crate::preview::PreviewError;
-use crate::raster::RasterError;
+use crate::raster::{PointsError, RasterError};
 use crate::simplify::Error;
 use crate::sink::SinkError;
 use crate::spool::SpoolError;
@@ -71,6 +71,24 @@ impl From<RasterError> for Failure {
     }
 }
 
+impl From<PointsError> for Failure {
+    fn from(error: PointsError) -> Failure {
+        let failure = Failure::new(&error);
+        match error {
+            PointsError::Cancelled(stopped) => stopped.into(),
+            PointsError::NoSuchLayer { wanted: Some(_), .. } => failure.hint("choose one with --points-layer"),
+            PointsError::Feature { .. } => {
+                failure.hint("ogr2ogr -where \"OGR_GEOMETRY='POINT'\" keeps the points of a layer")
+            }
+            PointsError::Crs { .. } => failure.hint("transform the layer with ogr2ogr -t_srs"),
+            PointsError::AllOutside { .. } => {
+                failure.hint("where the layer's coordinates are not in its CRS, ogr2ogr -a_srs sets another one")
+            }
+            _ => failure,
+        }
+    }
+}
+
 impl From<Error> for Failure {
     fn from(error: Error) -> Failure {
         match error {
@@ -79,6 +97,9 @@ impl From<Error> for Failure {
             Error::Cancelled(stopped) | Error::Field(FieldError::Cancelled(stopped)) => stopped.into(),
             Error::Field(FieldError::Raster(error)) => error.into(),
             Error::WorkDir(error) => error.into(),
+            Error::NoPreinsertion { .. } => {
+                Failure::usage(error).hint("--points needs one that can: choose it with --engine greedy-insertion")
+            }
             Error::Budget(error) => {
                 Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("choose it with --memory")
             }

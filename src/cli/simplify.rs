@@ -14,9 +14,9 @@ use super::{Failure, print, values};
 use crate::control::Control;
 use crate::field::{Access, Choice, Field, FieldError, FieldOptions, exit_on_truncation};
 use crate::info::{DENSEST, Estimate, estimate};
-use crate::raster::{Raster, Watch, bound_gdal_cache};
+use crate::raster::{PointSource, Points, PointsError, Raster, Watch, bound_gdal_cache, read_points};
 use crate::simplify::{
-    DEFAULT_TILE, DiskUse, Error, Params, Plan, check_disk, default_budget, grid, probe_density, triangulate,
+    DEFAULT_TILE, DiskUse, Error, Load, Params, Plan, check_disk, default_budget, grid, probe_density, triangulate,
     triangulate_into,
 };
 use crate::sink::PlySink;
@@ -48,6 +48,13 @@ pub(crate) struct SimplifyArgs {
     band: usize,
     #[command(flatten)]
     pub(super) importance: ImportanceArgs,
+    /// A layer of points, in any format OGR reads: the samples nearest to them become vertices of the mesh. Needs
+    /// --engine greedy-insertion
+    #[arg(long, value_name = "FILE")]
+    pub(super) points: Option<PathBuf>,
+    /// The layer of --points [default: the first]
+    #[arg(long, value_name = "NAME", requires = "points")]
+    points_layer: Option<String>,
     /// The folder of temporary files [default: the system's]
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
@@ -116,20 +123,32 @@ impl From<FeasibilityArg> for Feasibility {
 }
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
+    let mut params = args.params()?;
+    if args.points.is_some() {
+        params.takes_points()?;
+    }
     let raster = Raster::open(&args.input, args.band)?;
     let importance = args.importance.open(&raster)?;
-    let params = args.params()?;
     let grid = grid(raster.width(), raster.height(), &params)?;
+    let bars = Bars::new(args.quiet);
+    let control = bars.control();
+    let points = args.read_points(&raster, &control)?;
+    params.points = points.as_ref().map(|p| p.set.clone());
     let wanted = args.threads.map_or_else(default_threads, NonZeroUsize::get);
     let budget = args.memory.unwrap_or_else(default_budget);
-    let plan = Plan::new(budget, &raster, importance.as_ref(), grid, params.engine, wanted).map_err(Error::from)?;
+    let load = Load {
+        raster: &raster,
+        importance: importance.as_ref(),
+        grid,
+        engine: params.engine,
+        points: params.points.as_ref().map_or(0, |p| p.len()),
+    };
+    let plan = Plan::new(budget, &load, wanted).map_err(Error::from)?;
     bound_gdal_cache(plan.cache_bytes);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build().map_err(|e| {
         Failure::new(format!("{} threads cannot be started: {e}", plan.threads)).hint("choose fewer with --threads")
     })?;
-    let bars = Bars::new(args.quiet);
-    let control = bars.control();
-    let job = Job { args, raster, importance, params, plan, control: &control };
+    let job = Job { args, raster, importance, params, points, plan, control: &control };
     if args.dry_run {
         let needs = pool.install(move || job.needs())?;
         drop(bars);
@@ -151,11 +170,6 @@ fn default_threads() -> usize {
 }
 
 impl SimplifyArgs {
-    /// The files that the output must not be.
-    pub(super) fn inputs(&self) -> Vec<&Path> {
-        [Some(&self.input), self.importance.importance.as_ref()].into_iter().flatten().map(PathBuf::as_path).collect()
-    }
-
     fn params(&self) -> Result<Params, Failure> {
         let mut params = Params {
             feasibility: self.feasibility.into(),
@@ -168,6 +182,19 @@ impl SimplifyArgs {
         }
         Ok(params)
     }
+
+    /// The points, where there are some.
+    fn read_points(&self, raster: &Raster, control: &Control<'_>) -> Result<Option<Points>, PointsError> {
+        let Some(path) = &self.points else { return Ok(None) };
+        let source = PointSource { path: path.clone(), layer: self.points_layer.clone() };
+        read_points(raster, &source, &control.cancel).map(Some)
+    }
+
+    /// Files that are read: the output is none of them.
+    pub(super) fn inputs(&self) -> Vec<&Path> {
+        let all = [Some(&self.input), self.importance.importance.as_ref(), self.points.as_ref()];
+        all.into_iter().flatten().map(PathBuf::as_path).collect()
+    }
 }
 
 /// A run, as asked for and as planned.
@@ -176,6 +203,7 @@ struct Job<'a> {
     raster: Raster,
     importance: Option<Raster>,
     params: Params,
+    points: Option<Points>,
     plan: Plan,
     control: &'a Control<'a>,
 }
@@ -249,6 +277,10 @@ impl Job<'_> {
             threads: mesh.times(),
         };
         let report = Report::new(&field, &self.params, self.plan, &args.output, &summary, seconds, mesh.spool_bytes());
+        let report = match (&args.points, &self.points) {
+            (Some(file), Some(points)) => report.points(file, points),
+            _ => report,
+        };
         Ok(if kept.is_some() { report.tiles_found(mesh.tiles_found()) } else { report })
     }
 
@@ -273,13 +305,14 @@ impl Job<'_> {
 
 /// What the file says of itself. Nothing here depends on the machine or the time.
 fn comments(raster: &Raster, args: &SimplifyArgs) -> Vec<String> {
-    let source = args.input.file_name().map(Path::new).unwrap_or(&args.input);
+    let name = |path: &Path| path.file_name().map_or(path, Path::new).display().to_string();
     let mut comments = vec![
         format!("made by terrabite {}", env!("CARGO_PKG_VERSION")),
-        format!("source {}", source.display()),
+        format!("source {}", name(&args.input)),
         format!("max_error {}", args.max_error),
+        format!("crs {}", raster.crs_name()),
     ];
     comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));
-    comments.push(format!("crs {}", raster.crs_name()));
+    comments.extend(args.points.iter().map(|points| format!("points {}", name(points))));
     comments
 }

@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::field::{Access, Field};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
+use crate::raster::{PointCounts, Points};
 use crate::simplify::{EngineChoice, Params, Plan, Summary, TileTimes};
 use crate::triangulate::Feasibility;
 
@@ -34,6 +35,8 @@ pub(super) struct Report {
     temporary_bytes: u64,
     /// Tiles that an earlier run had left in the work dir; null where there is none.
     tiles_found: Option<u64>,
+    /// What became of the points; null where there are none.
+    points: Option<PointsReport>,
     plan: Plan,
 }
 
@@ -44,6 +47,15 @@ struct ImportanceReport {
     access: Access,
     /// The largest error × weight.
     weighted_max: f64,
+}
+
+/// Points that were asked to be vertices.
+#[derive(Debug, Clone, Serialize)]
+struct PointsReport {
+    file: String,
+    layer: String,
+    #[serde(flatten)]
+    counts: PointCounts,
 }
 
 /// What a run will need, before it begins.
@@ -145,6 +157,7 @@ impl Report {
             peak_memory_bytes: peak_memory(),
             temporary_bytes: field.decoded_bytes() + spool_bytes,
             tiles_found: None,
+            points: None,
             plan,
         }
     }
@@ -152,6 +165,12 @@ impl Report {
     /// Of a run with a work dir: how many finished tiles were there at its beginning.
     pub(super) fn tiles_found(self, tiles: u64) -> Report {
         Report { tiles_found: Some(tiles), ..self }
+    }
+
+    /// Of a run with points, read from this file.
+    pub(super) fn points(self, file: &Path, points: &Points) -> Report {
+        let (file, layer) = (file.display().to_string(), points.layer.clone());
+        Report { points: Some(PointsReport { file, layer, counts: points.counts }), ..self }
     }
 
     /// The report as names and values.
@@ -183,6 +202,9 @@ impl Report {
         if self.feasibility == Feasibility::Strong {
             lines.push(("relaxed", format!("{} triangles are weakly feasible only", grouped(self.relaxed_triangles))));
         }
+        if let Some(points) = &self.points {
+            lines.push(("points", points.line()));
+        }
         if let Some(tiles @ 1..) = self.tiles_found {
             lines.push(("continued", format!("{} tiles were in the work dir", grouped(tiles))));
         }
@@ -205,6 +227,17 @@ impl Report {
             ("disk", format!("{} of temporary files", BinaryBytes(self.temporary_bytes))),
         ]);
         lines
+    }
+}
+
+impl PointsReport {
+    fn line(&self) -> String {
+        let PointCounts { read, used, merged, outside } = self.counts;
+        let [read, used, merged, outside] = [read, used, merged, outside].map(grouped);
+        format!(
+            "{used} vertices from {read} points of layer {}; {merged} at a place taken, {outside} outside",
+            self.layer
+        )
     }
 }
 

@@ -3,10 +3,14 @@
 //! In come the samples of one side of a tile, the limits of error at them, and vertices the side must have; out comes
 //! the polyline with the fewest links whose every sample is within its limit ([`MinLink`]). It is a function of these
 //! samples and their weights alone, so both neighbours compute the same one without talking. [`Rim`] puts the four sides
-//! of a tile together and says which vertices the tile owns.
+//! of a tile together and says which vertices the tile owns. Vertices a side must have are the points on its line: both
+//! neighbours are given them.
 
 mod min_link;
 mod rim;
 
 pub use min_link::{Limits, MinLink};
 pub use rim::{Foreign, Rim, RimCounts};
+
+#[cfg(test)]
+mod tests;

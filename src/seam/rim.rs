@@ -13,7 +13,7 @@ use crate::mesh::{Domain, Vertex};
 /// lower coordinate to the higher. Vertices owned by a neighbour follow.
 #[derive(Debug, Clone, Default)]
 pub struct Rim {
-    /// What is to be triangulated: one loop.
+    /// What is to be triangulated: one loop, and the points inside it.
     pub domain: Domain,
     /// How many of which kind the tile owns.
     pub owned: RimCounts,
@@ -66,11 +66,19 @@ impl Rim {
     /// Every vertex keeps the height of its sample; every link is within `tolerance` at the samples it passes, where the
     /// tile has weights within [`Tile::limit`].
     ///
+    /// `points` are samples that must be vertices, as column and row of the tile, each once, by rows, then by columns.
+    /// Those on a side become vertices of the side, so neighbours agree where both are given the points of their
+    /// windows; corners are vertices anyway; the others become the domain's points.
+    ///
     /// # Errors
     /// [`Cancelled`].
+    ///
+    /// # Panics
+    /// If a point is outside the tile.
     pub fn new(
         tile: &Tile,
         tolerance: f64,
+        points: &[(usize, usize)],
         (last_column, last_row): (bool, bool),
         min_link: &mut MinLink,
         cancel: &CancelToken,
@@ -78,7 +86,7 @@ impl Rim {
         let (right, bottom) = (tile.width() - 1, tile.height() - 1);
         let mut line = Vec::with_capacity(tile.width().max(tile.height()));
         let mut limits = Vec::new();
-        let mut side = |len: usize, place: &dyn Fn(usize) -> (usize, usize)| -> Result<Vec<Vertex>, Cancelled> {
+        let mut side = |len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
             line.clear();
             line.extend((0..len).map(|i| tile.at(place(i).0, place(i).1)));
             let limits = if tile.is_weighted() {
@@ -88,13 +96,14 @@ impl Rim {
             } else {
                 Limits::Same(tolerance)
             };
-            let path = min_link.path(&line, limits, &[], cancel)?;
-            Ok(path[1..path.len() - 1].iter().map(|&i| vertex(tile, place(i))).collect())
+            let path = min_link.path(&line, limits, forced, cancel)?;
+            Ok::<Vec<Vertex>, Cancelled>(path[1..path.len() - 1].iter().map(|&i| vertex(tile, place(i))).collect())
         };
-        let north = side(tile.width(), &|i| (i, 0))?;
-        let south = side(tile.width(), &|i| (i, bottom))?;
-        let west = side(tile.height(), &|i| (0, i))?;
-        let east = side(tile.height(), &|i| (right, i))?;
+        let forced = Forced::new(points, right, bottom);
+        let north = side(tile.width(), &forced.north, &|i| (i, 0))?;
+        let south = side(tile.width(), &forced.south, &|i| (i, bottom))?;
+        let west = side(tile.height(), &forced.west, &|i| (0, i))?;
+        let east = side(tile.height(), &forced.east, &|i| (right, i))?;
 
         let corner = |column, row| vec![vertex(tile, (column, row))];
         let mine = |_| unreachable!("every tile owns its first corner, its north and its west side");
@@ -132,7 +141,43 @@ impl Rim {
         let [nw, ne, sw, se, north, west, east, south] = numbers;
         let there = nw.chain(north).chain(ne).chain(east);
         let walk = there.chain(se).chain(south.rev()).chain(sw).chain(west.rev()).collect();
-        Ok(Rim { domain: Domain { vertices, loops: vec![walk] }, owned, foreign })
+        let points = forced.inside.iter().map(|&place| vertex(tile, place)).collect();
+        Ok(Rim { domain: Domain { vertices, loops: vec![walk], points }, owned, foreign })
+    }
+}
+
+/// Points by where they lie in a tile; on a side, by their place along it. Those at corners are on two sides.
+#[derive(Default)]
+struct Forced {
+    north: Vec<usize>,
+    south: Vec<usize>,
+    west: Vec<usize>,
+    east: Vec<usize>,
+    inside: Vec<(usize, usize)>,
+}
+
+impl Forced {
+    fn new(points: &[(usize, usize)], right: usize, bottom: usize) -> Forced {
+        let mut forced = Forced::default();
+        for &(column, row) in points {
+            assert!(column <= right && row <= bottom, "point {column}, {row} in a tile up to {right}, {bottom}");
+            let mut on_side = false;
+            for (is_there, side, along) in [
+                (row == 0, &mut forced.north, column),
+                (row == bottom, &mut forced.south, column),
+                (column == 0, &mut forced.west, row),
+                (column == right, &mut forced.east, row),
+            ] {
+                if is_there {
+                    side.push(along);
+                    on_side = true;
+                }
+            }
+            if !on_side {
+                forced.inside.push((column, row));
+            }
+        }
+        forced
     }
 }
 
@@ -159,7 +204,7 @@ mod tests {
     }
 
     fn rim(tile: &Tile, last: (bool, bool)) -> Rim {
-        Rim::new(tile, 3.0, last, &mut MinLink::default(), &CancelToken::default()).expect("nobody cancels")
+        Rim::new(tile, 3.0, &[], last, &mut MinLink::default(), &CancelToken::default()).expect("nobody cancels")
     }
 
     #[test]

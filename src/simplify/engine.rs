@@ -18,6 +18,22 @@ pub enum EngineChoice {
 }
 
 impl EngineChoice {
+    /// What it is called in messages.
+    pub fn name(&self) -> &'static str {
+        match self {
+            EngineChoice::GreedyCuts => "greedy cuts",
+            EngineChoice::GreedyInsertion(_) => "greedy insertion",
+        }
+    }
+
+    /// [`Engine::preinserts`].
+    pub fn preinserts(&self) -> bool {
+        match *self {
+            EngineChoice::GreedyCuts => GreedyCuts.preinserts(),
+            EngineChoice::GreedyInsertion(options) => GreedyInsertion { options }.preinserts(),
+        }
+    }
+
     /// What of this decides the bytes of a tile, as text.
     pub(super) fn named(&self) -> String {
         match self {

@@ -41,6 +41,12 @@ pub enum Error {
     /// The tolerance is no usable number.
     #[error("expected a tolerance that is finite and at least 0, found {0}")]
     Tolerance(f64),
+    /// There are points, but the engine cannot make vertices of them.
+    #[error("expected an engine that can make vertices of points, found {engine}")]
+    NoPreinsertion {
+        /// The engine.
+        engine: &'static str,
+    },
     /// A tile is longer than places in it can be exact.
     #[error("expected tiles of at most {limit} cells a side, found {found}; choose a smaller --tile")]
     Tile {

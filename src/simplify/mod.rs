@@ -14,7 +14,7 @@ mod pool;
 mod probe;
 mod tiles;
 
-pub use budget::{BudgetTooSmall, Plan, default_budget};
+pub use budget::{BudgetTooSmall, Load, Plan, default_budget};
 pub use disk::{DiskTooSmall, DiskUse, check_disk};
 pub use engine::EngineChoice;
 pub use error::Error;
@@ -23,12 +23,15 @@ pub use probe::probe_density;
 pub use tiles::{TileTimes, grid, triangulate, triangulate_into};
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use crate::raster::exact;
+use crate::raster::{PointSet, exact};
 use crate::triangulate::Feasibility;
 
 #[cfg(test)]
 mod importance_tests;
+#[cfg(test)]
+mod points_tests;
 #[cfg(test)]
 mod tests;
 
@@ -44,6 +47,8 @@ pub struct Params {
     pub engine: EngineChoice,
     /// A tile's side in cells; 0 makes one tile of the whole raster.
     pub tile: usize,
+    /// Samples that become vertices of the mesh. Only for engines that can take them ([`Params::takes_points`]).
+    pub points: Option<Arc<PointSet>>,
     /// The folder of temporary files.
     pub temp_dir: PathBuf,
 }
@@ -59,8 +64,17 @@ impl Params {
             feasibility: Feasibility::default(),
             engine: EngineChoice::default(),
             tile: DEFAULT_TILE,
+            points: None,
             temp_dir: std::env::temp_dir(),
         }
+    }
+
+    /// Makes sure that the engine can make vertices of points, before any are read.
+    ///
+    /// # Errors
+    /// [`Error::NoPreinsertion`].
+    pub fn takes_points(&self) -> Result<(), Error> {
+        if self.engine.preinserts() { Ok(()) } else { Err(Error::NoPreinsertion { engine: self.engine.name() }) }
     }
 
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
@@ -69,11 +83,15 @@ impl Params {
             Feasibility::Weak => "weak",
             Feasibility::Strong => "strong",
         };
-        vec![
+        let mut named = vec![
             ("max error", exact(self.max_error)),
             ("feasibility", feasibility.to_string()),
             ("tile", self.tile.to_string()),
             ("engine", self.engine.named()),
-        ]
+        ];
+        if let Some(points) = self.points.as_ref().filter(|p| !p.is_empty()) {
+            named.push(("points", format!("{} samples with the checksum {:08x}", points.len(), points.checksum())));
+        }
+        named
     }
 }

@@ -69,6 +69,9 @@ pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &
     if !(params.max_error.is_finite() && params.max_error >= 0.0) {
         return Err(Error::Tolerance(params.max_error));
     }
+    if params.points.as_ref().is_some_and(|p| !p.is_empty()) {
+        params.takes_points()?;
+    }
     let grid = grid(field.width(), field.height(), params)?;
     assert_eq!(spool.tiles(), grid.len(), "chunks of a spool for this grid");
     let clocks = Clocks::default();
@@ -106,6 +109,7 @@ pub(super) struct Job<'a> {
 #[derive(Default)]
 pub(super) struct Workspace {
     tile: Tile,
+    points: Vec<(usize, usize)>,
     min_link: MinLink,
     engine: EngineScratch,
     mesh: TileMesh,
@@ -152,8 +156,7 @@ impl Workspace {
         let last = (grid.is_last_column(id), grid.is_last_row(id));
         let window = grid.window(id);
         clocks.load.time(|| field.load(window, &mut self.tile))?;
-        let rim =
-            clocks.seams.time(|| Rim::new(&self.tile, tolerance(params), last, &mut self.min_link, &control.cancel))?;
+        let rim = clocks.seams.time(|| self.rim(job, window, last))?;
         clocks.engine.time(|| self.cut(params, &rim, control))?;
         let origin = (window.column as u64, window.row as u64);
         let errors = clocks.measure.time(|| measure(&self.tile, &self.mesh, tolerance(params), origin, last));
@@ -168,11 +171,21 @@ impl Workspace {
     /// Triangulates one tile and returns how many samples and triangles it has.
     pub(super) fn probe(&mut self, job: &Job<'_>, index: usize) -> Result<(usize, usize), Error> {
         let id = job.grid.tile(index);
-        job.field.load(job.grid.window(id), &mut self.tile)?;
-        let tolerance = tolerance(job.params);
-        let rim = Rim::new(&self.tile, tolerance, (true, true), &mut self.min_link, &job.control.cancel)?;
+        let window = job.grid.window(id);
+        job.field.load(window, &mut self.tile)?;
+        let rim = self.rim(job, window, (true, true))?;
         self.cut(job.params, &rim, job.control)?;
         Ok((self.tile.width() * self.tile.height(), self.mesh.triangles.len()))
+    }
+
+    /// The rim of the tile that is loaded, and the points inside it.
+    fn rim(&mut self, job: &Job<'_>, window: Window, last: (bool, bool)) -> Result<Rim, Cancelled> {
+        self.points.clear();
+        if let Some(points) = &job.params.points {
+            points.within(window, &mut self.points);
+        }
+        let tolerance = tolerance(job.params);
+        Rim::new(&self.tile, tolerance, &self.points, last, &mut self.min_link, &job.control.cancel)
     }
 
     fn cut(&mut self, params: &Params, rim: &Rim, control: &Control<'_>) -> Result<(), Cancelled> {

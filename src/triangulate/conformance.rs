@@ -32,7 +32,17 @@ macro_rules! conformance {
                     size in (2usize..30, 2usize..30), seed in any::<u64>(), kind in 0u8..4,
                     tolerance in conformance::tolerances(), strong in any::<bool>(),
                 ) {
-                    conformance::covers(&$engine, size, seed, kind, tolerance, strong);
+                    conformance::covers(&$engine, size, seed, kind, tolerance, strong, &[]);
+                }
+
+                /// On sides and at corners by every engine, inside by those that can.
+                #[test]
+                fn points_are_vertices(
+                    size in (2usize..30, 2usize..30), seed in any::<u64>(), kind in 0u8..4,
+                    tolerance in conformance::tolerances(), strong in any::<bool>(),
+                    points in prop::collection::vec((0usize..30, 0usize..30), 0..20),
+                ) {
+                    conformance::covers(&$engine, size, seed, kind, tolerance, strong, &points);
                 }
             }
 
@@ -91,6 +101,12 @@ pub(crate) fn check(tile: &Tile, domain: &Domain, mesh: &TileMesh, tolerance: f6
             }
         }
     }
+    let fixed: Vec<Vertex> = domain.fixed().collect();
+    assert_eq!(mesh.vertices[..fixed.len()], fixed, "the loops' vertices and the points come first");
+    let mut used: Vec<u32> = mesh.triangles.as_flattened().to_vec();
+    used.sort_unstable();
+    used.dedup();
+    assert_eq!(used.len(), mesh.vertices.len(), "every vertex is in a triangle");
     assert_eq!(area, domain.area(), "the triangles cover the ground once");
     for l in &domain.loops {
         for i in 0..l.len() {
@@ -136,7 +152,7 @@ pub(crate) fn tolerances() -> impl Strategy<Value = f64> {
 /// The rim that a tile of its own has.
 pub(crate) fn rim(tile: &Tile, tolerance: f64) -> Rim {
     let cancel = CancelToken::default();
-    Rim::new(tile, tolerance, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels")
+    Rim::new(tile, tolerance, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels")
 }
 
 pub(crate) fn covers<E: Engine>(
@@ -146,14 +162,26 @@ pub(crate) fn covers<E: Engine>(
     kind: u8,
     tolerance: f64,
     strong: bool,
+    points: &[(usize, usize)],
 ) {
     let tile = tile(width, height, seed, kind);
-    let rim = rim(&tile, tolerance);
+    let mut points: Vec<_> = points.iter().map(|&(column, row)| (row % height, column % width)).collect();
+    points.sort_unstable();
+    points.dedup();
+    let on_rim = |&(row, column): &_| row == 0 || row + 1 == height || column == 0 || column + 1 == width;
+    points.retain(|point| engine.preinserts() || on_rim(point));
+    let points: Vec<_> = points.into_iter().map(|(row, column)| (column, row)).collect();
+    let (cancel, mut min_link) = (CancelToken::default(), MinLink::default());
+    let rim = Rim::new(&tile, tolerance, &points, (true, true), &mut min_link, &cancel).expect("nobody cancels");
     let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
     let mesh = triangulate(engine, &tile, &rim.domain, tolerance, feasibility);
     check(&tile, &rim.domain, &mesh, tolerance);
     if !strong {
         assert_eq!(mesh.relaxed, 0);
+    }
+    for (column, row) in points {
+        let at = Point::of_sample(column as i32, row as i32);
+        assert!(mesh.vertices.iter().any(|v| v.at == at), "point {column}, {row}");
     }
 }
 
@@ -179,6 +207,7 @@ pub(crate) fn domain(tile: &Tile, loops: &[Vec<Place>]) -> Domain {
     Domain {
         vertices: places.iter().map(vertex).collect(),
         loops: loops.iter().map(|l| l.iter().map(index).collect()).collect(),
+        points: Vec::new(),
     }
 }
 

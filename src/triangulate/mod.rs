@@ -48,6 +48,11 @@ pub trait Engine: Sync {
     /// Memory that the engine reuses from tile to tile; it carries nothing from one to the next.
     type Scratch: Default + Send;
 
+    /// Whether the engine makes vertices of the domain's points ([`Domain::points`]). One that does not is given none.
+    fn preinserts(&self) -> bool {
+        false
+    }
+
     /// Triangulates the task's ground into `mesh`, replacing what is in it and reusing its memory. The same task gives
     /// the same mesh, always and everywhere.
     ///

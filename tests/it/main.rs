@@ -3,6 +3,7 @@
 mod budget;
 mod importance;
 mod info;
+mod points;
 mod preview_bad_input;
 mod readers;
 mod resume;

@@ -71,6 +71,8 @@ impl Scratch {
         mesh.clear();
         std::mem::swap(&mut self.surface.vertices, &mut mesh.vertices);
         first::triangulate(domain, &mut self.surface);
+        // Critical points (section 6) come before the first scan: what they leave beyond the tolerance is refined.
+        domain.points.iter().fold(0, |near, &point| Refinement::preinsert(&mut self.surface, near, point));
         self.candidates.clear();
         self.fits.clear();
         self.squares.clear();
@@ -94,6 +96,10 @@ impl Scratch {
 
 impl Engine for GreedyInsertion {
     type Scratch = Scratch;
+
+    fn preinserts(&self) -> bool {
+        true
+    }
 
     fn triangulate(&self, task: &Task<'_>, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
         task.cancel.check()?;

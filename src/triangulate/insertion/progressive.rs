@@ -101,7 +101,11 @@ pub struct Order<'a> {
 /// The domain with only those vertices on its loops that are there from the start.
 pub(super) fn beginning(domain: &Domain, keys: &[Key]) -> Domain {
     let first = |l: &Vec<u32>| l.iter().copied().filter(|&v| keys[v as usize] == Key::FIRST).collect();
-    Domain { vertices: domain.vertices.clone(), loops: domain.loops.iter().map(first).collect() }
+    Domain {
+        vertices: domain.vertices.clone(),
+        loops: domain.loops.iter().map(first).collect(),
+        points: domain.points.clone(),
+    }
 }
 
 impl Refinement<'_> {

@@ -24,10 +24,10 @@ pub(super) fn algorithm_ii(tile: &Tile, domain: &Domain, tolerance: f64) -> Tile
     let mut cache: Vec<f64> = (0..tile.width() * tile.height()).map(|sample| oracle.error(sample)).collect();
     while let Some(best) = oracle.best(&cache) {
         let changed = oracle.insert(best);
-        for sample in 0..cache.len() {
+        for (sample, error) in cache.iter_mut().enumerate() {
             let p = oracle.place(sample);
             if changed.iter().any(|&t| oracle.holds(t, p)) {
-                cache[sample] = oracle.error(sample);
+                *error = oracle.error(sample);
             }
         }
     }
