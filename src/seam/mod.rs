@@ -5,8 +5,10 @@
 //! samples and their weights alone, so both neighbours compute the same one without talking. [`Rim`] puts the four sides
 //! of a tile together and says which vertices the tile owns.
 
+mod limits;
 mod min_link;
 mod rim;
 
-pub use min_link::{Limits, MinLink};
+pub use limits::Limits;
+pub use min_link::MinLink;
 pub use rim::{Foreign, Rim, RimCounts};
