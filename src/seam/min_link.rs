@@ -1,5 +1,6 @@
 use std::cmp::Ordering;
 
+use super::limits::{Allowed, Capped, Limits};
 use crate::control::{CancelToken, Cancelled};
 use crate::exact;
 
@@ -19,63 +20,6 @@ struct Way {
     links: u32,
     squares: f64,
     next: usize,
-}
-
-/// The largest vertical error allowed at each sample of a line.
-#[derive(Debug, Clone, Copy)]
-pub enum Limits<'a> {
-    /// The same everywhere.
-    Same(f64),
-    /// One for every sample.
-    Each(&'a [f64]),
-}
-
-impl From<f64> for Limits<'_> {
-    fn from(tolerance: f64) -> Self {
-        Limits::Same(tolerance)
-    }
-}
-
-impl<'a> From<&'a [f64]> for Limits<'a> {
-    fn from(limits: &'a [f64]) -> Self {
-        Limits::Each(limits)
-    }
-}
-
-/// [`Limits`] of a section of the line, as the search reads them.
-trait Allowed: Copy {
-    /// The limit at a sample.
-    fn at(&self, sample: usize) -> f64;
-    /// The largest of them.
-    fn largest(&self) -> f64;
-}
-
-impl Allowed for f64 {
-    #[inline(always)]
-    fn at(&self, _: usize) -> f64 {
-        *self
-    }
-    fn largest(&self) -> f64 {
-        *self
-    }
-}
-
-/// Limits of samples, but none above `cap`: twice the greatest magnitude of the heights, farther than which no sample is
-/// from any link. It keeps the bound of rounding small where a sample is free.
-#[derive(Clone, Copy)]
-struct Capped<'a> {
-    limits: &'a [f64],
-    cap: f64,
-}
-
-impl Allowed for Capped<'_> {
-    #[inline(always)]
-    fn at(&self, sample: usize) -> f64 {
-        self.limits[sample].min(self.cap)
-    }
-    fn largest(&self) -> f64 {
-        self.cap
-    }
 }
 
 /// Samples between two looks at the cancellation token.
@@ -125,7 +69,7 @@ impl MinLink {
             match limits {
                 Limits::Same(tolerance) => self.find_ways(heights, highest, tolerance, cancel)?,
                 Limits::Each(limits) => {
-                    let capped = Capped { limits: &limits[range], cap: 2.0 * highest };
+                    let capped = Capped::new(&limits[range], highest);
                     self.find_ways(heights, highest, capped, cancel)?;
                 }
             }

@@ -6,10 +6,12 @@
 //! of a tile together and says which vertices the tile owns. Vertices a side must have are the points on its line: both
 //! neighbours are given them.
 
+mod limits;
 mod min_link;
 mod rim;
 
-pub use min_link::{Limits, MinLink};
+pub use limits::Limits;
+pub use min_link::MinLink;
 pub use rim::{Foreign, Rim, RimCounts};
 
 #[cfg(test)]

@@ -37,6 +37,9 @@ proptest! {
         size in (2usize..24, 2usize..24), seed in any::<u64>(), kind in 0u8..4, tolerance in tolerances(),
     ) {
         let tile = tile(size.0, size.1, seed, kind);
+        // Errors of integer heights are exact, ties included. Those of others are rounded: where they are nothing but
+        // rounding, which is the largest depends on the order of additions.
+        let tolerance = if kind == 1 { tolerance.max(1e-9) } else { tolerance };
         let rim = rim(&tile, tolerance);
         let third = triangulate(&GreedyInsertion::default(), &tile, &rim.domain, tolerance, Feasibility::Weak);
         prop_assert_eq!(&oracles::algorithm_ii(&tile, &rim.domain, tolerance), &third);
