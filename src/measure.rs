@@ -6,6 +6,7 @@
 
 use std::ops::RangeInclusive;
 
+use crate::exact::MAX_TOLERANCE;
 use crate::field::{Heights, Tile};
 use crate::lattice::Point;
 use crate::mesh::{TileMesh, Vertex};
@@ -65,11 +66,27 @@ impl ErrorStats {
         let mut seen = 0;
         for (bin, count) in self.histogram.iter().enumerate() {
             seen += count;
-            if seen >= wanted {
+            // Errors beyond what was expected are all in the last.
+            if seen >= wanted && bin + 1 < BINS {
                 return (tolerance * (bin + 1) as f64 / BINS as f64).min(self.weighted_max);
             }
         }
         self.weighted_max
+    }
+}
+
+/// What is known of a mesh's errors before they are measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bound {
+    /// None exceeds this tolerance.
+    Within(f64),
+    /// Nothing; they are about so large.
+    Scale(f64),
+}
+
+impl From<f64> for Bound {
+    fn from(tolerance: f64) -> Self {
+        Bound::Within(tolerance)
     }
 }
 
@@ -78,16 +95,20 @@ impl ErrorStats {
 ///
 /// # Panics
 /// If the triangles do not cover every sample the tile owns exactly once, or one is farther than its limit (the tolerance,
-/// or [`Tile::limit`]) from its triangle: an engine is broken, and its mesh must not be written.
+/// or [`Tile::limit`]) from its triangle where a [`Bound::Within`] says so: an engine is broken, and its mesh must not be written.
 pub fn measure(
     tile: &Tile,
     mesh: &TileMesh,
-    tolerance: f64,
+    bound: impl Into<Bound>,
     origin: (u64, u64),
     (last_column, last_row): (bool, bool),
 ) -> ErrorStats {
+    let (tolerance, scale) = match bound.into() {
+        Bound::Within(tolerance) => (tolerance, tolerance),
+        Bound::Scale(scale) => (MAX_TOLERANCE, scale),
+    };
     let owned = (tile.width - usize::from(!last_column), tile.height - usize::from(!last_row));
-    let bins_per_error = if tolerance > 0.0 { BINS as f64 / tolerance } else { 0.0 };
+    let bins_per_error = if scale > 0.0 { BINS as f64 / scale } else { 0.0 };
     let mut meter = Meter { tile, tolerance, bins_per_error, owned, stats: ErrorStats::default(), worst: (0, 0) };
     match &tile.heights {
         Heights::F32(heights) => mesh.triangles.iter().for_each(|&t| meter.triangle(heights, mesh.corners(t))),

@@ -100,6 +100,13 @@ impl From<Error> for Failure {
             Error::NoPreinsertion { .. } => {
                 Failure::usage(error).hint("--points needs one that can: choose it with --engine greedy-insertion")
             }
+            Error::NoGoal { .. } => {
+                Failure::usage(error).hint("--max-points, --max-triangles and --max-rms need --engine greedy-insertion")
+            }
+            Error::GoalWithPasses => {
+                Failure::usage(error).hint("leave --selection and --measure, or give --max-error alone")
+            }
+            Error::Goal(_) => Failure::usage(error).hint("choose a larger budget, or a larger --tile"),
             Error::Budget(error) => {
                 Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("choose it with --memory")
             }

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 
+use super::goal::GoalArgs;
 use super::importance::ImportanceArgs;
 use super::progress::Bars;
 use super::simplify_engine::EngineArgs;
@@ -32,9 +33,8 @@ pub(crate) struct SimplifyArgs {
     /// The mesh: a binary PLY file in map coordinates
     #[arg(value_name = "OUTPUT")]
     pub(super) output: PathBuf,
-    /// The largest vertical distance allowed between mesh and samples, in the units of the heights; 0 is exact
-    #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
-    max_error: f64,
+    #[command(flatten)]
+    pub(super) goal: GoalArgs,
     /// Test triangles at the samples under them (weak), or also where their edges cross the grid (strong)
     #[arg(long, value_enum, default_value_t = FeasibilityArg::Weak)]
     feasibility: FeasibilityArg,
@@ -124,6 +124,7 @@ impl From<FeasibilityArg> for Feasibility {
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let mut params = args.params()?;
+    params.takes_goal()?;
     if args.points.is_some() {
         params.takes_points()?;
     }
@@ -162,8 +163,16 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     } else if !args.quiet {
         print::report(&print::aligned(&report.lines()))?;
     }
+    if report.fell_short() {
+        let output = args.output.display();
+        print::error(&format!("warning: {output}: complete, but the budget ended it before the quality asked for"));
+        return Ok(ExitCode::from(FELL_SHORT));
+    }
     Ok(ExitCode::SUCCESS)
 }
+
+/// Exit code: a budget ended the refinement before the quality that was asked for was reached.
+const FELL_SHORT: u8 = 5;
 
 fn default_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
@@ -175,7 +184,8 @@ impl SimplifyArgs {
             feasibility: self.feasibility.into(),
             tile: self.tile,
             engine: self.engine.choice()?,
-            ..Params::new(self.max_error)
+            goal: self.goal.goal(),
+            ..Params::new(self.goal.tolerance())
         };
         if let Some(dir) = &self.temp_dir {
             params.temp_dir.clone_from(dir);
@@ -276,7 +286,7 @@ impl Job<'_> {
             write: triangulated.elapsed().as_secs_f64(),
             threads: mesh.times(),
         };
-        let report = Report::new(&field, &self.params, self.plan, &args.output, &summary, seconds, mesh.spool_bytes());
+        let report = Report::new(&field, &self.params, self.plan, &args.output, &summary, seconds, &mesh);
         let report = match (&args.points, &self.points) {
             (Some(file), Some(points)) => report.points(file, points),
             _ => report,
@@ -309,9 +319,9 @@ fn comments(raster: &Raster, args: &SimplifyArgs) -> Vec<String> {
     let mut comments = vec![
         format!("made by terrabite {}", env!("CARGO_PKG_VERSION")),
         format!("source {}", name(&args.input)),
-        format!("max_error {}", args.max_error),
         format!("crs {}", raster.crs_name()),
     ];
+    comments.extend(args.goal.comments());
     comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));
     comments.extend(args.points.iter().map(|points| format!("points {}", name(points))));
     comments

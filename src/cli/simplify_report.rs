@@ -3,11 +3,12 @@ use std::path::Path;
 use indicatif::BinaryBytes;
 use serde::Serialize;
 
+use super::goal::GoalReport;
 use crate::field::{Access, Field};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
 use crate::raster::{PointCounts, Points};
-use crate::simplify::{EngineChoice, Params, Plan, Summary, TileTimes};
+use crate::simplify::{EngineChoice, Mesh, Params, Plan, Summary, TileTimes};
 use crate::triangulate::Feasibility;
 
 /// What `simplify` tells in the end.
@@ -22,7 +23,10 @@ pub(super) struct Report {
     triangles: u64,
     vertices: u64,
     samples_per_triangle: f64,
-    tolerance: f64,
+    /// Null where only a budget was given.
+    tolerance: Option<f64>,
+    /// Null where the tolerance is all that was asked for.
+    goal: Option<GoalReport>,
     engine: EngineChoice,
     feasibility: Feasibility,
     relaxed_triangles: u64,
@@ -116,13 +120,13 @@ impl Report {
         output: &Path,
         summary: &Summary,
         seconds: Seconds,
-        spool_bytes: u64,
+        mesh: &Mesh,
     ) -> Report {
         let errors = &summary.errors;
         let (column, row) = errors.worst;
         let steps = i64::from(STEPS);
         let (x, y) = field.geo_transform().apply(column as i64 * steps, row as i64 * steps);
-        let percentile = |share| errors.percentile(share, params.max_error);
+        let percentile = |share| errors.percentile(share, mesh.error_scale());
         Report {
             input: field.name().display().to_string(),
             output: output.display().to_string(),
@@ -136,7 +140,8 @@ impl Report {
             triangles: summary.triangles,
             vertices: summary.vertices,
             samples_per_triangle: errors.samples as f64 / summary.triangles as f64,
-            tolerance: params.max_error,
+            tolerance: params.max_error.is_finite().then_some(params.max_error),
+            goal: mesh.outcome().map(|outcome| GoalReport::new(params.goal, params.max_error.is_finite(), outcome)),
             engine: params.engine,
             feasibility: params.feasibility,
             relaxed_triangles: summary.relaxed,
@@ -155,7 +160,7 @@ impl Report {
             samples_per_second: errors.samples as f64 / seconds.total,
             seconds,
             peak_memory_bytes: peak_memory(),
-            temporary_bytes: field.decoded_bytes() + spool_bytes,
+            temporary_bytes: field.decoded_bytes() + mesh.spool_bytes(),
             tiles_found: None,
             points: None,
             plan,
@@ -186,18 +191,18 @@ impl Report {
         let shares = format!("50 % up to {:.4}, 95 % {:.4}, 99 % {:.4}", e.p50, e.p95, e.p99);
         match &self.importance {
             None => lines.extend([
-                ("max error", format!("{} of {} allowed, {place}", e.max, self.tolerance)),
+                ("max error", format!("{}{}, {place}", e.max, self.allowed())),
                 ("errors", format!("RMS {:.4}; {shares}", e.rms)),
             ]),
             Some(weights) => lines.extend([
                 ("importance", format!("{}, {}", weights.file, access(&weights.access))),
-                (
-                    "weighted",
-                    format!("error × weight up to {} of {} allowed; {shares}", weights.weighted_max, self.tolerance),
-                ),
+                ("weighted", format!("error × weight up to {}{}; {shares}", weights.weighted_max, self.allowed())),
                 ("max error", format!("{}, {place}", e.max)),
                 ("errors", format!("RMS {:.4}", e.rms)),
             ]),
+        }
+        if let Some(goal) = &self.goal {
+            lines.push(("goal", goal.line(self.vertices, self.triangles)));
         }
         if self.feasibility == Feasibility::Strong {
             lines.push(("relaxed", format!("{} triangles are weakly feasible only", grouped(self.relaxed_triangles))));
@@ -242,6 +247,15 @@ impl PointsReport {
 }
 
 impl Report {
+    /// Whether a quality was asked for that a budget did not allow.
+    pub(super) fn fell_short(&self) -> bool {
+        self.goal.as_ref().is_some_and(GoalReport::fell_short)
+    }
+
+    fn allowed(&self) -> String {
+        self.tolerance.map_or(String::new(), |tolerance| format!(" of {tolerance} allowed"))
+    }
+
     fn memory(&self) -> String {
         let peak = self.peak_memory_bytes.map_or("unknown".to_string(), |b| BinaryBytes(b).to_string());
         let threads =

@@ -23,6 +23,11 @@ pub(crate) fn max_error(text: &str) -> Result<f64, String> {
     Err("expected a finite number, 0 or above, in the units of the heights".to_string())
 }
 
+/// A number of vertices or triangles.
+pub(crate) fn count(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "expected a whole number".to_string())
+}
+
 /// A share, from 0 to 1.
 pub(crate) fn share(text: &str) -> Result<f64, String> {
     let share = text.parse().ok().filter(|s| (0.0..=1.0).contains(s));

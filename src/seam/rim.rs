@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use super::{Limits, MinLink};
+use super::{Level, Limits, MinLink, levels};
 use crate::control::{CancelToken, Cancelled};
 use crate::field::Tile;
 use crate::lattice::Point;
@@ -104,7 +104,53 @@ impl Rim {
         let south = side(tile.width(), &forced.south, &|i| (i, bottom))?;
         let west = side(tile.height(), &forced.west, &|i| (0, i))?;
         let east = side(tile.height(), &forced.east, &|i| (right, i))?;
+        Ok(Rim::assemble(tile, [north, west, east, south], (last_column, last_row), &forced.inside))
+    }
 
+    /// Computes the rim that `tile` has at any tolerance, from nested sides ([`levels`]): of their vertices those that
+    /// `keeps` wants. Beside it the kept vertices of the sides, in the domain's order, corners left out.
+    ///
+    /// Sides are split until they are within `tolerance`, [`Tile::limit`] where the tile has weights; levels are errors,
+    /// times weights. `points` are as for [`Rim::new`].
+    ///
+    /// # Panics
+    /// If a point is outside the tile.
+    pub fn nested(
+        tile: &Tile,
+        tolerance: f64,
+        points: &[(usize, usize)],
+        last: (bool, bool),
+        keeps: impl Fn(SideVertex) -> bool,
+    ) -> (Rim, Vec<SideVertex>) {
+        let (right, bottom) = (tile.width() - 1, tile.height() - 1);
+        let forced = Forced::new(points, right, bottom);
+        let kept = |side: Side, len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
+            let line = Line { tile, tolerance, place };
+            let all = levels(len, forced, |a, b, k| line.error(a, b, k), |a, b, k| line.is_beyond(a, b, k));
+            let named = all.into_iter().map(|Level { at, level }| SideVertex { side, at, level });
+            named.filter(|v| keeps(*v)).map(|v| (v, vertex(tile, place(v.at)))).unzip::<_, _, Vec<_>, Vec<_>>()
+        };
+        let (north, north_vertices) = kept(Side::North, tile.width(), &forced.north, &|i| (i, 0));
+        let (west, west_vertices) = kept(Side::West, tile.height(), &forced.west, &|i| (0, i));
+        let (east, east_vertices) = kept(Side::East, tile.height(), &forced.east, &|i| (right, i));
+        let (south, south_vertices) = kept(Side::South, tile.width(), &forced.south, &|i| (i, bottom));
+        let sides = [north_vertices, west_vertices, east_vertices, south_vertices];
+        let rim = Rim::assemble(tile, sides, last, &forced.inside);
+        // As the domain has them: owned sides first.
+        let by_side = [(true, north), (true, west), (last.0, east), (last.1, south)];
+        let of = |owned: bool| by_side.iter().filter(move |(o, _)| *o == owned).flat_map(|(_, v)| v.iter().copied());
+        let order = of(true).chain(of(false)).collect();
+        (rim, order)
+    }
+
+    /// Puts corners, sides (north, west, east, south) and the points inside together.
+    fn assemble(
+        tile: &Tile,
+        [north, west, east, south]: [Vec<Vertex>; 4],
+        (last_column, last_row): (bool, bool),
+        inside: &[(usize, usize)],
+    ) -> Rim {
+        let (right, bottom) = (tile.width() - 1, tile.height() - 1);
         let corner = |column, row| vec![vertex(tile, (column, row))];
         let mine = |_| unreachable!("every tile owns its first corner, its north and its west side");
         // In the order in which a tile numbers what it owns.
@@ -141,8 +187,62 @@ impl Rim {
         let [nw, ne, sw, se, north, west, east, south] = numbers;
         let there = nw.chain(north).chain(ne).chain(east);
         let walk = there.chain(se).chain(south.rev()).chain(sw).chain(west.rev()).collect();
-        let points = forced.inside.iter().map(|&place| vertex(tile, place)).collect();
-        Ok(Rim { domain: Domain { vertices, loops: vec![walk], points }, owned, foreign })
+        let points = inside.iter().map(|&place| vertex(tile, place)).collect();
+        Rim { domain: Domain { vertices, loops: vec![walk], points }, owned, foreign }
+    }
+}
+
+/// A side of a tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Side {
+    /// The first row.
+    North,
+    /// The first column.
+    West,
+    /// The last column.
+    East,
+    /// The last row.
+    South,
+}
+
+/// A vertex between the corners of a nested side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SideVertex {
+    /// The side.
+    pub side: Side,
+    /// Its place along the side, in samples from the lower coordinate.
+    pub at: usize,
+    /// The error below which the side has it, see [`Level`].
+    pub level: f64,
+}
+
+/// The samples of a side.
+struct Line<'a> {
+    tile: &'a Tile,
+    tolerance: f64,
+    place: &'a dyn Fn(usize) -> (usize, usize),
+}
+
+impl Line<'_> {
+    fn height(&self, k: usize) -> f64 {
+        let (column, row) = (self.place)(k);
+        self.tile.at(column, row)
+    }
+
+    /// How far sample k is from the line between two others, times its weight.
+    fn error(&self, from: usize, to: usize, k: usize) -> f64 {
+        let (column, row) = (self.place)(k);
+        let (before, after) = ((k - from) as f64, (to - k) as f64);
+        let off = after * (self.height(from) - self.height(k)) + before * (self.height(to) - self.height(k));
+        off.abs() / (before + after) * self.tile.weight(column, row)
+    }
+
+    /// Whether that is more than is allowed there, exactly.
+    fn is_beyond(&self, from: usize, to: usize, k: usize) -> bool {
+        let (column, row) = (self.place)(k);
+        let (before, after) = ((k - from) as i64, (to - k) as i64);
+        let terms = [(after, self.height(from)), (before, self.height(to)), (-before - after, self.height(k))];
+        !crate::exact::within(&terms, before + after, self.tile.limit(column, row, self.tolerance))
     }
 }
 

@@ -77,4 +77,9 @@ impl EngineScratch {
             }
         }
     }
+
+    /// The memory of greedy insertion.
+    pub(super) fn insertion(&mut self) -> &mut <GreedyInsertion as Engine>::Scratch {
+        &mut self.insertion
+    }
 }

@@ -1,4 +1,4 @@
-use super::{BudgetTooSmall, DiskTooSmall};
+use super::{BudgetTooSmall, DiskTooSmall, GoalTooSmall};
 use crate::control::Cancelled;
 use crate::field::FieldError;
 use crate::raster::RasterError;
@@ -47,6 +47,20 @@ pub enum Error {
         /// The engine.
         engine: &'static str,
     },
+    /// The engine makes its triangles once and for all: it cannot stop at a budget.
+    #[error("expected an engine that refines, to end at a budget or a root mean square, found {engine}")]
+    NoGoal {
+        /// The engine.
+        engine: &'static str,
+    },
+    /// Passes that insert many samples cannot stop at one of them, and other measures than errors are no thresholds.
+    #[error(
+        "expected sequential insertion by local error, to end at a budget or a root mean square, found another variant"
+    )]
+    GoalWithPasses,
+    /// The budget of vertices or triangles.
+    #[error(transparent)]
+    Goal(#[from] GoalTooSmall),
     /// A tile is longer than places in it can be exact.
     #[error("expected tiles of at most {limit} cells a side, found {found}; choose a smaller --tile")]
     Tile {

@@ -9,6 +9,8 @@ mod budget;
 mod disk;
 mod engine;
 mod error;
+mod goal;
+mod in_order;
 mod mesh;
 mod pool;
 mod probe;
@@ -18,6 +20,7 @@ pub use budget::{BudgetTooSmall, Load, Plan, default_budget};
 pub use disk::{DiskTooSmall, DiskUse, check_disk};
 pub use engine::EngineChoice;
 pub use error::Error;
+pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
 pub use mesh::{Mesh, Summary};
 pub use probe::probe_density;
 pub use tiles::{TileTimes, grid, triangulate, triangulate_into};
@@ -45,6 +48,8 @@ pub struct Params {
     pub feasibility: Feasibility,
     /// What triangulates the tiles.
     pub engine: EngineChoice,
+    /// What ends the refinement beside the tolerance. Only for engines that refine ([`Params::takes_goal`]).
+    pub goal: Goal,
     /// A tile's side in cells; 0 makes one tile of the whole raster.
     pub tile: usize,
     /// Samples that become vertices of the mesh. Only for engines that can take them ([`Params::takes_points`]).
@@ -63,6 +68,7 @@ impl Params {
             max_error,
             feasibility: Feasibility::default(),
             engine: EngineChoice::default(),
+            goal: Goal::default(),
             tile: DEFAULT_TILE,
             points: None,
             temp_dir: std::env::temp_dir(),
@@ -77,6 +83,19 @@ impl Params {
         if self.engine.preinserts() { Ok(()) } else { Err(Error::NoPreinsertion { engine: self.engine.name() }) }
     }
 
+    /// Makes sure that the engine can end where the goal says.
+    ///
+    /// # Errors
+    /// [`Error::NoGoal`], [`Error::GoalWithPasses`].
+    pub fn takes_goal(&self) -> Result<(), Error> {
+        match self.engine {
+            _ if self.goal.is_none() => Ok(()),
+            EngineChoice::GreedyInsertion(options) if options == options.in_order() => Ok(()),
+            EngineChoice::GreedyInsertion(_) => Err(Error::GoalWithPasses),
+            EngineChoice::GreedyCuts => Err(Error::NoGoal { engine: self.engine.name() }),
+        }
+    }
+
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
     pub fn named(&self) -> Vec<(&'static str, String)> {
         let feasibility = match self.feasibility {
@@ -89,6 +108,9 @@ impl Params {
             ("tile", self.tile.to_string()),
             ("engine", self.engine.named()),
         ];
+        if !self.goal.is_none() {
+            named.push(("goal", self.goal.named()));
+        }
         if let Some(points) = self.points.as_ref().filter(|p| !p.is_empty()) {
             named.push(("points", format!("{} samples with the checksum {:08x}", points.len(), points.checksum())));
         }

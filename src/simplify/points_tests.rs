@@ -89,7 +89,17 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
         spool.append(&chunk, &mut Vec::new()).expect("kept");
     }
     let (geo_transform, times) = (field.geo_transform(), TileTimes::default());
-    Mesh { spool, grid, geo_transform, max_error: params.max_error, times, found: 0 }
+    Mesh {
+        spool,
+        grid,
+        geo_transform,
+        max_error: params.max_error,
+        error_scale: params.max_error,
+        outcome: None,
+        times,
+        survey_bytes: 0,
+        found: 0,
+    }
 }
 
 /// A point lies wherever the written mesh has a vertex, and the other way round but for the tiles' corners.

@@ -24,7 +24,7 @@ pub fn probe_density(
     let options = FieldOptions { temp_dir: params.temp_dir.clone(), choice: Choice::Windows };
     let field = Field::open_with_importance(raster, importance, &options, control)?;
     let grid = TileGrid::new(field.width(), field.height(), params.tile);
-    let job = Job { field: &field, params, grid, control };
+    let job = Job { field: &field, params, grid, control, end: None };
     let mut workspace = Workspace::default();
     let (mut samples, mut triangles) = (0, 0);
     for row in spread(grid.rows()) {

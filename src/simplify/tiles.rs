@@ -4,6 +4,8 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::engine::EngineScratch;
+use super::goal::Told;
+use super::in_order::{End, find_end};
 use super::pool::Pool;
 use super::{Error, Mesh, Params};
 use crate::control::{Cancelled, Control, Stage};
@@ -11,7 +13,7 @@ use crate::exact::MAX_TOLERANCE;
 use crate::faults::{self, Point};
 use crate::field::{Field, Tile};
 use crate::lattice::MAX_TILE_CELLS;
-use crate::measure::measure;
+use crate::measure::{Bound, measure};
 use crate::mesh::TileMesh;
 use crate::raster::{RasterError, Window};
 use crate::seam::{MinLink, Rim};
@@ -66,7 +68,9 @@ pub fn triangulate(field: &Field, params: &Params, control: &Control<'_>) -> Res
 /// # Errors
 /// [`Error`]; what becomes of the finished tiles is the spool's matter.
 pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
-    if !(params.max_error.is_finite() && params.max_error >= 0.0) {
+    // Under a goal the tolerance may be left open.
+    let open = params.max_error == f64::INFINITY && !params.goal.is_none();
+    if !(params.max_error.is_finite() && params.max_error >= 0.0 || open) {
         return Err(Error::Tolerance(params.max_error));
     }
     if params.points.as_ref().is_some_and(|p| !p.is_empty()) {
@@ -76,9 +80,10 @@ pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &
     assert_eq!(spool.tiles(), grid.len(), "chunks of a spool for this grid");
     let clocks = Clocks::default();
     let found = AtomicU64::new(0);
-    control.progress.begin(Stage::Triangulate, grid.len() as u64, field.width() as u64 * field.height() as u64);
-    let job = Job { field, params, grid, control };
     let workspaces = Pool::default();
+    let mut job = Job { field, params, grid, control, end: None };
+    job.end = find_end(&job, &workspaces)?;
+    control.progress.begin(Stage::Triangulate, grid.len() as u64, field.width() as u64 * field.height() as u64);
     (0..grid.len()).into_par_iter().try_for_each(|index| {
         control.cancel.check()?;
         faults::reach(Point::TileBegun);
@@ -93,7 +98,17 @@ pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &
     })?;
     control.progress.end(Stage::Triangulate);
     let (found, times) = (found.into_inner(), clocks.read());
-    Ok(Mesh { spool, grid, geo_transform: field.geo_transform(), max_error: params.max_error, times, found })
+    Ok(Mesh {
+        spool,
+        grid,
+        geo_transform: field.geo_transform(),
+        max_error: params.max_error,
+        error_scale: job.end.map_or(params.max_error, |end| end.scale(&job)),
+        outcome: job.end.map(|end| end.outcome),
+        times,
+        survey_bytes: job.end.map_or(0, |end| end.survey_bytes),
+        found,
+    })
 }
 
 /// What all tiles of a run have in common.
@@ -103,18 +118,21 @@ pub(super) struct Job<'a> {
     pub(super) params: &'a Params,
     pub(super) grid: TileGrid,
     pub(super) control: &'a Control<'a>,
+    /// Where tiles end, under a goal.
+    pub(super) end: Option<End>,
 }
 
 /// What one thread needs to take a tile from its samples to the spool; reused from tile to tile.
 #[derive(Default)]
 pub(super) struct Workspace {
-    tile: Tile,
-    points: Vec<(usize, usize)>,
+    pub(super) tile: Tile,
+    pub(super) points: Vec<(usize, usize)>,
     min_link: MinLink,
-    engine: EngineScratch,
-    mesh: TileMesh,
+    pub(super) engine: EngineScratch,
+    pub(super) mesh: TileMesh,
     chunk: Chunk,
-    encoded: Vec<u8>,
+    pub(super) encoded: Vec<u8>,
+    pub(super) told: Vec<Told>,
 }
 
 impl Workspace {
@@ -151,15 +169,21 @@ impl Workspace {
 
     /// Takes one tile from its samples to the spool. Returns how many samples the tile owns.
     fn run(&mut self, job: &Job<'_>, index: usize, spool: &Spool, clocks: &Clocks) -> Result<u64, Error> {
-        let Job { field, params, grid, control } = *job;
+        let Job { field, params, grid, control, .. } = *job;
         let id = grid.tile(index);
         let last = (grid.is_last_column(id), grid.is_last_row(id));
         let window = grid.window(id);
-        clocks.load.time(|| field.load(window, &mut self.tile))?;
-        let rim = clocks.seams.time(|| self.rim(job, window, last))?;
-        clocks.engine.time(|| self.cut(params, &rim, control))?;
+        let (rim, bound) = match &job.end {
+            None => {
+                clocks.load.time(|| field.load(window, &mut self.tile))?;
+                let rim = clocks.seams.time(|| self.rim(job, window, last))?;
+                clocks.engine.time(|| self.cut(params, &rim, control))?;
+                (rim, Bound::Within(tolerance(params)))
+            }
+            Some(end) => clocks.engine.time(|| self.run_to(job, index, end))?,
+        };
         let origin = (window.column as u64, window.row as u64);
-        let errors = clocks.measure.time(|| measure(&self.tile, &self.mesh, tolerance(params), origin, last));
+        let errors = clocks.measure.time(|| measure(&self.tile, &self.mesh, bound, origin, last));
         let samples = errors.samples;
         clocks.spool.time(|| {
             self.chunk.fill(index, &rim, &self.mesh, errors, self.tile.checksum());
@@ -180,12 +204,17 @@ impl Workspace {
 
     /// The rim of the tile that is loaded, and the points inside it.
     fn rim(&mut self, job: &Job<'_>, window: Window, last: (bool, bool)) -> Result<Rim, Cancelled> {
+        self.find_points(job, window);
+        let tolerance = tolerance(job.params);
+        Rim::new(&self.tile, tolerance, &self.points, last, &mut self.min_link, &job.control.cancel)
+    }
+
+    /// Finds the points of the tile that is loaded.
+    pub(super) fn find_points(&mut self, job: &Job<'_>, window: Window) {
         self.points.clear();
         if let Some(points) = &job.params.points {
             points.within(window, &mut self.points);
         }
-        let tolerance = tolerance(job.params);
-        Rim::new(&self.tile, tolerance, &self.points, last, &mut self.min_link, &job.control.cancel)
     }
 
     fn cut(&mut self, params: &Params, rim: &Rim, control: &Control<'_>) -> Result<(), Cancelled> {
@@ -202,7 +231,7 @@ impl Workspace {
 
 /// The tolerance that tiles work with: larger ones than heights can need change nothing, and would overflow. (Where errors
 /// weigh more than 1 they would allow more; that much, nobody asks for.)
-fn tolerance(params: &Params) -> f64 {
+pub(super) fn tolerance(params: &Params) -> f64 {
     params.max_error.min(MAX_TOLERANCE)
 }
 

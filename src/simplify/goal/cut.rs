@@ -56,18 +56,22 @@ pub(in crate::simplify) fn find_cut(
     goal: &Goal,
     base: Base,
     error_needs: Option<Key>,
-) -> io::Result<(Key, Outcome)> {
+) -> io::Result<Result<(Key, Outcome), GoalTooSmall>> {
     let limits = Limits { goal: *goal, base, error_needs };
     let mut before = Sum::default();
     // What is there from the start.
     curves.for_each(|t| {
         if t.key == Key::FIRST {
-            before.squares += t.squares;
+            before.add(t);
         }
         true
     })?;
+    let first = Base { points: base.points + before.points, triangles: base.triangles + before.triangles, ..base };
+    if let Err(too_small) = goal.check(&first) {
+        return Ok(Err(too_small));
+    }
     if limits.reached(before, Key::FIRST) {
-        return Ok((Key::FIRST, outcome(None, f64::INFINITY)));
+        return Ok(Ok((Key::FIRST, outcome(None, f64::INFINITY))));
     }
     let mut prefix = 0u64;
     for level in 0..64 / DIGIT {
@@ -88,7 +92,7 @@ pub(in crate::simplify) fn find_cut(
         match stop {
             Some(i) => there.truncate(i + 1),
             // No limit is met by all there is.
-            None if level == 0 => return Ok((Key::last_of_rank(u64::MAX), outcome(None, last_error(curves)?))),
+            None if level == 0 => return Ok(Ok((Key::last_of_rank(u64::MAX), outcome(None, last_error(curves)?)))),
             // The reading before says that it is met here; only its sums were rounded differently. It is met at the end.
             None => {}
         }
@@ -96,7 +100,7 @@ pub(in crate::simplify) fn find_cut(
         before = there.iter().fold(before, |sum, (_, bin)| sum.plus(*bin));
         prefix = prefix << DIGIT | digit as u64;
     }
-    limits.within_rank(curves, prefix, before)
+    limits.within_rank(curves, prefix, before).map(Ok)
 }
 
 fn low_bits(shift: u32) -> u64 {

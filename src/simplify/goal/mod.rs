@@ -9,6 +9,8 @@
 mod curves;
 mod cut;
 mod floor;
+#[cfg(test)]
+mod tests;
 
 pub(super) use curves::{Cost, Curves, Told};
 pub(super) use cut::{Base, find_cut};

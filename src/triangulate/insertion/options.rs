@@ -91,6 +91,12 @@ pub enum Measure {
 }
 
 impl InsertionOptions {
+    /// The same with what insertion in order needs ([`super::GreedyInsertion::triangulate_in_order`]): one at a time, the
+    /// farthest first.
+    pub fn in_order(self) -> InsertionOptions {
+        InsertionOptions { selection: Selection::Sequential, measure: Measure::LocalError, ..self }
+    }
+
     /// All of it as text, equal exactly if the results are.
     pub fn named(&self) -> String {
         // Doubles print as the shortest decimals that are read back as the same.
