@@ -3,6 +3,7 @@
 mod budget;
 mod importance;
 mod info;
+mod insertion;
 mod points;
 mod preview_bad_input;
 mod readers;
