@@ -24,6 +24,7 @@ use std::path::PathBuf;
 
 use crate::raster::exact;
 use crate::triangulate::Feasibility;
+use crate::triangulate::cuts::Cuts;
 
 #[cfg(test)]
 mod tests;
@@ -35,6 +36,8 @@ pub struct Params {
     pub max_error: f64,
     /// Which triangles may be used.
     pub feasibility: Feasibility,
+    /// The order of greedy cuts.
+    pub cuts: Cuts,
     /// A tile's side in cells; 0 makes one tile of the whole raster.
     pub tile: usize,
     /// The folder of temporary files.
@@ -47,7 +50,13 @@ pub const DEFAULT_TILE: usize = 512;
 impl Params {
     /// Everything as usual but the tolerance.
     pub fn new(max_error: f64) -> Params {
-        Params { max_error, feasibility: Feasibility::default(), tile: DEFAULT_TILE, temp_dir: std::env::temp_dir() }
+        Params {
+            max_error,
+            feasibility: Feasibility::default(),
+            cuts: Cuts::default(),
+            tile: DEFAULT_TILE,
+            temp_dir: std::env::temp_dir(),
+        }
     }
 
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
@@ -56,11 +65,15 @@ impl Params {
             Feasibility::Weak => "weak",
             Feasibility::Strong => "strong",
         };
+        let engine = match self.cuts {
+            Cuts::Plain => "greedy cuts, plain",
+            Cuts::Improved => "greedy cuts, improved",
+        };
         vec![
             ("max error", exact(self.max_error)),
             ("feasibility", feasibility.to_string()),
             ("tile", self.tile.to_string()),
-            ("engine", "greedy cuts".to_string()),
+            ("engine", engine.to_string()),
         ]
     }
 }

@@ -60,7 +60,7 @@ proptest! {
     fn what_is_written_passes_the_verifier(
         width in 2usize..40, height in 2usize..40, seed in any::<u64>(), kind in 0u8..4,
         max_error in prop_oneof![Just(0.0), Just(1.0), Just(2.5), 0.0f64..6.0, Just(1e6)],
-        tile in prop_oneof![Just(0usize), 1usize..12, Just(16), Just(512)], strong in any::<bool>(),
+        tile in prop_oneof![Just(0usize), 1usize..12, Just(16), Just(512)], strong in any::<bool>(), plain in any::<bool>(),
     ) {
         let noise = |i: usize| (i as u64 + 1).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 48;
         let heights = match kind {
@@ -70,7 +70,8 @@ proptest! {
             _ => vec![-11.5; width * height],
         };
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
-        certify(width, height, &heights, &Params { feasibility, tile, ..Params::new(max_error) });
+        let cuts = if plain { Cuts::Plain } else { Cuts::Improved };
+        certify(width, height, &heights, &Params { feasibility, cuts, tile, ..Params::new(max_error) });
     }
 }
 
@@ -159,6 +160,7 @@ struct Golden {
     size: (usize, usize),
     max_error: f64,
     feasibility: String,
+    cuts: String,
     tile: usize,
     triangles: u64,
 }
@@ -173,7 +175,8 @@ fn golden_counts_do_not_go_up() {
     let write = std::env::var_os("TERRABITE_GOLDEN").is_some_and(|v| v == "write");
     for line in &mut golden {
         let feasibility = if line.feasibility == "strong" { Feasibility::Strong } else { Feasibility::Weak };
-        let params = Params { feasibility, tile: line.tile, ..Params::new(line.max_error) };
+        let cuts = if line.cuts == "plain" { Cuts::Plain } else { Cuts::Improved };
+        let params = Params { feasibility, cuts, tile: line.tile, ..Params::new(line.max_error) };
         let (width, height) = line.size;
         let found: u64 = mesh(width, height, terrain(line.seed, width, height), &params)
             .chunks()

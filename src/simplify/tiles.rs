@@ -182,7 +182,7 @@ impl Workspace {
             feasibility: params.feasibility,
             cancel: &control.cancel,
         };
-        GreedyCuts.triangulate(&task, &mut self.engine, &mut self.mesh)
+        GreedyCuts { cuts: params.cuts }.triangulate(&task, &mut self.engine, &mut self.mesh)
     }
 }
 

@@ -10,10 +10,18 @@ use crate::lattice::{Point, orient};
 use crate::mesh::{Domain, Vertex};
 use crate::seam::{MinLink, Rim};
 
-fn triangulate(tile: &Tile, domain: &Domain, tolerance: f64, feasibility: Feasibility) -> TileMesh {
+const ENGINES: [GreedyCuts; 2] = [GreedyCuts::PLAIN, GreedyCuts::IMPROVED];
+
+fn triangulate(
+    engine: GreedyCuts,
+    tile: &Tile,
+    domain: &Domain,
+    tolerance: f64,
+    feasibility: Feasibility,
+) -> TileMesh {
     let mut mesh = TileMesh::default();
     let task = Task { tile, domain, tolerance, feasibility, cancel: &CancelToken::default() };
-    GreedyCuts.triangulate(&task, &mut Scratch::default(), &mut mesh).expect("nobody cancels");
+    engine.triangulate(&task, &mut Scratch::default(), &mut mesh).expect("nobody cancels");
     mesh
 }
 
@@ -85,13 +93,13 @@ proptest! {
     fn every_tile_is_covered_within_the_tolerance(
         width in 2usize..30, height in 2usize..30, seed in any::<u64>(), kind in 0u8..4,
         tolerance in prop_oneof![Just(0.0), Just(0.25), Just(1.0), Just(2.0), Just(5.0), 0.0f64..4.0],
-        strong in any::<bool>(),
+        strong in any::<bool>(), engine in prop::sample::select(&ENGINES[..]),
     ) {
         let tile = tile(width, height, seed, kind);
         let cancel = CancelToken::default();
         let rim = Rim::new(&tile, tolerance, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
-        let mesh = triangulate(&tile, &rim.domain, tolerance, feasibility);
+        let mesh = triangulate(engine, &tile, &rim.domain, tolerance, feasibility);
         check(&tile, &rim.domain, &mesh, tolerance);
         if !strong {
             prop_assert_eq!(mesh.relaxed, 0);
@@ -127,7 +135,9 @@ fn domain(tile: &Tile, loops: &[Vec<Place>]) -> Domain {
 fn check_all(tile: &Tile, domain: &Domain) {
     for tolerance in [0.0, 1.0, 3.0, 9.0] {
         for feasibility in [Feasibility::Weak, Feasibility::Strong] {
-            check(tile, domain, &triangulate(tile, domain, tolerance, feasibility), tolerance);
+            for engine in ENGINES {
+                check(tile, domain, &triangulate(engine, tile, domain, tolerance, feasibility), tolerance);
+            }
         }
     }
 }

@@ -25,6 +25,11 @@ impl<'a> Tester<'a> {
         self.feasibility
     }
 
+    /// The largest vertical distance allowed.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
     /// The samples.
     pub fn tile(&self) -> &'a Tile {
         self.tile

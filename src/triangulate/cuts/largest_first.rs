@@ -1,0 +1,154 @@
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::apexes::{Apexes, Rays};
+use super::front::{Fresh, Front};
+use super::thin::Splits;
+use super::{Edge, Strategy};
+use crate::lattice::{Point, orient};
+use crate::mesh::Vertex;
+use crate::triangulate::feasible::Tester;
+
+/// The improved order: the largest ear first; where there is none, the best bite; where there is none, the longest edge
+/// is split.
+///
+/// An ear is tried once. An edge is swept once ([`Apexes`]); the bite it offers waits in a heap until it is the best.
+/// If something has come in its way by then, the edge offers the next best of what its sweep had found.
+#[derive(Debug, Default)]
+pub(super) struct LargestFirst {
+    fresh: Fresh,
+    ears: BinaryHeap<Ear>,
+    bites: BinaryHeap<Bite>,
+    splits: Splits,
+    apexes: Apexes,
+    /// What is left of an edge's sweep, by the edge's first node.
+    swept: Vec<Swept>,
+    /// New edges. They are not looked at before the ears are cut: most are gone by then.
+    pending: Vec<Edge>,
+}
+
+/// A corner that turns left: twice its area, and its nodes.
+type Ear = (i64, Reverse<[u32; 3]>);
+
+/// The best bite an edge has to offer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Bite {
+    score: i64,
+    place: Reverse<Point>,
+    edge: Reverse<Edge>,
+    /// The apex's height, bit for bit.
+    height: u64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Swept {
+    /// Where the edge leads. The node it leads to may change, when a bite splits the polygon there.
+    to: Point,
+    rays: Rays,
+}
+
+impl Strategy for LargestFirst {
+    fn clear(&mut self) {
+        self.ears.clear();
+        self.bites.clear();
+        self.splits.clear();
+        self.swept.clear();
+        self.pending.clear();
+    }
+
+    fn cut(&mut self, front: &mut Front, tester: &Tester<'_>) -> bool {
+        self.look_at_fresh(front);
+        if self.cut_ear(front, tester) {
+            return true;
+        }
+        while let Some(edge) = self.pending.pop() {
+            if front.has_edge(edge) {
+                self.offer(front, tester, edge);
+            }
+        }
+        self.bite(front, tester) || self.splits.cut(front, tester)
+    }
+
+    fn take_hopeless(&mut self, into: &mut Vec<Edge>) {
+        self.splits.take_hopeless(into);
+    }
+}
+
+impl LargestFirst {
+    fn look_at_fresh(&mut self, front: &mut Front) {
+        front.take_fresh(&mut self.fresh);
+        for &i in &self.fresh.corners {
+            let (p, q) = (front.prev(i), front.next(i));
+            if !front.has_edge((p, i)) {
+                continue;
+            }
+            let area = orient(front.at(p), front.at(i), front.at(q));
+            if area > 0 {
+                self.ears.push((area, Reverse([p, i, q])));
+            }
+        }
+        self.pending.append(&mut self.fresh.edges);
+    }
+
+    fn cut_ear(&mut self, front: &mut Front, tester: &Tester<'_>) -> bool {
+        while let Some((_, Reverse([p, i, q]))) = self.ears.pop() {
+            if !front.has_edge((p, i)) || !front.has_edge((i, q)) {
+                continue;
+            }
+            let corners = [p, i, q].map(|n| front.vertex(n));
+            let closing = [(corners[0], corners[2])];
+            let new_edges = if front.has_edge((q, p)) { &[] } else { &closing[..] };
+            if tester.feasible(corners, new_edges) && front.ear_is_visible(p, i, q) {
+                front.cut_ear(p, i, q);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Puts the best bite from an edge on the heap.
+    fn offer(&mut self, front: &Front, tester: &Tester<'_>, edge: Edge) {
+        let to = front.at(edge.1);
+        let known = self.swept.get(edge.0 as usize).filter(|s| s.to == to);
+        let mut rays = known.map(|s| s.rays);
+        let best = self.apexes.best(front, tester, edge, &mut rays);
+        if let Some(rays) = rays {
+            let none = Swept { to: Point { x: -1, y: -1 }, rays: Rays::default() };
+            if self.swept.len() <= edge.0 as usize {
+                self.swept.resize(edge.0 as usize + 1, none);
+            }
+            self.swept[edge.0 as usize] = Swept { to, rays };
+        }
+        match best {
+            Some((score, apex)) => {
+                self.forget_the_dead(front);
+                let (place, height) = (Reverse(apex.at), apex.height.to_bits());
+                self.bites.push(Bite { score, place, edge: Reverse(edge), height });
+            }
+            None => self.splits.push(front, edge),
+        }
+    }
+
+    /// Keeps the heap as small as the front.
+    fn forget_the_dead(&mut self, front: &Front) {
+        if self.bites.len() > 1024 + 2 * front.alive() {
+            self.bites.retain(|bite| front.has_edge(bite.edge.0));
+        }
+    }
+
+    fn bite(&mut self, front: &mut Front, tester: &Tester<'_>) -> bool {
+        while let Some(Bite { place: Reverse(at), edge: Reverse(edge), height, .. }) = self.bites.pop() {
+            if !front.has_edge(edge) {
+                continue;
+            }
+            match front.visible_apex(edge, Vertex { at, height: f64::from_bits(height) }) {
+                Some(apex) => {
+                    front.bite(edge, apex);
+                    return true;
+                }
+                None => self.offer(front, tester, edge),
+            }
+        }
+        false
+    }
+}
