@@ -1,207 +1,213 @@
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::Edge;
 use super::frame::Frame;
 use super::front::{Apex, Front};
-use super::sweep::{CANDIDATES, Candidates, Ray, candidate_at, sweep};
-use crate::lattice::{Point, STEPS, orient};
+use super::obstacles::Obstacles;
+use super::ray::{RAYS, STEPS_OF_RAY, Step, Steps, step_from};
+use super::sweep::{Sweep, apex, tilt};
+use crate::lattice::{Point, orient};
 use crate::mesh::Vertex;
 use crate::triangulate::feasible::Tester;
 
-/// How far the rays lean.
-const LEANS: [f64; RAYS] = [0.0, 0.42, -0.42, 1.03, -1.03];
-/// The farthest candidates.
-const FARTHEST: [f64; RAYS] = [2.0, 1.84, 1.84, 1.39, 1.39];
-const RAYS: usize = 5;
+/// The steps of an edge's rays that may still be apexes of feasible bites.
+pub(super) type Prospects = [Steps; RAYS.len()];
 
-/// The candidates left on each of an edge's rays.
-pub(super) type Rays = [Candidates; RAYS];
-
-/// Finds the best bite from an edge.
+/// Chooses the best bite from an edge, among places on its rays and vertices of the front.
+///
+/// The score of a bite is twice its area and that of the ears it opens at the edge's ends (feasible ones, whether or not
+/// something hides them), in full if it ends at the front, and half of it if it makes a new vertex; less where its new
+/// edges leave the ground ([`straight`]). Candidates are looked at in the order of the best score they can have, and the
+/// exact tests are made for those alone that can still win.
 #[derive(Debug, Default)]
 pub(super) struct Apexes {
-    obstacles: Vec<Obstacle>,
-    nodes: Vec<u32>,
-    heap: BinaryHeap<Candidate>,
+    obstacles: Obstacles,
+    sweeps: [Sweep; RAYS.len()],
+    candidates: BinaryHeap<Candidate>,
 }
 
-/// An edge of the front, in the frame of the edge that is bitten from.
-#[derive(Debug, Clone, Copy)]
-struct Obstacle {
-    from: (f64, f64),
-    to: (f64, f64),
-}
-
+/// An apex, in the order of the best score it can have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate {
     bound: i64,
-    at: Point,
-    source: Source,
+    place: Reverse<Point>,
+    /// Bit for bit.
     height: u64,
+    /// The ray and the step that it comes from; none for a node of the front.
+    from: Option<(usize, Step)>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Source {
-    Node,
-    Ray(u32, u32),
+impl Candidate {
+    fn vertex(&self) -> Vertex {
+        Vertex { at: self.place.0, height: f64::from_bits(self.height) }
+    }
 }
 
-const NEW_WEIGHT: i64 = 7;
-const NODE_WEIGHT: i64 = 10;
+/// How much the score counts of a bite that ends at the front, and of one that makes a new vertex.
+const NODE_WEIGHT: i64 = 2;
+const NEW_WEIGHT: i64 = 1;
+
+/// How near the edge's middle vertices of the front are taken for apexes, in edge lengths.
+const NODE_REACH: f64 = 1.5;
+
+/// How near the edge's line apexes are looked for, in cells.
+const NEAREST: f64 = 0.75;
 
 impl Apexes {
-    pub(super) fn best(
+    /// The best bite from an edge that has not been swept, and what the sweep leaves to be tried later.
+    pub(super) fn sweep(
         &mut self,
         front: &Front,
         tester: &Tester<'_>,
         edge: Edge,
-        known: &mut Option<Rays>,
+    ) -> (Option<(i64, Vertex)>, Prospects) {
+        let frame = Frame::new(front.vertex(edge.0), front.vertex(edge.1));
+        self.look_around(front, edge, &frame);
+        let first = step_from(NEAREST / frame.length());
+        let mut prospects = [0; RAYS.len()];
+        let last = RAYS.each_ref().map(|ray| step_from(self.obstacles.limit(ray)));
+        pulp::Arch::new().dispatch(|| {
+            for (i, ray) in RAYS.iter().enumerate() {
+                prospects[i] =
+                    self.sweeps[i].run(tester.tile(), tester.tolerance(), &frame, ray, first..last[i].max(first));
+            }
+        });
+        self.candidates.clear();
+        for (node, (along, away)) in self.obstacles.nodes() {
+            let vertex = front.vertex(node);
+            let tilt = tilt(&frame, vertex);
+            let allowed = || self.sweeps.iter().zip(&RAYS).all(|(s, ray)| s.allows(ray, (along, away), tilt));
+            if is_near(along, away) && allowed() {
+                self.candidates.push(candidate(front, edge, vertex, None));
+            }
+        }
+        (self.best(front, tester, edge, &frame, &mut prospects), prospects)
+    }
+
+    /// The best bite from an edge that has been swept, of what is left of its prospects.
+    pub(super) fn next_best(
+        &mut self,
+        front: &Front,
+        tester: &Tester<'_>,
+        edge: Edge,
+        prospects: &mut Prospects,
     ) -> Option<(i64, Vertex)> {
         let frame = Frame::new(front.vertex(edge.0), front.vertex(edge.1));
         self.look_around(front, edge, &frame);
-        let first = candidate_at((0.75 * f64::from(STEPS)) / frame.length2.sqrt());
-        let rays = self.candidates(tester, &frame, first, known);
-        self.heap.clear();
-        for i in 0..RAYS {
-            self.push_ray(front, tester, edge, &frame, rays, i, None);
+        for (ray, steps) in RAYS.iter().zip(&mut *prospects) {
+            *steps &= steps_below(step_from(self.obstacles.limit(ray)));
         }
-        self.nodes.sort_unstable();
-        self.nodes.dedup();
-        let (a, b) = (frame.a.at, frame.b.at);
-        for &node in &self.nodes {
-            let v = front.vertex(node);
-            let (along, away) = frame.coordinates(v.at);
-            if away > 0.0 && (along - 0.5) * (along - 0.5) + away * away < 1.5 * 1.5 && v.at != a && v.at != b {
-                let bound = NODE_WEIGHT * bound(front, edge, v.at);
-                self.heap.push(Candidate { bound, at: v.at, source: Source::Node, height: v.height.to_bits() });
+        self.candidates.clear();
+        for (node, (along, away)) in self.obstacles.nodes() {
+            if is_near(along, away) {
+                self.candidates.push(candidate(front, edge, front.vertex(node), None));
             }
         }
-        let mut best: Option<(i64, Candidate)> = None;
-        while let Some(candidate) = self.heap.pop() {
-            if best.is_some_and(|(score, _)| score >= candidate.bound) {
-                break;
-            }
-            let v = Vertex { at: candidate.at, height: f64::from_bits(candidate.height) };
-            let edges = [(frame.a, v), (frame.b, v)];
-            let apex = front.visible_apex(edge, v).filter(|_| tester.feasible([frame.a, frame.b, v], &edges));
-            let weight = match (apex, candidate.source) {
-                (None | Some(Apex::New(_)), Source::Node) => continue,
-                (None, Source::Ray(i, k)) => {
-                    rays[i as usize] &= !(1 << k);
-                    self.push_ray(front, tester, edge, &frame, rays, i as usize, Some(v.at));
-                    continue;
-                }
-                (Some(Apex::New(_)), _) => NEW_WEIGHT,
-                (Some(Apex::Node(_)), _) => NODE_WEIGHT,
-            };
-            let score = weight * (orient(a, b, v.at) + ears(front, tester, edge, v));
-            if best.is_none_or(|(s, _)| score > s) {
-                best = Some((score, candidate));
-            }
-        }
-        best.map(|(score, c)| (score, Vertex { at: c.at, height: f64::from_bits(c.height) }))
+        self.best(front, tester, edge, &frame, prospects)
     }
 
-    fn push_ray(
+    fn look_around(&mut self, front: &Front, edge: Edge, frame: &Frame) {
+        let reach = RAYS.iter().map(|r| r.farthest).fold(NODE_REACH, f64::max);
+        self.obstacles.look_around(front, edge, frame, reach);
+    }
+
+    /// The best of the candidates and the farthest prospects of each ray. A prospect that fails gives way to the next on
+    /// its ray, for good.
+    fn best(
         &mut self,
         front: &Front,
         tester: &Tester<'_>,
         edge: Edge,
         frame: &Frame,
-        rays: &mut Rays,
-        i: usize,
-        failed: Option<Point>,
-    ) {
-        while rays[i] != 0 {
-            let k = CANDIDATES - 1 - rays[i].leading_zeros();
-            let ray = Ray { lean: LEANS[i], last: k };
-            let apex = ray.apex(frame, tester, k).filter(|v| Some(v.at) != failed);
-            if let Some(v) = apex.filter(|v| orient(frame.a.at, frame.b.at, v.at) > 0) {
-                let bound = NODE_WEIGHT * bound(front, edge, v.at);
-                let source = Source::Ray(i as u32, k);
-                self.heap.push(Candidate { bound, at: v.at, source, height: v.height.to_bits() });
-                return;
-            }
-            rays[i] &= !(1 << k);
+        prospects: &mut Prospects,
+    ) -> Option<(i64, Vertex)> {
+        for ray in 0..RAYS.len() {
+            self.push_farthest(front, tester, edge, frame, ray, prospects);
         }
-    }
-
-    fn look_around(&mut self, front: &Front, (a, b): Edge, frame: &Frame) {
-        let (from, to) = (frame.a.at, frame.b.at);
-        let middle = Point { x: (from.x + to.x) / 2, y: (from.y + to.y) / 2 };
-        let reach = 2.0 * frame.length2.sqrt();
-        self.obstacles.clear();
-        self.nodes.clear();
-        for e in front.grid.near(middle, reach as i32) {
-            if e == a {
+        let mut best: Option<(i64, Vertex)> = None;
+        let mut last = None;
+        while let Some(candidate) = self.candidates.pop() {
+            if best.is_some_and(|(score, _)| score >= candidate.bound) {
+                break;
+            }
+            // The same node, found twice, comes out twice running.
+            if last.replace(candidate) == Some(candidate) {
                 continue;
             }
-            let (p, q) = (front.at(e), front.at(front.next(e)));
-            let (from, to) = (frame.coordinates(p), frame.coordinates(q));
-            if from.1 <= 0.0 && to.1 <= 0.0 {
-                continue;
+            let score = score(front, tester, edge, candidate.vertex(), candidate.from.is_none());
+            if let (None, Some((ray, step))) = (score, candidate.from) {
+                prospects[ray] &= !(1 << step);
+                self.push_farthest(front, tester, edge, frame, ray, prospects);
             }
-            self.obstacles.push(Obstacle { from, to });
-            if e != b {
-                self.nodes.push(e);
+            if let Some(score) = score.filter(|&s| best.is_none_or(|(best, _)| s > best)) {
+                best = Some((score, candidate.vertex()));
             }
         }
+        best
     }
 
-    fn candidates<'r>(
-        &self,
+    fn push_farthest(
+        &mut self,
+        front: &Front,
         tester: &Tester<'_>,
+        edge: Edge,
         frame: &Frame,
-        first: u32,
-        known: &'r mut Option<Rays>,
-    ) -> &'r mut Rays {
-        let mut rays = [0; RAYS];
-        for (i, (&lean, &farthest)) in LEANS.iter().zip(&FARTHEST).enumerate() {
-            let limit = self.limit(lean, farthest);
-            let Some(last) = candidate_at(limit).checked_sub(1) else { continue };
-            rays[i] = match known {
-                Some(rays) => rays[i] & (u32::MAX >> (CANDIDATES - 1 - last)),
-                None => sweep(tester, frame, &Ray { lean, last }, first),
-            };
-        }
-        known.insert(rays)
-    }
-
-    /// How far the triangle grows along a ray until the front is in the way.
-    fn limit(&self, lean: f64, farthest: f64) -> f64 {
-        let ray = Ray { lean, last: 0 };
-        let mut limit = farthest;
-        for o in &self.obstacles {
-            let aside = |p: (f64, f64)| p.0 - lean * p.1 - 0.5;
-            let arrival = ray.arrival(o.from.0, o.from.1);
-            if o.from.1 > 0.0 && arrival > 0.0 && arrival < limit {
-                limit = arrival;
-            }
-            let (s, t) = (aside(o.from), aside(o.to));
-            if s * t < 0.0 {
-                let away = o.from.1 + (o.to.1 - o.from.1) * (s / (s - t));
-                if away > 0.0 && away < limit {
-                    limit = away;
-                }
-            }
-        }
-        limit
+        ray: usize,
+        prospects: &Prospects,
+    ) {
+        let Some(step) = prospects[ray].checked_ilog2() else { return };
+        let vertex = apex(tester.tile(), frame, &RAYS[ray], step).expect("a step that the sweep found an apex for");
+        self.candidates.push(candidate(front, edge, vertex, Some((ray, step))));
     }
 }
 
-/// Twice the area of a bite and of the ears that it may open.
-fn bound(front: &Front, (a, b): Edge, v: Point) -> i64 {
-    let (ap, bp) = (front.at(a), front.at(b));
-    let (before, after) = (front.at(front.prev(a)), front.at(front.next(b)));
-    orient(ap, bp, v) + orient(before, ap, v).max(0) + orient(bp, after, v).max(0)
+fn is_near(along: f64, away: f64) -> bool {
+    (along - 0.5) * (along - 0.5) + away * away < NODE_REACH * NODE_REACH
 }
 
-/// Twice the area of the feasible ears that a bite opens at both of its ends.
-fn ears(front: &Front, tester: &Tester<'_>, (a, b): Edge, v: Vertex) -> i64 {
-    let ear = |p: Vertex, i: Vertex, q: Vertex, closing: (Vertex, Vertex)| {
-        let area = orient(p.at, i.at, q.at);
-        if area > 0 && tester.feasible([p, i, q], &[closing]) { area } else { 0 }
+/// The steps before one.
+fn steps_below(step: Step) -> Steps {
+    if step < STEPS_OF_RAY { (1 << step) - 1 } else { Steps::MAX }
+}
+
+fn candidate(front: &Front, edge: Edge, v: Vertex, from: Option<(usize, Step)>) -> Candidate {
+    let [before, a, b, after] = around(front, edge).map(|v| v.at);
+    let area = orient(a, b, v.at) + orient(before, a, v.at).max(0) + orient(b, after, v.at).max(0);
+    // A place on a ray may be a vertex of the front, too.
+    Candidate { bound: NODE_WEIGHT * area, place: Reverse(v.at), height: v.height.to_bits(), from }
+}
+
+/// The edge's ends, and the vertices before and after.
+fn around(front: &Front, (a, b): Edge) -> [Vertex; 4] {
+    [front.prev(a), a, b, front.next(b)].map(|n| front.vertex(n))
+}
+
+/// The score of a bite; `None` if it is hidden or not feasible.
+fn score(front: &Front, tester: &Tester<'_>, edge: Edge, v: Vertex, is_node: bool) -> Option<i64> {
+    let [before, a, b, after] = around(front, edge);
+    let feasible = || tester.feasible([a, b, v], &[(a, v), (b, v)]);
+    let weight = match front.visible_apex(edge, v).filter(|_| feasible())? {
+        Apex::Node(_) => NODE_WEIGHT,
+        Apex::New(_) => NEW_WEIGHT,
     };
-    let (before, after) = (front.vertex(front.prev(a)), front.vertex(front.next(b)));
-    ear(before, front.vertex(a), v, (before, v)) + ear(front.vertex(b), after, v, (v, after))
+    debug_assert!(weight == NODE_WEIGHT || !is_node, "no node of the front at {v:?}");
+    let ear = |p: Vertex, i: Vertex, q: Vertex, new_edge: (Vertex, Vertex)| {
+        let area = orient(p.at, i.at, q.at);
+        if area > 0 && tester.feasible([p, i, q], &[new_edge]) { area } else { 0 }
+    };
+    let area = orient(a.at, b.at, v.at) + ear(before, a, v, (before, v)) + ear(b, after, v, (v, after));
+    Some(((weight * area) as f64 * straight(tester, [(a, v), (b, v)])) as i64)
+}
+
+/// A share of the score that is left to edges which stray from the ground between samples: 1 up to half the tolerance,
+/// then falling to ⅕. The neighbours of an edge that leaves the ground pay for it, with a small triangle each.
+fn straight(tester: &Tester<'_>, edges: [(Vertex, Vertex); 2]) -> f64 {
+    let tolerance = tester.tolerance();
+    let farthest = edges.iter().map(|&(p, q)| tester.edge_deviation(p, q)).fold(0.0, f64::max);
+    match farthest {
+        d if d <= 0.5 * tolerance => 1.0,
+        d if d >= 4.5 * tolerance => 0.2,
+        d => tolerance / (d + 0.5 * tolerance),
+    }
 }

@@ -1,7 +1,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::apexes::{Apexes, Rays};
+use super::apexes::{Apexes, Prospects};
 use super::front::{Fresh, Front};
 use super::thin::Splits;
 use super::{Edge, Strategy};
@@ -21,10 +21,13 @@ pub(super) struct LargestFirst {
     bites: BinaryHeap<Bite>,
     splits: Splits,
     apexes: Apexes,
-    /// What is left of an edge's sweep, by the edge's first node.
+    /// By the edge's first node.
     swept: Vec<Swept>,
     /// New edges. They are not looked at before the ears are cut: most are gone by then.
     pending: Vec<Edge>,
+    /// All edges ever swept.
+    #[cfg(test)]
+    pub(super) seen: std::collections::HashSet<(Point, Point)>,
 }
 
 /// A corner that turns left: twice its area, and its nodes.
@@ -40,11 +43,12 @@ struct Bite {
     height: u64,
 }
 
-#[derive(Debug, Clone, Copy)]
+/// What is left of an edge's sweep.
+#[derive(Debug, Clone, Copy, Default)]
 struct Swept {
     /// Where the edge leads. The node it leads to may change, when a bite splits the polygon there.
-    to: Point,
-    rays: Rays,
+    to: Option<Point>,
+    prospects: Prospects,
 }
 
 impl Strategy for LargestFirst {
@@ -54,6 +58,8 @@ impl Strategy for LargestFirst {
         self.splits.clear();
         self.swept.clear();
         self.pending.clear();
+        #[cfg(test)]
+        self.seen.clear();
     }
 
     fn cut(&mut self, front: &mut Front, tester: &Tester<'_>) -> bool {
@@ -108,17 +114,20 @@ impl LargestFirst {
 
     /// Puts the best bite from an edge on the heap.
     fn offer(&mut self, front: &Front, tester: &Tester<'_>, edge: Edge) {
-        let to = front.at(edge.1);
-        let known = self.swept.get(edge.0 as usize).filter(|s| s.to == to);
-        let mut rays = known.map(|s| s.rays);
-        let best = self.apexes.best(front, tester, edge, &mut rays);
-        if let Some(rays) = rays {
-            let none = Swept { to: Point { x: -1, y: -1 }, rays: Rays::default() };
-            if self.swept.len() <= edge.0 as usize {
-                self.swept.resize(edge.0 as usize + 1, none);
-            }
-            self.swept[edge.0 as usize] = Swept { to, rays };
+        let (start, to) = (edge.0 as usize, front.at(edge.1));
+        if self.swept.len() <= start {
+            self.swept.resize(start + 1, Swept::default());
         }
+        let swept = &mut self.swept[start];
+        let best = if swept.to == Some(to) {
+            self.apexes.next_best(front, tester, edge, &mut swept.prospects)
+        } else {
+            #[cfg(test)]
+            assert!(self.seen.insert((front.at(edge.0), to)), "edge {edge:?} is swept twice");
+            let (best, prospects) = self.apexes.sweep(front, tester, edge);
+            *swept = Swept { to: Some(to), prospects };
+            best
+        };
         match best {
             Some((score, apex)) => {
                 self.forget_the_dead(front);

@@ -12,13 +12,7 @@ use crate::seam::{MinLink, Rim};
 
 const ENGINES: [GreedyCuts; 2] = [GreedyCuts::PLAIN, GreedyCuts::IMPROVED];
 
-fn triangulate(
-    engine: GreedyCuts,
-    tile: &Tile,
-    domain: &Domain,
-    tolerance: f64,
-    feasibility: Feasibility,
-) -> TileMesh {
+fn triangulate(engine: GreedyCuts, tile: &Tile, domain: &Domain, tolerance: f64, feasibility: Feasibility) -> TileMesh {
     let mut mesh = TileMesh::default();
     let task = Task { tile, domain, tolerance, feasibility, cancel: &CancelToken::default() };
     engine.triangulate(&task, &mut Scratch::default(), &mut mesh).expect("nobody cancels");
