@@ -2,12 +2,12 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::Edge;
-use super::frame::Frame;
-use super::front::{Apex, Front};
+use super::front::Front;
 use super::obstacles::Obstacles;
 use super::ray::{RAYS, STEPS_OF_RAY, Step, Steps, step_from};
+use super::score::{Ending, Setting};
 use super::sweep::{Sweep, apex, tilt};
-use crate::lattice::{Point, orient};
+use crate::lattice::Point;
 use crate::mesh::Vertex;
 use crate::triangulate::feasible::Tester;
 
@@ -16,10 +16,8 @@ pub(super) type Prospects = [Steps; RAYS.len()];
 
 /// Chooses the best bite from an edge, among places on its rays and vertices of the front.
 ///
-/// The score of a bite is twice its area and that of the ears it opens at the edge's ends (feasible ones, whether or not
-/// something hides them), in full if it ends at the front, and half of it if it makes a new vertex; less where its new
-/// edges leave the ground ([`straight`]). Candidates are looked at in the order of the best score they can have, and the
-/// exact tests are made for those alone that can still win.
+/// Candidates are looked at in the order of the best score they can have, and the exact tests are made for those alone
+/// that can still win.
 #[derive(Debug, Default)]
 pub(super) struct Apexes {
     obstacles: Obstacles,
@@ -39,14 +37,19 @@ struct Candidate {
 }
 
 impl Candidate {
+    fn new(setting: &Setting<'_>, v: Vertex, from: Option<(usize, Step)>) -> Candidate {
+        let bound = setting.bound(v.at, ending(from));
+        Candidate { bound, place: Reverse(v.at), height: v.height.to_bits(), from }
+    }
+
     fn vertex(&self) -> Vertex {
         Vertex { at: self.place.0, height: f64::from_bits(self.height) }
     }
 }
 
-/// How much the score counts of a bite that ends at the front, and of one that makes a new vertex.
-const NODE_WEIGHT: i64 = 2;
-const NEW_WEIGHT: i64 = 1;
+fn ending(from: Option<(usize, Step)>) -> Ending {
+    if from.is_some() { Ending::NewVertex } else { Ending::Node }
+}
 
 /// How near the edge's middle vertices of the front are taken for apexes, in edge lengths.
 const NODE_REACH: f64 = 1.5;
@@ -55,37 +58,43 @@ const NODE_REACH: f64 = 1.5;
 const NEAREST: f64 = 0.75;
 
 impl Apexes {
-    /// The best bite from an edge that has not been swept, and what the sweep leaves to be tried later.
+    /// The best bite from an edge that has not been swept, with its score, and what the sweep leaves to be tried later.
+    /// The bite is feasible; that it is inside the ground is only likely.
     pub(super) fn sweep(
         &mut self,
         front: &Front,
         tester: &Tester<'_>,
         edge: Edge,
     ) -> (Option<(i64, Vertex)>, Prospects) {
-        let frame = Frame::new(front.vertex(edge.0), front.vertex(edge.1));
-        self.look_around(front, edge, &frame);
+        let setting = Setting::new(front, tester, edge);
+        let Setting { frame, .. } = setting;
+        self.look_around(&setting);
         let first = step_from(NEAREST / frame.length());
+        let ends = RAYS.each_ref().map(|ray| step_from(self.obstacles.limit(ray)).max(first));
+        let (tile, tolerance) = (tester.tile(), tester.tolerance());
         let mut prospects = [0; RAYS.len()];
-        let last = RAYS.each_ref().map(|ray| step_from(self.obstacles.limit(ray)));
+        // Compiled for what the processor has; wider lanes and its own rounding change no result.
         pulp::Arch::new().dispatch(|| {
             for (i, ray) in RAYS.iter().enumerate() {
-                prospects[i] =
-                    self.sweeps[i].run(tester.tile(), tester.tolerance(), &frame, ray, first..last[i].max(first));
+                prospects[i] = self.sweeps[i].run(tile, tolerance, &frame, ray, first..ends[i]);
             }
         });
         self.candidates.clear();
-        for (node, (along, away)) in self.obstacles.nodes() {
+        for (node, place) in self.obstacles.nodes().filter(|&(_, place)| is_near(place)) {
             let vertex = front.vertex(node);
             let tilt = tilt(&frame, vertex);
-            let allowed = || self.sweeps.iter().zip(&RAYS).all(|(s, ray)| s.allows(ray, (along, away), tilt));
-            if is_near(along, away) && allowed() {
-                self.candidates.push(candidate(front, edge, vertex, None));
+            if self.sweeps.iter().zip(&RAYS).all(|(sweep, ray)| sweep.allows(ray, place, tilt)) {
+                self.candidates.push(Candidate::new(&setting, vertex, None));
             }
         }
-        (self.best(front, tester, edge, &frame, &mut prospects), prospects)
+        let best = self.best(&setting, &mut prospects, |v, ending| {
+            setting.is_feasible(v) && (ending == Ending::NewVertex || setting.is_visible(v))
+        });
+        (best, prospects)
     }
 
-    /// The best bite from an edge that has been swept, of what is left of its prospects.
+    /// The best bite from an edge that has been swept, of what is left of its prospects. It is feasible and inside the
+    /// ground.
     pub(super) fn next_best(
         &mut self,
         front: &Front,
@@ -93,121 +102,70 @@ impl Apexes {
         edge: Edge,
         prospects: &mut Prospects,
     ) -> Option<(i64, Vertex)> {
-        let frame = Frame::new(front.vertex(edge.0), front.vertex(edge.1));
-        self.look_around(front, edge, &frame);
+        let setting = Setting::new(front, tester, edge);
+        self.look_around(&setting);
         for (ray, steps) in RAYS.iter().zip(&mut *prospects) {
-            *steps &= steps_below(step_from(self.obstacles.limit(ray)));
+            *steps &= steps_before(step_from(self.obstacles.limit(ray)));
         }
         self.candidates.clear();
-        for (node, (along, away)) in self.obstacles.nodes() {
-            if is_near(along, away) {
-                self.candidates.push(candidate(front, edge, front.vertex(node), None));
-            }
+        for (node, _) in self.obstacles.nodes().filter(|&(_, place)| is_near(place)) {
+            self.candidates.push(Candidate::new(&setting, front.vertex(node), None));
         }
-        self.best(front, tester, edge, &frame, prospects)
+        self.best(&setting, prospects, |v, _| setting.is_visible(v) && setting.is_feasible(v))
     }
 
-    fn look_around(&mut self, front: &Front, edge: Edge, frame: &Frame) {
+    fn look_around(&mut self, setting: &Setting<'_>) {
         let reach = RAYS.iter().map(|r| r.farthest).fold(NODE_REACH, f64::max);
-        self.obstacles.look_around(front, edge, frame, reach);
+        self.obstacles.look_around(setting.front, setting.edge, &setting.frame, reach);
     }
 
-    /// The best of the candidates and the farthest prospects of each ray. A prospect that fails gives way to the next on
-    /// its ray, for good.
+    /// The best of the candidates and the farthest prospects of each ray. A prospect that may not be used gives way to
+    /// the next on its ray, for good: what is hidden or infeasible stays so.
     fn best(
         &mut self,
-        front: &Front,
-        tester: &Tester<'_>,
-        edge: Edge,
-        frame: &Frame,
+        setting: &Setting<'_>,
         prospects: &mut Prospects,
+        may_be_used: impl Fn(Vertex, Ending) -> bool,
     ) -> Option<(i64, Vertex)> {
         for ray in 0..RAYS.len() {
-            self.push_farthest(front, tester, edge, frame, ray, prospects);
+            self.push_farthest(setting, prospects, ray);
         }
-        let mut best: Option<(i64, Vertex)> = None;
+        let (mut least, mut best) = (0, None);
         let mut last = None;
         while let Some(candidate) = self.candidates.pop() {
-            if best.is_some_and(|(score, _)| score >= candidate.bound) {
+            if candidate.bound <= least {
                 break;
             }
-            // The same node, found twice, comes out twice running.
+            // A node found twice comes out twice running.
             if last.replace(candidate) == Some(candidate) {
                 continue;
             }
-            let score = score(front, tester, edge, candidate.vertex(), candidate.from.is_none());
-            if let (None, Some((ray, step))) = (score, candidate.from) {
+            let (v, ending) = (candidate.vertex(), ending(candidate.from));
+            if may_be_used(v, ending) {
+                let score = setting.score(v, ending, least);
+                if score > least {
+                    (least, best) = (score, Some(v));
+                }
+            } else if let Some((ray, step)) = candidate.from {
                 prospects[ray] &= !(1 << step);
-                self.push_farthest(front, tester, edge, frame, ray, prospects);
-            }
-            if let Some(score) = score.filter(|&s| best.is_none_or(|(best, _)| s > best)) {
-                best = Some((score, candidate.vertex()));
+                self.push_farthest(setting, prospects, ray);
             }
         }
-        best
+        best.map(|v| (least, v))
     }
 
-    fn push_farthest(
-        &mut self,
-        front: &Front,
-        tester: &Tester<'_>,
-        edge: Edge,
-        frame: &Frame,
-        ray: usize,
-        prospects: &Prospects,
-    ) {
+    fn push_farthest(&mut self, setting: &Setting<'_>, prospects: &Prospects, ray: usize) {
         let Some(step) = prospects[ray].checked_ilog2() else { return };
-        let vertex = apex(tester.tile(), frame, &RAYS[ray], step).expect("a step that the sweep found an apex for");
-        self.candidates.push(candidate(front, edge, vertex, Some((ray, step))));
+        let vertex = apex(setting.tester.tile(), &setting.frame, &RAYS[ray], step).expect("a step with an apex");
+        self.candidates.push(Candidate::new(setting, vertex, Some((ray, step))));
     }
 }
 
-fn is_near(along: f64, away: f64) -> bool {
+fn is_near((along, away): (f64, f64)) -> bool {
     (along - 0.5) * (along - 0.5) + away * away < NODE_REACH * NODE_REACH
 }
 
 /// The steps before one.
-fn steps_below(step: Step) -> Steps {
+fn steps_before(step: Step) -> Steps {
     if step < STEPS_OF_RAY { (1 << step) - 1 } else { Steps::MAX }
-}
-
-fn candidate(front: &Front, edge: Edge, v: Vertex, from: Option<(usize, Step)>) -> Candidate {
-    let [before, a, b, after] = around(front, edge).map(|v| v.at);
-    let area = orient(a, b, v.at) + orient(before, a, v.at).max(0) + orient(b, after, v.at).max(0);
-    // A place on a ray may be a vertex of the front, too.
-    Candidate { bound: NODE_WEIGHT * area, place: Reverse(v.at), height: v.height.to_bits(), from }
-}
-
-/// The edge's ends, and the vertices before and after.
-fn around(front: &Front, (a, b): Edge) -> [Vertex; 4] {
-    [front.prev(a), a, b, front.next(b)].map(|n| front.vertex(n))
-}
-
-/// The score of a bite; `None` if it is hidden or not feasible.
-fn score(front: &Front, tester: &Tester<'_>, edge: Edge, v: Vertex, is_node: bool) -> Option<i64> {
-    let [before, a, b, after] = around(front, edge);
-    let feasible = || tester.feasible([a, b, v], &[(a, v), (b, v)]);
-    let weight = match front.visible_apex(edge, v).filter(|_| feasible())? {
-        Apex::Node(_) => NODE_WEIGHT,
-        Apex::New(_) => NEW_WEIGHT,
-    };
-    debug_assert!(weight == NODE_WEIGHT || !is_node, "no node of the front at {v:?}");
-    let ear = |p: Vertex, i: Vertex, q: Vertex, new_edge: (Vertex, Vertex)| {
-        let area = orient(p.at, i.at, q.at);
-        if area > 0 && tester.feasible([p, i, q], &[new_edge]) { area } else { 0 }
-    };
-    let area = orient(a.at, b.at, v.at) + ear(before, a, v, (before, v)) + ear(b, after, v, (v, after));
-    Some(((weight * area) as f64 * straight(tester, [(a, v), (b, v)])) as i64)
-}
-
-/// A share of the score that is left to edges which stray from the ground between samples: 1 up to half the tolerance,
-/// then falling to ⅕. The neighbours of an edge that leaves the ground pay for it, with a small triangle each.
-fn straight(tester: &Tester<'_>, edges: [(Vertex, Vertex); 2]) -> f64 {
-    let tolerance = tester.tolerance();
-    let farthest = edges.iter().map(|&(p, q)| tester.edge_deviation(p, q)).fold(0.0, f64::max);
-    match farthest {
-        d if d <= 0.5 * tolerance => 1.0,
-        d if d >= 4.5 * tolerance => 0.2,
-        d => tolerance / (d + 0.5 * tolerance),
-    }
 }

@@ -16,6 +16,7 @@ mod outline;
 mod paper;
 mod places;
 mod ray;
+mod score;
 mod sweep;
 mod thin;
 mod visible;

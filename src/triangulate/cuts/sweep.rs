@@ -19,7 +19,7 @@
 
 use super::frame::Frame;
 use super::outline::Outline;
-use super::ray::{Ray, STEPS_OF_RAY, Step, Steps, away, step_from, step_up_to};
+use super::ray::{Ray, STEPS_OF_RAY, Step, Steps, step_from, step_up_to};
 use crate::field::{Heights, Tile};
 use crate::lattice::{Point, orient};
 use crate::mesh::Vertex;
@@ -67,9 +67,6 @@ const DOUBT: f64 = 16.0 * f64::EPSILON;
 const FIRST_SAMPLES: f64 = 24.0;
 const STEPS_AT_ONCE: Step = 8;
 
-/// Apexes closer together than this, in cells, are mostly the same sample.
-const APART: f64 = 0.5;
-
 impl Default for Sweep {
     fn default() -> Sweep {
         Sweep { tilts: [Tilts::ALL; STEPS_OF_RAY as usize + 1], reached: 0..0 }
@@ -101,7 +98,7 @@ impl Sweep {
         self.reached = steps.start..steps.start;
         let mut inner = Outline::EMPTY;
         let mut allowed = Tilts::ALL;
-        let (mut feasible, mut next_apex) = (0, 0.0);
+        let (mut feasible, mut last) = (0, None);
         let mut end = step_from(FIRST_SAMPLES / frame.samples());
         while self.reached.end < steps.end {
             end = end.max(self.reached.end + STEPS_AT_ONCE).min(steps.end);
@@ -114,9 +111,10 @@ impl Sweep {
                 if allowed.is_empty() {
                     return feasible;
                 }
-                if away(step) >= next_apex && ground.apex_is_in(step, allowed) {
+                // Where steps are closer together than samples, the first step at a sample stands for it.
+                let apex = apex(tile, frame, ray, step).filter(|v| last.replace(v.at) != Some(v.at));
+                if apex.is_some_and(|v| allowed.contains(tilt(frame, v))) {
                     feasible |= 1 << step;
-                    next_apex = away(step) + APART / frame.length();
                 }
             }
             inner = outer;
@@ -162,11 +160,6 @@ struct Ground<'a, R> {
 }
 
 impl<R: Copy + Into<f64>> Ground<'_, R> {
-    #[inline(always)]
-    fn apex_is_in(&self, step: Step, allowed: Tilts) -> bool {
-        apex(self.tile, self.frame, self.ray, step).is_some_and(|v| allowed.contains(tilt(self.frame, v)))
-    }
-
     /// Reads the samples of one outline that are not in another, and intersects the interval of the step at which the
     /// triangle reaches each (none before `first`) with the sample's.
     #[inline(always)]
