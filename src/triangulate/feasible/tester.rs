@@ -51,11 +51,10 @@ impl<'a> Tester<'a> {
             width: self.tile.width,
             tolerance: self.tolerance,
         };
-        // The same loops, compiled for what the processor has: wider lanes change no result.
         let arch = pulp::Arch::new();
         match &self.tile.heights {
-            Heights::F32(heights) => arch.dispatch(|| scan.all_rows(heights, a.height)),
-            Heights::F64(heights) => arch.dispatch(|| scan.all_rows(heights, a.height)),
+            Heights::F32(heights) => arch.dispatch(AllRows { scan: &scan, heights, height_of_a: a.height }),
+            Heights::F64(heights) => arch.dispatch(AllRows { scan: &scan, heights, height_of_a: a.height }),
         }
     }
 
@@ -143,6 +142,23 @@ struct Limits<R> {
     never: R,
 }
 
+/// [`Scan::all_rows`], compiled for what the processor has: wider lanes change no result. (A closure would be compiled
+/// for the least processor: only what is inlined all the way gets the instructions of the dispatch.)
+struct AllRows<'a, R> {
+    scan: &'a Scan,
+    heights: &'a [R],
+    height_of_a: f64,
+}
+
+impl<R: Real> pulp::WithSimd for AllRows<'_, R> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> bool {
+        self.scan.all_rows(self.heights, self.height_of_a)
+    }
+}
+
 impl Scan {
     #[inline(always)]
     fn all_rows<R: Real>(&self, heights: &[R], height_of_a: f64) -> bool {
@@ -161,15 +177,33 @@ impl Scan {
         let offset = height_of_a - reference.to_f64();
         let rows = self.spans.rows();
         let (first, last) = (*rows.start(), *rows.end());
-        let within = |row| self.row(heights, row, offset, limits);
         if first > last {
             return true;
         }
         if last - first < FEW_ROWS {
             let middle = self.spans.middle_row().clamp(first, last);
-            return every(middle, last, 1, within) && every(first, middle - 1, 1, within);
+            return self.every(1, heights, middle, last, offset, limits)
+                && self.every(1, heights, first, middle - 1, offset, limits);
         }
-        [4, 0, 2, 6, 1, 3, 5, 7].into_iter().all(|start| every(first + start, last, STRIDE, within))
+        for start in [4, 0, 2, 6, 1, 3, 5, 7] {
+            if !self.every(STRIDE, heights, first + start, last, offset, limits) {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Whether every `step`th row is within the tolerance.
+    #[inline(always)]
+    fn every<R: Real>(&self, step: i32, heights: &[R], first: i32, last: i32, offset: f64, limits: Limits<R>) -> bool {
+        let mut row = first;
+        while row <= last {
+            if !self.row(heights, row, offset, limits) {
+                return false;
+            }
+            row += step;
+        }
+        true
     }
 
     #[inline(always)]
@@ -210,19 +244,6 @@ impl Scan {
 /// [`STRIDE`]th row first.
 const FEW_ROWS: i32 = 12;
 const STRIDE: i32 = 8;
-
-/// Whether a test holds for every `step`th row. (A plain loop: iterators with steps were measured to be slower.)
-#[inline(always)]
-fn every(first: i32, last: i32, step: i32, test: impl Fn(i32) -> bool) -> bool {
-    let mut row = first;
-    while row <= last {
-        if !test(row) {
-            return false;
-        }
-        row += step;
-    }
-    true
-}
 
 /// The fast path: whether the first `count` samples are within the tolerance beyond doubt. Most rows are shorter than
 /// the lanes, so lanes are always whole and those past the end do not count; the tile has room for it ([`PADDING`]).
