@@ -2,6 +2,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::Edge;
+use super::frame::Frame;
 use super::front::Front;
 use super::obstacles::Obstacles;
 use super::ray::{RAYS, STEPS_OF_RAY, Step, Steps, step_from};
@@ -71,14 +72,8 @@ impl Apexes {
         self.look_around(&setting);
         let first = step_from(NEAREST / frame.length());
         let ends = RAYS.each_ref().map(|ray| step_from(self.obstacles.limit(ray)).max(first));
-        let (tile, tolerance) = (tester.tile(), tester.tolerance());
-        let mut prospects = [0; RAYS.len()];
-        // Compiled for what the processor has; wider lanes and its own rounding change no result.
-        pulp::Arch::new().dispatch(|| {
-            for (i, ray) in RAYS.iter().enumerate() {
-                prospects[i] = self.sweeps[i].run(tile, tolerance, &frame, ray, first..ends[i]);
-            }
-        });
+        let mut prospects =
+            pulp::Arch::new().dispatch(SweepAll { sweeps: &mut self.sweeps, tester, frame: &frame, first, ends });
         self.candidates.clear();
         for (node, place) in self.obstacles.nodes().filter(|&(_, place)| is_near(place)) {
             let vertex = front.vertex(node);
@@ -158,6 +153,30 @@ impl Apexes {
         let Some(step) = prospects[ray].checked_ilog2() else { return };
         let vertex = apex(setting.tester.tile(), &setting.frame, &RAYS[ray], step).expect("a step with an apex");
         self.candidates.push(Candidate::new(setting, vertex, Some((ray, step))));
+    }
+}
+
+/// The sweeps of an edge's rays, compiled for what the processor has: wider lanes and rounding in hardware change no
+/// result.
+struct SweepAll<'a> {
+    sweeps: &'a mut [Sweep; RAYS.len()],
+    tester: &'a Tester<'a>,
+    frame: &'a Frame,
+    first: Step,
+    ends: [Step; RAYS.len()],
+}
+
+impl pulp::WithSimd for SweepAll<'_> {
+    type Output = Prospects;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> Prospects {
+        let SweepAll { sweeps, tester, frame, first, ends } = self;
+        let mut prospects = Prospects::default();
+        for (i, ray) in RAYS.iter().enumerate() {
+            prospects[i] = sweeps[i].run(tester.tile(), tester.tolerance(), frame, ray, first..ends[i]);
+        }
+        prospects
     }
 }
 
