@@ -90,3 +90,45 @@ impl Ray {
         away / (1.0 + 2.0 * (self.lean * away - (along - 0.5)).abs())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn steps_are_eighths_of_octaves() {
+        assert_eq!(away(STEPS_OF_RAY - 1), 2.0);
+        assert_eq!(away(STEPS_OF_RAY - 9), 1.0);
+        for step in 0..STEPS_OF_RAY {
+            assert_eq!((step_from(away(step)), step_up_to(away(step))), (step, Some(step)));
+            assert_eq!(step_from(away(step).next_up()), step + 1);
+            assert_eq!(step_up_to(away(step).next_down()), step.checked_sub(1));
+        }
+        assert_eq!((step_from(1e-9), step_up_to(1e-9)), (0, None));
+        assert_eq!((step_from(1e9), step_up_to(1e9)), (STEPS_OF_RAY, Some(STEPS_OF_RAY - 1)));
+    }
+
+    proptest! {
+        /// The triangle to a place on the ray is inside the triangle to another place as long as the ray is, and reaches
+        /// that place when it is of size.
+        #[test]
+        fn where_a_ray_leaves_a_triangle(lean in -1.2f64..1.2, along in -2.0f64..3.0, away in 0.01f64..2.0) {
+            let ray = Ray { lean, farthest: 2.0 };
+            let exit = ray.exit(along, away);
+            // The edge runs from (0, 0) to (1, 0).
+            let cross = |u: (f64, f64), v: (f64, f64)| u.0 * v.1 - u.1 * v.0;
+            let at_exit = (0.5 + lean * exit, exit);
+            let sides = [cross((along, away), at_exit), cross((along - 1.0, away), (at_exit.0 - 1.0, at_exit.1))];
+            prop_assert!(sides[0] <= 1e-9 && sides[1] >= -1e-9, "{:?}", sides);
+            prop_assert!(sides[0].abs() < 1e-9 || sides[1].abs() < 1e-9);
+            if ray.aside(along, away).abs() < 1.0 {
+                let size = ray.arrival(along, away);
+                let tip = (0.5 + lean * size, size);
+                let sides = [cross(tip, (along, away)), cross((tip.0 - 1.0, tip.1), (along - 1.0, away))];
+                prop_assert!(sides[0].abs() < 1e-9 * (1.0 + size) || sides[1].abs() < 1e-9 * (1.0 + size), "{:?}", sides);
+            }
+        }
+    }
+}

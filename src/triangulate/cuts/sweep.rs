@@ -208,3 +208,114 @@ pub(super) fn tilt(frame: &Frame, v: Vertex) -> f64 {
     let (along, away) = frame.coordinates(v.at);
     frame.above(along, v.height) / away
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::triangulate::cuts::ray::away;
+
+    const SIDE: usize = 24;
+
+    /// Whether all samples left of the edge and in the closed triangle a–b–v are within the tolerance of it; `None` if
+    /// that is a matter of rounding.
+    fn naive(tile: &Tile, tolerance: f64, a: Vertex, b: Vertex, v: (f64, f64, f64)) -> Option<bool> {
+        let at = |p: Vertex| (f64::from(p.at.x) / 4.0, f64::from(p.at.y) / 4.0, p.height);
+        let (a, b) = (at(a), at(b));
+        let cross = |p: (f64, f64, f64), q: (f64, f64, f64), r: (f64, f64, f64)| {
+            (q.0 - p.0) * (r.1 - p.1) - (q.1 - p.1) * (r.0 - p.0)
+        };
+        let area = cross(a, b, v);
+        let mut in_doubt = false;
+        for (row, column) in (0..SIDE).flat_map(|row| (0..SIDE).map(move |column| (row, column))) {
+            let p = (column as f64, row as f64, tile.at(column, row));
+            let weights = [cross(b, v, p) / area, cross(v, a, p) / area, cross(a, b, p) / area];
+            if weights[2] <= 0.0 || weights.iter().any(|&w| w < -1e-9) {
+                continue;
+            }
+            let gap = (weights[0] * a.2 + weights[1] * b.2 + weights[2] * v.2 - p.2).abs() - tolerance;
+            let on_the_side = weights[..2].iter().any(|&w| w < 1e-9);
+            match gap {
+                g if g > 1e-9 && !on_the_side => return Some(false),
+                g if g > -1e-9 => in_doubt = true,
+                _ => {}
+            }
+        }
+        (!in_doubt).then_some(true)
+    }
+
+    fn tile(seed: u64, rough: f64) -> Tile {
+        let noise = |i: usize| ((i as u64 + 1).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) as f64;
+        let ground =
+            |i: usize| (i % SIDE) as f64 * 0.7 - (i / SIDE) as f64 * 0.3 + noise(i) * rough / f64::from(1 << 24);
+        Tile::from_heights(SIDE, SIDE, Heights::F64((0..SIDE * SIDE).map(ground).collect()))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        /// Apexes on the ray itself, wherever it is between samples, and of any height.
+        #[test]
+        fn the_sweep_answers_as_a_test_of_every_sample_would(
+            seed in any::<u64>(), rough in 0.0f64..3.0, tolerance in 0.0f64..2.0, lean in -1.2f64..1.2,
+            ends in prop::array::uniform4(0..SIDE), lift in prop::array::uniform2(-1.0f64..1.0),
+            tilts in prop::array::uniform4(-1.0f64..1.0), first in 0u32..STEPS_OF_RAY,
+        ) {
+            let tile = tile(seed, rough);
+            let vertex = |column: usize, row: usize, lift: f64| {
+                Vertex { at: Point::of_sample(column as i32, row as i32), height: tile.at(column, row) + lift * tolerance }
+            };
+            let (a, b) = (vertex(ends[0], ends[1], lift[0]), vertex(ends[2], ends[3], lift[1]));
+            if a.at == b.at { return Ok(()) }
+            let (frame, ray) = (Frame::new(a, b), Ray { lean, farthest: 2.0 });
+            let mut sweep = Sweep::default();
+            let found = sweep.run(&tile, tolerance, &frame, &ray, first..STEPS_OF_RAY);
+            for step in first..STEPS_OF_RAY {
+                let allowed = sweep.tilts[(step.min(sweep.reached.end - 1)) as usize];
+                // The tilts at stake are those near the interval's ends, or near the ground's where it is empty.
+                let middle = if allowed.low.is_finite() { (allowed.low + allowed.high) / 2.0 } else { 0.0 };
+                let half = if allowed.low.is_finite() { (allowed.high - allowed.low).abs() } else { 1.0 };
+                for tilt in tilts.map(|t| middle + t * half) {
+                    let away = away(step);
+                    let (column, row) = ray.place(&frame, step);
+                    let along = 0.5 + lean * away;
+                    let height = a.height + (b.height - a.height) * along + tilt * away;
+                    if let Some(expected) = naive(&tile, tolerance, a, b, (column, row, height)) {
+                        prop_assert_eq!(allowed.contains(tilt), expected, "step {} tilt {} of {:?}", step, tilt, allowed);
+                    }
+                }
+                if found >> step & 1 == 1 {
+                    prop_assert!(step < sweep.reached.end && !allowed.is_empty());
+                    prop_assert!(apex(&tile, &frame, &ray, step).is_some_and(|v| allowed.contains(super::tilt(&frame, v))));
+                }
+            }
+        }
+
+        /// What other rays rule out is infeasible indeed.
+        #[test]
+        fn apexes_not_allowed_are_infeasible(
+            seed in any::<u64>(), rough in 0.0f64..3.0, tolerance in 0.0f64..2.0, lean in -1.2f64..1.2,
+            places in prop::array::uniform6(0..SIDE),
+        ) {
+            let tile = tile(seed, rough);
+            let vertex = |i: usize| {
+                let (column, row) = (places[2 * i], places[2 * i + 1]);
+                Vertex { at: Point::of_sample(column as i32, row as i32), height: tile.at(column, row) }
+            };
+            let [a, b, v] = [0, 1, 2].map(vertex);
+            let (a, b) = match orient(a.at, b.at, v.at) {
+                0 => return Ok(()),
+                o if o > 0 => (a, b),
+                _ => (b, a),
+            };
+            let (frame, ray) = (Frame::new(a, b), Ray { lean, farthest: 2.0 });
+            let mut sweep = Sweep::default();
+            sweep.run(&tile, tolerance, &frame, &ray, 0..STEPS_OF_RAY);
+            if !sweep.allows(&ray, frame.coordinates(v.at), tilt(&frame, v)) {
+                let (x, y) = v.at.sample().expect("a sample");
+                prop_assert!(naive(&tile, tolerance, a, b, (x as f64, y as f64, v.height)) != Some(true));
+            }
+        }
+    }
+}

@@ -169,3 +169,20 @@ fn a_hole_stays_empty() {
         check_all(&flat, &domain(&flat, loops));
     }
 }
+
+/// Sweeps are what the improved order spends its time on. (That no edge is swept twice is asserted where they are made.)
+#[test]
+fn every_edge_is_swept_at_most_once() {
+    for kind in 0..3 {
+        let tile = tile(90, 80, 11, kind);
+        let cancel = CancelToken::default();
+        let rim = Rim::new(&tile, 1.0, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+        for feasibility in [Feasibility::Weak, Feasibility::Strong] {
+            let (mut mesh, mut scratch) = (TileMesh::default(), Scratch::default());
+            let task = Task { tile: &tile, domain: &rim.domain, tolerance: 1.0, feasibility, cancel: &cancel };
+            GreedyCuts::IMPROVED.triangulate(&task, &mut scratch, &mut mesh).expect("nobody cancels");
+            let swept = scratch.improved.seen.len();
+            assert!(swept > 0 && swept < 3 * mesh.triangles.len(), "{swept} of {}", mesh.triangles.len());
+        }
+    }
+}
