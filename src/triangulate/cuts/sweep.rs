@@ -64,7 +64,7 @@ impl Tilts {
 const DOUBT: f64 = 16.0 * f64::EPSILON;
 
 /// About as many samples are read at first, before any step is looked at; from then on an octave of steps at a time.
-const FIRST_SAMPLES: f64 = 24.0;
+const FIRST_SAMPLES: f64 = 64.0;
 const STEPS_AT_ONCE: Step = 8;
 
 impl Default for Sweep {
