@@ -1,5 +1,5 @@
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BTreeMap, BinaryHeap};
 
 use super::apexes::{Apexes, Prospects};
 use super::front::{Fresh, Front};
@@ -22,7 +22,7 @@ pub(super) struct LargestFirst {
     splits: Splits,
     apexes: Apexes,
     /// By the edge's first node.
-    swept: Vec<Swept>,
+    swept: BTreeMap<u32, Swept>,
     /// New edges. They are not looked at before the ears are cut: most are gone by then.
     pending: Vec<Edge>,
     /// All edges ever swept.
@@ -44,10 +44,10 @@ struct Bite {
 }
 
 /// What is left of an edge's sweep.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Swept {
     /// Where the edge leads. The node it leads to may change, when a bite splits the polygon there.
-    to: Option<Point>,
+    to: Point,
     prospects: Prospects,
 }
 
@@ -114,34 +114,35 @@ impl LargestFirst {
 
     /// Puts the best bite from an edge on the heap.
     fn offer(&mut self, front: &Front, tester: &Tester<'_>, edge: Edge) {
-        let (start, to) = (edge.0 as usize, front.at(edge.1));
-        if self.swept.len() <= start {
-            self.swept.resize(start + 1, Swept::default());
-        }
-        let swept = &mut self.swept[start];
-        let best = if swept.to == Some(to) {
-            self.apexes.next_best(front, tester, edge, &mut swept.prospects)
-        } else {
-            #[cfg(test)]
-            assert!(self.seen.insert((front.at(edge.0), to)), "edge {edge:?} is swept twice");
-            let (best, prospects) = self.apexes.sweep(front, tester, edge);
-            *swept = Swept { to: Some(to), prospects };
-            best
+        let to = front.at(edge.1);
+        let best = match self.swept.get_mut(&edge.0).filter(|swept| swept.to == to) {
+            Some(swept) => self.apexes.next_best(front, tester, edge, &mut swept.prospects),
+            None => {
+                #[cfg(test)]
+                assert!(self.seen.insert((front.at(edge.0), to)), "edge {edge:?} is swept twice");
+                let (best, prospects) = self.apexes.sweep(front, tester, edge);
+                self.swept.insert(edge.0, Swept { to, prospects });
+                best
+            }
         };
         match best {
             Some((score, apex)) => {
-                self.forget_the_dead(front);
                 let (place, height) = (Reverse(apex.at), apex.height.to_bits());
                 self.bites.push(Bite { score, place, edge: Reverse(edge), height });
             }
             None => self.splits.push(front, edge),
         }
+        self.forget_the_dead(front);
     }
 
-    /// Keeps the heap as small as the front.
+    /// Keeps what is remembered of edges as small as the front.
     fn forget_the_dead(&mut self, front: &Front) {
-        if self.bites.len() > 1024 + 2 * front.alive() {
+        let enough = 1024 + 2 * front.alive();
+        if self.bites.len() > enough {
             self.bites.retain(|bite| front.has_edge(bite.edge.0));
+        }
+        if self.swept.len() > enough {
+            self.swept.retain(|&node, swept| front.leads_to(node, swept.to));
         }
     }
 
