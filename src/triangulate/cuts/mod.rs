@@ -2,8 +2,13 @@
 //!
 //! `front` keeps the rim of that ground as corner nodes and knows the three cuts: an ear, a bite to a new vertex, a
 //! bite to a vertex of the front itself, which splits a polygon. `edge_grid` finds the front's edges near a place,
-//! `visible` says which cuts stay inside. Which cut comes next is a `Strategy`; `paper` is the paper's
-//! own, and `last_resort` ends what no strategy can.
+//! `visible` says which cuts stay inside, `places` what a bite to a place would be. Which cut comes next is a `Strategy`:
+//! `paper` is the paper's own, `largest_first` the improved one. Both leave edges without a bite to `thin`, and
+//! `last_resort` ends what no strategy can.
+//!
+//! The improved order looks for bites in `apexes`, which weighs (`score`) places on rays (`ray`) and vertices of the
+//! front (`obstacles`), in the coordinates of the edge (`frame`). `sweep` tells for a whole ray at once which triangles
+//! are feasible; `outline` has the samples it reads.
 
 mod apexes;
 mod edge_grid;
