@@ -7,7 +7,7 @@ use super::front::Front;
 use super::obstacles::Obstacles;
 use super::ray::{RAYS, STEPS_OF_RAY, Step, Steps, step_from};
 use super::score::{Ending, Setting};
-use super::sweep::{Sweep, apex, tilt};
+use super::sweep::{ENOUGH_SAMPLES, Sweep, apex, tilt};
 use crate::lattice::Point;
 use crate::mesh::Vertex;
 use crate::triangulate::feasible::Tester;
@@ -174,7 +174,7 @@ impl pulp::WithSimd for SweepAll<'_> {
         let SweepAll { sweeps, tester, frame, first, ends } = self;
         let mut prospects = Prospects::default();
         for (i, ray) in RAYS.iter().enumerate() {
-            prospects[i] = sweeps[i].run(tester.tile(), tester.tolerance(), frame, ray, first..ends[i]);
+            prospects[i] = sweeps[i].run(tester.tile(), tester.tolerance(), frame, ray, first..ends[i], ENOUGH_SAMPLES);
         }
         prospects
     }

@@ -63,10 +63,10 @@ impl Outline {
         }
     }
 
-    /// The rows that may hold samples.
+    /// First and last of the rows that may hold samples.
     #[inline(always)]
-    pub(super) fn rows(&self) -> std::ops::RangeInclusive<i32> {
-        self.first_row..=self.last_row
+    pub(super) fn rows(&self) -> (i32, i32) {
+        (self.first_row, self.last_row)
     }
 
     /// First and last column of the samples in a row; empty if the first is greater.

@@ -19,7 +19,7 @@
 
 use super::frame::Frame;
 use super::outline::Outline;
-use super::ray::{Ray, STEPS_OF_RAY, Step, Steps, step_from, step_up_to};
+use super::ray::{Ray, STEPS_OF_RAY, Step, Steps, away, step_from, step_up_to};
 use crate::field::{Heights, Tile};
 use crate::lattice::{Point, orient};
 use crate::mesh::Vertex;
@@ -67,6 +67,10 @@ const DOUBT: f64 = 16.0 * f64::EPSILON;
 const FIRST_SAMPLES: f64 = 64.0;
 const STEPS_AT_ONCE: Step = 8;
 
+/// Of triangles with more samples than this, only some of the rows are read, about so many samples: exact tests come
+/// cheaper than reading all of a large triangle for each ray, and what some samples rule out is ruled out.
+pub(super) const ENOUGH_SAMPLES: f64 = 64.0;
+
 impl Default for Sweep {
     fn default() -> Sweep {
         Sweep { tilts: [Tilts::ALL; STEPS_OF_RAY as usize + 1], reached: 0..0 }
@@ -75,7 +79,8 @@ impl Default for Sweep {
 
 impl Sweep {
     /// Sweeps the steps of a range. Returns those whose nearest sample is an apex that the sweep predicts to be
-    /// feasible; as the sample is not quite on the ray, an exact test has to decide.
+    /// feasible; as the sample is not quite on the ray, and large triangles are not read in full, an exact test has to
+    /// decide. `enough` is the number of samples up to which they are.
     #[inline(always)]
     pub(super) fn run(
         &mut self,
@@ -84,10 +89,11 @@ impl Sweep {
         frame: &Frame,
         ray: &Ray,
         steps: std::ops::Range<Step>,
+        enough: f64,
     ) -> Steps {
         match &tile.heights {
-            Heights::F32(heights) => self.run_over(&Ground { tile, heights, tolerance, frame, ray }, steps),
-            Heights::F64(heights) => self.run_over(&Ground { tile, heights, tolerance, frame, ray }, steps),
+            Heights::F32(heights) => self.run_over(&Ground { tile, heights, tolerance, frame, ray, enough }, steps),
+            Heights::F64(heights) => self.run_over(&Ground { tile, heights, tolerance, frame, ray, enough }, steps),
         }
     }
 
@@ -103,7 +109,8 @@ impl Sweep {
         while self.reached.end < steps.end {
             end = end.max(self.reached.end + STEPS_AT_ONCE).min(steps.end);
             let outer = Outline::new(frame, ray.place(frame, end - 1), (tile.width(), tile.height()));
-            ground.read_between(&inner, &outer, self.reached.end, &mut self.tilts);
+            let stride = (frame.samples() * away(end - 1) / ground.enough).max(1.0) as i32;
+            ground.read_between(&inner, &outer, stride, self.reached.end, &mut self.tilts);
             for step in self.reached.end..end {
                 allowed.intersect(self.tilts[step as usize]);
                 self.tilts[step as usize] = allowed;
@@ -122,12 +129,11 @@ impl Sweep {
         feasible
     }
 
-    /// Whether the samples read leave hope for an apex at these coordinates with this tilt: they do if it is on no ray
-    /// that was swept, or if its triangle is feasible. `ray` is the one that was swept.
+    /// Whether an apex that need not be on the ray swept may be feasible, as far as the sweep can tell; it is given by its
+    /// coordinates and its tilt. What is not allowed is infeasible.
     #[inline(always)]
     pub(super) fn allows(&self, ray: &Ray, (along, away): (f64, f64), tilt: f64) -> bool {
-        // The ray's triangle at the step before the ray leaves the apex's own triangle is part of that. A little less,
-        // for rounding.
+        // The triangle to the last step inside the apex's own triangle is a part of that. (A little less, for rounding.)
         match step_up_to(ray.exit(along, away) * (1.0 - 1e-9)) {
             Some(step) if step >= self.reached.start && !self.reached.is_empty() => {
                 self.tilts[step.min(self.reached.end - 1) as usize].contains(tilt)
@@ -157,14 +163,17 @@ struct Ground<'a, R> {
     tolerance: f64,
     frame: &'a Frame,
     ray: &'a Ray,
+    enough: f64,
 }
 
 impl<R: Copy + Into<f64>> Ground<'_, R> {
-    /// Reads the samples of one outline that are not in another, and intersects the interval of the step at which the
-    /// triangle reaches each (none before `first`) with the sample's.
+    /// Reads the samples of one outline that are not in another, in every `stride`th row of the tile, and intersects the
+    /// interval of the step at which the triangle reaches each (none before `first`) with the sample's.
     #[inline(always)]
-    fn read_between(&self, inner: &Outline, outer: &Outline, first: Step, tilts: &mut [Tilts]) {
-        for row in outer.rows() {
+    fn read_between(&self, inner: &Outline, outer: &Outline, stride: i32, first: Step, tilts: &mut [Tilts]) {
+        let (top, bottom) = outer.rows();
+        let mut row = (top + stride - 1) / stride * stride;
+        while row <= bottom {
             let (left, right) = outer.columns(row);
             let (inner_left, inner_right) = inner.columns(row);
             if inner_left > inner_right {
@@ -173,6 +182,7 @@ impl<R: Copy + Into<f64>> Ground<'_, R> {
                 self.read(row, (left, inner_left - 1), first, tilts);
                 self.read(row, (inner_right + 1, right), first, tilts);
             }
+            row += stride;
         }
     }
 
@@ -214,7 +224,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::triangulate::cuts::ray::away;
 
     const SIDE: usize = 24;
 
@@ -270,7 +279,7 @@ mod tests {
             if a.at == b.at { return Ok(()) }
             let (frame, ray) = (Frame::new(a, b), Ray { lean, farthest: 2.0 });
             let mut sweep = Sweep::default();
-            let found = sweep.run(&tile, tolerance, &frame, &ray, first..STEPS_OF_RAY);
+            let found = sweep.run(&tile, tolerance, &frame, &ray, first..STEPS_OF_RAY, f64::INFINITY);
             for step in first..STEPS_OF_RAY {
                 let allowed = sweep.tilts[(step.min(sweep.reached.end - 1)) as usize];
                 // The tilts at stake are those near the interval's ends, or near the ground's where it is empty.
@@ -296,7 +305,7 @@ mod tests {
         #[test]
         fn apexes_not_allowed_are_infeasible(
             seed in any::<u64>(), rough in 0.0f64..3.0, tolerance in 0.0f64..2.0, lean in -1.2f64..1.2,
-            places in prop::array::uniform6(0..SIDE),
+            places in prop::array::uniform6(0..SIDE), enough in 1.0f64..300.0,
         ) {
             let tile = tile(seed, rough);
             let vertex = |i: usize| {
@@ -311,7 +320,7 @@ mod tests {
             };
             let (frame, ray) = (Frame::new(a, b), Ray { lean, farthest: 2.0 });
             let mut sweep = Sweep::default();
-            sweep.run(&tile, tolerance, &frame, &ray, 0..STEPS_OF_RAY);
+            sweep.run(&tile, tolerance, &frame, &ray, 0..STEPS_OF_RAY, enough);
             if !sweep.allows(&ray, frame.coordinates(v.at), tilt(&frame, v)) {
                 let (x, y) = v.at.sample().expect("a sample");
                 prop_assert!(naive(&tile, tolerance, a, b, (x as f64, y as f64, v.height)) != Some(true));
