@@ -13,6 +13,7 @@ use crate::sink::{PlySink, Sink, SinkError};
 use crate::spool::{Chunk, Spool};
 use crate::staged::StagedFile;
 use crate::synth::{Terrain, TerrainOptions};
+use crate::triangulate::cuts::Cuts;
 use crate::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 use crate::verify::{VerifyOptions, verify};
 
@@ -80,7 +81,7 @@ fn engines() -> Vec<EngineChoice> {
     let selections = selections.map(|selection| InsertionOptions { selection, ..default });
     let measures = measures.map(|measure| InsertionOptions { measure, ..default });
     let insertion = swaps.into_iter().chain(selections).chain(measures).map(EngineChoice::GreedyInsertion);
-    std::iter::once(EngineChoice::GreedyCuts).chain(insertion).collect()
+    [Cuts::Plain, Cuts::Improved].map(EngineChoice::GreedyCuts).into_iter().chain(insertion).collect()
 }
 
 proptest! {
@@ -195,6 +196,7 @@ struct Golden {
     size: (usize, usize),
     max_error: f64,
     feasibility: String,
+    cuts: String,
     tile: usize,
     triangles: u64,
 }
@@ -209,7 +211,8 @@ fn golden_counts_do_not_go_up() {
     let write = std::env::var_os("TERRABITE_GOLDEN").is_some_and(|v| v == "write");
     for line in &mut golden {
         let feasibility = if line.feasibility == "strong" { Feasibility::Strong } else { Feasibility::Weak };
-        let params = Params { feasibility, tile: line.tile, ..Params::new(line.max_error) };
+        let engine = EngineChoice::GreedyCuts(if line.cuts == "plain" { Cuts::Plain } else { Cuts::Improved });
+        let params = Params { feasibility, engine, tile: line.tile, ..Params::new(line.max_error) };
         let (width, height) = line.size;
         let found: u64 = mesh(width, height, terrain(line.seed, width, height), &params)
             .chunks()
