@@ -4,6 +4,8 @@
 //! every sample the domain's ground covers. Engines do no I/O, never assume that the ground is a rectangle, and know
 //! nothing of other tiles. `feasible` answers whether a triangle may be used; `cuts` is the greedy cuts engine.
 
+#[cfg(test)]
+pub(crate) mod conformance;
 pub mod cuts;
 pub mod feasible;
 

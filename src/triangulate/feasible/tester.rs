@@ -1,3 +1,4 @@
+use std::cell::Cell;
 use std::ops::{Add, Mul, Sub};
 
 use super::{Plane, Spans, edge};
@@ -39,19 +40,28 @@ impl<'a> Tester<'a> {
 
     /// Whether every sample under the closed triangle is within the tolerance of it. Exact; reads no sample twice, and
     /// rows far apart first, so that an infeasible triangle is mostly left early.
-    pub fn weakly_feasible(&self, [a, b, c]: [Vertex; 3]) -> bool {
+    pub fn weakly_feasible(&self, corners: [Vertex; 3]) -> bool {
+        self.violation(corners).is_none()
+    }
+
+    /// The place of a sample under the closed triangle that is not within the tolerance of it: the first one that is
+    /// come upon. None if the triangle is weakly feasible.
+    pub fn violation(&self, [a, b, c]: [Vertex; 3]) -> Option<Point> {
         let scan = Scan {
             spans: Spans::new(a.at, b.at, c.at),
             plane: Plane::new(a, b, c),
             width: self.tile.width,
             tolerance: self.tolerance,
+            violation: Cell::new(None),
         };
         // The same loops, compiled for what the processor has: wider lanes change no result.
         let arch = pulp::Arch::new();
-        match &self.tile.heights {
+        let within = match &self.tile.heights {
             Heights::F32(heights) => arch.dispatch(|| scan.all_rows(heights, a.height)),
             Heights::F64(heights) => arch.dispatch(|| scan.all_rows(heights, a.height)),
-        }
+        };
+        debug_assert_eq!(within, scan.violation.get().is_none());
+        scan.violation.get()
     }
 
     /// Whether an edge passes the strong test.
@@ -127,6 +137,8 @@ struct Scan {
     plane: Plane,
     width: usize,
     tolerance: f64,
+    /// Where the scan ended, if it did before the last row.
+    violation: Cell<Option<Point>>,
 }
 
 /// Limits of |error|: up to `sure` it is within the tolerance, beyond `never` it is not.
@@ -192,6 +204,7 @@ impl Scan {
             let within =
                 error <= limits.sure || error <= limits.never && self.plane.within(at, sample.to_f64(), self.tolerance);
             if !within {
+                self.violation.set(Some(at));
                 return false;
             }
             at.x += crate::lattice::STEPS;

@@ -1,0 +1,63 @@
+//! Whether a triangle may be used, with a memory of what spoke against its like.
+
+use crate::lattice::{Point, orient};
+use crate::mesh::Vertex;
+use crate::triangulate::feasible::Tester;
+use crate::triangulate::{Feasibility, Task};
+
+/// How many samples are remembered. More find more, but every candidate is compared with each.
+const WITNESSES: usize = 6;
+
+/// The exact test, preceded by samples that have spoken against other triangles of the same hole: most infeasible
+/// candidates fall by one of them, without a scan.
+pub(super) struct Judge<'a> {
+    pub(super) tester: Tester<'a>,
+    limit: f64,
+    witnesses: [(Point, f64); WITNESSES],
+    known: usize,
+}
+
+impl<'a> Judge<'a> {
+    pub(super) fn new(task: &Task<'a>) -> Judge<'a> {
+        let tester = Tester::new(task.tile, task.tolerance, task.feasibility);
+        // Refusing a triangle that is feasible by a rounding costs nothing that was promised; still, leave ties alone.
+        let limit = task.tolerance * (1.0 + 1e-9);
+        Judge { tester, limit, witnesses: [(Point { x: 0, y: 0 }, 0.0); WITNESSES], known: 0 }
+    }
+
+    /// Forgets the witnesses: another hole follows.
+    pub(super) fn forget(&mut self) {
+        self.known = 0;
+    }
+
+    /// Whether every sample under the triangle is within the tolerance. Never yes where the exact test says no.
+    pub(super) fn fits(&mut self, corners: [Vertex; 3]) -> bool {
+        if let Some(i) = (0..self.known).find(|&i| self.speaks_against(i, corners)) {
+            // What spoke last will be asked first.
+            self.witnesses[..=i].rotate_right(1);
+            return false;
+        }
+        let Some(place) = self.tester.violation(corners) else { return true };
+        let (column, row) = place.sample().expect("violations are samples");
+        self.known = (self.known + 1).min(WITNESSES);
+        self.witnesses[..self.known].rotate_right(1);
+        self.witnesses[0] = (place, self.tester.tile().at(column, row));
+        false
+    }
+
+    fn speaks_against(&self, i: usize, [a, b, c]: [Vertex; 3]) -> bool {
+        let (p, height) = self.witnesses[i];
+        let weights = [orient(b.at, c.at, p), orient(c.at, a.at, p), orient(a.at, b.at, p)];
+        if weights.iter().any(|&w| w < 0) {
+            return false;
+        }
+        let [wa, wb, wc] = weights.map(|w| w as f64);
+        let error = wa * (a.height - height) + wb * (b.height - height) + wc * (c.height - height);
+        error.abs() > (wa + wb + wc) * self.limit
+    }
+
+    /// Whether an edge that was not there before may be made: it must pass the strong test where that is asked for.
+    pub(super) fn may_join(&self, p: Vertex, q: Vertex) -> bool {
+        self.tester.feasibility() == Feasibility::Weak || self.tester.strong_edge(p, q)
+    }
+}
