@@ -81,20 +81,22 @@ impl Filler {
         best
     }
 
-    /// Finds some triangulation by cutting off ears, or none: for rings too long for [`Filler::fill`]. At most as many
-    /// ears are tried as two rounds have.
+    /// Finds some triangulation by cutting off ears, or none: for rings too long for [`Filler::fill`]. A simple
+    /// ring always has an ear (Meisters 1975), so only triangles that may not be used stand against it.
     pub(super) fn clip(&mut self, ring: impl Iterator<Item = Vertex>, weigher: &mut impl Weigher) -> bool {
         self.ring.clear();
         self.ring.extend(ring);
         self.triangles.clear();
         // What is left of the ring, from the corner on that is looked at.
         let mut left: VecDeque<u32> = (0..self.ring.len() as u32).collect();
-        let mut tries = 2 * left.len();
-        while left.len() > 3 && tries > 0 {
-            tries -= 1;
+        let mut in_vain = 0;
+        while left.len() > 3 && in_vain < left.len() {
             if self.is_ear(&left, weigher) {
                 self.triangles.push([left[0], left[1], left[2]]);
                 left.remove(1);
+                in_vain = 0;
+            } else {
+                in_vain += 1;
             }
             left.rotate_left(1);
         }

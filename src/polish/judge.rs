@@ -1,5 +1,8 @@
 //! Whether a triangle may be used, with a memory of what spoke against its like.
 
+use super::energy::Meter;
+use super::net::Fit;
+use crate::control::CancelToken;
 use crate::lattice::{Point, orient};
 use crate::mesh::Vertex;
 use crate::triangulate::feasible::Tester;
@@ -8,10 +11,16 @@ use crate::triangulate::{Feasibility, Task};
 /// How many samples are remembered. More find more, but every candidate is compared with each.
 const WITNESSES: usize = 6;
 
+/// How close to the tolerance a measured error may be wrong about it, as a share. (It may be so elsewhere, too, where
+/// heights are large and the tolerance is small: what is kept is tested.)
+const DOUBT: f32 = 1e-4;
+
 /// The exact test, preceded by samples that have spoken against other triangles of the same hole: most infeasible
 /// candidates fall by one of them, without a scan.
 pub(super) struct Judge<'a> {
-    pub(super) tester: Tester<'a>,
+    tester: Tester<'a>,
+    pub(super) meter: Meter<'a>,
+    pub(super) cancel: &'a CancelToken,
     limit: f64,
     witnesses: [(Point, f64); WITNESSES],
     known: usize,
@@ -22,7 +31,9 @@ impl<'a> Judge<'a> {
         let tester = Tester::new(task.tile, task.tolerance, task.feasibility);
         // Refusing a triangle that is feasible by a rounding costs nothing that was promised; still, leave ties alone.
         let limit = task.tolerance * (1.0 + 1e-9);
-        Judge { tester, limit, witnesses: [(Point { x: 0, y: 0 }, 0.0); WITNESSES], known: 0 }
+        let meter = Meter::new(task.tile, task.tolerance);
+        let witnesses = [(Point { x: 0, y: 0 }, 0.0); WITNESSES];
+        Judge { tester, meter, cancel: task.cancel, limit, witnesses, known: 0 }
     }
 
     /// Forgets the witnesses: another hole follows.
@@ -43,6 +54,21 @@ impl<'a> Judge<'a> {
         self.witnesses[..self.known].rotate_right(1);
         self.witnesses[0] = (place, self.tester.tile().at(column, row));
         false
+    }
+
+    /// The exact test alone.
+    pub(super) fn feasible(&self, corners: [Vertex; 3]) -> bool {
+        self.tester.weakly_feasible(corners)
+    }
+
+    /// Makes a measured fit say the truth about the tolerance: its worst error is at most 1 if the triangle is weakly
+    /// feasible, and more if not. Only near ties are tested.
+    pub(super) fn settle(&self, corners: [Vertex; 3], fit: Fit) -> Fit {
+        if (fit.worst - 1.0).abs() > DOUBT {
+            return fit;
+        }
+        let worst = if self.feasible(corners) { fit.worst.min(1.0) } else { fit.worst.max(1.0 + DOUBT) };
+        Fit { worst, ..fit }
     }
 
     fn speaks_against(&self, i: usize, [a, b, c]: [Vertex; 3]) -> bool {

@@ -7,13 +7,17 @@
 //!
 //! Nothing is random and nothing is timed: effort is counted, ties go by number. Method and figures: docs/quality.md.
 
+mod energy;
+mod fan;
 mod filling;
 mod hole;
+mod improve;
 mod journal;
 mod judge;
 mod net;
 mod order;
 mod removal;
+mod repair;
 
 #[cfg(test)]
 mod tests;
@@ -22,6 +26,7 @@ use self::judge::Judge;
 use self::net::Net;
 use self::order::Order;
 use self::removal::Removal;
+use self::repair::{Patience, Repair};
 use crate::control::Cancelled;
 use crate::mesh::TileMesh;
 use crate::triangulate::Task;
@@ -57,6 +62,50 @@ pub struct Scratch {
     net: Net,
     order: Order,
     removal: Removal,
+    repair: Repair,
+}
+
+impl Scratch {
+    fn fast(&mut self, judge: &mut Judge<'_>) -> Result<(), Cancelled> {
+        self.removal.sweeps(FAST_SWEEPS, &mut self.net, &mut self.order, judge)?;
+        Ok(())
+    }
+
+    fn balanced(&mut self, judge: &mut Judge<'_>) -> Result<(), Cancelled> {
+        let Scratch { net, order, removal, repair } = self;
+        removal.sweeps(usize::MAX, net, order, judge)?;
+        if !judge.meter.is_of_use() {
+            return Ok(());
+        }
+        Repair::measure(net, judge);
+        let env = |k: &str, d: f32| std::env::var(k).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
+        repair.rs = env("RS", 1.0) as u32;
+        let start = std::time::Instant::now();
+        let debug = env("DBG", 0.0) > 0.0;
+        let (rounds, shrink, scales) = (env("R", 3.0) as usize, env("SH", 0.8), env("SC", 2.0) as u32);
+        for _ in 0..env("PRE", 0.0) as usize {
+            repair.relax(net, order, judge)?;
+        }
+        for pass in 0..env("N", 3.0) as usize {
+            let cap = env(["C0", "C1", "C2", "C3", "C4", "C5"][pass.min(5)], 1.0);
+            order.make_all_due();
+            let gone = repair.sweep(net, order, judge, Patience { cap, rounds, shrink, scales })?;
+            if debug {
+                eprintln!("pass {pass} cap {cap}: {gone} gone, {:?}", start.elapsed());
+            }
+            for _ in 0..env("RELAX", 1.0) as usize {
+                repair.relax(net, order, judge)?;
+            }
+            if debug {
+                eprintln!("relaxed {:?} {:?}", start.elapsed(), repair.count);
+            }
+        }
+        Ok(())
+    }
+
+    fn best(&mut self, judge: &mut Judge<'_>) -> Result<(), Cancelled> {
+        self.balanced(judge)
+    }
 }
 
 /// Replaces `mesh`, a mesh of the task's ground that keeps the contract of [`TileMesh`], by one of at most as many
@@ -74,16 +123,16 @@ pub struct Scratch {
 /// # Panics
 /// If the mesh does not keep the contract.
 pub fn polish(task: &Task<'_>, options: &Options, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
-    let Scratch { net, order, removal } = scratch;
     let mut judge = Judge::new(task);
-    net.load(task.domain, mesh);
-    order.reset(net);
+    scratch.net.load(task.domain, mesh);
+    scratch.order.reset(&scratch.net);
     match options.effort {
-        Effort::Fast => removal.sweeps(FAST_SWEEPS, net, order, &mut judge, task.cancel)?,
-        Effort::Balanced | Effort::Best => removal.sweeps(usize::MAX, net, order, &mut judge, task.cancel)?,
-    };
+        Effort::Fast => scratch.fast(&mut judge)?,
+        Effort::Balanced => scratch.balanced(&mut judge)?,
+        Effort::Best => scratch.best(&mut judge)?,
+    }
     let relaxed = mesh.relaxed;
-    net.store(mesh);
+    scratch.net.store(mesh);
     if relaxed > 0 {
         mesh.relaxed = relaxed.min(count_relaxed(&judge, mesh));
     }

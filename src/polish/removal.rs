@@ -6,17 +6,17 @@ use super::hole::Hole;
 use super::judge::Judge;
 use super::net::Net;
 use super::order::Order;
-use crate::control::{CancelToken, Cancelled};
+use crate::control::Cancelled;
 use crate::lattice::distance2;
 use crate::mesh::Vertex;
 
 /// The dynamic program's table grows with the square of a ring, the triangles it looks at with the cube: longer rings
 /// lose ears instead, and rings longer still, which are found on flat ground only, are left alone.
 const LONGEST_RING: usize = 24;
-const LONGEST_CLIPPED: usize = 400;
+const LONGEST_CLIPPED: usize = 256;
 
 /// Visits between two looks at the cancellation token.
-const VISITS_BETWEEN_CHECKS: usize = 256;
+pub(super) const VISITS_BETWEEN_CHECKS: usize = 256;
 
 /// The memory of removal.
 #[derive(Debug, Default)]
@@ -34,11 +34,10 @@ impl Removal {
         net: &mut Net,
         order: &mut Order,
         judge: &mut Judge<'_>,
-        cancel: &CancelToken,
     ) -> Result<usize, Cancelled> {
         let mut gone = 0;
         for _ in 0..most {
-            match self.sweep(net, order, judge, cancel)? {
+            match self.sweep(net, order, judge)? {
                 0 => break,
                 n => gone += n,
             }
@@ -48,17 +47,11 @@ impl Removal {
 
     /// Tries every vertex that is due, once, in raster order. A vertex is due when a triangle at it is new. Returns how
     /// many went.
-    fn sweep(
-        &mut self,
-        net: &mut Net,
-        order: &mut Order,
-        judge: &mut Judge<'_>,
-        cancel: &CancelToken,
-    ) -> Result<usize, Cancelled> {
+    fn sweep(&mut self, net: &mut Net, order: &mut Order, judge: &mut Judge<'_>) -> Result<usize, Cancelled> {
         let mut gone = 0;
         for i in 0..order.raster.len() {
             if i % VISITS_BETWEEN_CHECKS == 0 {
-                cancel.check()?;
+                judge.cancel.check()?;
             }
             let v = order.raster[i];
             if net.is_free(v) && order.take_due(v) && self.remove(net, v, judge) {
