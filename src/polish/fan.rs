@@ -49,10 +49,6 @@ impl Fan {
         self.fits.iter().map(|f| f.energy).sum()
     }
 
-    pub(super) fn worst(&self) -> f32 {
-        self.fits.iter().map(|f| f.worst).fold(0.0, f32::max)
-    }
-
     /// Corners of triangle i with the best apex.
     pub(super) fn triangle(&self, i: usize) -> [Vertex; 3] {
         let apex = self.apex.expect("asked of a fan with an apex");
@@ -122,10 +118,4 @@ impl Fan {
     pub(super) fn feasible(&self, judge: &Judge<'_>) -> bool {
         (0..self.ring.len()).all(|i| judge.feasible(self.triangle(i)))
     }
-}
-
-/// The sample nearest to a place, halves towards the lower coordinate.
-pub(super) fn nearest_sample(x: i32, y: i32) -> Point {
-    let round = |v: i32| (v + STEPS / 2 - 1).div_euclid(STEPS) * STEPS;
-    Point { x: round(x), y: round(y) }
 }

@@ -41,31 +41,6 @@ impl Hole {
             }
         }
     }
-
-    /// Becomes the union of the stars of two neighbours, given as holes. `false` if its ring would not be simple: a
-    /// vertex beside the two that close the edge's own triangles is a neighbour of both.
-    pub(super) fn around_edge(&mut self, (p, of_p): (u32, &Hole), (q, of_q): (u32, &Hole)) -> bool {
-        self.clear();
-        let (Some(at_q), Some(at_p)) = (of_p.position(q), of_q.position(p)) else { return false };
-        // From the vertex after q around p to the one before q; from there around q.
-        for (star, from) in [(of_p, at_q), (of_q, at_p)] {
-            let k = star.ring.len();
-            for i in 1..k - 1 {
-                let i = (from + i) % k;
-                self.ring.push(star.ring[i]);
-                self.outer.push(star.outer[i]);
-            }
-        }
-        self.triangles.extend_from_slice(&of_p.triangles);
-        self.triangles.extend(of_q.triangles.iter().filter(|t| !of_p.triangles.contains(t)));
-        debug_assert_eq!(self.triangles.len(), self.ring.len() + 2);
-        let repeats = |(i, v): (usize, &u32)| self.ring[..i].contains(v);
-        !self.ring.iter().enumerate().any(repeats)
-    }
-
-    fn position(&self, v: u32) -> Option<usize> {
-        self.ring.iter().position(|&r| r == v)
-    }
 }
 
 impl Net {

@@ -4,6 +4,8 @@ use super::fan::Fan;
 use super::hole::Hole;
 use super::judge::Judge;
 use super::net::{NONE, Net, next, previous};
+use crate::lattice::STEPS;
+use crate::mesh::Vertex;
 
 /// An apex moves only where the energy falls below this share: smaller gains lead nowhere and take as long.
 const MOVE_SHARE: f32 = 0.98;
@@ -29,6 +31,11 @@ pub(super) struct Improver {
 }
 
 impl Improver {
+    /// The vertices around what the last move that succeeded has changed.
+    pub(super) fn ring(&self) -> &[u32] {
+        &self.hole.ring
+    }
+
     /// Moves a free vertex over the samples around it, by steps that halve `scales` times, starting at a quarter of the
     /// way to its nearest neighbour. Returns whether it moved.
     pub(super) fn relocate(&mut self, net: &mut Net, v: u32, scales: u32, demand: Demand, judge: &Judge<'_>) -> bool {
@@ -39,8 +46,8 @@ impl Improver {
         let centre = net.vertex(v);
         fan.reset(hole.ring.iter().map(|&r| net.vertex(r)));
         fan.start_at(centre, hole.triangles.iter().map(|&t| net.triangles[t as usize].fit));
-        let distance = |r: &crate::mesh::Vertex| (r.at.x - centre.at.x).abs().max((r.at.y - centre.at.y).abs());
-        let nearest = fan.ring.iter().map(distance).min().unwrap_or(0) / crate::lattice::STEPS;
+        let distance = |r: &Vertex| (r.at.x - centre.at.x).abs().max((r.at.y - centre.at.y).abs());
+        let nearest = fan.ring.iter().map(distance).min().unwrap_or(0) / STEPS;
         let mut step = (nearest / 4).max(1);
         for _ in 0..scales {
             fan.look_around(step, MOVE_SHARE, &judge.meter);
@@ -95,6 +102,8 @@ impl Improver {
             }
         }
         net.flip(side);
+        self.hole.ring.clear();
+        self.hole.ring.extend([p, s, q, r]);
         net.triangle_mut(t as u32).fit = first;
         net.triangle_mut(u as u32).fit = second;
         true

@@ -33,11 +33,9 @@ pub(super) struct Repair {
     hole: Hole,
     filler: Filler,
     open: Vec<(u32, u32, u32)>,
-    pub(super) improver: Improver,
+    improver: Improver,
     violating: Vec<u32>,
     corners: Vec<u32>,
-    pub(super) count: [usize; 16],
-    pub(super) rs: u32,
 }
 
 impl Repair {
@@ -77,21 +75,29 @@ impl Repair {
         Ok(gone)
     }
 
-    /// Moves every free vertex and turns every edge, once, where that brings the energy down and violates nothing.
-    pub(super) fn relax(&mut self, net: &mut Net, order: &Order, judge: &Judge<'_>) -> Result<(), Cancelled> {
-        for (i, &v) in order.raster.iter().enumerate() {
+    /// Moves every free vertex, at the first `scales` step lengths, and turns every edge, once, where that brings the
+    /// energy down and violates nothing. What has changed is due.
+    pub(super) fn relax(
+        &mut self,
+        net: &mut Net,
+        order: &mut Order,
+        judge: &Judge<'_>,
+        scales: u32,
+    ) -> Result<(), Cancelled> {
+        for i in 0..order.raster.len() {
             if i % VISITS_BETWEEN_CHECKS == 0 {
                 judge.cancel.check()?;
             }
-            if net.is_free(v) {
-                self.improver.relocate(net, v, self.rs, Demand::Feasible, judge);
+            let v = order.raster[i];
+            if net.is_free(v) && self.improver.relocate(net, v, scales, Demand::Feasible, judge) {
+                order.make_due(v);
+                self.improver.ring().iter().for_each(|&r| order.make_due(r));
             }
         }
-        for t in 0..net.triangles.len() {
-            for side in 0..3 {
-                if net.triangles[t].alive() {
-                    self.improver.flip(net, (3 * t + side) as u32, Demand::Feasible, judge);
-                }
+        for side in 0..3 * net.triangles.len() as u32 {
+            let alive = net.triangles[side as usize / 3].alive();
+            if alive && self.improver.flip(net, side, Demand::Feasible, judge) {
+                self.improver.ring().iter().for_each(|&r| order.make_due(r));
             }
         }
         Ok(())
@@ -107,7 +113,6 @@ impl Repair {
         if self.filler.fill(ring, f64::from(before + patience.cap), &mut LeastEnergy(judge)).is_none() {
             return false;
         }
-        self.count[0] += 1;
         net.begin();
         net.refill(&self.hole, &self.filler.triangles, v, &mut self.open);
         net.drop_vertex(v);
@@ -128,7 +133,6 @@ impl Repair {
         for round in 0..=patience.rounds {
             let energy = self.find_violating(net);
             if self.violating.is_empty() {
-                self.count[1 + round] += 1;
                 return true;
             }
             let promising = energy <= before * patience.shrink;

@@ -161,3 +161,92 @@ fn a_cancelled_polish_says_so() {
         assert_eq!(polish(&task, &Options { effort }, &mut Scratch::default(), &mut mesh), Err(Cancelled));
     }
 }
+
+/// Weighs nothing: every triangulation will do.
+struct Anything;
+
+impl super::filling::Weigher for Anything {
+    fn triangle(&mut self, _: [crate::mesh::Vertex; 3], _: f64) -> f64 {
+        0.0
+    }
+
+    fn chord(&mut self, _: crate::mesh::Vertex, _: crate::mesh::Vertex) -> bool {
+        true
+    }
+}
+
+/// All that a net is.
+type State = (Vec<crate::mesh::Vertex>, Vec<u32>, Vec<super::net::Triangle>);
+
+fn state(net: &Net) -> State {
+    (net.vertices.clone(), net.outgoing.clone(), net.triangles.clone())
+}
+
+#[test]
+fn a_journal_takes_back_removals_flips_and_moves_bit_for_bit() {
+    let tile = tile(25, 25, 9, 0);
+    let cancel = CancelToken::default();
+    let rim = Rim::new(&tile, 2.0, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+    let task = task(&tile, &rim.domain, 2.0, Feasibility::Weak, &cancel);
+    let (judge, mut net) = (Judge::new(&task), Net::default());
+    net.load(&rim.domain, &cut(&task));
+    Repair::measure(&mut net, &judge);
+    let (mut hole, mut filler) = (super::hole::Hole::default(), super::filling::Filler::default());
+    let mut improver = super::improve::Improver::default();
+    let before = state(&net);
+    let free: Vec<u32> = (0..net.vertices.len() as u32).filter(|&v| net.is_free(v)).collect();
+    assert!(free.len() > 20);
+    let (mut flips, mut moves) = (0, 0);
+    for v in free {
+        net.begin();
+        assert!(hole.around(&net, v, 50));
+        let ring = hole.ring.iter().map(|&r| net.vertex(r));
+        assert_eq!(filler.fill(ring, 1.0, &mut Anything), Some(0.0));
+        net.refill(&hole, &filler.triangles, v, &mut Vec::new());
+        net.drop_vertex(v);
+        for side in hole.triangles[1..].iter().flat_map(|&t| 3 * t..3 * t + 3) {
+            let alive = net.triangles[side as usize / 3].alive();
+            flips += usize::from(alive && improver.flip(&mut net, side, super::improve::Demand::Better, &judge));
+        }
+        hole.ring.retain(|&r| !net.is_locked(r));
+        for &r in &hole.ring {
+            let moved = improver.relocate(&mut net, r, 2, super::improve::Demand::Better, &judge);
+            moves += usize::from(moved);
+        }
+        assert_ne!(state(&net), before);
+        net.roll_back();
+        assert_eq!(state(&net), before, "vertex {v}");
+    }
+    assert!(flips > 10 && moves > 10, "{flips} {moves}");
+}
+
+/// Energies are infinite or no numbers there; nothing may hang on them.
+#[test]
+fn heights_and_tolerances_beyond_single_precision() {
+    let heights = |scale: f64| (0..400).map(|i| f64::from(i * 7919 % 101 - 50) * scale).collect();
+    for scale in [1e-300, 1e-30, 1.0, 1e28] {
+        let tile = Tile::from_heights(20, 20, Heights::F64(heights(scale)));
+        for tolerance in [5e-324, 1e-31, 1e-29, 1.0, 20.0, 1e29] {
+            let cancel = CancelToken::default();
+            let rim = Rim::new(&tile, tolerance, (true, true), &mut MinLink::default(), &cancel);
+            check_all(&tile, &rim.expect("nobody cancels").domain, tolerance);
+        }
+    }
+}
+
+#[test]
+fn more_effort_leaves_fewer_triangles() {
+    let bowl = |i: usize| {
+        let (x, y) = ((i % 100) as f64 - 40.0, (i / 100) as f64 - 55.0);
+        (x * x + y * y) / 50.0 + (x * 0.3).sin() + (y * 0.2).cos()
+    };
+    let tile = Tile::from_heights(100, 100, Heights::F64((0..10_000).map(bowl).collect()));
+    let cancel = CancelToken::default();
+    let rim = Rim::new(&tile, 0.5, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+    let task = task(&tile, &rim.domain, 0.5, Feasibility::Weak, &cancel);
+    let start = cut(&task);
+    let counts = EFFORTS.map(|effort| polished(&task, effort, &start, &mut Scratch::default()).triangles.len());
+    println!("{} {counts:?}", start.triangles.len());
+    let [fast, balanced, best] = counts;
+    assert!(fast * 10 < start.triangles.len() * 7 && balanced * 10 < fast * 8 && best < balanced, "{counts:?}");
+}

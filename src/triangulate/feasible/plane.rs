@@ -54,7 +54,10 @@ impl Plane {
     pub(crate) fn gradient(&self) -> [f64; 2] {
         let [a, b, c] = self.corners.map(|v| v.at);
         let [up_b, up_c] = self.rise.map(|rise| rise * self.inverse);
-        [f64::from(c.y - a.y) * up_b - f64::from(b.y - a.y) * up_c, f64::from(b.x - a.x) * up_c - f64::from(c.x - a.x) * up_b]
+        [
+            f64::from(c.y - a.y) * up_b - f64::from(b.y - a.y) * up_c,
+            f64::from(b.x - a.x) * up_c - f64::from(c.x - a.x) * up_b,
+        ]
     }
 
     /// The place of corner a.
