@@ -1,6 +1,5 @@
 //! A vertex among the samples inside its ring: where its triangles fit best.
 
-use super::energy::Meter;
 use super::judge::Judge;
 use super::net::Fit;
 use crate::lattice::{Point, STEPS, orient};
@@ -55,8 +54,10 @@ impl Fan {
         [apex, self.ring[i], self.ring[(i + 1) % self.ring.len()]]
     }
 
-    /// Moves the apex to a sample if the energy is below `limit` there. Returns whether it is.
-    pub(super) fn try_at(&mut self, place: Point, limit: f32, meter: &Meter<'_>) -> bool {
+    /// Moves the apex to a sample if the energy is below `limit` there and it may be joined to the ring. Returns whether
+    /// it moved.
+    fn try_at(&mut self, place: Point, limit: f32, judge: &Judge<'_>) -> bool {
+        let meter = &judge.meter;
         let far = meter.tile().far_corner();
         if place.x < 0 || place.y < 0 || place.x > far.x || place.y > far.y {
             return false;
@@ -74,11 +75,15 @@ impl Fan {
             let fit = meter.fit([apex, self.ring[i], self.ring[(i + 1) % k]], limit - sum);
             self.trial[i] = fit;
             sum += fit.energy;
+            // Not if it is no number, either.
             let below = sum < limit;
             if !below {
                 self.order[turn / 2..=turn].rotate_right(1);
                 return false;
             }
+        }
+        if !self.ring.iter().all(|&r| judge.may_join(apex, r)) {
+            return false;
         }
         std::mem::swap(&mut self.fits, &mut self.trial);
         self.apex = Some(apex);
@@ -87,13 +92,13 @@ impl Fan {
 
     /// One round of the eight places `step` cells around the apex: it moves to the best of those where the energy falls
     /// below `share` of what it is. Returns whether it moved.
-    pub(super) fn look_around(&mut self, step: i32, share: f32, meter: &Meter<'_>) -> bool {
+    pub(super) fn look_around(&mut self, step: i32, share: f32, judge: &Judge<'_>) -> bool {
         let Some(centre) = self.apex else { return false };
         let mut limit = self.energy() * share;
         let mut moved = false;
         for (x, y) in AROUND {
             let reach = step * STEPS;
-            if self.try_at(Point { x: centre.at.x + x * reach, y: centre.at.y + y * reach }, limit, meter) {
+            if self.try_at(Point { x: centre.at.x + x * reach, y: centre.at.y + y * reach }, limit, judge) {
                 limit = self.energy();
                 moved = true;
             }
@@ -107,11 +112,6 @@ impl Fan {
             self.fits[i] = judge.settle(self.triangle(i), self.fits[i]);
             all && self.fits[i].worst <= 1.0
         })
-    }
-
-    /// Whether the apex may be joined to every vertex of the ring.
-    pub(super) fn may_join(&self, judge: &Judge<'_>) -> bool {
-        self.apex.is_some_and(|apex| self.ring.iter().all(|&r| judge.may_join(apex, r)))
     }
 
     /// The exact test of every triangle.

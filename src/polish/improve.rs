@@ -50,7 +50,7 @@ impl Improver {
         let nearest = fan.ring.iter().map(distance).min().unwrap_or(0) / STEPS;
         let mut step = (nearest / 4).max(1);
         for _ in 0..scales {
-            fan.look_around(step, MOVE_SHARE, &judge.meter);
+            fan.look_around(step, MOVE_SHARE, judge);
             if step == 1 {
                 break;
             }
@@ -59,7 +59,6 @@ impl Improver {
         let Some(apex) = fan.apex else { return false };
         if apex.at == centre.at
             || !fan.settle(judge) && demand == Demand::Feasible
-            || !fan.may_join(judge)
             || demand == Demand::Feasible && !fan.feasible(judge)
         {
             return false;
