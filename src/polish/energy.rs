@@ -1,14 +1,16 @@
 //! How far a triangle is from its samples, in numbers that can be minimised.
 //!
 //! With t = |error| / tolerance, the energy of a sample is max(0, t − 0.97)² + 10⁻⁴·t⁴: violations count, and a little
-//! what may become one. Summed in single precision, in lanes and in one fixed order, so that every machine steers alike.
+//! what may become one. With strong feasibility an edge counts as one more sample, where it is farthest from the grid's
+//! surface. Summed in single precision, in lanes and in one fixed order, so that every machine steers alike.
 //! It only steers: what is kept has passed the exact test.
 
 use super::net::Fit;
 use crate::field::{Heights, PADDING, Tile};
 use crate::lattice::STEPS;
 use crate::mesh::Vertex;
-use crate::triangulate::feasible::{Plane, Spans};
+use crate::triangulate::Feasibility;
+use crate::triangulate::feasible::{Plane, Spans, Tester};
 
 const LANES: usize = PADDING;
 const INDEX: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
@@ -40,11 +42,14 @@ const ROWS_BETWEEN_LOOKS: i32 = 4;
 pub(super) struct Meter<'a> {
     tile: &'a Tile,
     per_tolerance: f64,
+    /// For the edges, where they count.
+    edges: Option<Tester<'a>>,
 }
 
 impl<'a> Meter<'a> {
-    pub(super) fn new(tile: &'a Tile, tolerance: f64) -> Meter<'a> {
-        Meter { tile, per_tolerance: 1.0 / tolerance }
+    pub(super) fn new(tester: Tester<'a>, tolerance: f64) -> Meter<'a> {
+        let edges = (tester.feasibility() == Feasibility::Strong).then_some(tester);
+        Meter { tile: tester.tile(), per_tolerance: 1.0 / tolerance, edges }
     }
 
     /// Whether energies are numbers: not if the tolerance is 0 or next to it.
@@ -58,7 +63,23 @@ impl<'a> Meter<'a> {
 
     /// Measures a triangle with positive orientation. Stops once its energy is above `limit`; what it then returns is
     /// above it, too.
-    pub(super) fn fit(&self, [a, b, c]: [Vertex; 3], limit: f32) -> Fit {
+    pub(super) fn fit(&self, corners: [Vertex; 3], limit: f32) -> Fit {
+        let mut fit = self.fit_samples(corners, limit);
+        if let Some(tester) = &self.edges {
+            let [a, b, c] = corners;
+            for (p, q) in [(a, b), (b, c), (c, a)] {
+                if fit.energy > limit {
+                    break;
+                }
+                let t = (tester.edge_deviation(p, q) * self.per_tolerance) as f32;
+                fit.energy += energy(t);
+                fit.worst = if t > fit.worst { t } else { fit.worst };
+            }
+        }
+        fit
+    }
+
+    fn fit_samples(&self, [a, b, c]: [Vertex; 3], limit: f32) -> Fit {
         let frame = Frame {
             spans: Spans::new(a.at, b.at, c.at),
             plane: Plane::new(a, b, c),
@@ -184,15 +205,19 @@ impl<H: Sample> Scan<'_, H> {
                 let above = lane[i].above(line.reference) * per_tolerance;
                 (line.start + line.step * (base + INDEX[i]) - above).abs() * counts[i]
             });
-            sums.energy = std::array::from_fn(|i| {
-                let (over, t2) = (t[i] - ONSET, t[i] * t[i]);
-                let over = if over > 0.0 { over } else { 0.0 };
-                sums.energy[i] + (over * over + PULL * (t2 * t2))
-            });
+            sums.energy = std::array::from_fn(|i| sums.energy[i] + energy(t[i]));
             sums.worst = std::array::from_fn(|i| if t[i] > sums.worst[i] { t[i] } else { sums.worst[i] });
             first += LANES;
         }
     }
+}
+
+/// The energy of one error, as a share of the tolerance.
+#[inline(always)]
+fn energy(t: f32) -> f32 {
+    let (over, t2) = (t - ONSET, t * t);
+    let over = if over > 0.0 { over } else { 0.0 };
+    over * over + PULL * (t2 * t2)
 }
 
 /// A fixed tree of additions.
@@ -218,7 +243,8 @@ mod tests {
         heights[12 * 2 + 3] = 3.0;
         let tile = Tile::from_heights(12, 12, Heights::F32(heights));
         let at = |c, r| Vertex { at: Point::of_sample(c, r), height: 0.0 };
-        let fit = Meter::new(&tile, 2.0).fit([at(0, 0), at(11, 0), at(0, 11)], f32::INFINITY);
+        let tester = Tester::new(&tile, 2.0, Feasibility::Weak);
+        let fit = Meter::new(tester, 2.0).fit([at(0, 0), at(11, 0), at(0, 11)], f32::INFINITY);
         let t = 1.5f32;
         assert_eq!(fit.worst, t);
         assert!((fit.energy - ((t - ONSET).powi(2) + PULL * t.powi(4))).abs() < 1e-6, "{fit:?}");

@@ -1,5 +1,6 @@
 //! A vertex among the samples inside its ring: where its triangles fit best.
 
+use super::energy::Meter;
 use super::judge::Judge;
 use super::net::Fit;
 use crate::lattice::{Point, STEPS, orient};
@@ -54,10 +55,8 @@ impl Fan {
         [apex, self.ring[i], self.ring[(i + 1) % self.ring.len()]]
     }
 
-    /// Moves the apex to a sample if the energy is below `limit` there and it may be joined to the ring. Returns whether
-    /// it moved.
-    fn try_at(&mut self, place: Point, limit: f32, judge: &Judge<'_>) -> bool {
-        let meter = &judge.meter;
+    /// Moves the apex to a sample if the energy is below `limit` there. Returns whether it is.
+    fn try_at(&mut self, place: Point, limit: f32, meter: &Meter<'_>) -> bool {
         let far = meter.tile().far_corner();
         if place.x < 0 || place.y < 0 || place.x > far.x || place.y > far.y {
             return false;
@@ -82,9 +81,6 @@ impl Fan {
                 return false;
             }
         }
-        if !self.ring.iter().all(|&r| judge.may_join(apex, r)) {
-            return false;
-        }
         std::mem::swap(&mut self.fits, &mut self.trial);
         self.apex = Some(apex);
         true
@@ -92,13 +88,13 @@ impl Fan {
 
     /// One round of the eight places `step` cells around the apex: it moves to the best of those where the energy falls
     /// below `share` of what it is. Returns whether it moved.
-    pub(super) fn look_around(&mut self, step: i32, share: f32, judge: &Judge<'_>) -> bool {
+    pub(super) fn look_around(&mut self, step: i32, share: f32, meter: &Meter<'_>) -> bool {
         let Some(centre) = self.apex else { return false };
         let mut limit = self.energy() * share;
         let mut moved = false;
         for (x, y) in AROUND {
             let reach = step * STEPS;
-            if self.try_at(Point { x: centre.at.x + x * reach, y: centre.at.y + y * reach }, limit, judge) {
+            if self.try_at(Point { x: centre.at.x + x * reach, y: centre.at.y + y * reach }, limit, meter) {
                 limit = self.energy();
                 moved = true;
             }
@@ -114,8 +110,11 @@ impl Fan {
         })
     }
 
-    /// The exact test of every triangle.
+    /// The exact test of every triangle and every spoke.
     pub(super) fn feasible(&self, judge: &Judge<'_>) -> bool {
-        (0..self.ring.len()).all(|i| judge.feasible(self.triangle(i)))
+        (0..self.ring.len()).all(|i| {
+            let corners = self.triangle(i);
+            judge.feasible(corners) && judge.may_join(corners[0], corners[1])
+        })
     }
 }

@@ -50,7 +50,7 @@ impl Improver {
         let nearest = fan.ring.iter().map(distance).min().unwrap_or(0) / STEPS;
         let mut step = (nearest / 4).max(1);
         for _ in 0..scales {
-            fan.look_around(step, MOVE_SHARE, judge);
+            fan.look_around(step, MOVE_SHARE, &judge.meter);
             if step == 1 {
                 break;
             }
@@ -90,13 +90,15 @@ impl Improver {
         }
         let second = judge.meter.fit(corners[1], limit - first.energy);
         let better = first.energy + second.energy < limit;
-        if !better || !judge.may_join(net.vertex(s), net.vertex(r)) {
+        if !better {
             return false;
         }
         let (first, second) = (judge.settle(corners[0], first), judge.settle(corners[1], second));
         if demand == Demand::Feasible {
             let promising = first.worst <= 1.0 && second.worst <= 1.0;
-            if !promising || !corners.iter().all(|&c| judge.feasible(c)) {
+            let may_turn =
+                || corners.iter().all(|&c| judge.feasible(c)) && judge.may_join(net.vertex(s), net.vertex(r));
+            if !promising || !may_turn() {
                 return false;
             }
         }

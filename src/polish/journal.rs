@@ -29,6 +29,11 @@ impl Journal {
     pub(super) fn changed(&self) -> impl Iterator<Item = u32> + '_ {
         self.triangles.iter().map(|&(t, _)| t)
     }
+
+    /// Whether a triangle was changed since it was opened.
+    pub(super) fn has_changed(&self, t: u32) -> bool {
+        self.triangle_noted[t as usize] == self.epoch
+    }
 }
 
 impl Net {

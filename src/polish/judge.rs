@@ -31,7 +31,7 @@ impl<'a> Judge<'a> {
         let tester = Tester::new(task.tile, task.tolerance, task.feasibility);
         // Refusing a triangle that is feasible by a rounding costs nothing that was promised; still, leave ties alone.
         let limit = task.tolerance * (1.0 + 1e-9);
-        let meter = Meter::new(task.tile, task.tolerance);
+        let meter = Meter::new(tester, task.tolerance);
         let witnesses = [(Point { x: 0, y: 0 }, 0.0); WITNESSES];
         Judge { tester, meter, cancel: task.cancel, limit, witnesses, known: 0 }
     }
@@ -61,13 +61,15 @@ impl<'a> Judge<'a> {
         self.tester.weakly_feasible(corners)
     }
 
-    /// Makes a measured fit say the truth about the tolerance: its worst error is at most 1 if the triangle is weakly
-    /// feasible, and more if not. Only near ties are tested.
+    /// Makes a measured fit say the truth about the tolerance: its worst error is at most 1 if the triangle, and where
+    /// that is asked for its edges, are within it, and more if not. Only near ties are tested.
     pub(super) fn settle(&self, corners: [Vertex; 3], fit: Fit) -> Fit {
         if (fit.worst - 1.0).abs() > DOUBT {
             return fit;
         }
-        let worst = if self.feasible(corners) { fit.worst.min(1.0) } else { fit.worst.max(1.0 + DOUBT) };
+        let [a, b, c] = corners;
+        let within = self.feasible(corners) && [(a, b), (b, c), (c, a)].iter().all(|&(p, q)| self.may_join(p, q));
+        let worst = if within { fit.worst.min(1.0) } else { fit.worst.max(1.0 + DOUBT) };
         Fit { worst, ..fit }
     }
 

@@ -5,7 +5,7 @@ use super::filling::{Filler, Weigher};
 use super::hole::Hole;
 use super::improve::{Demand, Improver};
 use super::judge::Judge;
-use super::net::Net;
+use super::net::{NONE, Net};
 use super::order::Order;
 use super::removal::VISITS_BETWEEN_CHECKS;
 use crate::control::Cancelled;
@@ -174,10 +174,20 @@ fn measure(net: &mut Net, t: u32, judge: &Judge<'_>) {
     net.triangle_mut(t).fit = judge.settle(corners, judge.meter.fit(corners, f32::INFINITY));
 }
 
-/// The exact test of everything an attempt has changed.
+/// The exact test of everything an attempt has changed. An edge with an unchanged triangle on its other side, or none,
+/// was there before.
 fn all_feasible(net: &Net, judge: &Judge<'_>) -> bool {
     let alive = |&t: &u32| net.triangles[t as usize].alive();
-    net.journal.changed().filter(alive).all(|t| judge.feasible(net.corners(t)))
+    let feasible = |t: u32| {
+        let corners = net.corners(t);
+        let may_be = |i: usize| {
+            let twin = net.triangles[t as usize].twins[i];
+            let is_new = twin != NONE && net.journal.has_changed(twin / 3);
+            !is_new || judge.may_join(corners[i], corners[(i + 1) % 3])
+        };
+        judge.feasible(corners) && (0..3).all(may_be)
+    };
+    net.journal.changed().filter(alive).all(feasible)
 }
 
 /// Any triangle, by its energy.
@@ -188,7 +198,8 @@ impl Weigher for LeastEnergy<'_, '_> {
         f64::from(self.0.meter.fit(corners, budget as f32).energy)
     }
 
-    fn chord(&mut self, p: Vertex, q: Vertex) -> bool {
-        self.0.may_join(p, q)
+    /// What is wrong with an edge is in the energy, too.
+    fn chord(&mut self, _: Vertex, _: Vertex) -> bool {
+        true
     }
 }
