@@ -2,13 +2,28 @@
 
 use super::net::Net;
 
-/// Free vertices in raster order, and for each whether something at it has changed since it was last tried in vain.
+/// What a vertex may be visited for.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Errand {
+    /// To take it out.
+    Remove = 1,
+    /// To move it.
+    Move = 2,
+    /// To turn the sides of triangles at it.
+    Turn = 4,
+}
+
+/// Every errand.
+const ALL: u8 = 7;
+
+/// Free vertices in raster order, and for each and every errand whether something at it has changed since it was last
+/// visited for that.
 ///
 /// Memory: 5 bytes per vertex.
 #[derive(Debug, Default)]
 pub(super) struct Order {
     pub(super) raster: Vec<u32>,
-    due: Vec<bool>,
+    due: Vec<u8>,
 }
 
 impl Order {
@@ -18,19 +33,31 @@ impl Order {
         self.raster.extend((0..net.vertices.len() as u32).filter(|&v| net.is_free(v)));
         self.raster.sort_unstable_by_key(|&v| (net.vertex(v).at.y, net.vertex(v).at.x));
         self.due.clear();
-        self.due.resize(net.vertices.len(), true);
+        self.due.resize(net.vertices.len(), ALL);
     }
 
+    /// Something at a vertex has changed.
     pub(super) fn make_due(&mut self, v: u32) {
-        self.due[v as usize] = true;
+        self.due[v as usize] = ALL;
     }
 
     pub(super) fn make_all_due(&mut self) {
-        self.due.fill(true);
+        self.due.fill(ALL);
+    }
+
+    pub(super) fn is_due(&self, v: u32, errand: Errand) -> bool {
+        self.due[v as usize] & errand as u8 != 0
     }
 
     /// Whether a vertex was due; it is no more.
-    pub(super) fn take_due(&mut self, v: u32) -> bool {
-        std::mem::take(&mut self.due[v as usize])
+    pub(super) fn take_due(&mut self, v: u32, errand: Errand) -> bool {
+        let was_due = self.is_due(v, errand);
+        self.due[v as usize] &= !(errand as u8);
+        was_due
+    }
+
+    /// No vertex is due for this errand any more.
+    pub(super) fn clear_due(&mut self, errand: Errand) {
+        self.due.iter_mut().for_each(|due| *due &= !(errand as u8));
     }
 }

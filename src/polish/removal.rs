@@ -5,7 +5,7 @@ use super::filling::{Filler, Weigher};
 use super::hole::Hole;
 use super::judge::Judge;
 use super::net::Net;
-use super::order::Order;
+use super::order::{Errand, Order};
 use crate::control::Cancelled;
 use crate::lattice::distance2;
 use crate::mesh::Vertex;
@@ -54,7 +54,7 @@ impl Removal {
                 judge.cancel.check()?;
             }
             let v = order.raster[i];
-            if net.is_free(v) && order.take_due(v) && self.remove(net, v, judge) {
+            if net.is_free(v) && order.take_due(v, Errand::Remove) && self.remove(net, v, judge) {
                 self.hole.ring.iter().for_each(|&r| order.make_due(r));
                 gone += 1;
             }

@@ -6,7 +6,7 @@ use super::hole::Hole;
 use super::improve::{Demand, Improver};
 use super::judge::Judge;
 use super::net::{NONE, Net};
-use super::order::Order;
+use super::order::{Errand, Order};
 use super::removal::VISITS_BETWEEN_CHECKS;
 use crate::control::Cancelled;
 use crate::mesh::Vertex;
@@ -62,7 +62,7 @@ impl Repair {
                 judge.cancel.check()?;
             }
             let v = order.raster[i];
-            if net.is_free(v) && order.take_due(v) && self.attempt(net, v, judge, patience) {
+            if net.is_free(v) && order.take_due(v, Errand::Remove) && self.attempt(net, v, judge, patience) {
                 gone += 1;
                 for t in net.journal.changed() {
                     let triangle = net.triangles[t as usize];
@@ -76,7 +76,7 @@ impl Repair {
     }
 
     /// Moves every free vertex, at the first `scales` step lengths, and turns every edge, once, where that brings the
-    /// energy down and violates nothing. What has changed is due.
+    /// energy down and violates nothing, if something at it has changed.
     pub(super) fn relax(
         &mut self,
         net: &mut Net,
@@ -89,17 +89,20 @@ impl Repair {
                 judge.cancel.check()?;
             }
             let v = order.raster[i];
-            if net.is_free(v) && self.improver.relocate(net, v, scales, Demand::Feasible, judge) {
+            let visit = net.is_free(v) && order.take_due(v, Errand::Move);
+            if visit && self.improver.relocate(net, v, scales, Demand::Feasible, judge) {
                 order.make_due(v);
                 self.improver.ring().iter().for_each(|&r| order.make_due(r));
             }
         }
         for side in 0..3 * net.triangles.len() as u32 {
-            let alive = net.triangles[side as usize / 3].alive();
-            if alive && self.improver.flip(net, side, Demand::Feasible, judge) {
+            let triangle = &net.triangles[side as usize / 3];
+            let visit = triangle.alive() && triangle.corners.iter().any(|&v| order.is_due(v, Errand::Turn));
+            if visit && self.improver.flip(net, side, Demand::Feasible, judge) {
                 self.improver.ring().iter().for_each(|&r| order.make_due(r));
             }
         }
+        order.clear_due(Errand::Turn);
         Ok(())
     }
 
