@@ -4,8 +4,6 @@ use super::fan::Fan;
 use super::hole::Hole;
 use super::judge::Judge;
 use super::net::{NONE, Net, next, previous};
-use crate::lattice::STEPS;
-use crate::mesh::Vertex;
 
 /// An apex moves only where the energy falls below this share: smaller gains lead nowhere and take as long.
 const MOVE_SHARE: f32 = 0.98;
@@ -44,23 +42,21 @@ impl Improver {
         }
         let Improver { hole, fan } = self;
         let centre = net.vertex(v);
-        fan.reset(hole.ring.iter().map(|&r| net.vertex(r)));
-        fan.start_at(centre, hole.triangles.iter().map(|&t| net.triangles[t as usize].fit));
-        let distance = |r: &Vertex| (r.at.x - centre.at.x).abs().max((r.at.y - centre.at.y).abs());
-        let nearest = fan.ring.iter().map(distance).min().unwrap_or(0) / STEPS;
-        let mut step = (nearest / 4).max(1);
+        let fits = hole.triangles.iter().map(|&t| net.triangles[t as usize].fit);
+        fan.reset(hole.ring.iter().map(|&r| net.vertex(r)), fits);
+        let (mut apex, mut step) = (centre, (fan.clearance(centre.at) / 4).max(1));
         for _ in 0..scales {
-            fan.look_around(step, MOVE_SHARE, &judge.meter);
+            apex = fan.look_around(apex, step, MOVE_SHARE, &judge.meter);
             if step == 1 {
                 break;
             }
             step /= 2;
         }
-        let Some(apex) = fan.apex else { return false };
-        if apex.at == centre.at
-            || !fan.settle(judge) && demand == Demand::Feasible
-            || demand == Demand::Feasible && !fan.feasible(judge)
-        {
+        if apex.at == centre.at {
+            return false;
+        }
+        let within = fan.settle(apex, judge);
+        if demand == Demand::Feasible && !(within && fan.feasible(apex, judge)) {
             return false;
         }
         *net.vertex_mut(v).0 = apex;

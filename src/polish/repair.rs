@@ -96,6 +96,9 @@ impl Repair {
             }
         }
         for side in 0..3 * net.triangles.len() as u32 {
+            if side as usize % (8 * VISITS_BETWEEN_CHECKS) == 0 {
+                judge.cancel.check()?;
+            }
             let triangle = &net.triangles[side as usize / 3];
             let visit = triangle.alive() && triangle.corners.iter().any(|&v| order.is_due(v, Errand::Turn));
             if visit && self.improver.flip(net, side, Demand::Feasible, judge) {
