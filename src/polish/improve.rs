@@ -34,9 +34,9 @@ impl Improver {
         &self.hole.ring
     }
 
-    /// Moves a free vertex over the samples around it, by steps that halve `scales` times, starting at a quarter of the
-    /// way to its nearest neighbour. Returns whether it moved.
-    pub(super) fn relocate(&mut self, net: &mut Net, v: u32, scales: u32, demand: Demand, judge: &Judge<'_>) -> bool {
+    /// Moves a free vertex over the samples around it, in `rounds` rounds: the first step is a quarter of the way to its
+    /// nearest neighbour, and a step that leads nowhere is halved. Returns whether it moved.
+    pub(super) fn relocate(&mut self, net: &mut Net, v: u32, rounds: u32, demand: Demand, judge: &Judge<'_>) -> bool {
         if !self.hole.around(net, v, LONGEST_RING) {
             return false;
         }
@@ -45,12 +45,15 @@ impl Improver {
         let fits = hole.triangles.iter().map(|&t| net.triangles[t as usize].fit);
         fan.reset(hole.ring.iter().map(|&r| net.vertex(r)), fits);
         let (mut apex, mut step) = (centre, (fan.clearance(centre.at) / 4).max(1));
-        for _ in 0..scales {
+        for _ in 0..rounds {
+            let before = apex.at;
             apex = fan.look_around(apex, step, MOVE_SHARE, &judge.meter);
-            if step == 1 {
-                break;
+            if apex.at == before {
+                if step == 1 {
+                    break;
+                }
+                step /= 2;
             }
-            step /= 2;
         }
         if apex.at == centre.at {
             return false;

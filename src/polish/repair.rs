@@ -23,8 +23,8 @@ pub(super) struct Patience {
     pub(super) rounds: usize,
     /// Share to which a round must bring down the energy of violating triangles for another one to follow.
     pub(super) shrink: f32,
-    /// How many step lengths are tried when a vertex moves.
-    pub(super) scales: u32,
+    /// Rounds of looking around when a vertex moves.
+    pub(super) steps: u32,
 }
 
 /// The memory of remove-and-repair.
@@ -75,14 +75,14 @@ impl Repair {
         Ok(gone)
     }
 
-    /// Moves every free vertex, at the first `scales` step lengths, and turns every edge, once, where that brings the
+    /// Moves every free vertex, by `steps` rounds of looking around, and turns every edge, once, where that brings the
     /// energy down and violates nothing, if something at it has changed.
     pub(super) fn relax(
         &mut self,
         net: &mut Net,
         order: &mut Order,
         judge: &Judge<'_>,
-        scales: u32,
+        steps: u32,
     ) -> Result<(), Cancelled> {
         for i in 0..order.raster.len() {
             if i % VISITS_BETWEEN_CHECKS == 0 {
@@ -90,7 +90,7 @@ impl Repair {
             }
             let v = order.raster[i];
             let visit = net.is_free(v) && order.take_due(v, Errand::Move);
-            if visit && self.improver.relocate(net, v, scales, Demand::Feasible, judge) {
+            if visit && self.improver.relocate(net, v, steps, Demand::Feasible, judge) {
                 order.make_due(v);
                 self.improver.ring().iter().for_each(|&r| order.make_due(r));
             }
@@ -152,7 +152,7 @@ impl Repair {
             self.corners.dedup();
             self.corners.retain(|&v| !net.is_locked(v));
             for &v in &self.corners {
-                self.improver.relocate(net, v, patience.scales, Demand::Better, judge);
+                self.improver.relocate(net, v, patience.steps, Demand::Better, judge);
             }
             for &t in &self.violating {
                 for side in 3 * t..3 * t + 3 {

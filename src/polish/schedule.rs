@@ -10,13 +10,13 @@ const FAST_SWEEPS: usize = 2;
 
 /// Passes of remove-and-repair, and how far each attempt goes. 72 % of the successes need at most two rounds.
 const BALANCED_PASSES: usize = 4;
-const BALANCED: Patience = Patience { cap: 1.0, rounds: 3, shrink: 0.8, scales: 2 };
+const BALANCED: Patience = Patience { cap: 1.0, rounds: 3, shrink: 0.8, steps: 2 };
 
 /// The caps of the first passes, cheap removals first; the last one is the rest's. Other than with balanced effort,
 /// vertices that have been tried with a lower cap are tried again.
 const BEST_CAPS: [f32; 5] = [0.3, 1.0, 3.0, 6.0, 10.0];
 const BEST_PASSES: usize = 10;
-const BEST: Patience = Patience { cap: 0.0, rounds: 8, shrink: 0.9, scales: 3 };
+const BEST: Patience = Patience { cap: 0.0, rounds: 8, shrink: 0.9, steps: 3 };
 /// The last passes end when fewer than one in so many vertices go.
 const BEST_YIELD: usize = 500;
 
@@ -65,7 +65,7 @@ impl Scratch {
             let cap = BEST_CAPS[pass.min(BEST_CAPS.len() - 1)];
             order.make_all_due();
             let gone = repair.sweep(net, order, judge, Patience { cap, ..BEST })?;
-            repair.relax(net, order, judge, BEST.scales)?;
+            repair.relax(net, order, judge, BEST.steps)?;
             if pass >= BEST_CAPS.len() && gone * BEST_YIELD < order.raster.len() {
                 break;
             }
