@@ -250,3 +250,10 @@ fn more_effort_leaves_fewer_triangles() {
     let [fast, balanced, best] = counts;
     assert!(fast * 10 < start.triangles.len() * 7 && balanced * 10 < fast * 8 && best < balanced, "{counts:?}");
 }
+
+/// What the docs of [`Scratch`] reckon with.
+#[test]
+fn sizes_are_what_the_docs_say() {
+    assert_eq!(std::mem::size_of::<super::net::Triangle>(), 32);
+    assert_eq!(std::mem::size_of::<crate::mesh::Vertex>(), 16);
+}
