@@ -57,8 +57,8 @@ impl<'a> Tester<'a> {
         // The same loops, compiled for what the processor has: wider lanes change no result.
         let arch = pulp::Arch::new();
         let within = match &self.tile.heights {
-            Heights::F32(heights) => arch.dispatch(|| scan.all_rows(heights, a.height)),
-            Heights::F64(heights) => arch.dispatch(|| scan.all_rows(heights, a.height)),
+            Heights::F32(heights) => arch.dispatch(AllRows { scan: &scan, heights, height_of_a: a.height }),
+            Heights::F64(heights) => arch.dispatch(AllRows { scan: &scan, heights, height_of_a: a.height }),
         };
         debug_assert_eq!(within, scan.violation.get().is_none());
         scan.violation.get()
@@ -141,6 +141,23 @@ struct Scan {
     violation: Cell<Option<Point>>,
 }
 
+/// A scan to be compiled for what the processor has. Not a closure, here and below: those are not always inlined into
+/// what is, and then their code is for any processor.
+struct AllRows<'a, R> {
+    scan: &'a Scan,
+    heights: &'a [R],
+    height_of_a: f64,
+}
+
+impl<R: Real> pulp::NullaryFnOnce for AllRows<'_, R> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn call(self) -> bool {
+        self.scan.all_rows(self.heights, self.height_of_a)
+    }
+}
+
 /// Limits of |error|: up to `sure` it is within the tolerance, beyond `never` it is not.
 #[derive(Clone, Copy)]
 struct Limits<R> {
@@ -168,15 +185,30 @@ impl Scan {
         let offset = height_of_a - reference.to_f64();
         let rows = self.spans.rows();
         let (first, last) = (*rows.start(), *rows.end());
-        let within = |row| self.row(heights, row, offset, limits);
         if first > last {
             return true;
         }
-        if last - first < FEW_ROWS {
-            let middle = self.spans.middle_row().clamp(first, last);
-            return every(middle, last, 1, within) && every(first, middle - 1, 1, within);
+        let few = last - first < FEW_ROWS;
+        let middle = self.spans.middle_row().clamp(first, last);
+        let step = if few { 1 } else { STRIDE };
+        let runs = if few { 2 } else { STRIDE };
+        let mut run = 0;
+        // (Plain loops: iterators with steps were measured to be slower.)
+        while run < runs {
+            let (mut row, end) = match (few, run) {
+                (true, 0) => (middle, last),
+                (true, _) => (first, middle - 1),
+                (false, _) => (first + FIRST_ROWS[run as usize], last),
+            };
+            while row <= end {
+                if !self.row(heights, row, offset, limits) {
+                    return false;
+                }
+                row += step;
+            }
+            run += 1;
         }
-        [4, 0, 2, 6, 1, 3, 5, 7].into_iter().all(|start| every(first + start, last, STRIDE, within))
+        true
     }
 
     #[inline(always)]
@@ -218,19 +250,8 @@ impl Scan {
 /// [`STRIDE`]th row first.
 const FEW_ROWS: i32 = 12;
 const STRIDE: i32 = 8;
-
-/// Whether a test holds for every `step`th row. (A plain loop: iterators with steps were measured to be slower.)
-#[inline(always)]
-fn every(first: i32, last: i32, step: i32, test: impl Fn(i32) -> bool) -> bool {
-    let mut row = first;
-    while row <= last {
-        if !test(row) {
-            return false;
-        }
-        row += step;
-    }
-    true
-}
+/// Which of them, counted from a triangle's first.
+const FIRST_ROWS: [i32; STRIDE as usize] = [4, 0, 2, 6, 1, 3, 5, 7];
 
 /// The fast path: whether the first `count` samples are within the tolerance beyond doubt. Most rows are shorter than
 /// the lanes, so lanes are always whole and those past the end do not count; the tile has room for it ([`PADDING`]).
