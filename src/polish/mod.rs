@@ -38,12 +38,12 @@ use crate::triangulate::Task;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Effort {
-    /// Vertices that can go without more ado go.
+    /// Vertices that can go without more ado go: a quarter of balanced effort's time.
     Fast,
     /// The most triangles saved for the time: vertices go and what that breaks is mended.
     #[default]
     Balanced,
-    /// The same for as long as it pays at all, five times as long for four per cent fewer triangles.
+    /// The same for as long as it pays at all: four times as long for five per cent fewer triangles.
     Best,
 }
 

@@ -9,7 +9,7 @@ use crate::control::Cancelled;
 const FAST_SWEEPS: usize = 2;
 
 /// Passes of remove-and-repair, and how far each attempt goes. 72 % of the successes need at most two rounds.
-const BALANCED_PASSES: usize = 4;
+const BALANCED_PASSES: usize = 3;
 const BALANCED: Patience = Patience { cap: 1.0, rounds: 3, shrink: 0.8, steps: 2 };
 
 /// The caps of the first passes, cheap removals first; the last one is the rest's. Other than with balanced effort,
