@@ -96,7 +96,7 @@ impl Repair {
             }
         }
         for side in 0..3 * net.triangles.len() as u32 {
-            if side as usize % (8 * VISITS_BETWEEN_CHECKS) == 0 {
+            if (side as usize).is_multiple_of(8 * VISITS_BETWEEN_CHECKS) {
                 judge.cancel.check()?;
             }
             let triangle = &net.triangles[side as usize / 3];
