@@ -41,7 +41,7 @@ fn main() -> Outcome<()> {
         let id = grid.tile(index);
         let last = (grid.is_last_column(id), grid.is_last_row(id));
         field.load(grid.window(id), &mut samples)?;
-        let rim = Rim::new(&samples, tolerance, last, &mut MinLink::default(), &cancel)?;
+        let rim = Rim::new(&samples, tolerance, &[], last, &mut MinLink::default(), &cancel)?;
         let task = Task { tile: &samples, domain: &rim.domain, tolerance, feasibility, cancel: &cancel };
         let start = cpu_seconds()?;
         GreedyCuts.triangulate(&task, &mut engine, &mut cut)?;

@@ -4,12 +4,15 @@
 //! standard output and ends in an exit code. Nothing below this folder prints, exits or knows of options.
 
 mod failure;
+mod goal;
+mod importance;
 mod info;
 mod preview;
 mod print;
 mod progress;
 mod signals;
 mod simplify;
+mod simplify_engine;
 mod simplify_kept;
 mod simplify_report;
 mod synth;
@@ -65,6 +68,7 @@ Exit codes:
   2    the command line cannot be understood
   3    the memory budget is too small
   4    a disk is too small
+  5    done, but a budget ended the refinement before the quality that was asked for
   130  stopped by an interrupt (Ctrl-C), 143 by a termination signal
 A closed pipe on standard output is no failure.";
 

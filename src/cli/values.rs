@@ -23,6 +23,23 @@ pub(crate) fn max_error(text: &str) -> Result<f64, String> {
     Err("expected a finite number, 0 or above, in the units of the heights".to_string())
 }
 
+/// A number of vertices or triangles.
+pub(crate) fn count(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "expected a whole number".to_string())
+}
+
+/// A share, from 0 to 1.
+pub(crate) fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|s| (0.0..=1.0).contains(s));
+    share.ok_or_else(|| "expected a number from 0 to 1".to_string())
+}
+
+/// A standard deviation in cells, above 0 and at most 64: so far the smoothing looks.
+pub(crate) fn smoothing(text: &str) -> Result<f64, String> {
+    let cells = text.parse().ok().filter(|&s: &f64| s > 0.0 && s <= 64.0);
+    cells.ok_or_else(|| "expected a number of cells above 0, at most 64".to_string())
+}
+
 /// `WIDTHxHEIGHT`, both at least 1.
 pub(crate) fn size(text: &str) -> Result<Size, String> {
     let parse = || {

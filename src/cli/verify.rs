@@ -1,6 +1,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use super::importance::ImportanceArgs;
 use super::progress::Bars;
 use super::{Failure, GDAL_CACHE, print, values};
 use crate::raster::{Raster, bound_gdal_cache};
@@ -21,6 +22,8 @@ pub(crate) struct VerifyArgs {
     /// Raster band, from 1
     #[arg(long, value_name = "N", default_value_t = 1)]
     band: usize,
+    #[command(flatten)]
+    importance: ImportanceArgs,
     /// Where temporary files go (about 200 bytes per triangle)
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
@@ -44,7 +47,9 @@ struct Report<'a> {
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     bound_gdal_cache(GDAL_CACHE);
     let raster = Raster::open(&args.raster, args.band)?;
-    let options = VerifyOptions { max_error: args.max_error, temp_dir: args.temp_dir.clone() };
+    let importance = args.importance.open(&raster)?;
+    let options =
+        VerifyOptions { max_error: args.max_error, importance: importance.as_ref(), temp_dir: args.temp_dir.clone() };
     let bars = Bars::new(args.quiet);
     let verdict = verify(&raster, &args.mesh, &options, &bars.control())?;
     drop(bars);

@@ -20,6 +20,8 @@ pub struct Field {
     pub(super) geo_transform: GeoTransform,
     pub(super) source: Source,
     pub(super) access: Access,
+    /// Weights of errors, a field of the same size.
+    pub(super) importance: Option<Box<Field>>,
 }
 
 /// How a field came to be readable.
@@ -119,7 +121,37 @@ impl Field {
             geo_transform: raster.geo_transform(),
             source,
             access,
+            importance: None,
         })
+    }
+
+    /// The same, with the weights of errors from an importance raster, where there is one, read in the same ways.
+    ///
+    /// # Errors
+    /// [`FieldError`]; [`crate::raster::RasterError::OtherGrid`] where `importance` does not lie on the samples of `raster`.
+    pub fn open_with_importance(
+        raster: &Raster,
+        importance: Option<&Raster>,
+        options: &FieldOptions,
+        control: &Control<'_>,
+    ) -> Result<Field, FieldError> {
+        let Some(importance) = importance else { return Field::open(raster, options, control) };
+        raster.same_grid(importance)?;
+        let weights = Field::open(importance, options, control).map_err(FieldError::about_a_weight)?;
+        Field::open(raster, options, control)?.with_importance(weights)
+    }
+
+    /// The same field with weights: errors at a sample count as many times as `weights` says there. A weight of 0 lets
+    /// the sample go free; what is no weight is refused when it is loaded.
+    ///
+    /// # Errors
+    /// [`FieldError::OtherSize`].
+    pub fn with_importance(self, weights: Field) -> Result<Field, FieldError> {
+        let (expected, found) = ((self.width, self.height), (weights.width, weights.height));
+        if expected != found {
+            return Err(FieldError::OtherSize { path: weights.name, expected, found });
+        }
+        Ok(Field { importance: Some(Box::new(weights)), ..self })
     }
 
     /// A field over `width` × `height` heights in memory, row by row, with the default geotransform.
@@ -152,6 +184,7 @@ impl Field {
             geo_transform: GeoTransform::DEFAULT,
             source: Source::Blocks(store),
             access: Access::Memory,
+            importance: None,
         })
     }
 
@@ -178,6 +211,20 @@ impl Field {
     /// How the samples are reached.
     pub fn access(&self) -> &Access {
         &self.access
+    }
+
+    /// The field of weights, where it has one.
+    pub fn importance(&self) -> Option<&Field> {
+        self.importance.as_deref()
+    }
+
+    /// The bytes of its temporary files, those of its weights among them.
+    pub fn decoded_bytes(&self) -> u64 {
+        let own = match self.access {
+            Access::Decoded { bytes, .. } => bytes,
+            Access::InPlace | Access::Windows { .. } | Access::Memory => 0,
+        };
+        own + self.importance().map_or(0, Field::decoded_bytes)
     }
 
     /// What messages call it: the raster's path.

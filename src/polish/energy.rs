@@ -1,6 +1,6 @@
 //! How far a triangle is from its samples, in numbers that can be minimised.
 //!
-//! With t = |error| / tolerance, the energy of a sample is max(0, t − 0.97)² + 10⁻⁴·t⁴: violations count, and a little
+//! With t = |error| · weight / tolerance, the energy of a sample is max(0, t − 0.97)² + 10⁻⁴·t⁴: violations count, and a little
 //! what may become one. With strong feasibility an edge counts as one more sample, where it is farthest from the grid's
 //! surface. Summed in single precision, in lanes and in one fixed order, so that every machine steers alike.
 //! It only steers: what is kept has passed the exact test.
@@ -88,10 +88,10 @@ impl<'a> Meter<'a> {
             per_tolerance: self.per_tolerance,
             limit,
         };
-        let arch = pulp::Arch::new();
+        let (arch, weights) = (pulp::Arch::new(), &self.tile.weights[..]);
         match &self.tile.heights {
-            Heights::F32(heights) => arch.dispatch(Scan { frame, heights }),
-            Heights::F64(heights) => arch.dispatch(Scan { frame, heights }),
+            Heights::F32(heights) => arch.dispatch(Scan { frame, heights, weights }),
+            Heights::F64(heights) => arch.dispatch(Scan { frame, heights, weights }),
         }
     }
 }
@@ -141,6 +141,8 @@ struct Frame {
 struct Scan<'a, H> {
     frame: Frame,
     heights: &'a [H],
+    /// Empty, or one for every height.
+    weights: &'a [f64],
 }
 
 /// The triangle along a row of samples, in tolerances above the reference.
@@ -199,11 +201,15 @@ impl<H: Sample> Scan<'_, H> {
         let mut first = 0;
         while first < count {
             let lane = self.heights[index + first..].first_chunk::<LANES>().expect("a tile is padded");
-            let counts = &COUNTS[(count - first).min(LANES)];
+            let mut factors = COUNTS[(count - first).min(LANES)];
+            if !self.weights.is_empty() {
+                let weights = self.weights[index + first..].first_chunk::<LANES>().expect("a tile is padded");
+                factors = std::array::from_fn(|i| factors[i] * weights[i] as f32);
+            }
             let base = first as f32;
             let t: [f32; LANES] = std::array::from_fn(|i| {
                 let above = lane[i].above(line.reference) * per_tolerance;
-                (line.start + line.step * (base + INDEX[i]) - above).abs() * counts[i]
+                (line.start + line.step * (base + INDEX[i]) - above).abs() * factors[i]
             });
             sums.energy = std::array::from_fn(|i| sums.energy[i] + energy(t[i]));
             sums.worst = std::array::from_fn(|i| if t[i] > sums.worst[i] { t[i] } else { sums.worst[i] });

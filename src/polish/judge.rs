@@ -21,19 +21,18 @@ pub(super) struct Judge<'a> {
     tester: Tester<'a>,
     pub(super) meter: Meter<'a>,
     pub(super) cancel: &'a CancelToken,
-    limit: f64,
-    witnesses: [(Point, f64); WITNESSES],
+    tolerance: f64,
+    /// Place, height and limit.
+    witnesses: [(Point, f64, f64); WITNESSES],
     known: usize,
 }
 
 impl<'a> Judge<'a> {
     pub(super) fn new(task: &Task<'a>) -> Judge<'a> {
         let tester = Tester::new(task.tile, task.tolerance, task.feasibility);
-        // Refusing a triangle that is feasible by a rounding costs nothing that was promised; still, leave ties alone.
-        let limit = task.tolerance * (1.0 + 1e-9);
         let meter = Meter::new(tester, task.tolerance);
-        let witnesses = [(Point { x: 0, y: 0 }, 0.0); WITNESSES];
-        Judge { tester, meter, cancel: task.cancel, limit, witnesses, known: 0 }
+        let witnesses = [(Point { x: 0, y: 0 }, 0.0, 0.0); WITNESSES];
+        Judge { tester, meter, cancel: task.cancel, tolerance: task.tolerance, witnesses, known: 0 }
     }
 
     /// Forgets the witnesses: another hole follows.
@@ -52,7 +51,10 @@ impl<'a> Judge<'a> {
         let (column, row) = place.sample().expect("violations are samples");
         self.known = (self.known + 1).min(WITNESSES);
         self.witnesses[..self.known].rotate_right(1);
-        self.witnesses[0] = (place, self.tester.tile().at(column, row));
+        let tile = self.tester.tile();
+        // Refusing a triangle that is feasible by a rounding costs nothing that was promised; still, leave ties alone.
+        let limit = tile.limit(column, row, self.tolerance) * (1.0 + 1e-9);
+        self.witnesses[0] = (place, tile.at(column, row), limit);
         false
     }
 
@@ -74,14 +76,14 @@ impl<'a> Judge<'a> {
     }
 
     fn speaks_against(&self, i: usize, [a, b, c]: [Vertex; 3]) -> bool {
-        let (p, height) = self.witnesses[i];
+        let (p, height, limit) = self.witnesses[i];
         let weights = [orient(b.at, c.at, p), orient(c.at, a.at, p), orient(a.at, b.at, p)];
         if weights.iter().any(|&w| w < 0) {
             return false;
         }
         let [wa, wb, wc] = weights.map(|w| w as f64);
         let error = wa * (a.height - height) + wb * (b.height - height) + wc * (c.height - height);
-        error.abs() > (wa + wb + wc) * self.limit
+        error.abs() > (wa + wb + wc) * limit
     }
 
     /// Whether an edge that was not there before may be made: it must pass the strong test where that is asked for.

@@ -69,7 +69,7 @@ pub struct Scratch {
 /// Replaces `mesh`, a mesh of the task's ground that keeps the contract of [`TileMesh`], by one of at most as many
 /// triangles that keeps it too.
 ///
-/// The domain's vertices and loops stay as they are. Interior vertices are removed, moved to other samples and
+/// The domain's vertices, points and loops stay as they are. Other vertices are removed, moved to other samples and
 /// renumbered; every vertex stands on a sample and has its height. Every triangle that was not there before passes
 /// the exact weak test. With strong feasibility, every edge that was not there before also passes the strong test;
 /// `mesh.relaxed` does not grow, and is never more than the triangles that have an edge which fails it. The same mesh and

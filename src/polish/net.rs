@@ -45,7 +45,7 @@ pub(super) struct Net {
     /// Per vertex a half-edge that begins there; [`NONE`] where there is no vertex any more.
     pub(super) outgoing: Vec<u32>,
     pub(super) triangles: Vec<Triangle>,
-    /// Vertices below this number are the domain's, and stay.
+    /// Vertices below this number are the domain's, of its loops and its points, and stay.
     locked: u32,
     pub(super) journal: Journal,
     /// While loading: half-edges by the lower number of their ends, and where each number's begin.
@@ -60,7 +60,7 @@ impl Net {
     /// # Panics
     /// If an edge is neither a loop's nor shared by two triangles in opposite directions.
     pub(super) fn load(&mut self, domain: &Domain, mesh: &TileMesh) {
-        self.locked = domain.vertices.len() as u32;
+        self.locked = domain.fixed().count() as u32;
         self.vertices.clone_from(&mesh.vertices);
         self.triangles.clear();
         self.triangles.extend(mesh.triangles.iter().map(|&corners| Triangle { corners, ..Triangle::GONE }));

@@ -5,7 +5,7 @@ use crate::control::CancelToken;
 use crate::field::{Heights, Tile};
 use crate::mesh::Domain;
 use crate::seam::{MinLink, Rim};
-use crate::triangulate::conformance::{check, domain, hole, holes_that_touch, ring, tile};
+use crate::triangulate::conformance::{check, domain, hole, holes_that_touch, ring, tile, tolerances};
 use crate::triangulate::cuts::GreedyCuts;
 use crate::triangulate::{Engine, Feasibility};
 
@@ -70,11 +70,15 @@ proptest! {
     #[test]
     fn every_promise_holds_on_random_tiles(
         width in 2usize..26, height in 2usize..26, seed in any::<u64>(), kind in 0u8..4,
-        tolerance in prop_oneof![Just(0.0), Just(0.25), Just(1.0), Just(2.0), Just(5.0), 0.0f64..4.0],
+        tolerance in tolerances(), weighted in any::<bool>(),
     ) {
-        let tile = tile(width, height, seed, kind);
+        let mut tile = tile(width, height, seed, kind);
+        if weighted {
+            let weight = |i: usize| [0.0, 0.5, 1.0, 3.0][(seed.rotate_left(i as u32) % 4) as usize];
+            tile = tile.with_weights((0..width * height).map(weight).collect());
+        }
         let cancel = CancelToken::default();
-        let rim = Rim::new(&tile, tolerance, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+        let rim = Rim::new(&tile, tolerance, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
         check_all(&tile, &rim.domain, tolerance);
     }
 }
@@ -103,10 +107,10 @@ fn holes_stay_holes() {
 /// Every sample a vertex: two triangles to a cell.
 fn every_sample(tile: &Tile, domain: &Domain) -> TileMesh {
     let (w, h) = (tile.width(), tile.height());
-    let mut mesh = TileMesh { vertices: domain.vertices.clone(), ..TileMesh::default() };
+    let mut mesh = TileMesh { vertices: domain.fixed().collect(), ..TileMesh::default() };
     let mut number = vec![u32::MAX; w * h];
     let index = |column: usize, row: usize| row * w + column;
-    for (i, v) in (0..).zip(&domain.vertices) {
+    for (i, v) in (0..).zip(domain.fixed()) {
         let (column, row) = v.at.sample().expect("on a sample");
         number[index(column, row)] = i;
     }
@@ -130,14 +134,16 @@ fn every_sample(tile: &Tile, domain: &Domain) -> TileMesh {
 }
 
 #[test]
-fn flat_ground_at_tolerance_0_keeps_no_interior_vertex() {
+fn flat_ground_at_tolerance_0_keeps_points_and_no_other_interior_vertex() {
     let tile = Tile::from_heights(40, 30, Heights::F64(vec![0.1; 1200]));
     let mut walk = Vec::new();
     walk.extend((0..39).map(|c| (c, 0)));
     walk.extend((0..29).map(|r| (39, r)));
     walk.extend((0..39).map(|c| (39 - c, 29)));
     walk.extend((0..29).map(|r| (0, 29 - r)));
-    let domain = domain(&tile, &[walk]);
+    let mut domain = domain(&tile, &[walk]);
+    let point = |c, r| crate::mesh::Vertex { at: crate::lattice::Point::of_sample(c, r), height: 0.1 };
+    domain.points = vec![point(7, 3), point(20, 15)];
     let start = every_sample(&tile, &domain);
     check(&tile, &domain, &start, 0.0);
     let cancel = CancelToken::default();
@@ -145,7 +151,7 @@ fn flat_ground_at_tolerance_0_keeps_no_interior_vertex() {
     for effort in EFFORTS {
         let mesh = polished(&task, effort, &start, &mut Scratch::default());
         check(&tile, &domain, &mesh, 0.0);
-        assert_eq!(mesh.vertices.len(), domain.vertices.len(), "{effort:?}");
+        assert!(mesh.vertices.iter().copied().eq(domain.fixed()), "{effort:?}");
     }
 }
 
@@ -153,7 +159,7 @@ fn flat_ground_at_tolerance_0_keeps_no_interior_vertex() {
 fn a_cancelled_polish_says_so() {
     let tile = tile(20, 20, 3, 0);
     let cancel = CancelToken::default();
-    let rim = Rim::new(&tile, 2.0, (true, true), &mut MinLink::default(), &cancel).expect("not yet");
+    let rim = Rim::new(&tile, 2.0, &[], (true, true), &mut MinLink::default(), &cancel).expect("not yet");
     let task = task(&tile, &rim.domain, 2.0, Feasibility::Weak, &cancel);
     let mut mesh = cut(&task);
     cancel.cancel();
@@ -186,7 +192,7 @@ fn state(net: &Net) -> State {
 fn a_journal_takes_back_removals_flips_and_moves_bit_for_bit() {
     let tile = tile(25, 25, 9, 0);
     let cancel = CancelToken::default();
-    let rim = Rim::new(&tile, 2.0, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+    let rim = Rim::new(&tile, 2.0, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
     let task = task(&tile, &rim.domain, 2.0, Feasibility::Weak, &cancel);
     let (judge, mut net) = (Judge::new(&task), Net::default());
     net.load(&rim.domain, &cut(&task));
@@ -228,7 +234,7 @@ fn heights_and_tolerances_beyond_single_precision() {
         let tile = Tile::from_heights(20, 20, Heights::F64(heights(scale)));
         for tolerance in [5e-324, 1e-31, 1e-29, 1.0, 20.0, 1e29] {
             let cancel = CancelToken::default();
-            let rim = Rim::new(&tile, tolerance, (true, true), &mut MinLink::default(), &cancel);
+            let rim = Rim::new(&tile, tolerance, &[], (true, true), &mut MinLink::default(), &cancel);
             check_all(&tile, &rim.expect("nobody cancels").domain, tolerance);
         }
     }
@@ -242,7 +248,7 @@ fn more_effort_leaves_fewer_triangles() {
     };
     let tile = Tile::from_heights(100, 100, Heights::F64((0..10_000).map(bowl).collect()));
     let cancel = CancelToken::default();
-    let rim = Rim::new(&tile, 0.5, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+    let rim = Rim::new(&tile, 0.5, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
     let task = task(&tile, &rim.domain, 0.5, Feasibility::Weak, &cancel);
     let start = cut(&task);
     let counts = EFFORTS.map(|effort| polished(&task, effort, &start, &mut Scratch::default()).triangles.len());

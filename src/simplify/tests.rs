@@ -13,10 +13,11 @@ use crate::sink::{PlySink, Sink, SinkError};
 use crate::spool::{Chunk, Spool};
 use crate::staged::StagedFile;
 use crate::synth::{Terrain, TerrainOptions};
+use crate::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 use crate::verify::{VerifyOptions, verify};
 
 /// Our own ground: hills, flat lakes, cliffs.
-fn terrain(seed: u64, width: usize, height: usize) -> Vec<f64> {
+pub(super) fn terrain(seed: u64, width: usize, height: usize) -> Vec<f64> {
     let options = TerrainOptions { seed, lakes: 0.1, cliffs: seed % 2 == 1, ..TerrainOptions::default() };
     let mut heights = vec![0.0; width * height];
     let window = Window { column: 1000, row: 2000, width, height };
@@ -24,7 +25,7 @@ fn terrain(seed: u64, width: usize, height: usize) -> Vec<f64> {
     heights
 }
 
-fn geotiff(path: &Path, width: usize, height: usize, heights: &[f64]) {
+pub(super) fn geotiff(path: &Path, width: usize, height: usize, heights: &[f64]) {
     let driver = DriverManager::get_driver_by_name("GTiff").expect("GTiff");
     let dataset = driver.create_with_band_type::<f64, _>(path, width, height, 1).expect("a raster");
     let mut samples = Buffer::new((width, height), heights.to_vec());
@@ -39,28 +40,58 @@ fn mesh(width: usize, height: usize, heights: Vec<f64>, params: &Params) -> Mesh
 
 /// Simplifies a raster and has the written file judged by code that shares nothing with the engines.
 fn certify(width: usize, height: usize, heights: &[f64], params: &Params) {
+    certify_weighted(width, height, heights, None, params);
+}
+
+/// The same with the weights of errors, where there are some.
+pub(super) fn certify_weighted(width: usize, height: usize, heights: &[f64], weights: Option<&[f64]>, params: &Params) {
     let folder = tempfile::tempdir().expect("a folder");
     let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
     geotiff(&dem, width, height, heights);
     let raster = Raster::open(&dem, 1).expect("opens");
-    let field = Field::open(&raster, &FieldOptions::default(), &Control::default()).expect("a field");
+    let importance = weights.map(|weights| {
+        let path = folder.path().join("weights.tif");
+        geotiff(&path, width, height, weights);
+        Raster::open(&path, 1).expect("opens")
+    });
+    let (importance, options) = (importance.as_ref(), FieldOptions::default());
+    let field = Field::open_with_importance(&raster, importance, &options, &Control::default()).expect("a field");
     let mesh = triangulate(&field, params, &Control::default()).expect("a mesh");
     let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
     let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
-    let options = VerifyOptions { max_error: params.max_error, temp_dir: None };
+    let options = VerifyOptions { max_error: params.max_error, importance, temp_dir: None };
     let verdict = verify(&raster, &tin, &options, &Control::default()).expect("judged");
     assert!(verdict.passes(), "{:?} for {params:?}", verdict.failures());
     assert_eq!((verdict.vertices, verdict.triangles), (summary.vertices, summary.triangles));
 }
 
+/// Every engine, and every variant of it.
+fn engines() -> Vec<EngineChoice> {
+    let default = InsertionOptions::default();
+    let swaps = [
+        Swap::Delaunay,
+        Swap::DataDependent(DataDependent::default()),
+        Swap::DataDependent(DataDependent { fit: Fit::L2, shape: Shape::SmallestAngle, quality_threshold: 0.0 }),
+        Swap::DataDependent(DataDependent { fit: Fit::LInfinity, ..DataDependent::default() }),
+    ];
+    let selections = [Selection::Fractional(0.6), Selection::Constant];
+    let measures = [Measure::Curvature(1.0), Measure::GlobalError, Measure::Product(2.0)];
+    let swaps = swaps.map(|swap| InsertionOptions { swap, ..default });
+    let selections = selections.map(|selection| InsertionOptions { selection, ..default });
+    let measures = measures.map(|measure| InsertionOptions { measure, ..default });
+    let insertion = swaps.into_iter().chain(selections).chain(measures).map(EngineChoice::GreedyInsertion);
+    std::iter::once(EngineChoice::GreedyCuts).chain(insertion).collect()
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+    #![proptest_config(ProptestConfig::with_cases(192))]
 
     #[test]
     fn what_is_written_passes_the_verifier(
         width in 2usize..40, height in 2usize..40, seed in any::<u64>(), kind in 0u8..4,
         max_error in prop_oneof![Just(0.0), Just(1.0), Just(2.5), 0.0f64..6.0, Just(1e6)],
         tile in prop_oneof![Just(0usize), 1usize..12, Just(16), Just(512)], strong in any::<bool>(),
+        engine in prop::sample::select(engines()),
     ) {
         let noise = |i: usize| (i as u64 + 1).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 48;
         let heights = match kind {
@@ -70,16 +101,16 @@ proptest! {
             _ => vec![-11.5; width * height],
         };
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
-        certify(width, height, &heights, &Params { feasibility, tile, ..Params::new(max_error) });
+        certify(width, height, &heights, &Params { feasibility, tile, engine, ..Params::new(max_error) });
     }
 }
 
 /// Keeps all it is told.
 #[derive(Default, Clone, PartialEq, Debug)]
-struct Told {
+pub(super) struct Told {
     counts: (u64, u64),
-    vertices: Vec<[f64; 3]>,
-    triangles: Vec<[u64; 3]>,
+    pub(super) vertices: Vec<[f64; 3]>,
+    pub(super) triangles: Vec<[u64; 3]>,
     finished: bool,
 }
 
@@ -104,7 +135,7 @@ impl Sink for Listener {
     }
 }
 
-fn told(mesh: &Mesh) -> Told {
+pub(super) fn told(mesh: &Mesh) -> Told {
     let told = Arc::new(Mutex::new(Told::default()));
     mesh.write(Box::new(Listener(told.clone())), &Control::default()).expect("written");
     let told = told.lock().expect("whole");
@@ -114,11 +145,16 @@ fn told(mesh: &Mesh) -> Told {
 
 #[test]
 fn neither_the_order_of_tiles_nor_threads_change_what_is_written() {
-    let params = Params { tile: 32, ..Params::new(4.0) };
     let heights = terrain(3, 200, 150);
+    for engine in engines() {
+        the_same_on_any_number_of_threads(&heights, &Params { tile: 32, engine, ..Params::new(4.0) });
+    }
+}
+
+fn the_same_on_any_number_of_threads(heights: &[f64], params: &Params) {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| mesh(200, 150, heights.clone(), &params))
+        pool.install(|| mesh(200, 150, heights.to_vec(), params))
     };
     let (one, three) = (on(1), on(3));
     let expected = told(&one);

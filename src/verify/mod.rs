@@ -1,12 +1,12 @@
 //! Judges a written mesh against its raster, sharing no code with whatever made it.
 //!
-//! In comes a raster and a path; out comes a [`Verdict`]: is the surface within the tolerance at every sample, and is
-//! it one surface, without cracks, T-junctions, folds or overlaps? Places are recovered on the lattice of quarter cells,
+//! In comes a raster and a path; out comes a [`Verdict`]: is the surface within the tolerance at every sample (with an
+//! importance raster: is error × weight), and is it one surface, without cracks, T-junctions, folds or overlaps? Places are recovered on the lattice of quarter cells,
 //! where all geometry is exact; near ties with the tolerance are settled by exact arithmetic.
 //!
 //! Two passes over the file put vertices, triangles, edges and corners in order by external sorts (`sort`); then the
 //! triangles sweep over the raster from the first row to the last (`sweep`). Memory is bounded whatever the raster and
-//! the mesh, by about 64 MiB beside GDAL's own cache: every type that buffers says how much.
+//! the mesh, by about 64 MiB (8 more with an importance raster) beside GDAL's own cache: every type that buffers says how much.
 //!
 //! Why that is enough: if every face turns counter-clockwise, every edge inside is shared by two faces in opposite
 //! directions and the remaining edges run once around the rim, then the faces cover each point of the domain exactly
@@ -41,7 +41,7 @@ use crate::raster::Raster;
 
 pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, VertexPlace};
-pub use verdict::{Verdict, WorstSample};
+pub use verdict::{Verdict, WeightedWorst, WorstSample};
 
 use corners::{VertexFindings, read_vertices};
 use edges::{EdgeFindings, match_edges};
@@ -53,9 +53,11 @@ use sweep::{Comparison, sweep};
 
 /// What a mesh is held to, and where temporary files go.
 #[derive(Debug, Clone)]
-pub struct VerifyOptions {
+pub struct VerifyOptions<'a> {
     /// The vertical distance allowed at every sample, in the raster's unit; at most this, `<=`, is within.
     pub max_error: f64,
+    /// A raster of weights: at every sample distance × weight is to be at most `max_error`. It has the grid of the raster.
+    pub importance: Option<&'a Raster>,
     /// Where temporary files are made, about 200 bytes per triangle; `None` is the system's place for them.
     pub temp_dir: Option<PathBuf>,
 }
@@ -65,17 +67,20 @@ pub struct VerifyOptions {
 /// The verdict depends on the two files and the tolerance alone, not on the number of threads.
 ///
 /// # Errors
-/// [`VerifyError`] when either cannot be read or is damaged, when the raster has samples without a height, when
-/// temporary files fail, or on cancellation. A mesh that is merely wrong is a verdict.
+/// [`VerifyError`] when either cannot be read or is damaged, when the raster has samples without a height, when the
+/// importance raster has another grid or samples that are no weights, when temporary files fail, or on cancellation. A mesh that is merely wrong is a verdict.
 pub fn verify(
     raster: &Raster,
     mesh: &Path,
-    options: &VerifyOptions,
+    options: &VerifyOptions<'_>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
     let tolerance = options.max_error;
     if !(tolerance.is_finite() && tolerance >= 0.0) {
         return Err(VerifyError::Tolerance { found: tolerance });
+    }
+    if let Some(importance) = options.importance {
+        raster.same_grid(importance)?;
     }
     let grid = Grid::of(raster);
     let scratch = Scratch::new(options.temp_dir.as_deref(), control.cancel.clone());
@@ -93,7 +98,7 @@ pub fn verify(
     drop(store);
     pace.end()?;
 
-    let comparison = sweep(raster, by_row, tolerance, &scratch, control)?;
+    let comparison = sweep(raster, options.importance, by_row, tolerance, &scratch, control)?;
     let samples = raster.width() as u64 * raster.height() as u64;
     let sizes = Sizes { samples, vertices, triangles };
     Ok(verdict(tolerance, sizes, &grid, comparison, face_findings, edge_findings, corner_findings))
@@ -117,10 +122,12 @@ fn verdict(
     let covered = sizes.samples - comparison.uncovered.count;
     Verdict {
         tolerance,
+        weighted: comparison.weighted,
         samples: sizes.samples,
         vertices: sizes.vertices,
         triangles: sizes.triangles,
         worst: comparison.worst,
+        weighted_worst: comparison.weighted_worst,
         rms_error: (comparison.sum_of_squares / covered.max(1) as f64).sqrt(),
         above_tolerance: comparison.above,
         uncovered: comparison.uncovered,

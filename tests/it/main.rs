@@ -1,7 +1,10 @@
 //! The built binary from outside, as users meet it: one test program, one module per subject.
 
 mod budget;
+mod importance;
 mod info;
+mod insertion;
+mod points;
 mod preview_bad_input;
 mod readers;
 mod resume;

@@ -1,6 +1,7 @@
 use std::cell::Cell;
 use std::ops::{Add, Mul, Sub};
 
+use super::weighted::WeightedRows;
 use super::{Plane, Spans, edge};
 use crate::field::{Heights, PADDING, Tile};
 use crate::lattice::{MAX_SPAN, Point};
@@ -16,7 +17,8 @@ pub struct Tester<'a> {
 }
 
 impl<'a> Tester<'a> {
-    /// A tester for one tile; `tolerance` is at least 0.
+    /// A tester for one tile; `tolerance` is at least 0. Where the tile has weights, what is within the tolerance is error
+    /// × weight: every sample is held to [`Tile::limit`].
     pub fn new(tile: &'a Tile, tolerance: f64, feasibility: Feasibility) -> Tester<'a> {
         Tester { tile, tolerance, feasibility }
     }
@@ -56,9 +58,13 @@ impl<'a> Tester<'a> {
         };
         // The same loops, compiled for what the processor has: wider lanes change no result.
         let arch = pulp::Arch::new();
+        let (scan, weights) = (&scan, &self.tile.weights);
         let within = match &self.tile.heights {
-            Heights::F32(heights) => arch.dispatch(AllRows { scan: &scan, heights, height_of_a: a.height }),
-            Heights::F64(heights) => arch.dispatch(AllRows { scan: &scan, heights, height_of_a: a.height }),
+            Heights::F32(heights) => arch.dispatch(AllRows(PlainRows::new(scan, heights, a.height))),
+            Heights::F64(heights) if self.tile.is_weighted() => {
+                arch.dispatch(AllRows(WeightedRows::new(scan, heights, weights, a.height)))
+            }
+            Heights::F64(heights) => arch.dispatch(AllRows(PlainRows::new(scan, heights, a.height))),
         };
         debug_assert_eq!(within, scan.violation.get().is_none());
         scan.violation.get()
@@ -69,14 +75,17 @@ impl<'a> Tester<'a> {
         edge::within(self.tile, self.tolerance, p, q)
     }
 
-    /// The largest distance between an edge and the grid surface, between samples.
+    /// The largest distance between an edge and the grid surface, between samples; times the greater weight of the two
+    /// samples, where the tile has weights.
     pub fn edge_deviation(&self, p: Vertex, q: Vertex) -> f64 {
         edge::deviation(self.tile, p, q)
     }
 }
 
 /// A precision that rows are compared in.
-trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + PartialOrd + 'static {
+pub(super) trait Real:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + PartialOrd + 'static
+{
     /// A bound of a row comparison's rounding error, as a share of (reach of the plane + tolerance).
     ///
     /// With u the unit roundoff, P the reach and ε the tolerance, near a tie: the difference to the reference is off by
@@ -94,7 +103,7 @@ trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> 
 }
 
 /// Samples compared together.
-const LANES: usize = PADDING;
+pub(super) const LANES: usize = PADDING;
 
 impl Real for f32 {
     const DOUBT: f64 = 16.0 / (1u64 << 24) as f64;
@@ -132,30 +141,74 @@ impl Real for f64 {
     }
 }
 
-struct Scan {
-    spans: Spans,
-    plane: Plane,
-    width: usize,
-    tolerance: f64,
+pub(super) struct Scan {
+    pub(super) spans: Spans,
+    pub(super) plane: Plane,
+    pub(super) width: usize,
+    pub(super) tolerance: f64,
     /// Where the scan ended, if it did before the last row.
-    violation: Cell<Option<Point>>,
+    pub(super) violation: Cell<Option<Point>>,
 }
 
-/// A scan to be compiled for what the processor has. Not a closure, here and below: those are not always inlined into
-/// what is, and then their code is for any processor.
-struct AllRows<'a, R> {
-    scan: &'a Scan,
-    heights: &'a [R],
-    height_of_a: f64,
+/// A test of one row after the other. Not a closure: those are not always inlined into what is compiled for the
+/// processor, and then their code is for any.
+pub(super) trait Rows {
+    fn scan(&self) -> &Scan;
+    /// Whether the samples of a row are within the tolerance.
+    fn within(&self, row: i32) -> bool;
 }
 
-impl<R: Real> pulp::NullaryFnOnce for AllRows<'_, R> {
+struct AllRows<T>(T);
+
+impl<T: Rows> pulp::NullaryFnOnce for AllRows<T> {
     type Output = bool;
 
     #[inline(always)]
     fn call(self) -> bool {
-        self.scan.all_rows(self.heights, self.height_of_a)
+        every_row(&self.0)
     }
+}
+
+/// Rows of samples that all have the tolerance as their limit.
+struct PlainRows<'a, R> {
+    scan: &'a Scan,
+    heights: &'a [R],
+    offset: f64,
+    limits: Limits<R>,
+}
+
+impl<R: Real> Rows for PlainRows<'_, R> {
+    #[inline(always)]
+    fn scan(&self) -> &Scan {
+        self.scan
+    }
+
+    #[inline(always)]
+    fn within(&self, row: i32) -> bool {
+        self.scan.row(self.heights, row, self.offset, self.limits)
+    }
+}
+
+impl<'a, R: Real> PlainRows<'a, R> {
+    #[inline(always)]
+    fn new(scan: &'a Scan, heights: &'a [R], height_of_a: f64) -> Self {
+        let reference = R::of(height_of_a);
+        let reach = scan.plane.reach(reference.to_f64());
+        let doubt = R::DOUBT * (reach + scan.tolerance) + coarse::<R>(reach);
+        let limits = Limits {
+            reference,
+            step: R::of(scan.plane.step()),
+            sure: R::of(scan.tolerance - doubt),
+            never: R::of(scan.tolerance + doubt),
+        };
+        PlainRows { scan, heights, offset: height_of_a - reference.to_f64(), limits }
+    }
+}
+
+/// With a flat plane at the reference a comparison is exact up to the rounding of the tolerance; else, among the smallest
+/// numbers there are, the step loses absolutely, times as many samples as a row can have.
+pub(super) fn coarse<R: Real>(reach: f64) -> f64 {
+    if reach > 0.0 { R::SMALLEST * f64::from(MAX_SPAN) } else { 0.0 }
 }
 
 /// Limits of |error|: up to `sure` it is within the tolerance, beyond `never` it is not.
@@ -168,49 +221,6 @@ struct Limits<R> {
 }
 
 impl Scan {
-    #[inline(always)]
-    fn all_rows<R: Real>(&self, heights: &[R], height_of_a: f64) -> bool {
-        let reference = R::of(height_of_a);
-        let reach = self.plane.reach(reference.to_f64());
-        // With a flat plane at the reference the comparison is exact up to the rounding of the tolerance; else, among
-        // the smallest numbers there are, the step loses absolutely, times as many samples as a row can have.
-        let coarse = if reach > 0.0 { R::SMALLEST * f64::from(MAX_SPAN) } else { 0.0 };
-        let doubt = R::DOUBT * (reach + self.tolerance) + coarse;
-        let limits = Limits {
-            reference,
-            step: R::of(self.plane.step()),
-            sure: R::of(self.tolerance - doubt),
-            never: R::of(self.tolerance + doubt),
-        };
-        let offset = height_of_a - reference.to_f64();
-        let rows = self.spans.rows();
-        let (first, last) = (*rows.start(), *rows.end());
-        if first > last {
-            return true;
-        }
-        let few = last - first < FEW_ROWS;
-        let middle = self.spans.middle_row().clamp(first, last);
-        let step = if few { 1 } else { STRIDE };
-        let runs = if few { 2 } else { STRIDE };
-        let mut run = 0;
-        // (Plain loops: iterators with steps were measured to be slower.)
-        while run < runs {
-            let (mut row, end) = match (few, run) {
-                (true, 0) => (middle, last),
-                (true, _) => (first, middle - 1),
-                (false, _) => (first + FIRST_ROWS[run as usize], last),
-            };
-            while row <= end {
-                if !self.row(heights, row, offset, limits) {
-                    return false;
-                }
-                row += step;
-            }
-            run += 1;
-        }
-        true
-    }
-
     #[inline(always)]
     fn row<R: Real>(&self, heights: &[R], row: i32, offset: f64, limits: Limits<R>) -> bool {
         let (first, last) = self.spans.columns(row);
@@ -252,6 +262,37 @@ const FEW_ROWS: i32 = 12;
 const STRIDE: i32 = 8;
 /// Which of them, counted from a triangle's first.
 const FIRST_ROWS: [i32; STRIDE as usize] = [4, 0, 2, 6, 1, 3, 5, 7];
+
+/// Whether a test holds for every row of the triangle, asked in an order in which an infeasible one soon fails. (Plain
+/// loops: iterators with steps were measured to be slower.)
+#[inline(always)]
+fn every_row(rows: &impl Rows) -> bool {
+    let spans = &rows.scan().spans;
+    let (first, last) = (*spans.rows().start(), *spans.rows().end());
+    if first > last {
+        return true;
+    }
+    let few = last - first < FEW_ROWS;
+    let middle = spans.middle_row().clamp(first, last);
+    let step = if few { 1 } else { STRIDE };
+    let runs = if few { 2 } else { STRIDE };
+    let mut run = 0;
+    while run < runs {
+        let (mut row, end) = match (few, run) {
+            (true, 0) => (middle, last),
+            (true, _) => (first, middle - 1),
+            (false, _) => (first + FIRST_ROWS[run as usize], last),
+        };
+        while row <= end {
+            if !rows.within(row) {
+                return false;
+            }
+            row += step;
+        }
+        run += 1;
+    }
+    true
+}
 
 /// The fast path: whether the first `count` samples are within the tolerance beyond doubt. Most rows are shorter than
 /// the lanes, so lanes are always whole and those past the end do not count; the tile has room for it ([`PADDING`]).
