@@ -106,6 +106,9 @@ impl From<Error> for Failure {
             Error::GoalWithPasses => {
                 Failure::usage(error).hint("leave --selection and --measure, or give --max-error alone")
             }
+            Error::GoalWithPolish { .. } => {
+                Failure::usage(error).hint("choose --quality none, or give --max-error alone")
+            }
             Error::Goal(_) => Failure::usage(error).hint("choose a larger budget, or a larger --tile"),
             Error::Budget(error) => {
                 Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("choose it with --memory")

@@ -5,7 +5,7 @@
 //! one window per thread, and what the process has anyway. What does not fit lowers the number of threads; the tile
 //! size never follows the budget, because it decides the bytes written.
 
-use super::EngineChoice;
+use super::{EngineChoice, Quality};
 use crate::raster::Raster;
 use crate::tiling::TileGrid;
 
@@ -43,6 +43,8 @@ pub struct Load<'a> {
     pub grid: TileGrid,
     /// What triangulates them.
     pub engine: EngineChoice,
+    /// How they are polished.
+    pub quality: Quality,
     /// How many samples must be vertices.
     pub points: usize,
 }
@@ -50,7 +52,7 @@ pub struct Load<'a> {
 impl<'a> Load<'a> {
     /// A raster and nothing else, by the engine that is the default.
     pub fn of(raster: &'a Raster, grid: TileGrid) -> Load<'a> {
-        Load { raster, importance: None, grid, engine: EngineChoice::default(), points: 0 }
+        Load { raster, importance: None, grid, engine: EngineChoice::default(), quality: Quality::default(), points: 0 }
     }
 }
 
@@ -93,10 +95,10 @@ impl Plan {
     /// # Errors
     /// [`BudgetTooSmall`].
     pub fn new(budget_bytes: u64, load: &Load<'_>, threads: usize) -> Result<Plan, BudgetTooSmall> {
-        let Load { raster, importance, grid, engine, points } = *load;
+        let Load { raster, importance, grid, engine, quality, points } = *load;
         let blocks = block_bytes(raster) + importance.map_or(0, block_bytes);
         let weights = if importance.is_some() { BYTES_PER_WEIGHT } else { 0 };
-        let per_sample = engine.bytes_per_sample() + weights;
+        let per_sample = engine.bytes_per_sample() + quality.bytes_per_sample() + weights;
         let cache_bytes = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
         let base = BASE + points as u64 * BYTES_PER_POINT;
         let fixed = base + cache_bytes;

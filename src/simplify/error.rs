@@ -58,6 +58,12 @@ pub enum Error {
         "expected sequential insertion by local error, to end at a budget or a root mean square, found another variant"
     )]
     GoalWithPasses,
+    /// What is polished has other vertices and errors than the engine ended with.
+    #[error("expected no polishing, to end at a budget or a root mean square, found quality {quality}")]
+    GoalWithPolish {
+        /// The quality.
+        quality: &'static str,
+    },
     /// The budget of vertices or triangles.
     #[error(transparent)]
     Goal(#[from] GoalTooSmall),
