@@ -51,8 +51,7 @@ pub(crate) struct SimplifyArgs {
     band: usize,
     #[command(flatten)]
     pub(super) importance: ImportanceArgs,
-    /// A layer of points, in any format OGR reads: the samples nearest to them become vertices of the mesh. Needs
-    /// --engine greedy-insertion
+    /// A layer of points, in any format OGR reads: the samples nearest to them become vertices of the mesh.
     #[arg(long, value_name = "FILE")]
     pub(super) points: Option<PathBuf>,
     /// The layer of --points [default: the first]
@@ -208,10 +207,12 @@ impl SimplifyArgs {
 
     fn params(&self) -> Result<Params, Failure> {
         let quality = self.quality();
+        // Polishing comes to fewer triangles from insertion, and sooner; alone, cuts are faster.
+        let insertion = quality != Quality::None || !self.goal.goal().is_none() || self.points.is_some();
         let mut params = Params {
             feasibility: self.feasibility.into(),
             tile: self.tile,
-            engine: self.engine.choice()?,
+            engine: self.engine.choice(insertion)?,
             quality,
             goal: self.goal.goal(),
             ..Params::new(self.goal.tolerance())

@@ -19,7 +19,7 @@ pub enum EngineChoice {
 
 impl Default for EngineChoice {
     fn default() -> Self {
-        EngineChoice::GreedyCuts(Cuts::default())
+        EngineChoice::GreedyInsertion(InsertionOptions::default())
     }
 }
 

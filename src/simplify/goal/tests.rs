@@ -7,6 +7,7 @@ use crate::field::{Field, FieldOptions};
 use crate::raster::Raster;
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
+use crate::triangulate::cuts::Cuts;
 use crate::triangulate::insertion::{DataDependent, InsertionOptions, Selection, Swap};
 use crate::verify::{VerifyOptions, verify};
 
@@ -129,7 +130,8 @@ fn the_same_goal_gives_the_same_mesh_on_any_number_of_threads() {
 fn only_insertion_one_by_one_can_end_at_a_goal() {
     let field = Field::from_heights(5, 5, crate::field::Heights::F64(vec![0.0; 25])).expect("a field");
     let goal = Goal { max_points: Some(10), ..Goal::default() };
-    let cuts = Params { goal, quality: Quality::None, ..Params::new(1.0) };
+    let engine = EngineChoice::GreedyCuts(Cuts::Plain);
+    let cuts = Params { engine, goal, quality: Quality::None, ..Params::new(1.0) };
     let refused = triangulate(&field, &cuts, &Control::default());
     assert!(matches!(refused, Err(Error::NoGoal { engine: "greedy cuts" })), "{refused:?}");
     let options = InsertionOptions { selection: Selection::Constant, ..InsertionOptions::default() };
