@@ -234,7 +234,7 @@ fn weights_are_part_of_the_memory_plan() {
     let without = terrabite(["simplify", &dem, &tin, "--max-error", "0.5", "--json", "--dry-run", "--threads", "1"]);
     let least = |needs: &serde_json::Value| needs["memory"]["needed_bytes"].as_u64().unwrap();
     assert!(least(&plan) >= least(&without.succeeds().json()) + 12 * 256 * 256);
-    let report = needs(&["--memory", "124MiB"]);
+    let report = needs(&["--memory", "176MiB"]);
     let (peak, budget) = (report["peak_memory_bytes"].as_u64(), report["plan"]["budget_bytes"].as_u64());
     assert!(peak <= budget, "{peak:?} of {budget:?}");
     terrabite(["verify", &dem, &tin, "--max-error", "0.5", "--importance", &file]).succeeds();

@@ -165,7 +165,7 @@ fn a_full_disk() {
     for dem in [&packed, &plain] {
         let tin = folder.at("tin.ply");
         let temp_dir = temp.at("");
-        let arguments = ["simplify", dem, &tin, "--max-error", "0", "--temp-dir", &temp_dir];
+        let arguments = ["simplify", dem, &tin, "--max-error", "0", "--quality", "none", "--temp-dir", &temp_dir];
         terrabite_with_file_limit(128, arguments).fails(1, &["File too large"]);
         assert_eq!(folder.names(), ["packed.tif", "plain.tif"]);
         assert_eq!(temp.names(), [""; 0]);

@@ -25,6 +25,13 @@ impl Candidates {
         self.places.clear();
     }
 
+    /// Makes room for so many triangles.
+    pub(super) fn reserve(&mut self, triangles: usize) {
+        self.of.reserve_exact(triangles.saturating_sub(self.of.len()));
+        self.heap.reserve_exact(triangles.saturating_sub(self.heap.len()));
+        self.places.reserve_exact(triangles.saturating_sub(self.places.len()));
+    }
+
     /// The candidate of a triangle that has one.
     pub(super) fn get(&self, triangle: u32) -> Option<Candidate> {
         self.of.get(triangle as usize).copied().filter(|_| self.places[triangle as usize] != ABSENT)

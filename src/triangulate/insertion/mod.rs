@@ -29,6 +29,7 @@ use self::surface::Surface;
 use super::feasible::Tester;
 use super::{Engine, Feasibility, Task};
 use crate::control::Cancelled;
+use crate::field::Tile;
 use crate::mesh::{Domain, TileMesh};
 
 pub use self::options::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
@@ -60,7 +61,18 @@ pub struct Scratch {
     beyond: Vec<Candidate>,
 }
 
+/// Samples of a tile up to which memory is reserved for the densest mesh: pages that are not needed stay untouched, and
+/// growing lists do not take twice what they hold.
+const RESERVED_SAMPLES: usize = 1 << 22;
+
 impl Scratch {
+    fn reserve(&mut self, tile: &Tile) {
+        let samples = (tile.width() * tile.height()).min(RESERVED_SAMPLES);
+        // As many vertices as samples, and the frame of the first triangulation.
+        self.surface.reserve(samples + 4);
+        self.candidates.reserve(2 * samples);
+    }
+
     /// A refinement of the ground of `domain`, nothing inserted yet; `mesh` lends its memory.
     fn begin<'a>(
         &'a mut self,
@@ -71,6 +83,7 @@ impl Scratch {
     ) -> Refinement<'a> {
         mesh.clear();
         std::mem::swap(&mut self.surface.vertices, &mut mesh.vertices);
+        self.reserve(task.tile);
         first::triangulate(domain, &mut self.surface);
         // Critical points (section 6) come before the first scan: what they leave beyond the tolerance is refined.
         domain.points.iter().fold(0, |near, &point| Refinement::preinsert(&mut self.surface, near, point));

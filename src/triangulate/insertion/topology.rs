@@ -33,6 +33,12 @@ impl Topology {
         self.twins.clear();
     }
 
+    /// Makes room for so many triangles.
+    pub(super) fn reserve(&mut self, triangles: usize) {
+        self.origins.reserve_exact((3 * triangles).saturating_sub(self.origins.len()));
+        self.twins.reserve_exact((3 * triangles).saturating_sub(self.twins.len()));
+    }
+
     /// How many triangles there are; they are numbered from 0.
     pub(super) fn len(&self) -> u32 {
         self.origins.len() as u32 / 3
