@@ -78,6 +78,7 @@
 //!
 //! GDAL prints its errors on standard error by itself; [`raster::quiet_gdal`] stops that, for the whole process.
 
+pub mod channels;
 pub mod cli;
 pub mod control;
 pub mod durable;

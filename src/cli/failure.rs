@@ -77,6 +77,7 @@ impl From<Error> for Failure {
             Error::Cancelled(stopped) | Error::Field(FieldError::Cancelled(stopped)) => stopped.into(),
             Error::Field(FieldError::Raster(error)) => error.into(),
             Error::WorkDir(error) => error.into(),
+            Error::Channels { .. } => Failure::usage(error).hint("choose another engine: --engine greedy-insertion"),
             Error::Budget(error) => {
                 Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("choose it with --memory")
             }

@@ -3,6 +3,7 @@
 //! In come the words the user typed; each subcommand checks them (`values`), calls the library, prints a report on
 //! standard output and ends in an exit code. Nothing below this folder prints, exits or knows of options.
 
+mod channels;
 mod failure;
 mod info;
 mod preview;
@@ -10,6 +11,7 @@ mod print;
 mod progress;
 mod signals;
 mod simplify;
+mod simplify_channels;
 mod simplify_kept;
 mod simplify_report;
 mod synth;

@@ -5,17 +5,19 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 
+use super::channels::ChannelArgs;
 use super::progress::Bars;
+use super::simplify_channels::Extended;
 use super::simplify_kept::Kept;
 use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
-use crate::field::{Access, Choice, Field, FieldError, FieldOptions, exit_on_truncation};
+use crate::field::{Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, exit_on_truncation};
 use crate::info::{DENSEST, Estimate, estimate};
 use crate::raster::{Raster, Watch, bound_gdal_cache};
 use crate::simplify::{
-    DEFAULT_TILE, DiskUse, Error, Params, Plan, check_disk, default_budget, grid, probe_density, triangulate,
-    triangulate_into,
+    DEFAULT_TILE, DiskUse, Error, Params, Plan, check_disk, default_budget, grid, must_keep_channels, probe_density,
+    probe_field, triangulate, triangulate_into,
 };
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
@@ -42,6 +44,8 @@ pub(crate) struct SimplifyArgs {
     /// The band, counted from 1
     #[arg(long, value_name = "N", default_value_t = 1)]
     band: usize,
+    #[command(flatten)]
+    channels: ChannelArgs,
     /// The folder of temporary files [default: the system's]
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
@@ -110,18 +114,23 @@ impl From<FeasibilityArg> for Feasibility {
 }
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
-    let raster = Raster::open(&args.input, args.band)?;
+    let (raster, channels) = args.channels.open(&args.input, args.band)?;
     let params = args.params();
+    if channels.is_some() {
+        must_keep_channels(&params)?;
+    }
+    let bands = channels.iter().map(|c| c.open(&raster)).next().transpose()?.unwrap_or_default();
     let grid = grid(raster.width(), raster.height(), &params)?;
     let wanted = args.threads.map_or_else(default_threads, NonZeroUsize::get);
-    let plan = Plan::new(args.memory.unwrap_or_else(default_budget), &raster, grid, wanted).map_err(Error::from)?;
+    let budget = args.memory.unwrap_or_else(default_budget);
+    let plan = Plan::with_channels(budget, &raster, grid, wanted, &bands).map_err(Error::from)?;
     bound_gdal_cache(plan.cache_bytes);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build().map_err(|e| {
         Failure::new(format!("{} threads cannot be started: {e}", plan.threads)).hint("choose fewer with --threads")
     })?;
     let bars = Bars::new(args.quiet);
     let control = bars.control();
-    let job = Job { args, raster, params, plan, control: &control };
+    let job = Job { args, raster, channels, bands, params, plan, control: &control };
     if args.dry_run {
         let needs = pool.install(move || job.needs())?;
         drop(bars);
@@ -157,6 +166,9 @@ impl SimplifyArgs {
 struct Job<'a> {
     args: &'a SimplifyArgs,
     raster: Raster,
+    channels: Option<ChannelOptions>,
+    /// The channels' bands.
+    bands: Vec<Raster>,
     params: Params,
     plan: Plan,
     control: &'a Control<'a>,
@@ -165,16 +177,44 @@ struct Job<'a> {
 impl Job<'_> {
     /// What the run will need, from the density of a few tiles.
     fn needs(&self) -> Result<Needs, Error> {
-        let density = probe_density(&self.raster, &self.params, self.control)?;
-        Ok(Needs { estimate: estimate(&self.raster, density), memory: self.plan })
+        let density = match &self.channels {
+            None => probe_density(&self.raster, &self.params, self.control)?,
+            Some(options) => {
+                let extended = Extended::find(&self.raster, options, self.control)?;
+                let windows = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: Choice::Windows };
+                let field = extended.open(&self.raster, &windows, self.control)?;
+                probe_field(&field, &self.params, self.control)?
+            }
+        };
+        Ok(Needs { estimate: self.estimate(density), memory: self.plan })
+    }
+
+    fn estimate(&self, density: f64) -> Estimate {
+        let heights = estimate(&self.raster, density);
+        match &self.channels {
+            None => heights,
+            Some(options) => heights.with_channels(&self.bands, options.planar),
+        }
+    }
+
+    /// The channels and their ranges, where there are some. Finding the ranges may take long, so an output that cannot
+    /// be written is found first.
+    fn extended(&self) -> Result<Option<Extended>, Error> {
+        let Some(options) = &self.channels else { return Ok(None) };
+        let args = self.args;
+        drop(StagedFile::create(&args.output, args.overwrite || args.work_dir.is_some(), &[&args.input])?);
+        Ok(Some(Extended::find(&self.raster, options, self.control)?))
     }
 
     fn run(&self) -> Result<Report, Failure> {
         let start = Instant::now();
         let watch = Watch::new(&self.raster)?;
-        let open = |dir: &PathBuf| Kept::open(dir, &self.raster, &watch, &self.params);
+        let extended = self.extended()?;
+        let mut named = self.params.named();
+        named.extend(extended.iter().flat_map(Extended::named));
+        let open = |dir: &PathBuf| Kept::open(dir, &self.raster, &watch, named.clone());
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
-        match (self.make(start, &watch, kept.as_ref()), kept) {
+        match (self.make(start, &watch, extended.as_ref(), kept.as_ref()), kept) {
             (Ok(report), None) => Ok(report),
             (Err(error), None) => Err(error.into()),
             (Ok(report), Some(kept)) => {
@@ -186,7 +226,13 @@ impl Job<'_> {
     }
 
     /// Makes the output, from the tiles in the work dir and those still to be made.
-    fn make(&self, start: Instant, watch: &Watch, kept: Option<&Kept>) -> Result<Report, Error> {
+    fn make(
+        &self,
+        start: Instant,
+        watch: &Watch,
+        extended: Option<&Extended>,
+        kept: Option<&Kept>,
+    ) -> Result<Report, Error> {
         let args = self.args;
         let staged = match kept {
             Some(kept) => kept.stage(args)?,
@@ -194,8 +240,11 @@ impl Job<'_> {
         };
         self.check_disks(&staged, kept)?;
         let options = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: args.access.into() };
-        let field = Field::open(&self.raster, &options, self.control)?;
-        if let Access::InPlace = field.access() {
+        let field = match extended {
+            None => Field::open(&self.raster, &options, self.control)?,
+            Some(extended) => extended.open(&self.raster, &options, self.control)?,
+        };
+        if field.each().any(|f| *f.access() == Access::InPlace) {
             let message = format!("error: {}: the file was truncated while it was in use", args.input.display());
             exit_on_truncation(&message, staged.partial_path())
                 .map_err(|source| FieldError::Map { path: args.input.clone(), source })?;
@@ -223,6 +272,10 @@ impl Job<'_> {
             threads: mesh.times(),
         };
         let report = Report::new(&field, &self.params, self.plan, &args.output, &summary, seconds, mesh.spool_bytes());
+        let report = match extended {
+            Some(extended) => report.channels(extended.report(&summary.errors)),
+            None => report,
+        };
         Ok(if kept.is_some() { report.tiles_found(mesh.tiles_found()) } else { report })
     }
 
@@ -238,7 +291,7 @@ impl Job<'_> {
                 DiskUse { what: "the output", folder: output_folder, bytes: estimate.output_bytes },
             ])
         };
-        if check(estimate(&self.raster, DENSEST)).is_ok() {
+        if check(self.estimate(DENSEST)).is_ok() {
             return Ok(());
         }
         Ok(check(self.needs()?.estimate)?)

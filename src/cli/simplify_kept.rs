@@ -6,7 +6,7 @@ use super::simplify::SimplifyArgs;
 use super::{Failure, print};
 use crate::field::FieldError;
 use crate::raster::{Raster, RasterError, Watch, identity};
-use crate::simplify::{Error, Params};
+use crate::simplify::Error;
 use crate::spool::{Spool, SpoolError};
 use crate::staged::{OutputError, StagedFile};
 use crate::tiling::TileGrid;
@@ -16,8 +16,14 @@ use crate::work_dir::{Job, WorkDir, WorkDirError};
 pub(super) struct Kept(WorkDir);
 
 impl Kept {
-    pub(super) fn open(dir: &Path, raster: &Raster, watch: &Watch, params: &Params) -> Result<Kept, Failure> {
-        let job = Job { parameters: params.named(), raster: identity(raster)?, files: watch.files().clone() };
+    /// The work dir of a job with these parameters, by name.
+    pub(super) fn open(
+        dir: &Path,
+        raster: &Raster,
+        watch: &Watch,
+        parameters: Vec<(&'static str, String)>,
+    ) -> Result<Kept, Failure> {
+        let job = Job { parameters, raster: identity(raster)?, files: watch.files().clone() };
         Ok(Kept(WorkDir::open(dir, &job)?))
     }
 

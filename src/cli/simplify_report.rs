@@ -3,6 +3,7 @@ use std::path::Path;
 use indicatif::BinaryBytes;
 use serde::Serialize;
 
+use super::simplify_channels::ChannelReport;
 use crate::field::{Access, Field};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
@@ -24,6 +25,8 @@ pub(super) struct Report {
     relaxed_triangles: u64,
     tile_cells: usize,
     error: ErrorReport,
+    /// Null where there are none.
+    channels: Option<ChannelReport>,
     seconds: Seconds,
     samples_per_second: f64,
     /// The largest resident size of the process so far; null where the system does not tell.
@@ -93,10 +96,11 @@ impl Report {
         seconds: Seconds,
         spool_bytes: u64,
     ) -> Report {
-        let decoded_bytes = match field.access() {
+        let decoded_bytes = |field: &Field| match field.access() {
             Access::Decoded { bytes, .. } => *bytes,
             Access::InPlace | Access::Windows { .. } | Access::Memory => 0,
         };
+        let decoded_bytes: u64 = field.each().map(decoded_bytes).sum();
         let errors = &summary.errors;
         let (column, row) = errors.worst;
         let steps = i64::from(STEPS);
@@ -125,6 +129,7 @@ impl Report {
                 p95: percentile(0.95),
                 p99: percentile(0.99),
             },
+            channels: None,
             samples_per_second: errors.samples as f64 / seconds.total,
             seconds,
             peak_memory_bytes: peak_memory(),
@@ -132,6 +137,11 @@ impl Report {
             tiles_found: None,
             plan,
         }
+    }
+
+    /// Of a run with channels.
+    pub(super) fn channels(self, channels: ChannelReport) -> Report {
+        Report { channels: Some(channels), ..self }
     }
 
     /// Of a run with a work dir: how many finished tiles were there at its beginning.
@@ -156,6 +166,7 @@ impl Report {
             ),
             ("errors", format!("RMS {:.4}; 50 % up to {:.4}, 95 % {:.4}, 99 % {:.4}", e.rms, e.p50, e.p95, e.p99)),
         ];
+        lines.extend(self.channels.iter().flat_map(ChannelReport::lines));
         if self.feasibility == Feasibility::Strong {
             lines.push(("relaxed", format!("{} triangles are weakly feasible only", grouped(self.relaxed_triangles))));
         }

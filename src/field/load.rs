@@ -5,7 +5,7 @@ use super::{Field, FieldError, Tile};
 use crate::raster::{Window, with_sample_type};
 
 impl Field {
-    /// Copies a window into `tile` as heights, reusing its memory.
+    /// Copies a window into `tile` as heights, and beside them the channels' values, reusing its memory.
     ///
     /// # Errors
     /// [`FieldError::Nodata`], [`FieldError::NotAHeight`], [`FieldError::Inexact`], each naming such a sample of the
@@ -18,14 +18,19 @@ impl Field {
         assert!(inside, "{window:?} of a field of {} × {}", self.width, self.height);
         tile.width = window.width;
         tile.height = window.height;
-        let Tile { heights, stored, .. } = tile;
+        let Tile { heights, stored, channels, .. } = tile;
         if self.fits_f32() {
             let heights = heights.as_f32(window.len());
-            with_sample_type!(self.sample_type, T => self.copy::<T, f32>(window, stored, heights))
+            with_sample_type!(self.sample_type, T => self.copy::<T, f32>(window, stored, heights))?;
         } else {
             let heights = heights.as_f64(window.len());
-            with_sample_type!(self.sample_type, T => self.copy::<T, f64>(window, stored, heights))
+            with_sample_type!(self.sample_type, T => self.copy::<T, f64>(window, stored, heights))?;
         }
+        let fields = self.channels.iter().flat_map(|c| &c.fields);
+        channels.resize_with(self.channels().len(), Vec::new);
+        fields.zip(channels).try_for_each(|(field, values)| field.load_values(window, values, stored))?;
+        tile.channel_error = self.channels.as_ref().map(|c| c.error.clone());
+        Ok(())
     }
 
     /// Whether tiles of this field hold their heights in single precision.
@@ -33,7 +38,7 @@ impl Field {
         self.sample_type.fits_f32() && self.scaling.is_none()
     }
 
-    fn copy<T: Stored, H: Height>(
+    pub(super) fn copy<T: Stored, H: Height>(
         &self,
         window: Window,
         scratch: &mut Vec<u64>,

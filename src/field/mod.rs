@@ -6,8 +6,10 @@
 //! files, and `map.rs` holds the crate's only `unsafe`.
 //!
 //! Copying out ([`Field::load`]) is the one place that knows stored types, byte order, scale and offset, and which
-//! stored values are no heights. Behind it there are only heights.
+//! stored values are no heights. Behind it there are only heights, and beside them the values of channels, which are
+//! fields of their own (`channels`).
 
+mod channels;
 mod decode;
 mod error;
 mod in_place;
@@ -20,6 +22,7 @@ mod stored;
 mod tile;
 mod windows;
 
+pub use channels::{ChannelOptions, find_ranges};
 pub use decode::{UNIT_BYTES, decoded_bytes};
 pub use error::FieldError;
 pub use map::exit_on_truncation;

@@ -1,5 +1,6 @@
 use std::path::{Path, PathBuf};
 
+use super::channels::Channels;
 use super::decode::decode;
 use super::in_place::map_in_place;
 use super::source::Source;
@@ -20,6 +21,7 @@ pub struct Field {
     pub(super) geo_transform: GeoTransform,
     pub(super) source: Source,
     pub(super) access: Access,
+    pub(super) channels: Option<Channels>,
 }
 
 /// How a field came to be readable.
@@ -119,6 +121,7 @@ impl Field {
             geo_transform: raster.geo_transform(),
             source,
             access,
+            channels: None,
         })
     }
 
@@ -152,6 +155,7 @@ impl Field {
             geo_transform: GeoTransform::DEFAULT,
             source: Source::Blocks(store),
             access: Access::Memory,
+            channels: None,
         })
     }
 

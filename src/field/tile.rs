@@ -1,4 +1,8 @@
+use std::sync::Arc;
+
+use crate::channels::ChannelError;
 use crate::lattice::Point;
+use crate::mesh::Vertex;
 
 /// The samples of one tile, copied out of the field: what every engine works on.
 ///
@@ -9,6 +13,10 @@ pub struct Tile {
     pub(crate) height: usize,
     /// [`PADDING`] values more than there are samples.
     pub(crate) heights: Heights,
+    /// The values of the channels, each row by row as the heights are, without padding. Empty where there is none.
+    pub(crate) channels: Vec<Vec<f64>>,
+    /// What an error in the channels counts; `None` where there are none.
+    pub(crate) channel_error: Option<Arc<ChannelError>>,
     /// Scratch memory for samples as they are stored.
     pub(super) stored: Vec<u64>,
 }
@@ -78,7 +86,17 @@ impl Tile {
             Heights::F32(v) => v.resize(len + PADDING, 0.0),
             Heights::F64(v) => v.resize(len + PADDING, 0.0),
         }
-        Tile { width, height, heights, stored: Vec::new() }
+        Tile { width, height, heights, ..Tile::default() }
+    }
+
+    /// The same tile with channels, each row by row.
+    ///
+    /// # Panics
+    /// If a channel is not as long as the tile has samples, or there are more or fewer than the error is for.
+    pub fn with_channels(self, channels: Vec<Vec<f64>>, error: ChannelError) -> Tile {
+        assert!(channels.iter().all(|c| c.len() == self.width * self.height), "lengths of channels");
+        assert_eq!(channels.len(), error.scales().len(), "channels of the error");
+        Tile { channels, channel_error: Some(Arc::new(error)), ..self }
     }
 
     /// Samples across.
@@ -102,13 +120,33 @@ impl Tile {
         }
     }
 
-    /// A checksum of the heights, bit for bit: equal tiles have equal ones on every machine of one byte order.
+    /// The value of a channel at one sample.
+    #[inline]
+    pub fn channel_at(&self, channel: usize, column: usize, row: usize) -> f64 {
+        debug_assert!(column < self.width && row < self.height, "sample {column}, {row}");
+        self.channels[channel][row * self.width + column]
+    }
+
+    /// The value of a channel at a vertex.
+    ///
+    /// # Panics
+    /// If the vertex does not lie on a sample of the tile.
+    pub fn channel_at_vertex(&self, channel: usize, vertex: Vertex) -> f64 {
+        let sample = vertex.at.sample().filter(|&(column, row)| column < self.width && row < self.height);
+        let (column, row) = sample.unwrap_or_else(|| panic!("{vertex:?} of a tile with channels lies on no sample"));
+        self.channel_at(channel, column, row)
+    }
+
+    /// A checksum of the heights and the channels, bit for bit: equal tiles have equal ones on every machine of one byte order.
     pub fn checksum(&self) -> u32 {
         let len = self.width * self.height;
+        let mut hasher = crc32fast::Hasher::new();
         match &self.heights {
-            Heights::F32(v) => crc32fast::hash(bytemuck::cast_slice(&v[..len])),
-            Heights::F64(v) => crc32fast::hash(bytemuck::cast_slice(&v[..len])),
+            Heights::F32(v) => hasher.update(bytemuck::cast_slice(&v[..len])),
+            Heights::F64(v) => hasher.update(bytemuck::cast_slice(&v[..len])),
         }
+        self.channels.iter().for_each(|values| hasher.update(bytemuck::cast_slice(values)));
+        hasher.finalize()
     }
 
     /// The place of the tile's last sample on its lattice.

@@ -3,6 +3,7 @@
 //! In comes a path and a band number; out go sizes, types, georeferencing and windows of samples, either as they are
 //! stored ([`Raster::read_native`]) or as heights ([`Raster::read_heights`]). Nothing here knows of tiles or meshes.
 
+mod channels;
 mod error;
 mod files;
 mod geo_transform;
@@ -11,6 +12,7 @@ mod open;
 mod plain;
 mod sample_type;
 
+pub use channels::channels;
 pub use error::RasterError;
 pub use files::{Files, Watch};
 pub use geo_transform::GeoTransform;

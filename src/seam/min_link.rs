@@ -1,5 +1,6 @@
 use std::cmp::Ordering;
 
+use super::weighted::{WeightedLine, WeightedSection};
 use crate::control::{CancelToken, Cancelled};
 use crate::exact;
 
@@ -50,6 +51,41 @@ impl MinLink {
         forced: &[usize],
         cancel: &CancelToken,
     ) -> Result<Vec<usize>, Cancelled> {
+        self.path_over(heights, None, tolerance, forced, cancel)
+    }
+
+    /// As [`MinLink::path`], but a link is feasible only if the weighted error, too, is within its limit
+    /// ([`ChannelError::limit`]) at every sample between; the sum that decides among equally short paths is that of the
+    /// squares of weighted errors.
+    ///
+    /// Cost: each link within the tolerance is tested sample by sample, O(n·L²) at the worst.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    ///
+    /// # Panics
+    /// As [`MinLink::path`].
+    ///
+    /// [`ChannelError::limit`]: crate::channels::ChannelError::limit
+    pub fn path_weighted(
+        &mut self,
+        heights: &[f64],
+        line: WeightedLine<'_>,
+        tolerance: f64,
+        forced: &[usize],
+        cancel: &CancelToken,
+    ) -> Result<Vec<usize>, Cancelled> {
+        self.path_over(heights, Some(line), tolerance, forced, cancel)
+    }
+
+    fn path_over(
+        &mut self,
+        heights: &[f64],
+        channels: Option<WeightedLine<'_>>,
+        tolerance: f64,
+        forced: &[usize],
+        cancel: &CancelToken,
+    ) -> Result<Vec<usize>, Cancelled> {
         assert!(heights.len() >= 2, "a line of {} samples", heights.len());
         let mut stops: Vec<usize> = forced.iter().copied().chain([0, heights.len() - 1]).collect();
         stops.sort_unstable();
@@ -57,7 +93,9 @@ impl MinLink {
         assert!(stops[stops.len() - 1] < heights.len(), "forced vertices {forced:?} of {} samples", heights.len());
         let mut vertices = vec![0];
         for section in stops.windows(2) {
-            self.find_ways(&heights[section[0]..=section[1]], tolerance, cancel)?;
+            let heights = &heights[section[0]..=section[1]];
+            let weighted = channels.map(|line| WeightedSection::new(line, heights, section[0], tolerance));
+            self.find_ways(heights, weighted.as_ref(), tolerance, cancel)?;
             let end = section[1] - section[0];
             let mut at = 0;
             while at < end {
@@ -70,7 +108,13 @@ impl MinLink {
 
     /// Breadth first from the far end, one layer of samples with equally many links after the other, until the layer
     /// of the first sample is complete. On flat ground that is one layer of one sample: O(n).
-    fn find_ways(&mut self, heights: &[f64], tolerance: f64, cancel: &CancelToken) -> Result<(), Cancelled> {
+    fn find_ways(
+        &mut self,
+        heights: &[f64],
+        weighted: Option<&WeightedSection<'_>>,
+        tolerance: f64,
+        cancel: &CancelToken,
+    ) -> Result<(), Cancelled> {
         let end = heights.len() - 1;
         self.sums.fill(heights);
         while self.inverses.len() <= end {
@@ -95,16 +139,24 @@ impl MinLink {
                 }
                 let line = Line { heights, tolerance, to, doubt, inverses: &self.inverses };
                 let rest = self.ways[to].squares;
-                line.for_each_feasible(|from| {
+                let lowest = weighted.map_or(0, |w| w.lowest(to));
+                line.for_each_feasible(lowest, |from| {
                     let way = &mut self.ways[from];
                     if way.links < links {
                         return;
                     }
+                    let squares = match weighted {
+                        None => self.sums.squares(heights, from, to),
+                        Some(weighted) => match weighted.squares(from, to) {
+                            None => return,
+                            Some(squares) => squares,
+                        },
+                    };
                     if way.links > links {
                         way.links = links;
                         self.next_layer.push(from);
                     }
-                    let squares = self.sums.squares(heights, from, to) + rest;
+                    let squares = squares + rest;
                     if squares < way.squares {
                         (way.squares, way.next) = (squares, to);
                     }
@@ -135,17 +187,17 @@ struct Bound {
 }
 
 impl Line<'_> {
-    /// Calls `visit` with every `from` for which the link to this sample is feasible, descending.
+    /// Calls `visit` with every `from` for which the link to this sample is feasible, descending, down to `lowest`.
     ///
     /// The slopes of lines that pass sample k within the tolerance are an interval; the link from `from` is feasible if
     /// its slope lies in the intersection of the intervals of all samples between. The two samples that bound the
     /// intersection are kept, so that a near tie is settled exactly against them alone. Slopes are rises per cell of
     /// distance, seen from this sample.
-    fn for_each_feasible(&self, mut visit: impl FnMut(usize)) {
+    fn for_each_feasible(&self, lowest: usize, mut visit: impl FnMut(usize)) {
         let mut low = Bound { slope: f64::NEG_INFINITY, sample: self.to };
         let mut high = Bound { slope: f64::INFINITY, sample: self.to };
-        let before = self.heights[..self.to].iter().enumerate().rev().zip(&self.inverses[1..]);
-        for ((from, &height), &inverse) in before {
+        let before = (lowest..self.to).rev().zip(self.heights[lowest..self.to].iter().rev());
+        for ((from, &height), &inverse) in before.zip(&self.inverses[1..]) {
             let rise = height - self.heights[self.to];
             let slope = rise * inverse;
             let above = self.clears(slope - low.slope, || self.compare(from, 0, low.sample, -1));

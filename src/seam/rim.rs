@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use super::MinLink;
+use super::{MinLink, WeightedLine};
 use crate::control::{CancelToken, Cancelled};
 use crate::field::Tile;
 use crate::lattice::Point;
@@ -63,7 +63,10 @@ impl Rim {
     /// Computes the rim of `tile`, each side from its own samples alone. `last_column` and `last_row` say whether the
     /// tile lies at the raster's right and lower rim.
     ///
-    /// Every vertex keeps the height of its sample; every link is within `tolerance` at the samples it passes.
+    /// Every vertex keeps the height of its sample; every link is within `tolerance` at the samples it passes, and where
+    /// the tile has channels its weighted error is within [`ChannelError::limit`].
+    ///
+    /// [`ChannelError::limit`]: crate::channels::ChannelError::limit
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -76,10 +79,21 @@ impl Rim {
     ) -> Result<Rim, Cancelled> {
         let (right, bottom) = (tile.width() - 1, tile.height() - 1);
         let mut line = Vec::with_capacity(tile.width().max(tile.height()));
+        let mut channels = vec![Vec::new(); tile.channels.len()];
         let mut side = |len: usize, place: &dyn Fn(usize) -> (usize, usize)| -> Result<Vec<Vertex>, Cancelled> {
             line.clear();
             line.extend((0..len).map(|i| tile.at(place(i).0, place(i).1)));
-            let path = min_link.path(&line, tolerance, &[], cancel)?;
+            let path = match &tile.channel_error {
+                None => min_link.path(&line, tolerance, &[], cancel)?,
+                Some(error) => {
+                    for (channel, values) in channels.iter_mut().enumerate() {
+                        values.clear();
+                        values.extend((0..len).map(|i| tile.channel_at(channel, place(i).0, place(i).1)));
+                    }
+                    let channels = WeightedLine { error, channels: &channels };
+                    min_link.path_weighted(&line, channels, tolerance, &[], cancel)?
+                }
+            };
             Ok(path[1..path.len() - 1].iter().map(|&i| vertex(tile, place(i))).collect())
         };
         let north = side(tile.width(), &|i| (i, 0))?;

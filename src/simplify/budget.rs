@@ -17,6 +17,9 @@ const BASE: u64 = 52 << 20;
 /// 16 + 24, the nodes of the front and its queues about 40; tiles of half a million triangles took 163.
 const BYTES_PER_SAMPLE: u64 = 180;
 
+/// What a channel adds to that: samples 8, the vertices' values in the chunk, as it grows, 16, and encoded 8.
+const BYTES_PER_CHANNEL_SAMPLE: u64 = 32;
+
 /// Mapped pages of one window, see `field::store`; in units of the decoder, one unit and one block.
 const PER_THREAD: u64 = 9 << 20;
 
@@ -66,11 +69,29 @@ impl Plan {
     /// # Errors
     /// [`BudgetTooSmall`].
     pub fn new(budget_bytes: u64, raster: &Raster, grid: TileGrid, threads: usize) -> Result<Plan, BudgetTooSmall> {
+        Plan::with_channels(budget_bytes, raster, grid, threads, &[])
+    }
+
+    /// The same for a run with these bands of `raster` as channels.
+    ///
+    /// # Errors
+    /// [`BudgetTooSmall`].
+    pub fn with_channels(
+        budget_bytes: u64,
+        raster: &Raster,
+        grid: TileGrid,
+        threads: usize,
+        channels: &[Raster],
+    ) -> Result<Plan, BudgetTooSmall> {
         let (block_width, block_height) = raster.block_size();
         let block = (block_width * block_height * raster.sample_type().bytes()) as u64;
+        // Blocks of bands that are interleaved are decoded together.
+        let blocks =
+            channels.iter().fold(block, |sum, c| sum + (block_width * block_height * c.sample_type().bytes()) as u64);
+        let bytes_per_sample = BYTES_PER_SAMPLE + channels.len() as u64 * BYTES_PER_CHANNEL_SAMPLE;
         let cache_bytes = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
         let fixed = BASE + cache_bytes;
-        let per_thread = |samples: usize| samples as u64 * BYTES_PER_SAMPLE + PER_THREAD + BLOCK_COPIES * block;
+        let per_thread = |samples: usize| samples as u64 * bytes_per_sample + PER_THREAD + BLOCK_COPIES * blocks;
         let each = per_thread(grid.largest());
         let fitting = budget_bytes.saturating_sub(fixed) / each;
         if fitting == 0 {

@@ -41,6 +41,12 @@ pub enum Error {
     /// The tolerance is no usable number.
     #[error("expected a tolerance that is finite and at least 0, found {0}")]
     Tolerance(f64),
+    /// The engine does not keep errors in channels.
+    #[error("{engine} does not keep the error in channels")]
+    Channels {
+        /// The engine.
+        engine: &'static str,
+    },
     /// A tile is longer than places in it can be exact.
     #[error("expected tiles of at most {limit} cells a side, found {found}; choose a smaller --tile")]
     Tile {

@@ -17,8 +17,8 @@ pub use budget::{BudgetTooSmall, Plan, default_budget};
 pub use disk::{DiskTooSmall, DiskUse, check_disk};
 pub use error::Error;
 pub use mesh::{Mesh, Summary};
-pub use probe::probe_density;
-pub use tiles::{TileTimes, grid, triangulate, triangulate_into};
+pub use probe::{probe_density, probe_field};
+pub use tiles::{TileTimes, grid, must_keep_channels, triangulate, triangulate_into};
 
 use std::path::PathBuf;
 

@@ -16,9 +16,16 @@ const TRIED: usize = 3;
 /// [`Error`], as for the whole run: a raster that cannot be read is told of early.
 pub fn probe_density(raster: &Raster, params: &Params, control: &Control<'_>) -> Result<f64, Error> {
     let options = FieldOptions { temp_dir: params.temp_dir.clone(), choice: Choice::Windows };
-    let field = Field::open(raster, &options, control)?;
+    probe_field(&Field::open(raster, &options, control)?, params, control)
+}
+
+/// Does what [`probe_density`] does, with a field that is open.
+///
+/// # Errors
+/// As [`probe_density`].
+pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Result<f64, Error> {
     let grid = TileGrid::new(field.width(), field.height(), params.tile);
-    let job = Job { field: &field, params, grid, control };
+    let job = Job { field, params, grid, control };
     let mut workspace = Workspace::default();
     let (mut samples, mut triangles) = (0, 0);
     for row in spread(grid.rows()) {

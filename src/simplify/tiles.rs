@@ -48,6 +48,14 @@ pub fn grid(width: usize, height: usize, params: &Params) -> Result<TileGrid, Er
     Err(Error::Tile { limit: MAX_TILE_CELLS, found })
 }
 
+/// Makes sure that the engine keeps the weighted error of fields with channels.
+///
+/// # Errors
+/// [`Error::Channels`] if it does not.
+pub fn must_keep_channels(_: &Params) -> Result<(), Error> {
+    if GreedyCuts::KEEPS_CHANNELS { Ok(()) } else { Err(Error::Channels { engine: "greedy cuts" }) }
+}
+
 /// Triangulates a field on the threads of the current rayon pool.
 ///
 /// Memory: one `Workspace` per busy thread (a tile's samples, its front and its mesh), whatever the size of the field.
@@ -68,6 +76,9 @@ pub fn triangulate(field: &Field, params: &Params, control: &Control<'_>) -> Res
 pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
     if !(params.max_error.is_finite() && params.max_error >= 0.0) {
         return Err(Error::Tolerance(params.max_error));
+    }
+    if field.channel_error().is_some() {
+        must_keep_channels(params)?;
     }
     let grid = grid(field.width(), field.height(), params)?;
     assert_eq!(spool.tiles(), grid.len(), "chunks of a spool for this grid");
@@ -90,7 +101,9 @@ pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &
     })?;
     control.progress.end(Stage::Triangulate);
     let (found, times) = (found.into_inner(), clocks.read());
-    Ok(Mesh { spool, grid, geo_transform: field.geo_transform(), max_error: params.max_error, times, found })
+    let channels = field.channels().to_vec();
+    let (geo_transform, max_error) = (field.geo_transform(), params.max_error);
+    Ok(Mesh { spool, grid, geo_transform, channels, max_error, times, found })
 }
 
 /// What all tiles of a run have in common.
@@ -159,6 +172,8 @@ impl Workspace {
         let samples = errors.samples;
         clocks.spool.time(|| {
             self.chunk.fill(index, &rim, &self.mesh, errors, self.tile.checksum());
+            let names = field.channels().iter().map(|c| c.name.as_str());
+            self.chunk.set_attributes(names, |channel, vertex| self.tile.channel_at_vertex(channel, vertex));
             spool.append(&self.chunk, &mut self.encoded)
         })?;
         Ok(samples)

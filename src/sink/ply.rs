@@ -1,15 +1,18 @@
 use std::io::Write;
 
-use super::{Sink, SinkError};
+use super::{Contents, Sink, SinkError};
+use crate::channels::{Channel, Number};
 use crate::staged::StagedFile;
 
-/// Binary little-endian PLY: vertices as doubles x, y, z, faces as lists of three 32-bit numbers.
+/// Binary little-endian PLY: vertices as doubles x, y, z and a number for every attribute (`uchar`, `float` or `double`),
+/// faces as lists of three 32-bit numbers.
 ///
 /// Vertices are shared, so the mesh is indexed. Memory: one buffer of a megabyte.
 #[derive(Debug)]
 pub struct PlySink {
     staged: StagedFile,
     comments: Vec<String>,
+    numbers: Vec<Number>,
     buffer: Vec<u8>,
 }
 
@@ -24,7 +27,7 @@ impl PlySink {
     pub fn new(staged: StagedFile, comments: &[String]) -> PlySink {
         // A line break would end the comment and begin a line of the header.
         let comments = comments.iter().map(|c| c.replace(['\n', '\r'], " ")).collect();
-        PlySink { staged, comments, buffer: Vec::with_capacity(BUFFER + 4096) }
+        PlySink { staged, comments, numbers: Vec::new(), buffer: Vec::with_capacity(BUFFER + 4096) }
     }
 
     fn drain(&mut self, above: usize) -> Result<(), SinkError> {
@@ -37,7 +40,8 @@ impl PlySink {
 }
 
 impl Sink for PlySink {
-    fn begin(&mut self, vertices: u64, triangles: u64) -> Result<(), SinkError> {
+    fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        let Contents { vertices, triangles, attributes } = *contents;
         let limit = u64::from(u32::MAX);
         if vertices > limit {
             let path = self.staged.path().to_path_buf();
@@ -47,18 +51,34 @@ impl Sink for PlySink {
         for comment in &self.comments {
             header.push_str(&format!("comment {comment}\n"));
         }
-        header.push_str(&format!(
-            "element vertex {vertices}\nproperty double x\nproperty double y\nproperty double z\n\
-             element face {triangles}\nproperty list uchar uint vertex_indices\nend_header\n"
-        ));
+        header
+            .push_str(&format!("element vertex {vertices}\nproperty double x\nproperty double y\nproperty double z\n"));
+        for Channel { name, number } in attributes {
+            let number = match number {
+                Number::U8 => "uchar",
+                Number::F32 => "float",
+                Number::F64 => "double",
+            };
+            header.push_str(&format!("property {number} {name}\n"));
+        }
+        header.push_str(&format!("element face {triangles}\nproperty list uchar uint vertex_indices\nend_header\n"));
+        self.numbers = attributes.iter().map(|a| a.number).collect();
         self.buffer.extend_from_slice(header.as_bytes());
         Ok(())
     }
 
-    fn vertices(&mut self, vertices: &[[f64; 3]]) -> Result<(), SinkError> {
-        for vertex in vertices {
+    fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
+        assert_eq!(attributes.len(), self.numbers.len(), "attributes");
+        for (i, vertex) in vertices.iter().enumerate() {
             for value in vertex {
                 self.buffer.extend_from_slice(&value.to_le_bytes());
+            }
+            for (values, number) in attributes.iter().zip(&self.numbers) {
+                match number {
+                    Number::U8 => self.buffer.push(values[i] as u8),
+                    Number::F32 => self.buffer.extend_from_slice(&(values[i] as f32).to_le_bytes()),
+                    Number::F64 => self.buffer.extend_from_slice(&values[i].to_le_bytes()),
+                }
             }
             self.drain(BUFFER)?;
         }

@@ -2,12 +2,12 @@
 
 use super::{Attribute, Chunk};
 use crate::lattice::Point;
-use crate::measure::{BINS, ErrorStats};
+use crate::measure::{BINS, ErrorStats, WeightedStats};
 use crate::mesh::Vertex;
 use crate::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// What is wrong with some bytes: (expected, found).
 pub(super) type Damage = (String, String);
@@ -62,6 +62,10 @@ fn encode_errors(errors: &ErrorStats, out: &mut Vec<u8>) {
     }
     for count in errors.histogram.iter() {
         out.extend_from_slice(&count.to_le_bytes());
+    }
+    let WeightedStats { max, worst } = errors.weighted.unwrap_or_default();
+    for word in [u64::from(errors.weighted.is_some()), max.to_bits(), worst.0, worst.1] {
+        out.extend_from_slice(&word.to_le_bytes());
     }
 }
 
@@ -143,6 +147,9 @@ fn decode_errors(reader: &mut Reader<'_>) -> Result<ErrorStats, Damage> {
     for bin in 0..BINS {
         errors.histogram[bin] = reader.u64()?;
     }
+    let is_there = reader.u64()? == 1;
+    let weighted = WeightedStats { max: f64::from_bits(reader.u64()?), worst: (reader.u64()?, reader.u64()?) };
+    errors.weighted = is_there.then_some(weighted);
     Ok(errors)
 }
 

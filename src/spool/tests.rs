@@ -7,7 +7,7 @@ use super::{Attribute, Chunk, Ids, Spool, SpoolError, codec};
 use crate::control::CancelToken;
 use crate::field::{Heights, Tile};
 use crate::lattice::{Point, STEPS};
-use crate::measure::{BINS, ErrorStats};
+use crate::measure::{BINS, ErrorStats, WeightedStats};
 use crate::mesh::{TileMesh, Vertex};
 use crate::seam::{Foreign, MinLink, Rim, RimCounts};
 use crate::tiling::TileGrid;
@@ -30,6 +30,7 @@ fn errors() -> impl Strategy<Value = ErrorStats> {
     (any::<[u64; 4]>(), 0.0..1e30f64, 0.0..1e30f64).prop_map(|([samples, column, row, count], max, squares)| {
         let mut errors = ErrorStats { samples, max, worst: (column, row), squares, ..ErrorStats::default() };
         errors.histogram[count as usize % BINS] = count;
+        errors.weighted = (count % 2 == 1).then_some(WeightedStats { max: squares, worst: (row, column) });
         errors
     })
 }

@@ -43,6 +43,12 @@ pub trait Engine: Sync {
     /// Memory that the engine reuses from tile to tile; it carries nothing from one to the next.
     type Scratch: Default + Send;
 
+    /// Whether it keeps the weighted error of tiles with channels within [`ChannelError::limit`]. One that does not is
+    /// never given such a tile.
+    ///
+    /// [`ChannelError::limit`]: crate::channels::ChannelError::limit
+    const KEEPS_CHANNELS: bool = false;
+
     /// Triangulates the task's ground into `mesh`, replacing what is in it and reusing its memory. The same task gives
     /// the same mesh, always and everywhere.
     ///

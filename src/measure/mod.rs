@@ -4,6 +4,10 @@
 //! sample on a seam belongs to the tile to its right or below, as seam vertices do), so that over all tiles every
 //! sample is counted once.
 
+mod weighted;
+
+pub use weighted::WeightedStats;
+
 use crate::field::{Heights, Tile};
 use crate::lattice::Point;
 use crate::mesh::{TileMesh, Vertex};
@@ -25,11 +29,14 @@ pub struct ErrorStats {
     pub squares: f64,
     /// How many samples have an error in each [`BINS`]-th of the tolerance; errors of 0 and 1/256 ε in the first.
     pub histogram: Box<[u64; BINS]>,
+    /// The largest weighted error, where there are channels.
+    pub weighted: Option<WeightedStats>,
 }
 
 impl Default for ErrorStats {
     fn default() -> Self {
-        ErrorStats { samples: 0, max: 0.0, worst: (0, 0), squares: 0.0, histogram: Box::new([0; BINS]) }
+        let histogram = Box::new([0; BINS]);
+        ErrorStats { samples: 0, max: 0.0, worst: (0, 0), squares: 0.0, histogram, weighted: None }
     }
 }
 
@@ -38,6 +45,11 @@ impl ErrorStats {
     pub fn add(&mut self, other: &ErrorStats) {
         if other.max > self.max || self.samples == 0 {
             (self.max, self.worst) = (other.max, other.worst);
+        }
+        if let Some(weighted) = other.weighted
+            && self.weighted.is_none_or(|w| weighted.max > w.max)
+        {
+            self.weighted = Some(weighted);
         }
         self.samples += other.samples;
         self.squares += other.squares;
@@ -71,7 +83,8 @@ impl ErrorStats {
 ///
 /// # Panics
 /// If the triangles do not cover every sample the tile owns exactly once, or one is farther than the tolerance from its
-/// triangle: an engine is broken, and its mesh must not be written.
+/// triangle, or its weighted error is larger: an engine is broken, and its mesh must not be written. With channels, if a
+/// vertex does not lie on a sample.
 pub fn measure(
     tile: &Tile,
     mesh: &TileMesh,
@@ -91,6 +104,12 @@ pub fn measure(
     assert_eq!(stats.samples, (owned.0 * owned.1) as u64, "samples covered of a tile at {origin:?}");
     let (max, worst) = (stats.max, stats.worst);
     assert!(max <= tolerance, "error {max} at sample {worst:?}, {tolerance} is allowed");
+    if let Some(error) = &tile.channel_error {
+        let found = weighted::measure_weighted(tile, error, mesh, origin, owned);
+        let (max, worst) = (found.max, found.worst);
+        assert!(max <= tolerance, "weighted error {max} at sample {worst:?}, {tolerance} is allowed");
+        stats.weighted = Some(found);
+    }
     stats
 }
 
