@@ -125,7 +125,8 @@ impl ChannelError {
     ///
     /// That is tolerance·(1 − 2⁻⁴⁰) − 2⁻⁴³·S, where S = s·max|z| + Σ sᵢ·max|cᵢ|: interpolating in a triangle and summing
     /// up as [`ChannelError::weighted`] does is off by less than 2⁻⁴⁴·(S + E), some hundred roundings. It is negative
-    /// where the tolerance is less than that noise: then only vertices are within, and every sample becomes one.
+    /// where the tolerance is less than that noise: then only vertices are within, and every sample becomes one. (At a
+    /// vertex E is 0 by definition, whatever interpolating makes of it.)
     pub fn limit(&self, tolerance: f64) -> f64 {
         const E40: f64 = 1.0 / (1u64 << 40) as f64;
         const E43: f64 = 1.0 / (1u64 << 43) as f64;

@@ -37,6 +37,10 @@ pub(super) fn measure_weighted(
             let (first, last) = spans.own_columns(row, right_rim, lower_rim);
             for column in first..=last.min(owned.0 as i32 - 1) {
                 let (at, index) = (Point::of_sample(column, row), row as usize * tile.width + column as usize);
+                // The error at a vertex is 0, and not what interpolating makes of it.
+                if [a, b, c].iter().any(|v| v.at == at) {
+                    continue;
+                }
                 let dz = heights.at(at) - tile.at(column as usize, row as usize);
                 let dc = planes.iter().zip(&tile.channels).map(|(plane, values)| plane.at(at) - values[index]);
                 let weighted = error.weighted(dz, dc);

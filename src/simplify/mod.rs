@@ -26,6 +26,8 @@ use crate::raster::exact;
 use crate::triangulate::Feasibility;
 
 #[cfg(test)]
+mod channel_tests;
+#[cfg(test)]
 mod tests;
 
 /// What decides the mesh, and where temporary files go.

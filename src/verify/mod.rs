@@ -23,15 +23,19 @@ mod finding;
 mod grid;
 mod pace;
 mod plane;
+mod ranges;
 mod samples;
 mod scratch;
 mod sort;
+mod surface;
 mod sweep;
 #[cfg(test)]
 mod tests;
 mod triangle;
+mod valued;
 mod verdict;
 mod vertices;
+mod weighted;
 
 use std::path::{Path, PathBuf};
 
@@ -42,14 +46,17 @@ use crate::raster::Raster;
 pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, VertexPlace};
 pub use verdict::{Verdict, WorstSample};
+pub use weighted::{ChannelRange, WeightedOptions, WeightedVerdict, WorstWeighted};
 
 use corners::{VertexFindings, read_vertices};
 use edges::{EdgeFindings, match_edges};
 use faces::{FaceFindings, FaceSorts, read_faces};
 use grid::Grid;
 use pace::Pace;
+use samples::BandReader;
 use scratch::Scratch;
 use sweep::{Comparison, sweep};
+use weighted::judge_weighted;
 
 /// What a mesh is held to, and where temporary files go.
 #[derive(Debug, Clone)]
@@ -73,6 +80,37 @@ pub fn verify(
     options: &VerifyOptions,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
+    judge(raster, mesh, options, None, control)
+}
+
+/// Does what [`verify`] does, and judges the weighted error of heights and channels as well.
+///
+/// # Errors
+/// As [`verify`]; [`VerifyError::Emphasis`]; [`VerifyError::Mesh`] if the mesh lacks an attribute.
+///
+/// # Panics
+/// If there is no channel.
+pub fn verify_with_channels(
+    raster: &Raster,
+    mesh: &Path,
+    options: &VerifyOptions,
+    channels: &WeightedOptions,
+    control: &Control<'_>,
+) -> Result<Verdict, VerifyError> {
+    assert!(!channels.bands.is_empty(), "no channel to judge");
+    if !(0.0..=1.0).contains(&channels.emphasis) {
+        return Err(VerifyError::Emphasis { found: channels.emphasis });
+    }
+    judge(raster, mesh, options, Some(channels), control)
+}
+
+fn judge(
+    raster: &Raster,
+    mesh: &Path,
+    options: &VerifyOptions,
+    channels: Option<&WeightedOptions>,
+    control: &Control<'_>,
+) -> Result<Verdict, VerifyError> {
     let tolerance = options.max_error;
     if !(tolerance.is_finite() && tolerance >= 0.0) {
         return Err(VerifyError::Tolerance { found: tolerance });
@@ -93,10 +131,14 @@ pub fn verify(
     drop(store);
     pace.end()?;
 
-    let comparison = sweep(raster, by_row, tolerance, &scratch, control)?;
+    let reader = if channels.is_some_and(|c| c.planar) { BandReader::level(raster) } else { BandReader::new(raster)? };
+    let comparison = sweep(reader, grid, by_row, tolerance, &scratch, control)?;
+    let of_channels = |c| judge_weighted(raster, &mut mesh, tolerance, c, &scratch, control);
+    let weighted = channels.map(of_channels).transpose()?;
     let samples = raster.width() as u64 * raster.height() as u64;
     let sizes = Sizes { samples, vertices, triangles };
-    Ok(verdict(tolerance, sizes, &grid, comparison, face_findings, edge_findings, corner_findings))
+    let verdict = verdict(tolerance, sizes, &grid, comparison, face_findings, edge_findings, corner_findings);
+    Ok(Verdict { weighted, ..verdict })
 }
 
 struct Sizes {
@@ -140,5 +182,6 @@ fn verdict(
         off_lattice: corners.off_lattice,
         outside: corners.outside,
         heights_not_finite: corners.not_finite,
+        weighted: None,
     }
 }

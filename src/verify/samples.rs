@@ -10,6 +10,8 @@ use super::VerifyError;
 pub(super) struct BandReader<'r> {
     raster: &'r Raster,
     masked: bool,
+    /// The raster has no heights: all are 0.
+    level: bool,
     rows: usize,
     heights: Vec<f64>,
 }
@@ -23,7 +25,18 @@ impl<'r> BandReader<'r> {
         // Whole blocks, where some fit: a block that two bands share is decoded twice.
         let block = raster.block_size().1.max(1);
         let rows = if rows > block { rows - rows % block } else { rows };
-        Ok(BandReader { raster, masked: raster.has_mask()?, rows, heights: Vec::new() })
+        Ok(BandReader { raster, masked: raster.has_mask()?, level: false, rows, heights: Vec::new() })
+    }
+
+    /// Heights of 0, of the raster's size.
+    pub(super) fn level(raster: &'r Raster) -> Self {
+        let rows = (Self::SAMPLES / raster.width()).clamp(1, raster.height());
+        BandReader { raster, masked: false, level: true, rows, heights: Vec::new() }
+    }
+
+    /// The same in bands of so many rows.
+    pub(super) fn by(self, rows: usize) -> Self {
+        BandReader { rows, ..self }
     }
 
     /// Rows in a band; the last one may have fewer.
@@ -42,6 +55,9 @@ impl<'r> BandReader<'r> {
         let height = self.rows.min(self.raster.height() - row);
         let window = Window { column: 0, row, width: self.raster.width(), height };
         self.heights.resize(window.len(), 0.0);
+        if self.level {
+            return Ok(&self.heights);
+        }
         self.raster.read_heights(window, &mut self.heights)?;
         self.refuse_nodata(window)?;
         if let Some(at) = self.heights.iter().position(|h| !h.is_finite()) {

@@ -1,5 +1,6 @@
 use serde::Serialize;
 
+use super::WeightedVerdict;
 use super::finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, VertexPlace};
 
 /// Everything that was found out about a mesh. It passes if [`Verdict::failures`] is empty.
@@ -53,6 +54,9 @@ pub struct Verdict {
     pub outside: Finding<VertexPlace>,
     /// Vertices whose height is NaN or infinite.
     pub heights_not_finite: Finding<VertexPlace>,
+    /// What channels come to, where the mesh was judged with some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weighted: Option<WeightedVerdict>,
 }
 
 /// The sample that is farthest from the surface.
@@ -82,6 +86,10 @@ impl Verdict {
         let mut out = Vec::new();
         let tolerance = self.tolerance;
         list(&mut out, &self.above_tolerance, "sample is", "samples are", &format!("farther than {tolerance}"));
+        if let Some(weighted) = &self.weighted {
+            let what = format!("above {tolerance} in the weighted error of heights and channels");
+            list(&mut out, &weighted.above_tolerance, "sample is", "samples are", &what);
+        }
         list(&mut out, &self.uncovered, "sample is", "samples are", "in no triangle");
         list(&mut out, &self.overlapped, "sample is", "samples are", "in several triangles");
         list(&mut out, &self.clockwise, "face turns", "faces turn", "clockwise seen from above");
@@ -131,6 +139,9 @@ impl std::fmt::Display for Verdict {
                 w.error, w.place, w.raster_height, w.surface_height
             )?;
             writeln!(f, "RMS error {}", self.rms_error)?;
+        }
+        if let Some(w) = self.weighted.as_ref().and_then(|w| w.worst) {
+            writeln!(f, "max weighted error {} at {}", w.error, w.place)?;
         }
         let failures = self.failures();
         if failures.is_empty() {

@@ -1,0 +1,280 @@
+//! Meshes with channels from bands to file, made by the plainest engine that keeps the weighted error.
+
+use std::path::{Path, PathBuf};
+
+use gdal::raster::{Buffer, GdalType, RasterCreationOptions};
+use proptest::prelude::*;
+
+use super::*;
+use crate::channels::ChannelError;
+use crate::control::{CancelToken, Control};
+use crate::exact::MAX_TOLERANCE;
+use crate::field::{ChannelOptions, Field, FieldOptions, Tile, find_ranges};
+use crate::lattice::{Point, orient};
+use crate::measure::measure;
+use crate::mesh::{Domain, TileMesh, Vertex};
+use crate::ply::{PlyFile, ScalarType};
+use crate::raster::Raster;
+use crate::seam::{MinLink, Rim};
+use crate::sink::PlySink;
+use crate::spool::{Chunk, Spool};
+use crate::staged::StagedFile;
+use crate::triangulate::cuts::GreedyCuts;
+use crate::triangulate::feasible::Plane;
+use crate::triangulate::{Engine, Task};
+use crate::verify::{Verdict, VerifyOptions, WeightedOptions, verify_with_channels};
+
+/// Triangulates the rim, then splits triangles at samples that are not within.
+fn split_until_within(tile: &Tile, domain: &Domain, tolerance: f64) -> TileMesh {
+    let cancel = CancelToken::default();
+    let (tolerance_of_rim, feasibility) = (MAX_TOLERANCE, Feasibility::Weak);
+    let task = Task { tile, domain, tolerance: tolerance_of_rim, feasibility, cancel: &cancel };
+    let mut mesh = TileMesh::default();
+    GreedyCuts.triangulate(&task, &mut Default::default(), &mut mesh).expect("nobody cancels");
+    let mut next = 0;
+    while let Some(&triangle) = mesh.triangles.get(next) {
+        match first_beyond(tile, mesh.corners(triangle), tolerance) {
+            Some(at) => split(&mut mesh, tile, at),
+            None => next += 1,
+        }
+    }
+    mesh
+}
+
+fn first_beyond(tile: &Tile, [a, b, c]: [Vertex; 3], tolerance: f64) -> Option<Point> {
+    let error: &ChannelError = tile.channel_error.as_ref().expect("channels");
+    let planes: Vec<Plane> = (0..tile.channels.len())
+        .map(|i| {
+            let [a, b, c] = [a, b, c].map(|v| Vertex { at: v.at, height: tile.channel_at_vertex(i, v) });
+            Plane::new(a, b, c)
+        })
+        .collect();
+    let heights = Plane::new(a, b, c);
+    let places = (0..tile.width() * tile.height()).map(|i| (i % tile.width(), i / tile.width()));
+    places.map(|(column, row)| (column, row, Point::of_sample(column as i32, row as i32))).find_map(
+        |(column, row, at)| {
+            let inside = [(a, b), (b, c), (c, a)].iter().all(|(p, q)| orient(p.at, q.at, at) >= 0);
+            if !inside || [a, b, c].iter().any(|v| v.at == at) {
+                return None;
+            }
+            let height = tile.at(column, row);
+            let dc = planes.iter().enumerate().map(|(i, plane)| plane.at(at) - tile.channel_at(i, column, row));
+            let weighted = error.weighted(heights.at(at) - height, dc);
+            let within = heights.within(at, height, tolerance) && weighted <= error.limit(tolerance);
+            (!within).then_some(at)
+        },
+    )
+}
+
+fn split(mesh: &mut TileMesh, tile: &Tile, at: Point) {
+    let (column, row) = at.sample().expect("a sample");
+    let new = mesh.vertices.len() as u32;
+    let mut triangles = Vec::new();
+    for &triangle in &mesh.triangles {
+        let [a, b, c] = triangle;
+        let place = |i: u32| mesh.vertices[i as usize].at;
+        let turns = [(a, b), (b, c), (c, a)].map(|(p, q)| (p, q, orient(place(p), place(q), at)));
+        if turns.iter().any(|t| t.2 < 0) {
+            triangles.push(triangle);
+        } else {
+            triangles.extend(turns.iter().filter(|t| t.2 > 0).map(|&(p, q, _)| [p, q, new]));
+        }
+    }
+    mesh.triangles = triangles;
+    mesh.vertices.push(Vertex { at, height: tile.at(column, row) });
+}
+
+/// What `triangulate` does, with the engine above; `respected` is whether it looks at the channels at all.
+fn mesh(field: &Field, params: &Params, respected: bool) -> Mesh {
+    let grid = grid(field.width(), field.height(), params).expect("a grid");
+    let spool = Spool::new(&params.temp_dir, grid.len()).expect("a spool");
+    let (mut tile, mut chunk, mut buffer) = (Tile::default(), Chunk::default(), Vec::new());
+    for index in 0..grid.len() {
+        let id = grid.tile(index);
+        let (window, last) = (grid.window(id), (grid.is_last_column(id), grid.is_last_row(id)));
+        field.load(window, &mut tile).expect("samples");
+        let mut heights = tile.clone();
+        (heights.channel_error, heights.channels) = (None, Vec::new());
+        let seen = if respected { &tile } else { &heights };
+        let (mut min_link, cancel) = (MinLink::default(), CancelToken::default());
+        let rim = Rim::new(seen, params.max_error, last, &mut min_link, &cancel).expect("nobody cancels");
+        let mut mesh = TileMesh::default();
+        if respected {
+            mesh = split_until_within(&tile, &rim.domain, params.max_error);
+        } else {
+            let Params { max_error: tolerance, feasibility, .. } = *params;
+            let task = Task { tile: seen, domain: &rim.domain, tolerance, feasibility, cancel: &cancel };
+            GreedyCuts.triangulate(&task, &mut Default::default(), &mut mesh).expect("nobody cancels");
+        }
+        let errors = measure(seen, &mesh, params.max_error, (window.column as u64, window.row as u64), last);
+        chunk.fill(index, &rim, &mesh, errors, tile.checksum());
+        let names = field.channels().iter().map(|c| c.name.as_str());
+        chunk.set_attributes(names, |channel, vertex| tile.channel_at_vertex(channel, vertex));
+        spool.append(&chunk, &mut buffer).expect("kept");
+    }
+    Mesh {
+        spool,
+        grid,
+        geo_transform: field.geo_transform(),
+        channels: field.channels().to_vec(),
+        max_error: params.max_error,
+        times: TileTimes::default(),
+        found: 0,
+    }
+}
+
+/// A raster whose bands are functions of column, row and band.
+fn geotiff<T: GdalType + Copy>(path: &Path, (width, height): (usize, usize), bands: &[Vec<f64>]) {
+    let driver = gdal::DriverManager::get_driver_by_name("GTiff").expect("GTiff");
+    // Else GDAL takes the fourth of four bands of bytes for a mask.
+    let options: RasterCreationOptions = ["PHOTOMETRIC=MINISBLACK", "ALPHA=NO"].into_iter().collect();
+    let dataset = driver.create_with_band_type_with_options::<T, _>(path, width, height, bands.len(), &options);
+    let dataset = dataset.expect("a raster");
+    for (i, values) in bands.iter().enumerate() {
+        let mut buffer = Buffer::new((width, height), values.clone());
+        dataset.rasterband(i + 1).expect("a band").write((0, 0), (width, height), &mut buffer).expect("written");
+    }
+    dataset.close().expect("closed");
+}
+
+/// A written mesh with channels, and what it was made from.
+struct Made {
+    _folder: tempfile::TempDir,
+    tin: PathBuf,
+    raster: Raster,
+    channels: ChannelOptions,
+    summary: Summary,
+}
+
+impl Made {
+    fn new(folder: tempfile::TempDir, channels: ChannelOptions, params: &Params, respected: bool) -> Made {
+        let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
+        let raster = Raster::open(&dem, if channels.planar { channels.bands[0] } else { 1 }).expect("opens");
+        let control = Control::default();
+        let ranges = find_ranges(&raster, &channels, &control).expect("ranges");
+        let field = Field::open_extended(&raster, &FieldOptions::default(), &channels, &ranges, &control);
+        let mesh = mesh(&field.expect("a field"), params, respected);
+        let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
+        let summary = mesh.write(Box::new(sink), &control).expect("written");
+        Made { _folder: folder, tin, raster, channels, summary }
+    }
+
+    fn judge(&self, max_error: f64) -> Verdict {
+        let options = VerifyOptions { max_error, temp_dir: None };
+        let ChannelOptions { bands, emphasis, planar } = self.channels.clone();
+        let weighted = WeightedOptions { bands, emphasis, planar };
+        verify_with_channels(&self.raster, &self.tin, &options, &weighted, &Control::default()).expect("judged")
+    }
+}
+
+fn noise(seed: u64, i: usize) -> u64 {
+    (i as u64 + 1).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn what_is_written_passes_the_verifier(
+        width in 2usize..22, height in 2usize..22, count in 1usize..5, seed in any::<u64>(), kind in 0u8..3,
+        emphasis in prop_oneof![Just(0.0), Just(0.5), Just(1.0), 0.0f64..1.0], planar in any::<bool>(),
+        max_error in prop_oneof![Just(0.0), Just(2.0), 0.0f64..60.0, Just(1e6)],
+        tile in prop_oneof![Just(0usize), 3usize..12],
+    ) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let smooth = |i: usize, band: usize| {
+            let (x, y) = ((i % width) as f64, (i / width) as f64);
+            110.0 + 60.0 * (x / 7.0 + band as f64).sin() + 40.0 * (y / 5.0 - band as f64).cos()
+        };
+        let value = |i: usize, band: usize| match kind {
+            0 => (noise(seed, i + band * 1000) % 256) as f64,
+            1 => smooth(i, band).round(),
+            _ => smooth(i, band) * 100.0,
+        };
+        let bands: Vec<Vec<f64>> = (0..=count).map(|b| (0..width * height).map(|i| value(i, b)).collect()).collect();
+        let dem = folder.path().join("dem.tif");
+        match kind {
+            0 => geotiff::<u8>(&dem, (width, height), &bands),
+            1 => geotiff::<i16>(&dem, (width, height), &bands),
+            _ => geotiff::<f64>(&dem, (width, height), &bands),
+        }
+        let emphasis = if planar { 1.0 } else { emphasis };
+        let channels = ChannelOptions { bands: (2..count + 2).collect(), emphasis, planar };
+        let made = Made::new(folder, channels, &Params { tile, ..Params::new(max_error) }, true);
+        let verdict = made.judge(max_error);
+        prop_assert!(verdict.passes(), "{:?}", verdict.failures());
+        let (measured, judged) = (made.summary.errors.weighted, verdict.weighted.and_then(|w| w.worst));
+        let (measured, judged) = (measured.expect("measured").max, judged.expect("judged").error);
+        prop_assert!((measured - judged).abs() <= 1e-9 * (1.0 + judged), "{} against {}", measured, judged);
+    }
+}
+
+/// Hills in one band, stripes of colour across them in three.
+fn striped(folder: &tempfile::TempDir) {
+    let (width, height) = (40, 30);
+    let hills = |i: usize| (i % width / 8 * 20) as f64;
+    let stripe = |i: usize, band: usize| if i / width % 10 < 5 { 40.0 * band as f64 } else { 200.0 };
+    let mut bands = vec![(0..width * height).map(hills).collect::<Vec<f64>>()];
+    bands.extend((1..4).map(|b| (0..width * height).map(|i| stripe(i, b)).collect()));
+    geotiff::<u8>(&folder.path().join("dem.tif"), (width, height), &bands);
+}
+
+fn colours() -> ChannelOptions {
+    ChannelOptions { bands: vec![2, 3, 4], emphasis: 0.5, planar: false }
+}
+
+#[test]
+fn colours_are_written_as_bytes_and_come_back_as_the_samples() {
+    let folder = tempfile::tempdir().expect("a folder");
+    striped(&folder);
+    let made = Made::new(folder, colours(), &Params { tile: 16, ..Params::new(5.0) }, true);
+    let mut mesh = PlyFile::open(&made.tin).expect("a mesh");
+    let attributes: Vec<(String, ScalarType)> = mesh.attributes().map(|(n, t)| (n.to_string(), t)).collect();
+    assert_eq!(attributes, ["red", "green", "blue"].map(|n| (n.to_string(), ScalarType::U8)));
+    let mut different = std::collections::BTreeSet::new();
+    mesh.for_each_vertex_with(&["blue", "red"], |_, [_, y, _], values| {
+        let row = (-y - 0.5) as usize;
+        assert_eq!(values, if row % 10 < 5 { [120.0, 40.0] } else { [200.0, 200.0] });
+        different.insert(values[0] as u8);
+        Ok::<(), crate::ply::PlyError>(())
+    })
+    .expect("vertices");
+    assert_eq!(different.len(), 2);
+    assert!(made.judge(5.0).passes());
+    // Edges of the stripes cost vertices that the heights alone do not need.
+    assert!(made.summary.vertices > 100, "{}", made.summary.vertices);
+}
+
+#[test]
+fn a_mesh_that_keeps_heights_alone_is_found_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    striped(&folder);
+    let made = Made::new(folder, colours(), &Params { tile: 16, ..Params::new(5.0) }, false);
+    let verdict = made.judge(5.0);
+    assert_eq!(verdict.failures().len(), 1, "{verdict}");
+    assert!(verdict.failures()[0].contains("weighted error"), "{verdict}");
+    let weighted = verdict.weighted.expect("judged");
+    assert!(weighted.above_tolerance.count > 100 && weighted.worst.expect("covered").error > 5.0);
+}
+
+#[test]
+fn attributes_that_are_not_in_the_file_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    striped(&folder);
+    let made = Made::new(folder, ChannelOptions { bands: vec![2], ..colours() }, &Params::new(300.0), true);
+    let weighted = WeightedOptions { bands: vec![2, 3, 4], emphasis: 0.5, planar: false };
+    let options = VerifyOptions { max_error: 300.0, temp_dir: None };
+    let found = verify_with_channels(&made.raster, &made.tin, &options, &weighted, &Control::default());
+    assert!(found.expect_err("no red").to_string().contains("property red of element vertex"));
+}
+
+#[test]
+fn engines_that_do_not_keep_channels_are_not_given_any() {
+    let folder = tempfile::tempdir().expect("a folder");
+    striped(&folder);
+    let raster = Raster::open(&folder.path().join("dem.tif"), 1).expect("opens");
+    let ranges = find_ranges(&raster, &colours(), &Control::default()).expect("ranges");
+    let field = Field::open_extended(&raster, &FieldOptions::default(), &colours(), &ranges, &Control::default());
+    let run = triangulate(&field.expect("a field"), &Params::new(1.0), &Control::default());
+    assert!(matches!(run, Err(Error::Channels { .. })), "{run:?}");
+}
