@@ -278,3 +278,19 @@ fn engines_that_do_not_keep_channels_are_not_given_any() {
     let run = triangulate(&field.expect("a field"), &Params::new(1.0), &Control::default());
     assert!(matches!(run, Err(Error::Channels { .. })), "{run:?}");
 }
+
+#[test]
+fn channels_are_reckoned_with() {
+    use crate::info::{DENSEST, estimate};
+    let folder = tempfile::tempdir().expect("a folder");
+    striped(&folder);
+    let raster = Raster::open(&folder.path().join("dem.tif"), 1).expect("opens");
+    let bands = colours().open(&raster).expect("bands");
+    let grid = grid(40, 30, &Params::new(1.0)).expect("a grid");
+    let plain = Plan::new(1 << 30, &raster, grid, 1).expect("a plan");
+    let more = Plan::with_channels(1 << 30, &raster, grid, 1, &bands).expect("a plan");
+    assert!(more.needed_bytes >= plain.needed_bytes + 3 * 32 * 40 * 30);
+    let (plain, more) = (estimate(&raster, DENSEST), estimate(&raster, DENSEST).with_channels(&bands, false));
+    assert_eq!(more.output_bytes - plain.output_bytes, 3 * 4 * 2 * 40 * 30);
+    assert_eq!(more.spool_bytes - plain.spool_bytes, 3 * 4 * 2 * 40 * 30);
+}

@@ -102,3 +102,54 @@ impl Sink for PlySink {
         Ok(self.staged.commit()?)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ply::PlyFile;
+
+    const VERTICES: [[f64; 3]; 3] = [[0.5, -0.5, 1.25], [2.5, -0.5, -7.0], [0.5, -4.5, 1e-3]];
+
+    fn written(attributes: &[Channel], values: &[&[f64]]) -> (tempfile::TempDir, Vec<u8>) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("tin.ply");
+        let mut sink = PlySink::new(StagedFile::create(&path, false, &[]).expect("staged"), &["by hand".to_string()]);
+        sink.begin(&Contents { vertices: 3, triangles: 1, attributes }).expect("begun");
+        sink.vertices(&VERTICES, values).expect("written");
+        sink.triangles(&[[0, 2, 1]]).expect("written");
+        Box::new(sink).finish().expect("finished");
+        let bytes = std::fs::read(path).expect("a file");
+        (folder, bytes)
+    }
+
+    /// Byte for byte what it has always been.
+    #[test]
+    fn a_mesh_without_attributes() {
+        let mut expected = b"ply\nformat binary_little_endian 1.0\ncomment by hand\nelement vertex 3\nproperty double x\n\
+            property double y\nproperty double z\nelement face 1\nproperty list uchar uint vertex_indices\nend_header\n"
+            .to_vec();
+        VERTICES.iter().flatten().for_each(|v| expected.extend(v.to_le_bytes()));
+        expected.extend([3, 0, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0]);
+        assert_eq!(written(&[], &[]).1, expected);
+    }
+
+    #[test]
+    fn attributes_come_back_by_name_from_every_number_type() {
+        let channel = |name: &str, number| Channel { name: name.to_string(), number };
+        let attributes =
+            [channel("red", Number::U8), channel("near_infrared", Number::F32), channel("band_7", Number::F64)];
+        let values: [&[f64]; 3] = [&[0.0, 255.0, 7.0], &[0.5, -3.25, 1e10], &[0.1, -1e300, 3.0]];
+        let (folder, bytes) = written(&attributes, &values);
+        let header = String::from_utf8_lossy(&bytes[..bytes.len().min(400)]).into_owned();
+        let lines =
+            "property double z\nproperty uchar red\nproperty float near_infrared\nproperty double band_7\nelement face";
+        assert!(header.contains(lines), "{header}");
+        let mut mesh = PlyFile::open(&folder.path().join("tin.ply")).expect("a mesh");
+        mesh.for_each_vertex_with(&["band_7", "red", "near_infrared"], |index, place, found| {
+            let i = index as usize;
+            assert_eq!((place, found), (VERTICES[i], &[values[2][i], values[0][i], values[1][i]][..]));
+            Ok::<(), crate::ply::PlyError>(())
+        })
+        .expect("vertices");
+    }
+}
