@@ -259,7 +259,9 @@ impl Job<'_> {
         };
         watch.check()?;
         let triangulated = Instant::now();
-        let sink = PlySink::new(staged, &comments(&self.raster, args));
+        let mut comments = comments(&self.raster, args);
+        comments.extend(extended.map(Extended::comment));
+        let sink = PlySink::new(staged, &comments);
         let summary = mesh.write_if(Box::new(sink), self.control, &|| {
             watch.check()?;
             kept.map_or(Ok(()), Kept::committing)

@@ -50,6 +50,14 @@ impl Extended {
         ]
     }
 
+    /// What the file says of itself: what `verify` has to be told.
+    pub(super) fn comment(&self) -> String {
+        let ChannelOptions { bands, emphasis, planar } = &self.options;
+        let bands: Vec<String> = bands.iter().map(usize::to_string).collect();
+        let planar = if *planar { ", planar" } else { "" };
+        format!("channels {}, emphasis {emphasis}{planar}", bands.join(","))
+    }
+
     pub(super) fn report(&self, errors: &ErrorStats) -> ChannelReport {
         let WeightedStats { max, worst: (column, row) } = errors.weighted.unwrap_or_default();
         ChannelReport {

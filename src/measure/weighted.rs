@@ -1,8 +1,7 @@
 use crate::channels::ChannelError;
 use crate::field::Tile;
-use crate::lattice::Point;
-use crate::mesh::{TileMesh, Vertex};
-use crate::triangulate::feasible::{Plane, Spans};
+use crate::mesh::TileMesh;
+use crate::triangulate::feasible::{Spans, Surfaces};
 
 /// The largest weighted error ([`ChannelError::weighted`]) over a set of samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -23,27 +22,15 @@ pub(super) fn measure_weighted(
 ) -> WeightedStats {
     let mut stats = WeightedStats { max: 0.0, worst: origin };
     let (right_rim, lower_rim) = (tile.width as i32 - 1, tile.height as i32 - 1);
-    let mut planes = Vec::with_capacity(tile.channels.len());
+    let mut surfaces = Surfaces::default();
     for &triangle in &mesh.triangles {
         let [a, b, c] = mesh.corners(triangle);
+        surfaces.set(tile, [a, b, c]);
         let spans = Spans::new(a.at, b.at, c.at);
-        let heights = Plane::new(a, b, c);
-        planes.clear();
-        planes.extend((0..tile.channels.len()).map(|channel| {
-            let [a, b, c] = [a, b, c].map(|v| Vertex { at: v.at, height: tile.channel_at_vertex(channel, v) });
-            Plane::new(a, b, c)
-        }));
         for row in spans.rows().take_while(|&row| (row as usize) < owned.1) {
             let (first, last) = spans.own_columns(row, right_rim, lower_rim);
             for column in first..=last.min(owned.0 as i32 - 1) {
-                let (at, index) = (Point::of_sample(column, row), row as usize * tile.width + column as usize);
-                // The error at a vertex is 0, and not what interpolating makes of it.
-                if [a, b, c].iter().any(|v| v.at == at) {
-                    continue;
-                }
-                let dz = heights.at(at) - tile.at(column as usize, row as usize);
-                let dc = planes.iter().zip(&tile.channels).map(|(plane, values)| plane.at(at) - values[index]);
-                let weighted = error.weighted(dz, dc);
+                let weighted = surfaces.weighted(tile, error, (column as usize, row as usize));
                 // Not a number counts as the largest.
                 if weighted.is_nan() || weighted > stats.max {
                     stats = WeightedStats { max: weighted, worst: (origin.0 + column as u64, origin.1 + row as u64) };

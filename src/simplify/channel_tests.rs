@@ -20,7 +20,7 @@ use crate::sink::PlySink;
 use crate::spool::{Chunk, Spool};
 use crate::staged::StagedFile;
 use crate::triangulate::cuts::GreedyCuts;
-use crate::triangulate::feasible::Plane;
+use crate::triangulate::feasible::{Plane, Surfaces};
 use crate::triangulate::{Engine, Task};
 use crate::verify::{Verdict, VerifyOptions, WeightedOptions, verify_with_channels};
 
@@ -43,27 +43,18 @@ fn split_until_within(tile: &Tile, domain: &Domain, tolerance: f64) -> TileMesh 
 
 fn first_beyond(tile: &Tile, [a, b, c]: [Vertex; 3], tolerance: f64) -> Option<Point> {
     let error: &ChannelError = tile.channel_error.as_ref().expect("channels");
-    let planes: Vec<Plane> = (0..tile.channels.len())
-        .map(|i| {
-            let [a, b, c] = [a, b, c].map(|v| Vertex { at: v.at, height: tile.channel_at_vertex(i, v) });
-            Plane::new(a, b, c)
-        })
-        .collect();
-    let heights = Plane::new(a, b, c);
-    let places = (0..tile.width() * tile.height()).map(|i| (i % tile.width(), i / tile.width()));
-    places.map(|(column, row)| (column, row, Point::of_sample(column as i32, row as i32))).find_map(
-        |(column, row, at)| {
-            let inside = [(a, b), (b, c), (c, a)].iter().all(|(p, q)| orient(p.at, q.at, at) >= 0);
-            if !inside || [a, b, c].iter().any(|v| v.at == at) {
-                return None;
-            }
-            let height = tile.at(column, row);
-            let dc = planes.iter().enumerate().map(|(i, plane)| plane.at(at) - tile.channel_at(i, column, row));
-            let weighted = error.weighted(heights.at(at) - height, dc);
-            let within = heights.within(at, height, tolerance) && weighted <= error.limit(tolerance);
-            (!within).then_some(at)
-        },
-    )
+    let (heights, mut surfaces) = (Plane::new(a, b, c), Surfaces::default());
+    surfaces.set(tile, [a, b, c]);
+    let mut places = (0..tile.width() * tile.height()).map(|i| (i % tile.width(), i / tile.width()));
+    let beyond = |(column, row): (usize, usize)| {
+        let at = Point::of_sample(column as i32, row as i32);
+        let inside = [(a, b), (b, c), (c, a)].iter().all(|(p, q)| orient(p.at, q.at, at) >= 0);
+        let vertex = [a, b, c].iter().any(|v| v.at == at);
+        let within = heights.within(at, tile.at(column, row), tolerance)
+            && surfaces.weighted(tile, error, (column, row)) <= error.limit(tolerance);
+        (inside && !vertex && !within).then_some(at)
+    };
+    places.find_map(beyond)
 }
 
 fn split(mesh: &mut TileMesh, tile: &Tile, at: Point) {

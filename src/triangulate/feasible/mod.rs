@@ -7,10 +7,12 @@
 mod edge;
 mod plane;
 mod spans;
+mod surfaces;
 mod tester;
 
 pub(crate) use plane::Plane;
 pub(crate) use spans::Spans;
+pub(crate) use surfaces::Surfaces;
 pub use tester::Tester;
 
 #[cfg(test)]
