@@ -137,7 +137,8 @@ impl Tile {
         self.channel_at(channel, column, row)
     }
 
-    /// A checksum of the heights and the channels, bit for bit: equal tiles have equal ones on every machine of one byte order.
+    /// A checksum of the heights and the channels, bit for bit: equal tiles have equal ones on every machine of one byte
+    /// order.
     pub fn checksum(&self) -> u32 {
         let len = self.width * self.height;
         let mut hasher = crc32fast::Hasher::new();

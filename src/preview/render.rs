@@ -35,7 +35,8 @@ pub struct PreviewReport {
 /// picture and, where samples are shown, for 4096² samples at most.
 ///
 /// # Errors
-/// [`PreviewError`], also for [`Mode::Colour`] if the mesh has no colours; then nothing new is left at `out` or beside it.
+/// [`PreviewError`], also for [`Mode::Colour`] if the mesh has no colours; then nothing new is left at `out` or beside
+/// it.
 pub fn preview(
     raster: &Path,
     mesh: &Path,
