@@ -41,7 +41,7 @@ fn rim(c: &mut Criterion) {
     let mountains = tile(SIDE, SIDE, fractal);
     let (mut min_link, cancel) = (MinLink::default(), CancelToken::default());
     let mut count = || {
-        let rim = Rim::new(black_box(&mountains), 5.0, (false, false), &mut min_link, &cancel);
+        let rim = Rim::new(black_box(&mountains), 5.0, &[], (false, false), &mut min_link, &cancel);
         rim.expect("a rim").domain.vertices.len()
     };
     assert_eq!(count(), 135, "vertices on the rim");

@@ -25,7 +25,7 @@ const SIDE: usize = 513;
 
 fn rim(tile: &Tile, tolerance: f64) -> Rim {
     let cancel = CancelToken::default();
-    Rim::new(tile, tolerance, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels")
+    Rim::new(tile, tolerance, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels")
 }
 
 /// The engine with its memory, reused from run to run as the program does from tile to tile.
@@ -93,7 +93,7 @@ fn dense_rim(tile: &Tile) -> Domain {
     };
     let vertices: Vec<Vertex> = sides.concat().into_iter().map(vertex).collect();
     let around = (0..vertices.len() as u32).collect();
-    Domain { vertices, loops: vec![around] }
+    Domain { vertices, loops: vec![around], points: Vec::new() }
 }
 
 fn front(c: &mut Criterion) {

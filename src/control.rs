@@ -38,6 +38,8 @@ pub enum Stage {
     Decode,
     /// Finding the ranges of heights and channels.
     Ranges,
+    /// Finding out, tile by tile, where a goal for all of them is met.
+    Survey,
     /// Triangulating tiles.
     Triangulate,
     /// Writing the output file.

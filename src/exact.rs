@@ -16,6 +16,26 @@ pub const MAX_HEIGHT: f64 = 1e30;
 /// A tolerance that allows everything heights can do; larger ones are no different.
 pub const MAX_TOLERANCE: f64 = 4.0 * MAX_HEIGHT;
 
+/// The most a sample's importance can weigh, as far as [`limit`] is used.
+pub const MAX_WEIGHT: f64 = 1e30;
+
+/// The largest error allowed where errors weigh `weight`: the largest double t with t · `weight` ≤ `tolerance`, exactly,
+/// but at most [`MAX_TOLERANCE`]. A weight of 0 allows everything, a weight of 1 the tolerance itself (up to
+/// [`MAX_TOLERANCE`]). Both numbers are finite and at least 0.
+pub fn limit(weight: f64, tolerance: f64) -> f64 {
+    if weight == 0.0 {
+        return MAX_TOLERANCE;
+    }
+    // The quotient is rounded to the nearest double: it is the one looked for, or the one after.
+    let nearest = (tolerance / weight).min(MAX_TOLERANCE);
+    // Correctly rounded, the difference has the sign of the exact one as long as it does not underflow, and it is a
+    // multiple of units of 2⁻¹⁰⁴ of the product: a small tolerance is raised, with the quotient, by a power of two.
+    const RAISE: f64 = (1u128 << 127) as f64 * (1u128 << 73) as f64;
+    let raise = if tolerance < 1.0 { RAISE } else { 1.0 };
+    let exceeds = (nearest * raise).mul_add(weight, -(tolerance * raise)) > 0.0;
+    if exceeds { nearest.next_down() } else { nearest }
+}
+
 /// Whether |Σ wᵢ·zᵢ| ≤ `scale` · `tolerance`, exactly. Weights and `scale` are below 2⁵³ in magnitude, `scale` is
 /// positive, every zᵢ is finite and within [`MAX_HEIGHT`], the tolerance within [`MAX_TOLERANCE`]. At most six terms.
 pub fn within(terms: &[(i64, f64)], scale: i64, tolerance: f64) -> bool {
@@ -165,6 +185,22 @@ mod tests {
         ]
     }
 
+    fn any_positive() -> impl Strategy<Value = f64> {
+        (0..f64::MAX.to_bits()).prop_map(f64::from_bits)
+    }
+
+    #[test]
+    fn limits_at_the_ends() {
+        assert_eq!(limit(0.0, 0.0), MAX_TOLERANCE);
+        assert_eq!(limit(-0.0, 1.0), MAX_TOLERANCE);
+        assert_eq!(limit(3.0, 0.0), 0.0);
+        assert_eq!(limit(f64::from_bits(1), 1.0), MAX_TOLERANCE);
+        assert_eq!(limit(f64::MAX, f64::from_bits(1)), 0.0);
+        // A third of 1 is above the double nearest to it.
+        assert_eq!(limit(3.0, 1.0), 1.0 / 3.0);
+        assert_eq!(limit(10.0, 1.0), 0.1f64.next_down());
+    }
+
     proptest! {
         #[test]
         fn agrees_with_rational_numbers(
@@ -172,6 +208,27 @@ mod tests {
             scale in 1i64..(1 << 42), tolerance in prop_oneof![0.0f64..100.0, Just(0.0), Just(5.0), Just(0.1)],
         ) {
             prop_assert_eq!(within(&terms, scale, tolerance), oracle(&terms, scale, tolerance));
+        }
+
+        #[test]
+        fn limits_are_the_largest_doubles_allowed(
+            weight in prop_oneof![
+                Just(0.3), Just(1.0), Just(2.0), Just(1e6), 0.0f64..4.0, 1e-12f64..1e-6, 0.0f64..1e30, any_positive(),
+            ],
+            tolerance in prop_oneof![
+                Just(0.0), Just(0.1), Just(5.0), 0.0f64..100.0, (0u64..1 << 54).prop_map(f64::from_bits), any_positive(),
+            ],
+        ) {
+            let exact = |z: f64| BigRational::from_float(z).expect("finite");
+            let allowed = |t: f64| exact(t) * exact(weight) <= exact(tolerance);
+            let found = limit(weight, tolerance);
+            prop_assert!((0.0..=MAX_TOLERANCE).contains(&found) && allowed(found), "{}", found);
+            prop_assert!(found == MAX_TOLERANCE || !allowed(found.next_up()), "{}", found);
+        }
+
+        #[test]
+        fn a_weight_of_one_is_the_tolerance(tolerance in any_positive()) {
+            prop_assert_eq!(limit(1.0, tolerance), tolerance.min(MAX_TOLERANCE));
         }
 
         /// A tie, and one unit of least precision to either side of it.

@@ -77,6 +77,9 @@
 //! # }
 //! ```
 //!
+//! [`field::Field::open_with_importance`] takes a second raster with the first, whose samples weigh the errors: distance ×
+//! weight is within the tolerance then.
+//!
 //! GDAL prints its errors on standard error by itself; [`raster::quiet_gdal`] stops that, for the whole process.
 
 pub mod channels;

@@ -17,16 +17,26 @@ pub struct Vertex {
 /// are locked: none is split, every vertex of a loop becomes a vertex of the mesh. Two corners may name one vertex
 /// (a pinch); the wedge to the left of each of them must then be one wedge of ground, without edges of the domain in it:
 /// a loop that comes to such a vertex leaves it by the leftmost edge, so holes that touch there are one loop. Every edge
-/// of a loop is within the tolerance at the samples it passes.
+/// of a loop is within the tolerance (their limits, where samples have weights) at the samples it passes.
+///
+/// Points are vertices inside the ground that the mesh must have, too; no edge of a loop passes one. An engine that can
+/// take them says so ([`crate::triangulate::Engine::preinserts`]); the others are given none.
 #[derive(Debug, Clone, Default)]
 pub struct Domain {
     /// The vertices of the loops.
     pub vertices: Vec<Vertex>,
     /// The loops, as indices of vertices.
     pub loops: Vec<Vec<u32>>,
+    /// The points: inside the ground, on no loop, no two at one place; by rows, then by columns.
+    pub points: Vec<Vertex>,
 }
 
 impl Domain {
+    /// The vertices that every mesh of this domain begins with: those of the loops, then the points.
+    pub fn fixed(&self) -> impl Iterator<Item = Vertex> {
+        self.vertices.iter().chain(&self.points).copied()
+    }
+
     /// Twice the area inside the loops, in square lattice steps. Exact.
     pub fn area(&self) -> i128 {
         self.loops.iter().map(|l| self.loop_area(l)).sum()
@@ -46,8 +56,8 @@ impl Domain {
 
 /// A triangulated tile.
 ///
-/// The first vertices are the domain's, in the domain's order; then come those of the interior. Triangles are indices
-/// with positive orientation in the lattice. Every edge is shared by two triangles in opposite directions, or is an
+/// The first vertices are the loops', then the points', both in the domain's order ([`Domain::fixed`]); then come those
+/// that the engine chose. Triangles are indices with positive orientation in the lattice. Every vertex is in a triangle. Every edge is shared by two triangles in opposite directions, or is an
 /// edge of one of the domain's loops.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TileMesh {

@@ -11,7 +11,7 @@ pub(super) struct ChannelArgs {
     #[arg(long, value_name = "BANDS", value_parser = values::bands)]
     channels: Option<values::Bands>,
     /// What the channels count in the error, from 0 (only the heights do) to 1 (only the channels) [default: 0.5]
-    #[arg(long, value_name = "W", value_parser = values::emphasis, allow_hyphen_values = true)]
+    #[arg(long, value_name = "W", value_parser = values::share, allow_hyphen_values = true)]
     #[arg(requires = "channels", conflicts_with = "planar")]
     emphasis: Option<f64>,
     /// The raster is an image without heights: flat, all bands are channels unless --channels says which

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use crate::control::Cancelled;
 use crate::field::FieldError;
 use crate::preview::PreviewError;
-use crate::raster::RasterError;
+use crate::raster::{PointsError, RasterError};
 use crate::simplify::Error;
 use crate::sink::SinkError;
 use crate::spool::SpoolError;
@@ -63,7 +63,27 @@ impl From<RasterError> for Failure {
             RasterError::NoSuchBand { .. } => failure.hint("choose one with --band"),
             RasterError::SampleType { .. } => failure.hint("choose another band with --band"),
             RasterError::GeoTransform { .. } => failure.hint("gdal_edit.py -a_gt or gdalwarp can set another one"),
+            RasterError::OtherGrid { .. } => failure
+                .hint("gdalwarp -te … -ts WIDTH HEIGHT brings it onto that grid, gdal_edit.py corrects its place"),
             RasterError::Scaling { .. } => failure.hint("gdal_edit.py -scale and -offset can set them"),
+            _ => failure,
+        }
+    }
+}
+
+impl From<PointsError> for Failure {
+    fn from(error: PointsError) -> Failure {
+        let failure = Failure::new(&error);
+        match error {
+            PointsError::Cancelled(stopped) => stopped.into(),
+            PointsError::NoSuchLayer { wanted: Some(_), .. } => failure.hint("choose one with --points-layer"),
+            PointsError::Feature { .. } => {
+                failure.hint("ogr2ogr -where \"OGR_GEOMETRY='POINT'\" keeps the points of a layer")
+            }
+            PointsError::Crs { .. } => failure.hint("transform the layer with ogr2ogr -t_srs"),
+            PointsError::AllOutside { .. } => {
+                failure.hint("where the layer's coordinates are not in its CRS, ogr2ogr -a_srs sets another one")
+            }
             _ => failure,
         }
     }
@@ -77,7 +97,20 @@ impl From<Error> for Failure {
             Error::Cancelled(stopped) | Error::Field(FieldError::Cancelled(stopped)) => stopped.into(),
             Error::Field(FieldError::Raster(error)) => error.into(),
             Error::WorkDir(error) => error.into(),
-            Error::Channels { .. } => Failure::usage(error).hint("choose another engine: --engine greedy-insertion"),
+            Error::Channels { .. } => Failure::usage(error)
+                .hint("--channels and --planar need one that does: choose --engine greedy-insertion"),
+            Error::GoalWithChannels => Failure::usage(error)
+                .hint("leave --max-points, --max-triangles and --max-rms, or --channels and --planar"),
+            Error::NoPreinsertion { .. } => {
+                Failure::usage(error).hint("--points needs one that can: choose it with --engine greedy-insertion")
+            }
+            Error::NoGoal { .. } => {
+                Failure::usage(error).hint("--max-points, --max-triangles and --max-rms need --engine greedy-insertion")
+            }
+            Error::GoalWithPasses => {
+                Failure::usage(error).hint("leave --selection and --measure, or give --max-error alone")
+            }
+            Error::Goal(_) => Failure::usage(error).hint("choose a larger budget, or a larger --tile"),
             Error::Budget(error) => {
                 Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("choose it with --memory")
             }

@@ -5,6 +5,8 @@
 
 mod channels;
 mod failure;
+mod goal;
+mod importance;
 mod info;
 mod preview;
 mod print;
@@ -12,6 +14,7 @@ mod progress;
 mod signals;
 mod simplify;
 mod simplify_channels;
+mod simplify_engine;
 mod simplify_kept;
 mod simplify_report;
 mod synth;
@@ -67,6 +70,7 @@ Exit codes:
   2    the command line cannot be understood
   3    the memory budget is too small
   4    a disk is too small
+  5    done, but a budget ended the refinement before the quality that was asked for
   130  stopped by an interrupt (Ctrl-C), 143 by a termination signal
 A closed pipe on standard output is no failure.";
 

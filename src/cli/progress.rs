@@ -107,6 +107,7 @@ fn title(stage: Stage) -> &'static str {
     match stage {
         Stage::Decode => "decoding",
         Stage::Ranges => "finding ranges",
+        Stage::Survey => "surveying",
         Stage::Triangulate => "triangulating",
         Stage::Write => "writing",
         Stage::Sort => "sorting",

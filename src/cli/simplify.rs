@@ -6,18 +6,21 @@ use std::time::Instant;
 use clap::ValueEnum;
 
 use super::channels::ChannelArgs;
+use super::goal::GoalArgs;
+use super::importance::ImportanceArgs;
 use super::progress::Bars;
 use super::simplify_channels::Extended;
+use super::simplify_engine::EngineArgs;
 use super::simplify_kept::Kept;
 use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
 use crate::field::{Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, exit_on_truncation};
 use crate::info::{DENSEST, Estimate, estimate};
-use crate::raster::{Raster, Watch, bound_gdal_cache};
+use crate::raster::{PointSource, Points, PointsError, Raster, Watch, bound_gdal_cache, read_points};
 use crate::simplify::{
-    DEFAULT_TILE, DiskUse, Error, Params, Plan, check_disk, default_budget, grid, must_keep_channels, probe_density,
-    probe_field, triangulate, triangulate_into,
+    DEFAULT_TILE, DiskUse, Error, Load, Params, Plan, check_disk, default_budget, grid, probe_density, probe_field,
+    triangulate, triangulate_into,
 };
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
@@ -32,12 +35,13 @@ pub(crate) struct SimplifyArgs {
     /// The mesh: a binary PLY file in map coordinates
     #[arg(value_name = "OUTPUT")]
     pub(super) output: PathBuf,
-    /// The largest vertical distance allowed between mesh and samples, in the units of the heights; 0 is exact
-    #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
-    max_error: f64,
+    #[command(flatten)]
+    pub(super) goal: GoalArgs,
     /// Test triangles at the samples under them (weak), or also where their edges cross the grid (strong)
     #[arg(long, value_enum, default_value_t = FeasibilityArg::Weak)]
     feasibility: FeasibilityArg,
+    #[command(flatten)]
+    engine: EngineArgs,
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
     #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
@@ -46,6 +50,15 @@ pub(crate) struct SimplifyArgs {
     band: usize,
     #[command(flatten)]
     channels: ChannelArgs,
+    #[command(flatten)]
+    pub(super) importance: ImportanceArgs,
+    /// A layer of points, in any format OGR reads: the samples nearest to them become vertices of the mesh. Needs
+    /// --engine greedy-insertion
+    #[arg(long, value_name = "FILE")]
+    pub(super) points: Option<PathBuf>,
+    /// The layer of --points [default: the first]
+    #[arg(long, value_name = "NAME", requires = "points")]
+    points_layer: Option<String>,
     /// The folder of temporary files [default: the system's]
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
@@ -114,23 +127,38 @@ impl From<FeasibilityArg> for Feasibility {
 }
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
-    let (raster, channels) = args.channels.open(&args.input, args.band)?;
-    let params = args.params();
-    if channels.is_some() {
-        must_keep_channels(&params)?;
+    let mut params = args.params()?;
+    params.takes_goal()?;
+    if args.points.is_some() {
+        params.takes_points()?;
     }
-    let bands = channels.iter().map(|c| c.open(&raster)).next().transpose()?.unwrap_or_default();
+    let (raster, channels) = args.channels.open(&args.input, args.band)?;
+    if channels.is_some() {
+        params.takes_channels()?;
+    }
+    let bands = channels.as_ref().map(|c| c.open(&raster)).transpose()?.unwrap_or_default();
+    let importance = args.importance.open(&raster)?;
     let grid = grid(raster.width(), raster.height(), &params)?;
+    let bars = Bars::new(args.quiet);
+    let control = bars.control();
+    let points = args.read_points(&raster, &control)?;
+    params.points = points.as_ref().map(|p| p.set.clone());
     let wanted = args.threads.map_or_else(default_threads, NonZeroUsize::get);
     let budget = args.memory.unwrap_or_else(default_budget);
-    let plan = Plan::with_channels(budget, &raster, grid, wanted, &bands).map_err(Error::from)?;
+    let load = Load {
+        raster: &raster,
+        importance: importance.as_ref(),
+        channels: &bands,
+        grid,
+        engine: params.engine,
+        points: params.points.as_ref().map_or(0, |p| p.len()),
+    };
+    let plan = Plan::new(budget, &load, wanted).map_err(Error::from)?;
     bound_gdal_cache(plan.cache_bytes);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build().map_err(|e| {
         Failure::new(format!("{} threads cannot be started: {e}", plan.threads)).hint("choose fewer with --threads")
     })?;
-    let bars = Bars::new(args.quiet);
-    let control = bars.control();
-    let job = Job { args, raster, channels, bands, params, plan, control: &control };
+    let job = Job { args, raster, channels, bands, importance, params, points, plan, control: &control };
     if args.dry_run {
         let needs = pool.install(move || job.needs())?;
         drop(bars);
@@ -144,21 +172,47 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     } else if !args.quiet {
         print::report(&print::aligned(&report.lines()))?;
     }
+    if report.fell_short() {
+        let output = args.output.display();
+        print::error(&format!("warning: {output}: complete, but the budget ended it before the quality asked for"));
+        return Ok(ExitCode::from(FELL_SHORT));
+    }
     Ok(ExitCode::SUCCESS)
 }
+
+/// Exit code: a budget ended the refinement before the quality that was asked for was reached.
+const FELL_SHORT: u8 = 5;
 
 fn default_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 impl SimplifyArgs {
-    fn params(&self) -> Params {
-        let mut params =
-            Params { feasibility: self.feasibility.into(), tile: self.tile, ..Params::new(self.max_error) };
+    fn params(&self) -> Result<Params, Failure> {
+        let mut params = Params {
+            feasibility: self.feasibility.into(),
+            tile: self.tile,
+            engine: self.engine.choice()?,
+            goal: self.goal.goal(),
+            ..Params::new(self.goal.tolerance())
+        };
         if let Some(dir) = &self.temp_dir {
             params.temp_dir.clone_from(dir);
         }
-        params
+        Ok(params)
+    }
+
+    /// The points, where there are some.
+    fn read_points(&self, raster: &Raster, control: &Control<'_>) -> Result<Option<Points>, PointsError> {
+        let Some(path) = &self.points else { return Ok(None) };
+        let source = PointSource { path: path.clone(), layer: self.points_layer.clone() };
+        read_points(raster, &source, &control.cancel).map(Some)
+    }
+
+    /// Files that are read: the output is none of them.
+    pub(super) fn inputs(&self) -> Vec<&Path> {
+        let all = [Some(&self.input), self.importance.importance.as_ref(), self.points.as_ref()];
+        all.into_iter().flatten().map(PathBuf::as_path).collect()
     }
 }
 
@@ -169,7 +223,9 @@ struct Job<'a> {
     channels: Option<ChannelOptions>,
     /// The channels' bands.
     bands: Vec<Raster>,
+    importance: Option<Raster>,
     params: Params,
+    points: Option<Points>,
     plan: Plan,
     control: &'a Control<'a>,
 }
@@ -178,7 +234,7 @@ impl Job<'_> {
     /// What the run will need, from the density of a few tiles.
     fn needs(&self) -> Result<Needs, Error> {
         let density = match &self.channels {
-            None => probe_density(&self.raster, &self.params, self.control)?,
+            None => probe_density(&self.raster, self.importance.as_ref(), &self.params, self.control)?,
             Some(options) => {
                 let extended = Extended::find(&self.raster, options, self.control)?;
                 let windows = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: Choice::Windows };
@@ -190,7 +246,7 @@ impl Job<'_> {
     }
 
     fn estimate(&self, density: f64) -> Estimate {
-        let heights = estimate(&self.raster, density);
+        let heights = estimate(&self.raster, self.importance.as_ref(), density);
         match &self.channels {
             None => heights,
             Some(options) => heights.with_channels(&self.bands, options.planar),
@@ -202,19 +258,20 @@ impl Job<'_> {
     fn extended(&self) -> Result<Option<Extended>, Error> {
         let Some(options) = &self.channels else { return Ok(None) };
         let args = self.args;
-        drop(StagedFile::create(&args.output, args.overwrite || args.work_dir.is_some(), &[&args.input])?);
+        drop(StagedFile::create(&args.output, args.overwrite || args.work_dir.is_some(), &args.inputs())?);
         Ok(Some(Extended::find(&self.raster, options, self.control)?))
     }
 
     fn run(&self) -> Result<Report, Failure> {
         let start = Instant::now();
-        let watch = Watch::new(&self.raster)?;
+        let rasters = [Some(&self.raster), self.importance.as_ref()].into_iter().flatten();
+        let watches: Vec<Watch> = rasters.map(Watch::new).collect::<Result<_, _>>()?;
         let extended = self.extended()?;
         let mut named = self.params.named();
         named.extend(extended.iter().flat_map(Extended::named));
-        let open = |dir: &PathBuf| Kept::open(dir, &self.raster, &watch, named.clone());
+        let open = |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &watches, named.clone());
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
-        match (self.make(start, &watch, extended.as_ref(), kept.as_ref()), kept) {
+        match (self.make(start, &watches, extended.as_ref(), kept.as_ref()), kept) {
             (Ok(report), None) => Ok(report),
             (Err(error), None) => Err(error.into()),
             (Ok(report), Some(kept)) => {
@@ -229,23 +286,27 @@ impl Job<'_> {
     fn make(
         &self,
         start: Instant,
-        watch: &Watch,
+        watches: &[Watch],
         extended: Option<&Extended>,
         kept: Option<&Kept>,
     ) -> Result<Report, Error> {
         let args = self.args;
         let staged = match kept {
             Some(kept) => kept.stage(args)?,
-            None => StagedFile::create(&args.output, args.overwrite, &[&args.input])?,
+            None => StagedFile::create(&args.output, args.overwrite, &args.inputs())?,
         };
         self.check_disks(&staged, kept)?;
         let options = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: args.access.into() };
         let field = match extended {
-            None => Field::open(&self.raster, &options, self.control)?,
+            None => Field::open_with_importance(&self.raster, self.importance.as_ref(), &options, self.control)?,
             Some(extended) => extended.open(&self.raster, &options, self.control)?,
         };
-        if field.each().any(|f| *f.access() == Access::InPlace) {
-            let message = format!("error: {}: the file was truncated while it was in use", args.input.display());
+        let in_place = |f: &&Field| *f.access() == Access::InPlace;
+        // Channels are bands of the same file.
+        let mapped = [field.each().find(in_place).map(|_| &field), field.importance().filter(in_place)];
+        let mapped: Vec<String> = mapped.into_iter().flatten().map(|f| f.name().display().to_string()).collect();
+        if !mapped.is_empty() {
+            let message = format!("error: {}: the file was truncated while it was in use", mapped.join(" or "));
             exit_on_truncation(&message, staged.partial_path())
                 .map_err(|source| FieldError::Map { path: args.input.clone(), source })?;
         }
@@ -257,13 +318,13 @@ impl Job<'_> {
             }
             None => triangulate(&field, &self.params, self.control)?,
         };
-        watch.check()?;
+        watches.iter().try_for_each(Watch::check)?;
         let triangulated = Instant::now();
         let mut comments = comments(&self.raster, args);
         comments.extend(extended.map(Extended::comment));
         let sink = PlySink::new(staged, &comments);
         let summary = mesh.write_if(Box::new(sink), self.control, &|| {
-            watch.check()?;
+            watches.iter().try_for_each(Watch::check)?;
             kept.map_or(Ok(()), Kept::committing)
         })?;
         let seconds = Seconds {
@@ -273,10 +334,14 @@ impl Job<'_> {
             write: triangulated.elapsed().as_secs_f64(),
             threads: mesh.times(),
         };
-        let report = Report::new(&field, &self.params, self.plan, &args.output, &summary, seconds, mesh.spool_bytes());
+        let report = Report::new(&field, &self.params, self.plan, &args.output, &summary, seconds, &mesh);
         let report = match extended {
             Some(extended) => report.channels(extended.report(&summary.errors)),
             None => report,
+        };
+        let report = match (&args.points, &self.points) {
+            (Some(file), Some(points)) => report.points(file, points),
+            _ => report,
         };
         Ok(if kept.is_some() { report.tiles_found(mesh.tiles_found()) } else { report })
     }
@@ -302,11 +367,14 @@ impl Job<'_> {
 
 /// What the file says of itself. Nothing here depends on the machine or the time.
 fn comments(raster: &Raster, args: &SimplifyArgs) -> Vec<String> {
-    let source = args.input.file_name().map(Path::new).unwrap_or(&args.input);
-    vec![
+    let name = |path: &Path| path.file_name().map_or(path, Path::new).display().to_string();
+    let mut comments = vec![
         format!("made by terrabite {}", env!("CARGO_PKG_VERSION")),
-        format!("source {}", source.display()),
-        format!("max_error {}", args.max_error),
+        format!("source {}", name(&args.input)),
         format!("crs {}", raster.crs_name()),
-    ]
+    ];
+    comments.extend(args.goal.comments());
+    comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));
+    comments.extend(args.points.iter().map(|points| format!("points {}", name(points))));
+    comments
 }

@@ -59,7 +59,7 @@ impl Extended {
     }
 
     pub(super) fn report(&self, errors: &ErrorStats) -> ChannelReport {
-        let WeightedStats { max, worst: (column, row) } = errors.weighted.unwrap_or_default();
+        let WeightedStats { max, worst: (column, row) } = errors.extended.unwrap_or_default();
         ChannelReport {
             bands: self.options.bands.clone(),
             attributes: self.channels.clone(),

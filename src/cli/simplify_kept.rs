@@ -5,7 +5,7 @@ use std::path::Path;
 use super::simplify::SimplifyArgs;
 use super::{Failure, print};
 use crate::field::FieldError;
-use crate::raster::{Raster, RasterError, Watch, identity};
+use crate::raster::{Files, Raster, RasterError, Watch, identity};
 use crate::simplify::Error;
 use crate::spool::{Spool, SpoolError};
 use crate::staged::{OutputError, StagedFile};
@@ -16,14 +16,18 @@ use crate::work_dir::{Job, WorkDir, WorkDirError};
 pub(super) struct Kept(WorkDir);
 
 impl Kept {
-    /// The work dir of a job with these parameters, by name.
+    /// The work dir of a job with these parameters, by name. `watches` look at the raster, and at the importance raster
+    /// where there is one.
     pub(super) fn open(
         dir: &Path,
         raster: &Raster,
-        watch: &Watch,
+        importance: Option<&Raster>,
+        watches: &[Watch],
         parameters: Vec<(&'static str, String)>,
     ) -> Result<Kept, Failure> {
-        let job = Job { parameters, raster: identity(raster)?, files: watch.files().clone() };
+        let importance = importance.map(identity).transpose()?.unwrap_or_default();
+        let files = watches.iter().map(Watch::files).fold(Files::none(), Files::and);
+        let job = Job { parameters, raster: identity(raster)?, importance, files };
         Ok(Kept(WorkDir::open(dir, &job)?))
     }
 
@@ -31,7 +35,7 @@ impl Kept {
     /// to tell, may be replaced.
     pub(super) fn stage(&self, args: &SimplifyArgs) -> Result<StagedFile, OutputError> {
         let overwrite = args.overwrite || self.0.has_committed(&args.output);
-        StagedFile::create_announced(&args.output, overwrite, &[&args.input], &|partial| self.0.staging(partial))
+        StagedFile::create_announced(&args.output, overwrite, &args.inputs(), &|partial| self.0.staging(partial))
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -67,9 +71,12 @@ impl Kept {
                 Some(format!("the finished tiles in {dir} are of the old one: delete it, or restore the raster"))
             }
             // No run of this command can succeed.
-            Error::Field(FieldError::Nodata { .. } | FieldError::NotAHeight { .. } | FieldError::Inexact { .. }) => {
-                None
-            }
+            Error::Field(
+                FieldError::Nodata { .. }
+                | FieldError::NotAHeight { .. }
+                | FieldError::NotAWeight { .. }
+                | FieldError::Inexact { .. },
+            ) => None,
             _ => Some(format!("finished tiles are kept in {dir}: the same command continues")),
         };
         let failure = Failure::from(error);

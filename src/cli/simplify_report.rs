@@ -3,11 +3,13 @@ use std::path::Path;
 use indicatif::BinaryBytes;
 use serde::Serialize;
 
+use super::goal::GoalReport;
 use super::simplify_channels::ChannelReport;
 use crate::field::{Access, Field};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
-use crate::simplify::{Params, Plan, Summary, TileTimes};
+use crate::raster::{PointCounts, Points};
+use crate::simplify::{EngineChoice, Mesh, Params, Plan, Summary, TileTimes};
 use crate::triangulate::Feasibility;
 
 /// What `simplify` tells in the end.
@@ -16,11 +18,17 @@ pub(super) struct Report {
     input: String,
     output: String,
     access: Access,
+    /// Null where errors are not weighted.
+    importance: Option<ImportanceReport>,
     samples: u64,
     triangles: u64,
     vertices: u64,
     samples_per_triangle: f64,
-    tolerance: f64,
+    /// Null where only a budget was given.
+    tolerance: Option<f64>,
+    /// Null where the tolerance is all that was asked for.
+    goal: Option<GoalReport>,
+    engine: EngineChoice,
     feasibility: Feasibility,
     relaxed_triangles: u64,
     tile_cells: usize,
@@ -34,7 +42,27 @@ pub(super) struct Report {
     temporary_bytes: u64,
     /// Tiles that an earlier run had left in the work dir; null where there is none.
     tiles_found: Option<u64>,
+    /// What became of the points; null where there are none.
+    points: Option<PointsReport>,
     plan: Plan,
+}
+
+/// The weights, and what they made of the errors.
+#[derive(Debug, Clone, Serialize)]
+struct ImportanceReport {
+    file: String,
+    access: Access,
+    /// The largest error × weight.
+    weighted_max: f64,
+}
+
+/// Points that were asked to be vertices.
+#[derive(Debug, Clone, Serialize)]
+struct PointsReport {
+    file: String,
+    layer: String,
+    #[serde(flatten)]
+    counts: PointCounts,
 }
 
 /// What a run will need, before it begins.
@@ -61,7 +89,8 @@ impl Needs {
     }
 }
 
-/// Vertical distances between mesh and samples, over all samples.
+/// Vertical distances between mesh and samples, over all samples. The shares are those of distance × weight where there
+/// are weights.
 #[derive(Debug, Clone, Serialize)]
 struct ErrorReport {
     max: f64,
@@ -94,27 +123,29 @@ impl Report {
         output: &Path,
         summary: &Summary,
         seconds: Seconds,
-        spool_bytes: u64,
+        mesh: &Mesh,
     ) -> Report {
-        let decoded_bytes = |field: &Field| match field.access() {
-            Access::Decoded { bytes, .. } => *bytes,
-            Access::InPlace | Access::Windows { .. } | Access::Memory => 0,
-        };
-        let decoded_bytes: u64 = field.each().map(decoded_bytes).sum();
         let errors = &summary.errors;
         let (column, row) = errors.worst;
         let steps = i64::from(STEPS);
         let (x, y) = field.geo_transform().apply(column as i64 * steps, row as i64 * steps);
-        let percentile = |share| errors.percentile(share, params.max_error);
+        let percentile = |share| errors.percentile(share, mesh.error_scale());
         Report {
             input: field.name().display().to_string(),
             output: output.display().to_string(),
             access: field.access().clone(),
+            importance: field.importance().map(|weights| ImportanceReport {
+                file: weights.name().display().to_string(),
+                access: weights.access().clone(),
+                weighted_max: errors.weighted_max,
+            }),
             samples: errors.samples,
             triangles: summary.triangles,
             vertices: summary.vertices,
             samples_per_triangle: errors.samples as f64 / summary.triangles as f64,
-            tolerance: params.max_error,
+            tolerance: params.max_error.is_finite().then_some(params.max_error),
+            goal: mesh.outcome().map(|outcome| GoalReport::new(params.goal, params.max_error.is_finite(), outcome)),
+            engine: params.engine,
             feasibility: params.feasibility,
             relaxed_triangles: summary.relaxed,
             tile_cells: params.tile,
@@ -133,8 +164,9 @@ impl Report {
             samples_per_second: errors.samples as f64 / seconds.total,
             seconds,
             peak_memory_bytes: peak_memory(),
-            temporary_bytes: decoded_bytes + spool_bytes,
+            temporary_bytes: field.decoded_bytes() + mesh.spool_bytes(),
             tiles_found: None,
+            points: None,
             plan,
         }
     }
@@ -149,6 +181,12 @@ impl Report {
         Report { tiles_found: Some(tiles), ..self }
     }
 
+    /// Of a run with points, read from this file.
+    pub(super) fn points(self, file: &Path, points: &Points) -> Report {
+        let (file, layer) = (file.display().to_string(), points.layer.clone());
+        Report { points: Some(PointsReport { file, layer, counts: points.counts }), ..self }
+    }
+
     /// The report as names and values.
     pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
         let Seconds { total, open, tiles, write, threads: t } = self.seconds;
@@ -157,18 +195,30 @@ impl Report {
             ("samples", format!("{}, {}", grouped(self.samples), access(&self.access))),
             ("triangles", format!("{}, {:.1} samples each", grouped(self.triangles), self.samples_per_triangle)),
             ("vertices", grouped(self.vertices)),
-            (
-                "max error",
-                format!(
-                    "{} of {} allowed, at column {}, row {} ({}, {})",
-                    e.max, self.tolerance, e.column, e.row, e.x, e.y
-                ),
-            ),
-            ("errors", format!("RMS {:.4}; 50 % up to {:.4}, 95 % {:.4}, 99 % {:.4}", e.rms, e.p50, e.p95, e.p99)),
         ];
+        let place = format!("at column {}, row {} ({}, {})", e.column, e.row, e.x, e.y);
+        let shares = format!("50 % up to {:.4}, 95 % {:.4}, 99 % {:.4}", e.p50, e.p95, e.p99);
+        match &self.importance {
+            None => lines.extend([
+                ("max error", format!("{}{}, {place}", e.max, self.allowed())),
+                ("errors", format!("RMS {:.4}; {shares}", e.rms)),
+            ]),
+            Some(weights) => lines.extend([
+                ("importance", format!("{}, {}", weights.file, access(&weights.access))),
+                ("weighted", format!("error × weight up to {}{}; {shares}", weights.weighted_max, self.allowed())),
+                ("max error", format!("{}, {place}", e.max)),
+                ("errors", format!("RMS {:.4}", e.rms)),
+            ]),
+        }
         lines.extend(self.channels.iter().flat_map(ChannelReport::lines));
+        if let Some(goal) = &self.goal {
+            lines.push(("goal", goal.line(self.vertices, self.triangles)));
+        }
         if self.feasibility == Feasibility::Strong {
             lines.push(("relaxed", format!("{} triangles are weakly feasible only", grouped(self.relaxed_triangles))));
+        }
+        if let Some(points) = &self.points {
+            lines.push(("points", points.line()));
         }
         if let Some(tiles @ 1..) = self.tiles_found {
             lines.push(("continued", format!("{} tiles were in the work dir", grouped(tiles))));
@@ -184,8 +234,8 @@ impl Report {
             (
                 "threads",
                 format!(
-                    "load {:.2} s, seams {:.2} s, cuts {:.2} s, measure {:.2} s, spool {:.2} s",
-                    t.load, t.seams, t.cuts, t.measure, t.spool
+                    "load {:.2} s, seams {:.2} s, engine {:.2} s, measure {:.2} s, spool {:.2} s",
+                    t.load, t.seams, t.engine, t.measure, t.spool
                 ),
             ),
             ("memory", self.memory()),
@@ -195,7 +245,27 @@ impl Report {
     }
 }
 
+impl PointsReport {
+    fn line(&self) -> String {
+        let PointCounts { read, used, merged, outside } = self.counts;
+        let [read, used, merged, outside] = [read, used, merged, outside].map(grouped);
+        format!(
+            "{used} vertices from {read} points of layer {}; {merged} at a place taken, {outside} outside",
+            self.layer
+        )
+    }
+}
+
 impl Report {
+    /// Whether a quality was asked for that a budget did not allow.
+    pub(super) fn fell_short(&self) -> bool {
+        self.goal.as_ref().is_some_and(GoalReport::fell_short)
+    }
+
+    fn allowed(&self) -> String {
+        self.tolerance.map_or(String::new(), |tolerance| format!(" of {tolerance} allowed"))
+    }
+
     fn memory(&self) -> String {
         let peak = self.peak_memory_bytes.map_or("unknown".to_string(), |b| BinaryBytes(b).to_string());
         let threads =

@@ -37,11 +37,22 @@ pub(crate) fn bands(text: &str) -> Result<Bands, String> {
     parse().ok_or_else(|| "expected bands counted from 1, none of them twice, such as 2,3,4".to_string())
 }
 
-/// A share from 0 to 1.
-pub(crate) fn emphasis(text: &str) -> Result<f64, String> {
+/// A number of vertices or triangles.
+pub(crate) fn count(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "expected a whole number".to_string())
+}
+
+/// A share, from 0 to 1.
+pub(crate) fn share(text: &str) -> Result<f64, String> {
     let share = text.parse::<f64>().ok().filter(|s| (0.0..=1.0).contains(s));
     // A negative zero is zero.
     share.map(f64::abs).ok_or_else(|| "expected a number from 0 to 1, such as 0.5".to_string())
+}
+
+/// A standard deviation in cells, above 0 and at most 64: so far the smoothing looks.
+pub(crate) fn smoothing(text: &str) -> Result<f64, String> {
+    let cells = text.parse().ok().filter(|&s: &f64| s > 0.0 && s <= 64.0);
+    cells.ok_or_else(|| "expected a number of cells above 0, at most 64".to_string())
 }
 
 /// `WIDTHxHEIGHT`, both at least 1.
@@ -122,14 +133,14 @@ mod tests {
     }
 
     #[test]
-    fn bands_and_emphasis() {
+    fn bands_and_shares() {
         assert_eq!(bands("2, 3,1"), Ok(Bands(vec![2, 3, 1])));
         for wrong in ["", "0", "1,0", "1,1", "2-4", "1;2", "-1", "1,"] {
             assert!(bands(wrong).is_err(), "{wrong}");
         }
-        assert_eq!((emphasis("0.25"), emphasis("1")), (Ok(0.25), Ok(1.0)));
+        assert_eq!((share("0.25"), share("1")), (Ok(0.25), Ok(1.0)));
         for wrong in ["-0.1", "1.001", "nan", "half", ""] {
-            assert!(emphasis(wrong).is_err(), "{wrong}");
+            assert!(share(wrong).is_err(), "{wrong}");
         }
     }
 

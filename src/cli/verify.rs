@@ -2,6 +2,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::channels::ChannelArgs;
+use super::importance::ImportanceArgs;
 use super::progress::Bars;
 use super::{Failure, GDAL_CACHE, print, values};
 use crate::field::ChannelOptions;
@@ -25,6 +26,8 @@ pub(crate) struct VerifyArgs {
     band: usize,
     #[command(flatten)]
     channels: ChannelArgs,
+    #[command(flatten)]
+    importance: ImportanceArgs,
     /// Where temporary files go (about 200 bytes per triangle)
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
@@ -48,7 +51,9 @@ struct Report<'a> {
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     bound_gdal_cache(GDAL_CACHE);
     let (raster, channels) = args.channels.open(&args.raster, args.band)?;
-    let options = VerifyOptions { max_error: args.max_error, temp_dir: args.temp_dir.clone() };
+    let importance = args.importance.open(&raster)?;
+    let options =
+        VerifyOptions { max_error: args.max_error, importance: importance.as_ref(), temp_dir: args.temp_dir.clone() };
     let bars = Bars::new(args.quiet);
     let verdict = match channels {
         None => verify(&raster, &args.mesh, &options, &bars.control())?,

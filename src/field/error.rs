@@ -81,6 +81,22 @@ pub enum FieldError {
         /// The height found.
         found: f64,
     },
+    /// A sample of an importance raster is missing, no number, negative, or beyond 10³⁰.
+    #[error(
+        "{}: expected a weight from 0 to 1e30 everywhere, found {found} at column {column}, row {row}; an importance \
+         raster has no missing samples: gdal_calc.py, or gdal_fillnodata, can give them a weight",
+        path.display()
+    )]
+    NotAWeight {
+        /// The importance raster.
+        path: PathBuf,
+        /// The sample's column.
+        column: usize,
+        /// The sample's row.
+        row: usize,
+        /// What is there.
+        found: String,
+    },
     /// A 64-bit integer that no double equals.
     #[error(
         "{}: expected integers that a double holds exactly (up to 2^53), found {found} at column {column}, row {row}",
@@ -96,6 +112,16 @@ pub enum FieldError {
         /// The stored integer.
         found: i128,
     },
+    /// The weights are not as many as the heights.
+    #[error("{}: expected {} × {} weights, one for every sample, found {} × {}", path.display(), expected.0, expected.1, found.0, found.1)]
+    OtherSize {
+        /// The importance raster.
+        path: PathBuf,
+        /// Samples of the heights, across and down.
+        expected: (usize, usize),
+        /// Of the weights.
+        found: (usize, usize),
+    },
     /// An array's length is not width × height, or a side is shorter than 2.
     #[error("expected width × height = {width} × {height} heights, each side at least 2, found {found}")]
     Shape {
@@ -106,4 +132,19 @@ pub enum FieldError {
         /// How many there are.
         found: usize,
     },
+}
+
+impl FieldError {
+    /// What is wrong with a sample, of a raster of weights.
+    pub(super) fn about_a_weight(self) -> FieldError {
+        match self {
+            FieldError::Nodata { path, column, row, found } => {
+                FieldError::NotAWeight { path, column, row, found: format!("a nodata sample ({found})") }
+            }
+            FieldError::NotAHeight { path, column, row, found } => {
+                FieldError::NotAWeight { path, column, row, found: found.to_string() }
+            }
+            other => other,
+        }
+    }
 }

@@ -1,15 +1,18 @@
 //! From stored samples to the heights of a tile.
 
 use super::stored::{Height, Stored};
+use super::tile::padded;
 use super::{Field, FieldError, Tile};
+use crate::exact::MAX_WEIGHT;
 use crate::raster::{Window, with_sample_type};
 
 impl Field {
-    /// Copies a window into `tile` as heights, and beside them the channels' values, reusing its memory.
+    /// Copies a window into `tile` as heights, with weights where the field has them, and beside them the channels'
+    /// values, reusing its memory.
     ///
     /// # Errors
-    /// [`FieldError::Nodata`], [`FieldError::NotAHeight`], [`FieldError::Inexact`], each naming such a sample of the
-    /// window; [`FieldError::Raster`] where windows are read from the raster itself.
+    /// [`FieldError::Nodata`], [`FieldError::NotAHeight`], [`FieldError::NotAWeight`], [`FieldError::Inexact`], each
+    /// naming such a sample of the window; [`FieldError::Raster`] where windows are read from the raster itself.
     ///
     /// # Panics
     /// If the window is not inside the field.
@@ -18,7 +21,11 @@ impl Field {
         assert!(inside, "{window:?} of a field of {} × {}", self.width, self.height);
         tile.width = window.width;
         tile.height = window.height;
-        let Tile { heights, stored, channels, .. } = tile;
+        let Tile { heights, weights, channels, stored, .. } = tile;
+        match &self.importance {
+            Some(importance) => importance.load_weights(window, stored, padded(weights, window.len()))?,
+            None => weights.clear(),
+        }
         if self.fits_f32() {
             let heights = heights.as_f32(window.len());
             with_sample_type!(self.sample_type, T => self.copy::<T, f32>(window, stored, heights))?;
@@ -35,7 +42,20 @@ impl Field {
 
     /// Whether tiles of this field hold their heights in single precision.
     pub fn fits_f32(&self) -> bool {
-        self.sample_type.fits_f32() && self.scaling.is_none()
+        self.importance.is_none() && self.sample_type.fits_f32() && self.scaling.is_none()
+    }
+
+    /// Copies a window of an importance raster as weights.
+    fn load_weights(&self, window: Window, stored: &mut Vec<u64>, out: &mut [f64]) -> Result<(), FieldError> {
+        with_sample_type!(self.sample_type, T => self.copy::<T, f64>(window, stored, out))
+            .map_err(FieldError::about_a_weight)?;
+        let Some(index) = out.iter().position(|weight| !(0.0..=MAX_WEIGHT).contains(weight)) else { return Ok(()) };
+        Err(FieldError::NotAWeight {
+            path: self.name.clone(),
+            column: window.column + index % window.width,
+            row: window.row + index / window.width,
+            found: out[index].to_string(),
+        })
     }
 
     pub(super) fn copy<T: Stored, H: Height>(

@@ -5,9 +5,12 @@
 //! parallel, into an unlinked temporary file of square blocks, which is then mapped. This is the only module that maps
 //! files, and `map.rs` holds the crate's only `unsafe`.
 //!
+//! A second raster may come with the first, an importance raster: the weights of errors at the same samples. It is a
+//! field of its own, read in the same ways, and its numbers become the weights of a [`Tile`].
+//!
 //! Copying out ([`Field::load`]) is the one place that knows stored types, byte order, scale and offset, and which
-//! stored values are no heights. Behind it there are only heights, and beside them the values of channels, which are
-//! fields of their own (`channels`).
+//! stored values are no heights, or no weights. Behind it there are only heights and weights, and beside them the values
+//! of channels, which are fields of their own (`channels`).
 
 mod channels;
 mod decode;

@@ -22,6 +22,8 @@ pub struct Field {
     pub(super) source: Source,
     pub(super) access: Access,
     pub(super) channels: Option<Channels>,
+    /// Weights of errors, a field of the same size.
+    pub(super) importance: Option<Box<Field>>,
 }
 
 /// How a field came to be readable.
@@ -122,7 +124,41 @@ impl Field {
             source,
             access,
             channels: None,
+            importance: None,
         })
+    }
+
+    /// The same, with the weights of errors from an importance raster, where there is one, read in the same ways.
+    ///
+    /// # Errors
+    /// [`FieldError`]; [`crate::raster::RasterError::OtherGrid`] where `importance` does not lie on the samples of `raster`.
+    pub fn open_with_importance(
+        raster: &Raster,
+        importance: Option<&Raster>,
+        options: &FieldOptions,
+        control: &Control<'_>,
+    ) -> Result<Field, FieldError> {
+        let Some(importance) = importance else { return Field::open(raster, options, control) };
+        raster.same_grid(importance)?;
+        let weights = Field::open(importance, options, control).map_err(FieldError::about_a_weight)?;
+        Field::open(raster, options, control)?.with_importance(weights)
+    }
+
+    /// The same field with weights: errors at a sample count as many times as `weights` says there. A weight of 0 lets
+    /// the sample go free; what is no weight is refused when it is loaded.
+    ///
+    /// # Errors
+    /// [`FieldError::OtherSize`].
+    ///
+    /// # Panics
+    /// If the field has channels: their error has no weights.
+    pub fn with_importance(self, weights: Field) -> Result<Field, FieldError> {
+        assert!(self.channels.is_none(), "weights beside channels");
+        let (expected, found) = ((self.width, self.height), (weights.width, weights.height));
+        if expected != found {
+            return Err(FieldError::OtherSize { path: weights.name, expected, found });
+        }
+        Ok(Field { importance: Some(Box::new(weights)), ..self })
     }
 
     /// A field over `width` × `height` heights in memory, row by row, with the default geotransform.
@@ -156,6 +192,7 @@ impl Field {
             source: Source::Blocks(store),
             access: Access::Memory,
             channels: None,
+            importance: None,
         })
     }
 
@@ -182,6 +219,20 @@ impl Field {
     /// How the samples are reached.
     pub fn access(&self) -> &Access {
         &self.access
+    }
+
+    /// The field of weights, where it has one.
+    pub fn importance(&self) -> Option<&Field> {
+        self.importance.as_deref()
+    }
+
+    /// The bytes of its temporary files, those of its weights and channels among them.
+    pub fn decoded_bytes(&self) -> u64 {
+        let bytes = |field: &Field| match field.access {
+            Access::Decoded { bytes, .. } => bytes,
+            Access::InPlace | Access::Windows { .. } | Access::Memory => 0,
+        };
+        self.each().chain(self.importance()).map(bytes).sum()
     }
 
     /// What messages call it: the raster's path.

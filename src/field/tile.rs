@@ -1,12 +1,17 @@
 use std::sync::Arc;
 
 use crate::channels::ChannelError;
+use crate::exact::{self, MAX_WEIGHT};
 use crate::lattice::Point;
 use crate::mesh::Vertex;
 
 /// The samples of one tile, copied out of the field: what every engine works on.
 ///
 /// Row-major, `width` × `height` samples, every one a finite height. The memory is reused from tile to tile.
+///
+/// Where an importance raster says how much errors weigh, a tile has a weight for every sample, and holds its heights in
+/// double precision whatever their type: kernels then have one precision for heights, weights and limits, and those for
+/// single precision need not know of weights.
 #[derive(Debug, Clone, Default)]
 pub struct Tile {
     pub(crate) width: usize,
@@ -17,6 +22,8 @@ pub struct Tile {
     pub(crate) channels: Vec<Vec<f64>>,
     /// What an error in the channels counts; `None` where there are none.
     pub(crate) channel_error: Option<Arc<ChannelError>>,
+    /// What errors weigh: empty where all weigh 1; else as long as the heights, which are double then.
+    pub(crate) weights: Vec<f64>,
     /// Scratch memory for samples as they are stored.
     pub(super) stored: Vec<u64>,
 }
@@ -61,14 +68,17 @@ impl Heights {
             *self = Heights::F64(Vec::new());
         }
         match self {
-            Heights::F64(v) => {
-                v.resize(len + PADDING, 0.0);
-                v[len..].fill(0.0);
-                &mut v[..len]
-            }
+            Heights::F64(v) => padded(v, len),
             Heights::F32(_) => unreachable!("made double above"),
         }
     }
+}
+
+/// Room for `len` numbers and the padding behind them.
+pub(super) fn padded(v: &mut Vec<f64>, len: usize) -> &mut [f64] {
+    v.resize(len + PADDING, 0.0);
+    v[len..].fill(0.0);
+    &mut v[..len]
 }
 
 impl Tile {
@@ -92,11 +102,30 @@ impl Tile {
     /// The same tile with channels, each row by row.
     ///
     /// # Panics
-    /// If a channel is not as long as the tile has samples, or there are more or fewer than the error is for.
+    /// If a channel is not as long as the tile has samples, there are more or fewer than the error is for, or the tile
+    /// has weights.
     pub fn with_channels(self, channels: Vec<Vec<f64>>, error: ChannelError) -> Tile {
         assert!(channels.iter().all(|c| c.len() == self.width * self.height), "lengths of channels");
         assert_eq!(channels.len(), error.scales().len(), "channels of the error");
+        assert!(!self.is_weighted(), "channels beside weights");
         Tile { channels, channel_error: Some(Arc::new(error)), ..self }
+    }
+
+    /// The same tile with a weight for the error at every sample, row by row, from 0 to [`MAX_WEIGHT`].
+    ///
+    /// # Panics
+    /// If `weights` is not `width` × `height` long, one is out of range, or the tile has channels.
+    pub fn with_weights(self, mut weights: Vec<f64>) -> Tile {
+        assert_eq!(weights.len(), self.width * self.height, "weights of {} × {} samples", self.width, self.height);
+        assert!(self.channels.is_empty(), "weights beside channels");
+        let wrong = weights.iter().find(|w| !(0.0..=MAX_WEIGHT).contains(*w));
+        assert!(wrong.is_none(), "a weight of {wrong:?}");
+        weights.resize(weights.len() + PADDING, 0.0);
+        let heights = match self.heights {
+            Heights::F32(single) => Heights::F64(single.into_iter().map(f64::from).collect()),
+            double @ Heights::F64(_) => double,
+        };
+        Tile { heights, weights, ..self }
     }
 
     /// Samples across.
@@ -137,7 +166,26 @@ impl Tile {
         self.channel_at(channel, column, row)
     }
 
-    /// A checksum of the heights and the channels, bit for bit: equal tiles have equal ones on every machine of one byte
+    /// Whether errors weigh differently from sample to sample.
+    pub fn is_weighted(&self) -> bool {
+        !self.weights.is_empty()
+    }
+
+    /// What an error at one sample weighs.
+    #[inline]
+    pub fn weight(&self, column: usize, row: usize) -> f64 {
+        debug_assert!(column < self.width && row < self.height, "sample {column}, {row}");
+        if self.weights.is_empty() { 1.0 } else { self.weights[row * self.width + column] }
+    }
+
+    /// The largest error allowed at one sample, where error × weight is to be within `tolerance`: see [`exact::limit`].
+    /// Without weights it is the tolerance as it is.
+    #[inline]
+    pub fn limit(&self, column: usize, row: usize, tolerance: f64) -> f64 {
+        if self.weights.is_empty() { tolerance } else { exact::limit(self.weight(column, row), tolerance) }
+    }
+
+    /// A checksum of heights, weights and channels, bit for bit: equal tiles have equal ones on every machine of one byte
     /// order.
     pub fn checksum(&self) -> u32 {
         let len = self.width * self.height;
@@ -147,6 +195,9 @@ impl Tile {
             Heights::F64(v) => hasher.update(bytemuck::cast_slice(&v[..len])),
         }
         self.channels.iter().for_each(|values| hasher.update(bytemuck::cast_slice(values)));
+        if self.is_weighted() {
+            hasher.update(bytemuck::cast_slice(&self.weights[..len]));
+        }
         hasher.finalize()
     }
 

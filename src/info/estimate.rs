@@ -18,7 +18,7 @@ const OUTPUT_BYTES_PER_TRIANGLE: f64 = 25.0;
 /// The disk that a run of `simplify` will need, in bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
-    /// Temporary disk for the decoded height field, exactly; 0 where nothing is decoded beforehand.
+    /// Temporary disk for decoded samples and weights, exactly; 0 where nothing is decoded beforehand.
     pub field_bytes: u64,
     /// Temporary disk for finished tiles, at `samples_per_triangle`.
     pub spool_bytes: u64,
@@ -36,7 +36,7 @@ impl Estimate {
     pub fn with_channels(self, channels: &[Raster], planar: bool) -> Estimate {
         let field_bytes = if planar { 0 } else { self.field_bytes };
         channels.iter().fold(Estimate { field_bytes, ..self }, |sum, band| {
-            let of_band = estimate(band, self.samples_per_triangle);
+            let of_band = estimate(band, None, self.samples_per_triangle);
             let triangles = band.width() as f64 * band.height() as f64 / self.samples_per_triangle;
             let values = (triangles * CHANNEL_BYTES_PER_TRIANGLE) as u64;
             Estimate {
@@ -49,15 +49,19 @@ impl Estimate {
     }
 }
 
-/// Estimates a run over a raster that will have so many samples per triangle.
-pub fn estimate(raster: &Raster, samples_per_triangle: f64) -> Estimate {
+/// Estimates a run over a raster, and its importance raster where it has one, that will have so many samples per triangle.
+pub fn estimate(raster: &Raster, importance: Option<&Raster>, samples_per_triangle: f64) -> Estimate {
     let samples = raster.width() as f64 * raster.height() as f64;
     let triangles = samples / samples_per_triangle;
-    let in_use_as_it_is = suits_windows(raster) || plain_layout(raster).is_ok();
     Estimate {
-        field_bytes: if in_use_as_it_is { 0 } else { decoded_bytes(raster) },
+        field_bytes: field_bytes(raster) + importance.map_or(0, field_bytes),
         spool_bytes: (triangles * SPOOL_BYTES_PER_TRIANGLE) as u64,
         output_bytes: (triangles * OUTPUT_BYTES_PER_TRIANGLE) as u64,
         samples_per_triangle,
     }
+}
+
+fn field_bytes(raster: &Raster) -> u64 {
+    let in_use_as_it_is = suits_windows(raster) || plain_layout(raster).is_ok();
+    if in_use_as_it_is { 0 } else { decoded_bytes(raster) }
 }

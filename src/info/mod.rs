@@ -12,7 +12,7 @@ pub use estimate::{DENSEST, Estimate, SAMPLES_PER_TRIANGLE, estimate};
 
 use crate::field::suits_windows;
 use crate::raster::{Nodata, Raster, RasterError, plain_layout};
-use crate::simplify::{DEFAULT_TILE, Plan, default_budget};
+use crate::simplify::{DEFAULT_TILE, Load, Plan, default_budget};
 use crate::tiling::TileGrid;
 
 /// A raster's description.
@@ -93,8 +93,8 @@ impl Info {
             mapped_in_place,
             not_in_place_because,
             read_by_windows: !mapped_in_place && suits_windows(raster),
-            estimate: estimate(raster, SAMPLES_PER_TRIANGLE),
-            memory: Plan::new(default_budget(), raster, grid, threads).ok(),
+            estimate: estimate(raster, None, SAMPLES_PER_TRIANGLE),
+            memory: Plan::new(default_budget(), &Load::of(raster, grid), threads).ok(),
         })
     }
 }

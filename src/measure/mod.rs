@@ -8,6 +8,9 @@ mod weighted;
 
 pub use weighted::WeightedStats;
 
+use std::ops::RangeInclusive;
+
+use crate::exact::MAX_TOLERANCE;
 use crate::field::{Heights, Tile};
 use crate::lattice::Point;
 use crate::mesh::{TileMesh, Vertex};
@@ -23,20 +26,24 @@ pub struct ErrorStats {
     pub samples: u64,
     /// The largest error.
     pub max: f64,
+    /// The largest error × weight; where errors are not weighted, the largest error.
+    pub weighted_max: f64,
     /// Column and row of a sample that has it: the first, in the order of measuring.
     pub worst: (u64, u64),
     /// Sum of the squares of all errors.
     pub squares: f64,
-    /// How many samples have an error in each [`BINS`]-th of the tolerance; errors of 0 and 1/256 ε in the first.
+    /// How many samples have an error (× weight) in each [`BINS`]-th of the tolerance; errors of 0 and 1/256 ε in the
+    /// first.
     pub histogram: Box<[u64; BINS]>,
     /// The largest weighted error, where there are channels.
-    pub weighted: Option<WeightedStats>,
+    pub extended: Option<WeightedStats>,
 }
 
 impl Default for ErrorStats {
     fn default() -> Self {
+        let (max, worst, squares) = (0.0, (0, 0), 0.0);
         let histogram = Box::new([0; BINS]);
-        ErrorStats { samples: 0, max: 0.0, worst: (0, 0), squares: 0.0, histogram, weighted: None }
+        ErrorStats { samples: 0, max, weighted_max: max, worst, squares, histogram, extended: None }
     }
 }
 
@@ -46,10 +53,11 @@ impl ErrorStats {
         if other.max > self.max || self.samples == 0 {
             (self.max, self.worst) = (other.max, other.worst);
         }
-        if let Some(weighted) = other.weighted
-            && self.weighted.is_none_or(|w| weighted.max > w.max)
+        self.weighted_max = self.weighted_max.max(other.weighted_max);
+        if let Some(extended) = other.extended
+            && self.extended.is_none_or(|w| extended.max > w.max)
         {
-            self.weighted = Some(weighted);
+            self.extended = Some(extended);
         }
         self.samples += other.samples;
         self.squares += other.squares;
@@ -63,18 +71,34 @@ impl ErrorStats {
         if self.samples == 0 { 0.0 } else { (self.squares / self.samples as f64).sqrt() }
     }
 
-    /// The error that a share of the samples does not exceed, to 1/256 of the tolerance, rounded up but never above
-    /// the maximum.
+    /// The error (× weight) that a share of the samples does not exceed, to 1/256 of the tolerance, rounded up but never
+    /// above the maximum.
     pub fn percentile(&self, share: f64, tolerance: f64) -> f64 {
         let wanted = (share * self.samples as f64).ceil() as u64;
         let mut seen = 0;
         for (bin, count) in self.histogram.iter().enumerate() {
             seen += count;
-            if seen >= wanted {
-                return (tolerance * (bin + 1) as f64 / BINS as f64).min(self.max);
+            // Errors beyond what was expected are all in the last.
+            if seen >= wanted && bin + 1 < BINS {
+                return (tolerance * (bin + 1) as f64 / BINS as f64).min(self.weighted_max);
             }
         }
-        self.max
+        self.weighted_max
+    }
+}
+
+/// What is known of a mesh's errors before they are measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bound {
+    /// None exceeds this tolerance.
+    Within(f64),
+    /// Nothing; they are about so large.
+    Scale(f64),
+}
+
+impl From<f64> for Bound {
+    fn from(tolerance: f64) -> Self {
+        Bound::Within(tolerance)
     }
 }
 
@@ -82,36 +106,50 @@ impl ErrorStats {
 /// and `last_row` say that they are the raster's. `origin` is the place of the tile's first sample in the raster.
 ///
 /// # Panics
-/// If the triangles do not cover every sample the tile owns exactly once, or one is farther than the tolerance from its
-/// triangle, or its weighted error is larger: an engine is broken, and its mesh must not be written. With channels, if a
-/// vertex does not lie on a sample.
+/// If the triangles do not cover every sample the tile owns exactly once; or if, where a [`Bound::Within`] says so, one is
+/// farther than its limit (the tolerance, or [`Tile::limit`]) from its triangle, or its weighted error is larger: an engine
+/// is broken, and its mesh must not be written. With channels, if a vertex does not lie on a sample.
 pub fn measure(
     tile: &Tile,
     mesh: &TileMesh,
-    tolerance: f64,
+    bound: impl Into<Bound>,
     origin: (u64, u64),
     (last_column, last_row): (bool, bool),
 ) -> ErrorStats {
+    let (tolerance, scale) = match bound.into() {
+        Bound::Within(tolerance) => (tolerance, tolerance),
+        Bound::Scale(scale) => (MAX_TOLERANCE, scale),
+    };
     let owned = (tile.width - usize::from(!last_column), tile.height - usize::from(!last_row));
-    let bins_per_error = if tolerance > 0.0 { BINS as f64 / tolerance } else { 0.0 };
+    let bins_per_error = if scale > 0.0 { BINS as f64 / scale } else { 0.0 };
     let mut meter = Meter { tile, tolerance, bins_per_error, owned, stats: ErrorStats::default(), worst: (0, 0) };
     match &tile.heights {
         Heights::F32(heights) => mesh.triangles.iter().for_each(|&t| meter.triangle(heights, mesh.corners(t))),
+        Heights::F64(heights) if tile.is_weighted() => {
+            let samples = (heights.as_slice(), tile.weights.as_slice());
+            mesh.triangles.iter().for_each(|&t| meter.weighted_triangle(samples, mesh.corners(t)));
+        }
         Heights::F64(heights) => mesh.triangles.iter().for_each(|&t| meter.triangle(heights, mesh.corners(t))),
     }
     let mut stats = meter.stats;
     stats.worst = (origin.0 + meter.worst.0 as u64, origin.1 + meter.worst.1 as u64);
     assert_eq!(stats.samples, (owned.0 * owned.1) as u64, "samples covered of a tile at {origin:?}");
-    let (max, worst) = (stats.max, stats.worst);
-    assert!(max <= tolerance, "error {max} at sample {worst:?}, {tolerance} is allowed");
+    if !tile.is_weighted() {
+        stats.weighted_max = stats.max;
+        let (max, worst) = (stats.max, stats.worst);
+        assert!(max <= tolerance, "error {max} at sample {worst:?}, {tolerance} is allowed");
+    }
     if let Some(error) = &tile.channel_error {
         let found = weighted::measure_weighted(tile, error, mesh, origin, owned);
         let (max, worst) = (found.max, found.worst);
         assert!(max <= tolerance, "weighted error {max} at sample {worst:?}, {tolerance} is allowed");
-        stats.weighted = Some(found);
+        stats.extended = Some(found);
     }
     stats
 }
+
+/// Heights and weights of a tile.
+type Weighted<'a> = (&'a [f64], &'a [f64]);
 
 struct Meter<'a> {
     tile: &'a Tile,
@@ -123,10 +161,28 @@ struct Meter<'a> {
 }
 
 impl Meter<'_> {
-    fn triangle<H: Copy + Into<f64>>(&mut self, heights: &[H], [a, b, c]: [Vertex; 3]) {
+    fn triangle<H: Copy + Into<f64>>(&mut self, heights: &[H], corners: [Vertex; 3]) {
+        self.for_each_run(corners, |meter, run, at, start, plane| {
+            meter.run(&heights[run], start, plane.step(), at, plane);
+        });
+    }
+
+    fn weighted_triangle(&mut self, (heights, weights): Weighted<'_>, corners: [Vertex; 3]) {
+        self.for_each_run(corners, |meter, run, at, start, plane| {
+            meter.weighted_run(&heights[run.clone()], &weights[run], start, at, plane);
+        });
+    }
+
+    /// Visits the runs of samples that a triangle owns: their places in the tile, column and row of the first and the
+    /// surface there.
+    #[inline(always)]
+    fn for_each_run(
+        &mut self,
+        [a, b, c]: [Vertex; 3],
+        mut visit: impl FnMut(&mut Self, RangeInclusive<usize>, (usize, usize), f64, &Plane),
+    ) {
         let (spans, plane) = (Spans::new(a.at, b.at, c.at), Plane::new(a, b, c));
         let (right_rim, lower_rim) = (self.tile.width as i32 - 1, self.tile.height as i32 - 1);
-        let step = plane.step();
         for row in spans.rows() {
             let (first, last) = spans.own_columns(row, right_rim, lower_rim);
             let last = last.min(self.owned.0 as i32 - 1);
@@ -134,9 +190,9 @@ impl Meter<'_> {
                 continue;
             }
             let base = row as usize * self.tile.width;
-            let samples = &heights[base + first as usize..=base + last as usize];
             let start = plane.at(Point::of_sample(first, row));
-            self.run(samples, start, step, (first as usize, row as usize), &plane);
+            let run = base + first as usize..=base + last as usize;
+            visit(self, run, (first as usize, row as usize), start, &plane);
         }
     }
 
@@ -159,6 +215,45 @@ impl Meter<'_> {
             let errors = (0..).zip(samples).map(|(i, &sample)| error(i, sample));
             self.raise_max(errors, at, plane);
         }
+    }
+
+    /// The same where every sample has a weight.
+    fn weighted_run(
+        &mut self,
+        heights: &[f64],
+        weights: &[f64],
+        start: f64,
+        (column, row): (usize, usize),
+        plane: &Plane,
+    ) {
+        let (step, mut squares) = (plane.step(), 0.0);
+        for ((i, &height), &weight) in (0..).zip(heights).zip(weights) {
+            let mut error = (start + step * f64::from(i) - height).abs();
+            let mut weighted = error * weight;
+            if weighted > self.tolerance {
+                let place = (column + i as usize, row);
+                error = error.min(self.limit_kept(place, height, error, plane));
+                weighted = weighted.min(self.tolerance);
+            }
+            squares += error * error;
+            self.stats.histogram[((weighted * self.bins_per_error) as i32 as usize).min(BINS - 1)] += 1;
+            self.stats.weighted_max = self.stats.weighted_max.max(weighted);
+            if error > self.stats.max {
+                self.stats.max = error;
+                self.worst = (column + i as usize, row);
+            }
+        }
+        self.stats.squares += squares;
+        self.stats.samples += heights.len() as u64;
+    }
+
+    /// The limit of a sample whose error, as it is rounded, seems to exceed it.
+    #[cold]
+    fn limit_kept(&self, (column, row): (usize, usize), height: f64, error: f64, plane: &Plane) -> f64 {
+        let limit = self.tile.limit(column, row, self.tolerance);
+        let place = Point::of_sample(column as i32, row as i32);
+        assert!(plane.within(place, height, limit), "error {error} at {column}, {row} of the tile, {limit} is allowed");
+        limit
     }
 
     #[cold]
@@ -198,5 +293,17 @@ mod tests {
         assert_eq!(all.percentile(1.0, 4.0), 3.0);
         let owned = measure(&tile, &mesh, 4.0, (0, 0), (false, true));
         assert_eq!(owned.samples, 20);
+
+        assert_eq!(all.weighted_max, 3.0);
+        let mut weights = vec![1.0; 25];
+        let unit = measure(&tile.clone().with_weights(weights.clone()), &mesh, 4.0, (100, 200), (true, true));
+        assert_eq!(unit, all);
+        (weights[12], weights[13]) = (0.5, 2.0);
+        let weighted = measure(&tile.clone().with_weights(weights.clone()), &mesh, 2.0, (0, 0), (true, true));
+        assert_eq!((weighted.max, weighted.weighted_max, weighted.worst, weighted.squares), (3.0, 2.0, (2, 2), 10.0));
+        assert_eq!(weighted.percentile(1.0, 2.0), 2.0);
+        weights[12] = 0.7;
+        let broken = || measure(&tile.with_weights(weights), &mesh, 2.0, (0, 0), (true, true));
+        assert!(std::panic::catch_unwind(broken).is_err());
     }
 }

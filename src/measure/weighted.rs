@@ -71,7 +71,7 @@ mod tests {
     fn heights_and_channels_make_one_error() {
         let errors = measure(&tile(), &two_triangles(), 1.5, (100, 200), (true, true));
         assert_eq!(errors.max, 0.0);
-        let weighted = errors.weighted.expect("channels");
+        let weighted = errors.extended.expect("channels");
         // Half of (4 + 2)/2.
         assert!((weighted.max - 1.5).abs() < 1e-12 && weighted.worst == (102, 202), "{weighted:?}");
     }

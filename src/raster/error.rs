@@ -100,6 +100,20 @@ pub enum RasterError {
         /// What it is.
         found: String,
     },
+    /// Two rasters that are to have the same samples do not.
+    #[error("{}: expected the grid of {}, {what} {expected}, found {what} {found}", path.display(), of.display())]
+    OtherGrid {
+        /// The raster.
+        path: PathBuf,
+        /// The raster whose grid it is to have.
+        of: PathBuf,
+        /// What differs.
+        what: &'static str,
+        /// What it is to be.
+        expected: String,
+        /// What it is.
+        found: String,
+    },
     /// Anything else GDAL refuses to tell about the file.
     #[error("{}: {what}: {reason}", path.display())]
     Gdal {

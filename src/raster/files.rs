@@ -39,9 +39,21 @@ impl Files {
         Files { all: !files.is_empty() && raster.driver() == "GTiff", files }
     }
 
+    /// Of no raster at all: the beginning of [`Files::and`].
+    pub fn none() -> Files {
+        Files { all: true, files: Vec::new() }
+    }
+
     /// No file is known: nothing is the same for sure.
     pub fn unknown() -> Files {
         Files { all: false, files: Vec::new() }
+    }
+
+    /// These files and those of another raster.
+    pub fn and(mut self, other: &Files) -> Files {
+        self.all &= other.all;
+        self.files.extend_from_slice(&other.files);
+        self
     }
 
     /// Whether the samples are the same for sure: all files are known, and none differs in length or time. Names do not

@@ -66,13 +66,19 @@ impl GeoTransform {
         (fx.to_bits() == map_x.to_bits() && fy.to_bits() == map_y.to_bits()).then_some((x, y))
     }
 
-    /// The lattice point nearest to these coordinates; `None` if they are not finite or out of any raster's range.
-    pub fn nearest_lattice(&self, map_x: f64, map_y: f64) -> Option<(i64, i64)> {
+    /// Column and row of a place on the map, with fractions: whole numbers at the centres of samples, up to rounding.
+    pub fn sample_coordinates(&self, map_x: f64, map_y: f64) -> (f64, f64) {
         let [x0, xp, xl, y0, yp, yl] = self.coefficients;
         let (dx, dy, det) = (map_x - x0, map_y - y0, self.determinant());
         let p = (dx * yl - dy * xl) / det;
         let l = (dy * xp - dx * yp) / det;
-        let (x, y) = (((p - 0.5) * STEPS).round(), ((l - 0.5) * STEPS).round());
+        (p - 0.5, l - 0.5)
+    }
+
+    /// The lattice point nearest to these coordinates; `None` if they are not finite or out of any raster's range.
+    pub fn nearest_lattice(&self, map_x: f64, map_y: f64) -> Option<(i64, i64)> {
+        let (column, row) = self.sample_coordinates(map_x, map_y);
+        let (x, y) = ((column * STEPS).round(), (row * STEPS).round());
         const FAR: f64 = (1u64 << 40) as f64;
         (x.abs() < FAR && y.abs() < FAR).then_some((x as i64, y as i64))
     }

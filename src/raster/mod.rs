@@ -1,15 +1,18 @@
 //! Rasters as GDAL gives them: the one module that names GDAL for reading.
 //!
 //! In comes a path and a band number; out go sizes, types, georeferencing and windows of samples, either as they are
-//! stored ([`Raster::read_native`]) or as heights ([`Raster::read_heights`]). Nothing here knows of tiles or meshes.
+//! stored ([`Raster::read_native`]) or as heights ([`Raster::read_heights`]); and the samples nearest to the points of a
+//! vector layer ([`read_points`]). Nothing here knows of tiles or meshes.
 
 mod channels;
 mod error;
 mod files;
 mod geo_transform;
+mod grid;
 mod identity;
 mod open;
 mod plain;
+mod points;
 mod sample_type;
 
 pub use channels::channels;
@@ -19,5 +22,6 @@ pub use geo_transform::GeoTransform;
 pub use identity::{exact, identity};
 pub use open::{Nodata, Raster, Window, bound_gdal_cache, quiet_gdal};
 pub use plain::{PlainLayout, plain_layout};
+pub use points::{PointCounts, PointSet, PointSource, Points, PointsError, read_points};
 pub(crate) use sample_type::with_sample_type;
 pub use sample_type::{SampleType, Scaling};

@@ -1,6 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use gdal::raster::{ColorInterpretation, RasterBand};
+use gdal::spatial_ref::SpatialRef;
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
 use super::error::reason;
@@ -206,13 +207,7 @@ impl Raster {
 
     /// The coordinate reference system in one line: its authority code where it has one, its name, or "none".
     pub fn crs_name(&self) -> String {
-        let Ok(crs) = self.dataset.spatial_ref() else { return "none".to_string() };
-        let name = crs.name().unwrap_or_default();
-        match (crs.auth_name(), crs.auth_code()) {
-            (Some(authority), Ok(code)) => format!("{authority}:{code} ({name})"),
-            _ if name.is_empty() => "none".to_string(),
-            _ => name,
-        }
+        self.dataset.spatial_ref().map_or_else(|_| "none".to_string(), |crs| crs_name(&crs))
     }
 
     /// GDAL's name of the format.
@@ -379,6 +374,16 @@ fn nodata(band: &RasterBand<'_>, sample_type: SampleType) -> Nodata {
         SampleType::I64 => band.no_data_value_i64().map_or(Nodata::None, Nodata::I64),
         SampleType::U64 => band.no_data_value_u64().map_or(Nodata::None, Nodata::U64),
         _ => band.no_data_value().map_or(Nodata::None, Nodata::Real),
+    }
+}
+
+/// A CRS in one line, see [`Raster::crs_name`].
+pub(super) fn crs_name(crs: &SpatialRef) -> String {
+    let name = crs.name().unwrap_or_default();
+    match (crs.auth_name(), crs.auth_code()) {
+        (Some(authority), Ok(code)) => format!("{authority}:{code} ({name})"),
+        _ if name.is_empty() => "none".to_string(),
+        _ => name,
     }
 }
 

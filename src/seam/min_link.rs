@@ -1,5 +1,6 @@
 use std::cmp::Ordering;
 
+use super::limits::{Allowed, Capped, Limits};
 use super::weighted::{WeightedLine, WeightedSection};
 use crate::control::{CancelToken, Cancelled};
 use crate::exact;
@@ -29,8 +30,9 @@ impl MinLink {
     /// The polyline with the fewest links through samples of a line, each link within the tolerance.
     ///
     /// `heights` are the samples along the line, one cell apart; the result is the indices of the vertices, ascending,
-    /// both ends among them. A link i–j is feasible if every sample between lies within `tolerance` (`<=`, exactly) of
-    /// the straight line through samples i and j. `forced` are indices that must be vertices, in any order.
+    /// both ends among them. A link i–j is feasible if every sample between lies within its limit (`<=`, exactly) of
+    /// the straight line through samples i and j: `limits` is one tolerance for all, or a slice as long as `heights`.
+    /// `forced` are indices that must be vertices, in any order.
     ///
     /// Shortest path over the graph of feasible links, breadth first from the far end; of the paths with the fewest links
     /// the one with the least sum of squared errors, of these the lexicographically smallest. Greedily taking the
@@ -43,15 +45,15 @@ impl MinLink {
     /// [`Cancelled`].
     ///
     /// # Panics
-    /// If there are fewer than two heights, or a forced index is out of range.
-    pub fn path(
+    /// If there are fewer than two heights, limits are not as many, or a forced index is out of range.
+    pub fn path<'a>(
         &mut self,
         heights: &[f64],
-        tolerance: f64,
+        limits: impl Into<Limits<'a>>,
         forced: &[usize],
         cancel: &CancelToken,
     ) -> Result<Vec<usize>, Cancelled> {
-        self.path_over(heights, None, tolerance, forced, cancel)
+        self.path_over(heights, limits.into(), None, forced, cancel)
     }
 
     /// As [`MinLink::path`], but a link is feasible only if the weighted error, too, is within its limit
@@ -75,14 +77,14 @@ impl MinLink {
         forced: &[usize],
         cancel: &CancelToken,
     ) -> Result<Vec<usize>, Cancelled> {
-        self.path_over(heights, Some(line), tolerance, forced, cancel)
+        self.path_over(heights, Limits::Same(tolerance), Some(line), forced, cancel)
     }
 
     fn path_over(
         &mut self,
         heights: &[f64],
+        limits: Limits<'_>,
         channels: Option<WeightedLine<'_>>,
-        tolerance: f64,
         forced: &[usize],
         cancel: &CancelToken,
     ) -> Result<Vec<usize>, Cancelled> {
@@ -91,11 +93,26 @@ impl MinLink {
         stops.sort_unstable();
         stops.dedup();
         assert!(stops[stops.len() - 1] < heights.len(), "forced vertices {forced:?} of {} samples", heights.len());
+        if let Limits::Each(each) = limits {
+            assert_eq!(each.len(), heights.len(), "limits of a line");
+        }
         let mut vertices = vec![0];
         for section in stops.windows(2) {
-            let heights = &heights[section[0]..=section[1]];
-            let weighted = channels.map(|line| WeightedSection::new(line, heights, section[0], tolerance));
-            self.find_ways(heights, weighted.as_ref(), tolerance, cancel)?;
+            let range = section[0]..=section[1];
+            let heights = &heights[range.clone()];
+            let highest = heights.iter().fold(0.0f64, |m, z| m.max(z.abs()));
+            match (limits, channels) {
+                (Limits::Same(tolerance), None) => self.find_ways(heights, None, highest, tolerance, cancel)?,
+                (Limits::Same(tolerance), Some(line)) => {
+                    let weighted = WeightedSection::new(line, heights, section[0], tolerance);
+                    self.find_ways(heights, Some(&weighted), highest, tolerance, cancel)?;
+                }
+                (Limits::Each(limits), channels) => {
+                    assert!(channels.is_none(), "channels of a line with a limit for each sample");
+                    let capped = Capped::new(&limits[range], highest);
+                    self.find_ways(heights, None, highest, capped, cancel)?;
+                }
+            }
             let end = section[1] - section[0];
             let mut at = 0;
             while at < end {
@@ -112,7 +129,8 @@ impl MinLink {
         &mut self,
         heights: &[f64],
         weighted: Option<&WeightedSection<'_>>,
-        tolerance: f64,
+        highest: f64,
+        allowed: impl Allowed,
         cancel: &CancelToken,
     ) -> Result<(), Cancelled> {
         let end = heights.len() - 1;
@@ -123,9 +141,8 @@ impl MinLink {
         self.ways.clear();
         self.ways.resize(heights.len(), Way { links: u32::MAX, squares: f64::INFINITY, next: end });
         self.ways[end] = Way { links: 0, squares: 0.0, next: end };
-        let highest = heights.iter().fold(0.0f64, |m, z| m.max(z.abs()));
         // What a slope can be off by through rounding, generously.
-        let doubt = (2.0 * highest + tolerance) * (8.0 * f64::EPSILON);
+        let doubt = (2.0 * highest + allowed.largest()) * (8.0 * f64::EPSILON);
         self.layer.clear();
         self.layer.push(end);
         let mut links = 0;
@@ -137,7 +154,7 @@ impl MinLink {
                 if scanned.is_multiple_of(SAMPLES_BETWEEN_CHECKS) {
                     cancel.check()?;
                 }
-                let line = Line { heights, tolerance, to, doubt, inverses: &self.inverses };
+                let line = Line { heights, allowed, to, doubt, inverses: &self.inverses };
                 let rest = self.ways[to].squares;
                 let lowest = weighted.map_or(0, |w| w.lowest(to));
                 line.for_each_feasible(lowest, |from| {
@@ -170,9 +187,9 @@ impl MinLink {
 }
 
 /// Slopes seen from one sample, towards the samples before it.
-struct Line<'a> {
+struct Line<'a, A> {
     heights: &'a [f64],
-    tolerance: f64,
+    allowed: A,
     to: usize,
     doubt: f64,
     /// 1/n for every distance n.
@@ -186,10 +203,10 @@ struct Bound {
     sample: usize,
 }
 
-impl Line<'_> {
+impl<A: Allowed> Line<'_, A> {
     /// Calls `visit` with every `from` for which the link to this sample is feasible, descending, down to `lowest`.
     ///
-    /// The slopes of lines that pass sample k within the tolerance are an interval; the link from `from` is feasible if
+    /// The slopes of lines that pass sample k within its limit are an interval; the link from `from` is feasible if
     /// its slope lies in the intersection of the intervals of all samples between. The two samples that bound the
     /// intersection are kept, so that a near tie is settled exactly against them alone. Slopes are rises per cell of
     /// distance, seen from this sample.
@@ -205,11 +222,12 @@ impl Line<'_> {
             if above && below {
                 visit(from);
             }
-            let floor = (rise - self.tolerance) * inverse;
+            let limit = self.allowed.at(from);
+            let floor = (rise - limit) * inverse;
             if self.clears(floor - low.slope, || self.compare(from, -1, low.sample, -1)) {
                 low = Bound { slope: floor, sample: from };
             }
-            let ceiling = (rise + self.tolerance) * inverse;
+            let ceiling = (rise + limit) * inverse;
             if self.clears(high.slope - ceiling, || self.compare(high.sample, 1, from, 1)) {
                 high = Bound { slope: ceiling, sample: from };
             }
@@ -225,14 +243,15 @@ impl Line<'_> {
         if difference.abs() > self.doubt { difference > 0.0 } else { exact() != Ordering::Less }
     }
 
-    /// Compares, exactly, the slopes to the heights of samples `a` and `b` raised by `up_a` and `up_b` tolerances.
+    /// Compares, exactly, the slopes to the heights of samples `a` and `b` raised by `up_a` and `up_b` times their limits.
     fn compare(&self, a: usize, up_a: i64, b: usize, up_b: i64) -> Ordering {
         let (da, db) = ((self.to - a) as i64, (self.to - b) as i64);
         exact::sign(&[
             (db, self.heights[a]),
             (-da, self.heights[b]),
             (da - db, self.heights[self.to]),
-            (db * up_a - da * up_b, self.tolerance),
+            (db * up_a, self.allowed.at(a)),
+            (-da * up_b, self.allowed.at(b)),
         ])
     }
 }
@@ -288,10 +307,14 @@ mod tests {
         MinLink::default().path(heights, tolerance, forced, &CancelToken::default()).expect("nobody cancels")
     }
 
-    fn feasible(heights: &[f64], tolerance: f64, i: usize, j: usize) -> bool {
+    fn weighted(heights: &[f64], limits: &[f64], forced: &[usize]) -> Vec<usize> {
+        MinLink::default().path(heights, limits, forced, &CancelToken::default()).expect("nobody cancels")
+    }
+
+    fn feasible(heights: &[f64], limits: &[f64], i: usize, j: usize) -> bool {
         (i + 1..j).all(|k| {
             let (a, b, c) = ((j - k) as i64, (k - i) as i64, (j - i) as i64);
-            exact::within(&[(a, heights[i]), (b, heights[j]), (-c, heights[k])], c, tolerance)
+            exact::within(&[(a, heights[i]), (b, heights[j]), (-c, heights[k])], c, limits[k])
         })
     }
 
@@ -301,14 +324,14 @@ mod tests {
     }
 
     /// All subsets of the samples between: (links, squared error) of the best.
-    fn exhaustive(heights: &[f64], tolerance: f64) -> (usize, f64) {
+    fn exhaustive(heights: &[f64], limits: &[f64]) -> (usize, f64) {
         let inner = heights.len() - 2;
         let mut best = (usize::MAX, f64::INFINITY);
         for mask in 0u32..1 << inner {
             let mut path = vec![0];
             path.extend((0..inner).filter(|b| mask >> b & 1 == 1).map(|b| b + 1));
             path.push(heights.len() - 1);
-            if path.len() - 1 > best.0 || !path.windows(2).all(|l| feasible(heights, tolerance, l[0], l[1])) {
+            if path.len() - 1 > best.0 || !path.windows(2).all(|l| feasible(heights, limits, l[0], l[1])) {
                 continue;
             }
             let error: f64 = path.windows(2).map(|l| squares(heights, l[0], l[1])).sum();
@@ -319,6 +342,11 @@ mod tests {
         best
     }
 
+    /// Tight, wide, and none at all.
+    fn limit() -> impl Strategy<Value = f64> {
+        prop_oneof![Just(0.0), Just(1.0), Just(2.0), 0.0f64..5.0, Just(1e-6), Just(exact::MAX_TOLERANCE)]
+    }
+
     proptest! {
         #[test]
         fn is_as_short_and_as_close_as_exhaustive_search(
@@ -326,8 +354,23 @@ mod tests {
             tolerance in prop_oneof![Just(0.0), Just(1.0), Just(2.0), 0.0f64..5.0],
         ) {
             let path = min_link(&heights, tolerance, &[]);
-            prop_assert!(path.windows(2).all(|l| feasible(&heights, tolerance, l[0], l[1])));
-            let (links, error) = exhaustive(&heights, tolerance);
+            let limits = vec![tolerance; heights.len()];
+            prop_assert_eq!(&weighted(&heights, &limits, &[]), &path);
+            prop_assert!(path.windows(2).all(|l| feasible(&heights, &limits, l[0], l[1])));
+            let (links, error) = exhaustive(&heights, &limits);
+            prop_assert_eq!(path.len() - 1, links);
+            let ours: f64 = path.windows(2).map(|l| squares(&heights, l[0], l[1])).sum();
+            prop_assert!(ours <= error + 1e-9 * (1.0 + error), "{} against {}", ours, error);
+        }
+
+        #[test]
+        fn so_it_is_where_every_sample_has_a_limit_of_its_own(
+            line in prop::collection::vec((prop_oneof![(-6i32..6).prop_map(f64::from), -6.0f64..6.0], limit()), 2..12),
+        ) {
+            let (heights, limits): (Vec<f64>, Vec<f64>) = line.into_iter().unzip();
+            let path = weighted(&heights, &limits, &[]);
+            prop_assert!(path.windows(2).all(|l| feasible(&heights, &limits, l[0], l[1])));
+            let (links, error) = exhaustive(&heights, &limits);
             prop_assert_eq!(path.len() - 1, links);
             let ours: f64 = path.windows(2).map(|l| squares(&heights, l[0], l[1])).sum();
             prop_assert!(ours <= error + 1e-9 * (1.0 + error), "{} against {}", ours, error);
@@ -339,7 +382,11 @@ mod tests {
         ) {
             let path = min_link(&heights, 3.0, &forced);
             prop_assert!(forced.iter().all(|f| path.contains(f)));
-            prop_assert!(path.windows(2).all(|l| feasible(&heights, 3.0, l[0], l[1])));
+            prop_assert!(path.windows(2).all(|l| feasible(&heights, &[3.0; 9], l[0], l[1])));
+            let limits: Vec<f64> = (0..9).map(f64::from).collect();
+            let path = weighted(&heights, &limits, &forced);
+            prop_assert!(forced.iter().all(|f| path.contains(f)));
+            prop_assert!(path.windows(2).all(|l| feasible(&heights, &limits, l[0], l[1])));
         }
     }
 
@@ -348,6 +395,16 @@ mod tests {
         assert_eq!(min_link(&[7.0; 513], 0.0, &[]), [0, 512]);
         let slope: Vec<f64> = (0..513).map(|k| f64::from(k) * 0.5 - 8000.0).collect();
         assert_eq!(min_link(&slope, 0.0, &[]), [0, 512]);
+    }
+
+    #[test]
+    fn samples_that_are_free_cost_nothing() {
+        let heights: Vec<f64> = (0..513).map(|k| f64::from(k * k % 101)).collect();
+        let mut limits = vec![exact::MAX_TOLERANCE; 513];
+        assert_eq!(weighted(&heights, &limits, &[]), [0, 512]);
+        // But for one that is not.
+        limits[200] = 0.0;
+        assert_eq!(weighted(&heights, &limits, &[]).len(), 3);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use super::{MinLink, WeightedLine};
+use super::{Level, Limits, MinLink, WeightedLine, levels};
 use crate::control::{CancelToken, Cancelled};
 use crate::field::Tile;
 use crate::lattice::Point;
@@ -13,7 +13,7 @@ use crate::mesh::{Domain, Vertex};
 /// lower coordinate to the higher. Vertices owned by a neighbour follow.
 #[derive(Debug, Clone, Default)]
 pub struct Rim {
-    /// What is to be triangulated: one loop.
+    /// What is to be triangulated: one loop, and the points inside it.
     pub domain: Domain,
     /// How many of which kind the tile owns.
     pub owned: RimCounts,
@@ -63,44 +63,104 @@ impl Rim {
     /// Computes the rim of `tile`, each side from its own samples alone. `last_column` and `last_row` say whether the
     /// tile lies at the raster's right and lower rim.
     ///
-    /// Every vertex keeps the height of its sample; every link is within `tolerance` at the samples it passes, and where
-    /// the tile has channels its weighted error is within [`ChannelError::limit`].
+    /// Every vertex keeps the height of its sample; every link is within `tolerance` at the samples it passes, where the
+    /// tile has weights within [`Tile::limit`], and where it has channels its weighted error is within
+    /// [`ChannelError::limit`].
+    ///
+    /// `points` are samples that must be vertices, as column and row of the tile, each once, by rows, then by columns.
+    /// Those on a side become vertices of the side, so neighbours agree where both are given the points of their
+    /// windows; corners are vertices anyway; the others become the domain's points.
     ///
     /// [`ChannelError::limit`]: crate::channels::ChannelError::limit
     ///
     /// # Errors
     /// [`Cancelled`].
+    ///
+    /// # Panics
+    /// If a point is outside the tile.
     pub fn new(
         tile: &Tile,
         tolerance: f64,
+        points: &[(usize, usize)],
         (last_column, last_row): (bool, bool),
         min_link: &mut MinLink,
         cancel: &CancelToken,
     ) -> Result<Rim, Cancelled> {
         let (right, bottom) = (tile.width() - 1, tile.height() - 1);
         let mut line = Vec::with_capacity(tile.width().max(tile.height()));
+        let mut limits = Vec::new();
         let mut channels = vec![Vec::new(); tile.channels.len()];
-        let mut side = |len: usize, place: &dyn Fn(usize) -> (usize, usize)| -> Result<Vec<Vertex>, Cancelled> {
+        let mut side = |len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
             line.clear();
             line.extend((0..len).map(|i| tile.at(place(i).0, place(i).1)));
-            let path = match &tile.channel_error {
-                None => min_link.path(&line, tolerance, &[], cancel)?,
-                Some(error) => {
-                    for (channel, values) in channels.iter_mut().enumerate() {
-                        values.clear();
-                        values.extend((0..len).map(|i| tile.channel_at(channel, place(i).0, place(i).1)));
-                    }
-                    let channels = WeightedLine { error, channels: &channels };
-                    min_link.path_weighted(&line, channels, tolerance, &[], cancel)?
+            let path = if let Some(error) = &tile.channel_error {
+                for (channel, values) in channels.iter_mut().enumerate() {
+                    values.clear();
+                    values.extend((0..len).map(|i| tile.channel_at(channel, place(i).0, place(i).1)));
                 }
+                let channels = WeightedLine { error, channels: &channels };
+                min_link.path_weighted(&line, channels, tolerance, forced, cancel)?
+            } else if tile.is_weighted() {
+                limits.clear();
+                limits.extend((0..len).map(|i| tile.limit(place(i).0, place(i).1, tolerance)));
+                min_link.path(&line, Limits::Each(&limits), forced, cancel)?
+            } else {
+                min_link.path(&line, Limits::Same(tolerance), forced, cancel)?
             };
-            Ok(path[1..path.len() - 1].iter().map(|&i| vertex(tile, place(i))).collect())
+            Ok::<Vec<Vertex>, Cancelled>(path[1..path.len() - 1].iter().map(|&i| vertex(tile, place(i))).collect())
         };
-        let north = side(tile.width(), &|i| (i, 0))?;
-        let south = side(tile.width(), &|i| (i, bottom))?;
-        let west = side(tile.height(), &|i| (0, i))?;
-        let east = side(tile.height(), &|i| (right, i))?;
+        let forced = Forced::new(points, right, bottom);
+        let north = side(tile.width(), &forced.north, &|i| (i, 0))?;
+        let south = side(tile.width(), &forced.south, &|i| (i, bottom))?;
+        let west = side(tile.height(), &forced.west, &|i| (0, i))?;
+        let east = side(tile.height(), &forced.east, &|i| (right, i))?;
+        Ok(Rim::assemble(tile, [north, west, east, south], (last_column, last_row), &forced.inside))
+    }
 
+    /// Computes the rim that `tile` has at any tolerance, from nested sides ([`levels`]): of their vertices those that
+    /// `keeps` wants. Beside it the kept vertices of the sides, in the domain's order, corners left out.
+    ///
+    /// Sides are split until they are within `tolerance`, [`Tile::limit`] where the tile has weights; levels are errors,
+    /// times weights. `points` are as for [`Rim::new`].
+    ///
+    /// # Panics
+    /// If a point is outside the tile.
+    pub fn nested(
+        tile: &Tile,
+        tolerance: f64,
+        points: &[(usize, usize)],
+        last: (bool, bool),
+        keeps: impl Fn(SideVertex) -> bool,
+    ) -> (Rim, Vec<SideVertex>) {
+        let (right, bottom) = (tile.width() - 1, tile.height() - 1);
+        let forced = Forced::new(points, right, bottom);
+        let kept = |side: Side, len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
+            let line = Line { tile, tolerance, place };
+            let all = levels(len, forced, |a, b, k| line.error(a, b, k), |a, b, k| line.is_beyond(a, b, k));
+            let named = all.into_iter().map(|Level { at, level }| SideVertex { side, at, level });
+            named.filter(|v| keeps(*v)).map(|v| (v, vertex(tile, place(v.at)))).unzip::<_, _, Vec<_>, Vec<_>>()
+        };
+        let (north, north_vertices) = kept(Side::North, tile.width(), &forced.north, &|i| (i, 0));
+        let (west, west_vertices) = kept(Side::West, tile.height(), &forced.west, &|i| (0, i));
+        let (east, east_vertices) = kept(Side::East, tile.height(), &forced.east, &|i| (right, i));
+        let (south, south_vertices) = kept(Side::South, tile.width(), &forced.south, &|i| (i, bottom));
+        let sides = [north_vertices, west_vertices, east_vertices, south_vertices];
+        let rim = Rim::assemble(tile, sides, last, &forced.inside);
+        // As the domain has them: owned sides first.
+        let by_side = [(true, north), (true, west), (last.0, east), (last.1, south)];
+        let of = |owned: bool| by_side.iter().filter(move |(o, _)| *o == owned).flat_map(|(_, v)| v.iter().copied());
+        let order = of(true).chain(of(false)).collect();
+        (rim, order)
+    }
+
+    /// Puts corners, sides (north, west, east, south) and the points inside together.
+    fn assemble(
+        tile: &Tile,
+        [north, west, east, south]: [Vec<Vertex>; 4],
+        (last_column, last_row): (bool, bool),
+        inside: &[(usize, usize)],
+    ) -> Rim {
+        let (right, bottom) = (tile.width() - 1, tile.height() - 1);
         let corner = |column, row| vec![vertex(tile, (column, row))];
         let mine = |_| unreachable!("every tile owns its first corner, its north and its west side");
         // In the order in which a tile numbers what it owns.
@@ -137,7 +197,97 @@ impl Rim {
         let [nw, ne, sw, se, north, west, east, south] = numbers;
         let there = nw.chain(north).chain(ne).chain(east);
         let walk = there.chain(se).chain(south.rev()).chain(sw).chain(west.rev()).collect();
-        Ok(Rim { domain: Domain { vertices, loops: vec![walk] }, owned, foreign })
+        let points = inside.iter().map(|&place| vertex(tile, place)).collect();
+        Rim { domain: Domain { vertices, loops: vec![walk], points }, owned, foreign }
+    }
+}
+
+/// A side of a tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Side {
+    /// The first row.
+    North,
+    /// The first column.
+    West,
+    /// The last column.
+    East,
+    /// The last row.
+    South,
+}
+
+/// A vertex between the corners of a nested side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SideVertex {
+    /// The side.
+    pub side: Side,
+    /// Its place along the side, in samples from the lower coordinate.
+    pub at: usize,
+    /// The error below which the side has it, see [`Level`].
+    pub level: f64,
+}
+
+/// The samples of a side.
+struct Line<'a> {
+    tile: &'a Tile,
+    tolerance: f64,
+    place: &'a dyn Fn(usize) -> (usize, usize),
+}
+
+impl Line<'_> {
+    fn height(&self, k: usize) -> f64 {
+        let (column, row) = (self.place)(k);
+        self.tile.at(column, row)
+    }
+
+    /// How far sample k is from the line between two others, times its weight.
+    fn error(&self, from: usize, to: usize, k: usize) -> f64 {
+        let (column, row) = (self.place)(k);
+        let (before, after) = ((k - from) as f64, (to - k) as f64);
+        let off = after * (self.height(from) - self.height(k)) + before * (self.height(to) - self.height(k));
+        off.abs() / (before + after) * self.tile.weight(column, row)
+    }
+
+    /// Whether that is more than is allowed there, exactly.
+    fn is_beyond(&self, from: usize, to: usize, k: usize) -> bool {
+        let (column, row) = (self.place)(k);
+        let (before, after) = ((k - from) as i64, (to - k) as i64);
+        let terms = [(after, self.height(from)), (before, self.height(to)), (-before - after, self.height(k))];
+        !crate::exact::within(&terms, before + after, self.tile.limit(column, row, self.tolerance))
+    }
+}
+
+/// Points by where they lie in a tile; on a side, by their place along it. Those at corners are on two sides.
+#[derive(Default)]
+struct Forced {
+    north: Vec<usize>,
+    south: Vec<usize>,
+    west: Vec<usize>,
+    east: Vec<usize>,
+    inside: Vec<(usize, usize)>,
+}
+
+impl Forced {
+    fn new(points: &[(usize, usize)], right: usize, bottom: usize) -> Forced {
+        let mut forced = Forced::default();
+        for &(column, row) in points {
+            assert!(column <= right && row <= bottom, "point {column}, {row} in a tile up to {right}, {bottom}");
+            let mut on_side = false;
+            for (is_there, side, along) in [
+                (row == 0, &mut forced.north, column),
+                (row == bottom, &mut forced.south, column),
+                (column == 0, &mut forced.west, row),
+                (column == right, &mut forced.east, row),
+            ] {
+                if is_there {
+                    side.push(along);
+                    on_side = true;
+                }
+            }
+            if !on_side {
+                forced.inside.push((column, row));
+            }
+        }
+        forced
     }
 }
 
@@ -164,7 +314,7 @@ mod tests {
     }
 
     fn rim(tile: &Tile, last: (bool, bool)) -> Rim {
-        Rim::new(tile, 3.0, last, &mut MinLink::default(), &CancelToken::default()).expect("nobody cancels")
+        Rim::new(tile, 3.0, &[], last, &mut MinLink::default(), &CancelToken::default()).expect("nobody cancels")
     }
 
     #[test]
@@ -189,7 +339,17 @@ mod tests {
         let mut heights = vec![0.0; 13 * 9];
         (0..9).for_each(|row| heights[row * 13] = left.at(12, row) as f32);
         let right = Tile::from_heights(13, 9, Heights::F32(heights));
-        let (a, b) = (rim(&left, (false, false)), rim(&right, (true, false)));
+        agree(&left, &right);
+        // And the same weights, whatever theirs are elsewhere.
+        let weight = |row: usize| [0.0, 0.3, 4.0][row % 3];
+        let weights = |column: usize, elsewhere: f64| {
+            (0..13 * 9).map(|i| if i % 13 == column { weight(i / 13) } else { elsewhere }).collect()
+        };
+        agree(&left.with_weights(weights(12, 0.7)), &right.with_weights(weights(0, 9.0)));
+    }
+
+    fn agree(left: &Tile, right: &Tile) {
+        let (a, b) = (rim(left, (false, false)), rim(right, (true, false)));
         let at = |i: u32| b.domain.vertices[(b.owned.corners + b.owned.north + i) as usize];
         let borrowed = a.foreign.iter().zip(&a.domain.vertices[a.owned.total() as usize..]);
         let mut seen = 0;

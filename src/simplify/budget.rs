@@ -5,17 +5,22 @@
 //! one window per thread, and what the process has anyway. What does not fit lowers the number of threads; the tile
 //! size never follows the budget, because it decides the bytes written.
 
+use super::EngineChoice;
 use crate::raster::Raster;
 use crate::tiling::TileGrid;
 
 /// What the process takes before any tile: the program, GDAL and its libraries, the stacks. Measured 42 MiB.
 const BASE: u64 = 52 << 20;
 
-/// What one thread needs for a tile, per sample, at the most: as many vertices as samples and twice as many triangles.
-///
-/// Samples 8 and as they are stored 8, the meter's marks 1, the mesh 16 + 24, its chunk 16 + 24 and the encoded chunk
-/// 16 + 24, the nodes of the front and its queues about 40; tiles of half a million triangles took 163.
-const BYTES_PER_SAMPLE: u64 = 180;
+/// What weights add to what a thread needs, per sample: 8 themselves, and 4 as heights are double then, whatever their
+/// type.
+const BYTES_PER_WEIGHT: u64 = 12;
+
+/// What the set of all points takes per point, see `PointSet`.
+const BYTES_PER_POINT: u64 = 8;
+
+/// What one thread needs for a point of its tile: twice its place, in lists that grow by doubling, and its vertex.
+const TILE_BYTES_PER_POINT: u64 = 80;
 
 /// What a channel adds to that: samples 8, the vertices' values in the chunk, as it grows, 16, and encoded 8.
 const BYTES_PER_CHANNEL_SAMPLE: u64 = 32;
@@ -29,6 +34,30 @@ const BLOCK_COPIES: u64 = 3;
 /// GDAL's block cache, as a share of the budget and within limits.
 const CACHE_SHARE: u64 = 10;
 const CACHE: std::ops::RangeInclusive<u64> = 8 << 20..=64 << 20;
+
+/// What a run has to work on.
+#[derive(Debug, Clone, Copy)]
+pub struct Load<'a> {
+    /// The heights.
+    pub raster: &'a Raster,
+    /// The weights, where there are any.
+    pub importance: Option<&'a Raster>,
+    /// The bands that are channels.
+    pub channels: &'a [Raster],
+    /// The tiles.
+    pub grid: TileGrid,
+    /// What triangulates them.
+    pub engine: EngineChoice,
+    /// How many samples must be vertices.
+    pub points: usize,
+}
+
+impl<'a> Load<'a> {
+    /// A raster and nothing else, by the engine that is the default.
+    pub fn of(raster: &'a Raster, grid: TileGrid) -> Load<'a> {
+        Load { raster, importance: None, channels: &[], grid, engine: EngineChoice::default(), points: 0 }
+    }
+}
 
 /// How a run fits into a budget.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -64,40 +93,29 @@ fn tile_hint(tile: Option<usize>) -> String {
 }
 
 impl Plan {
-    /// Fits a run over `raster` in tiles of `grid` into `budget_bytes`, with up to `threads` threads.
+    /// Fits a run into `budget_bytes`, with up to `threads` threads.
     ///
     /// # Errors
     /// [`BudgetTooSmall`].
-    pub fn new(budget_bytes: u64, raster: &Raster, grid: TileGrid, threads: usize) -> Result<Plan, BudgetTooSmall> {
-        Plan::with_channels(budget_bytes, raster, grid, threads, &[])
-    }
-
-    /// The same for a run with these bands of `raster` as channels.
-    ///
-    /// # Errors
-    /// [`BudgetTooSmall`].
-    pub fn with_channels(
-        budget_bytes: u64,
-        raster: &Raster,
-        grid: TileGrid,
-        threads: usize,
-        channels: &[Raster],
-    ) -> Result<Plan, BudgetTooSmall> {
-        let (block_width, block_height) = raster.block_size();
-        let block = (block_width * block_height * raster.sample_type().bytes()) as u64;
+    pub fn new(budget_bytes: u64, load: &Load<'_>, threads: usize) -> Result<Plan, BudgetTooSmall> {
+        let Load { raster, importance, channels, grid, engine, points } = *load;
         // Blocks of bands that are interleaved are decoded together.
-        let blocks =
-            channels.iter().fold(block, |sum, c| sum + (block_width * block_height * c.sample_type().bytes()) as u64);
-        let bytes_per_sample = BYTES_PER_SAMPLE + channels.len() as u64 * BYTES_PER_CHANNEL_SAMPLE;
+        let blocks = block_bytes(raster) + importance.into_iter().chain(channels).map(block_bytes).sum::<u64>();
+        let weights = if importance.is_some() { BYTES_PER_WEIGHT } else { 0 };
+        let per_sample = engine.bytes_per_sample() + weights + channels.len() as u64 * BYTES_PER_CHANNEL_SAMPLE;
         let cache_bytes = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
-        let fixed = BASE + cache_bytes;
-        let per_thread = |samples: usize| samples as u64 * bytes_per_sample + PER_THREAD + BLOCK_COPIES * blocks;
+        let base = BASE + points as u64 * BYTES_PER_POINT;
+        let fixed = base + cache_bytes;
+        let per_thread = |samples: usize| {
+            let points = samples.min(points) as u64 * TILE_BYTES_PER_POINT;
+            samples as u64 * per_sample + points + PER_THREAD + BLOCK_COPIES * blocks
+        };
         let each = per_thread(grid.largest());
         let fitting = budget_bytes.saturating_sub(fixed) / each;
         if fitting == 0 {
             // The smallest cache goes with the smallest budget.
-            let smallest_bytes = (BASE + *CACHE.start() + each).next_multiple_of(1 << 20);
-            let fits = |cells: &usize| BASE + cache_bytes + per_thread((cells + 1) * (cells + 1)) <= budget_bytes;
+            let smallest_bytes = (base + *CACHE.start() + each).next_multiple_of(1 << 20);
+            let fits = |cells: &usize| base + cache_bytes + per_thread((cells + 1) * (cells + 1)) <= budget_bytes;
             let tile = (1..=64).rev().map(|i| i * 32).find(fits);
             if smallest_bytes > budget_bytes {
                 return Err(BudgetTooSmall { budget_bytes, smallest_bytes, tile });
@@ -105,8 +123,13 @@ impl Plan {
         }
         let threads = (fitting.max(1) as usize).min(threads);
         let cache_bytes = if fitting == 0 { *CACHE.start() } else { cache_bytes };
-        Ok(Plan { budget_bytes, threads, cache_bytes, needed_bytes: BASE + cache_bytes + threads as u64 * each })
+        Ok(Plan { budget_bytes, threads, cache_bytes, needed_bytes: base + cache_bytes + threads as u64 * each })
     }
+}
+
+fn block_bytes(raster: &Raster) -> u64 {
+    let (width, height) = raster.block_size();
+    (width * height * raster.sample_type().bytes()) as u64
 }
 
 /// The budget where none is given: a quarter of what the machine or its control group has, at most 2 GiB.

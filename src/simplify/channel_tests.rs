@@ -1,4 +1,4 @@
-//! Meshes with channels from bands to file, made by the plainest engine that keeps the weighted error.
+//! Meshes with channels from bands to file, as the independent verifier finds them.
 
 use std::path::{Path, PathBuf};
 
@@ -6,112 +6,21 @@ use gdal::raster::{Buffer, GdalType, RasterCreationOptions};
 use proptest::prelude::*;
 
 use super::*;
-use crate::channels::ChannelError;
-use crate::control::{CancelToken, Control};
-use crate::exact::MAX_TOLERANCE;
-use crate::field::{ChannelOptions, Field, FieldOptions, Tile, find_ranges};
-use crate::lattice::{Point, orient};
-use crate::measure::measure;
-use crate::mesh::{Domain, TileMesh, Vertex};
+use crate::control::Control;
+use crate::field::{ChannelOptions, Field, FieldOptions, find_ranges};
 use crate::ply::{PlyFile, ScalarType};
 use crate::raster::Raster;
-use crate::seam::{MinLink, Rim};
 use crate::sink::PlySink;
-use crate::spool::{Chunk, Spool};
 use crate::staged::StagedFile;
-use crate::triangulate::cuts::GreedyCuts;
-use crate::triangulate::feasible::{Plane, Surfaces};
-use crate::triangulate::{Engine, Task};
+use crate::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Swap};
 use crate::verify::{Verdict, VerifyOptions, WeightedOptions, verify_with_channels};
 
-/// Triangulates the rim, then splits triangles at samples that are not within.
-fn split_until_within(tile: &Tile, domain: &Domain, tolerance: f64) -> TileMesh {
-    let cancel = CancelToken::default();
-    let (tolerance_of_rim, feasibility) = (MAX_TOLERANCE, Feasibility::Weak);
-    let task = Task { tile, domain, tolerance: tolerance_of_rim, feasibility, cancel: &cancel };
-    let mut mesh = TileMesh::default();
-    GreedyCuts.triangulate(&task, &mut Default::default(), &mut mesh).expect("nobody cancels");
-    let mut next = 0;
-    while let Some(&triangle) = mesh.triangles.get(next) {
-        match first_beyond(tile, mesh.corners(triangle), tolerance) {
-            Some(at) => split(&mut mesh, tile, at),
-            None => next += 1,
-        }
-    }
-    mesh
+fn by(swap: Swap, params: Params) -> Params {
+    Params { engine: EngineChoice::GreedyInsertion(InsertionOptions { swap, ..InsertionOptions::default() }), ..params }
 }
 
-fn first_beyond(tile: &Tile, [a, b, c]: [Vertex; 3], tolerance: f64) -> Option<Point> {
-    let error: &ChannelError = tile.channel_error.as_ref().expect("channels");
-    let (heights, mut surfaces) = (Plane::new(a, b, c), Surfaces::default());
-    surfaces.set(tile, [a, b, c]);
-    let mut places = (0..tile.width() * tile.height()).map(|i| (i % tile.width(), i / tile.width()));
-    let beyond = |(column, row): (usize, usize)| {
-        let at = Point::of_sample(column as i32, row as i32);
-        let inside = [(a, b), (b, c), (c, a)].iter().all(|(p, q)| orient(p.at, q.at, at) >= 0);
-        let vertex = [a, b, c].iter().any(|v| v.at == at);
-        let within = heights.within(at, tile.at(column, row), tolerance)
-            && surfaces.weighted(tile, error, (column, row)) <= error.limit(tolerance);
-        (inside && !vertex && !within).then_some(at)
-    };
-    places.find_map(beyond)
-}
-
-fn split(mesh: &mut TileMesh, tile: &Tile, at: Point) {
-    let (column, row) = at.sample().expect("a sample");
-    let new = mesh.vertices.len() as u32;
-    let mut triangles = Vec::new();
-    for &triangle in &mesh.triangles {
-        let [a, b, c] = triangle;
-        let place = |i: u32| mesh.vertices[i as usize].at;
-        let turns = [(a, b), (b, c), (c, a)].map(|(p, q)| (p, q, orient(place(p), place(q), at)));
-        if turns.iter().any(|t| t.2 < 0) {
-            triangles.push(triangle);
-        } else {
-            triangles.extend(turns.iter().filter(|t| t.2 > 0).map(|&(p, q, _)| [p, q, new]));
-        }
-    }
-    mesh.triangles = triangles;
-    mesh.vertices.push(Vertex { at, height: tile.at(column, row) });
-}
-
-/// What `triangulate` does, with the engine above; `respected` is whether it looks at the channels at all.
-fn mesh(field: &Field, params: &Params, respected: bool) -> Mesh {
-    let grid = grid(field.width(), field.height(), params).expect("a grid");
-    let spool = Spool::new(&params.temp_dir, grid.len()).expect("a spool");
-    let (mut tile, mut chunk, mut buffer) = (Tile::default(), Chunk::default(), Vec::new());
-    for index in 0..grid.len() {
-        let id = grid.tile(index);
-        let (window, last) = (grid.window(id), (grid.is_last_column(id), grid.is_last_row(id)));
-        field.load(window, &mut tile).expect("samples");
-        let mut heights = tile.clone();
-        (heights.channel_error, heights.channels) = (None, Vec::new());
-        let seen = if respected { &tile } else { &heights };
-        let (mut min_link, cancel) = (MinLink::default(), CancelToken::default());
-        let rim = Rim::new(seen, params.max_error, last, &mut min_link, &cancel).expect("nobody cancels");
-        let mut mesh = TileMesh::default();
-        if respected {
-            mesh = split_until_within(&tile, &rim.domain, params.max_error);
-        } else {
-            let Params { max_error: tolerance, feasibility, .. } = *params;
-            let task = Task { tile: seen, domain: &rim.domain, tolerance, feasibility, cancel: &cancel };
-            GreedyCuts.triangulate(&task, &mut Default::default(), &mut mesh).expect("nobody cancels");
-        }
-        let errors = measure(seen, &mesh, params.max_error, (window.column as u64, window.row as u64), last);
-        chunk.fill(index, &rim, &mesh, errors, tile.checksum());
-        let names = field.channels().iter().map(|c| c.name.as_str());
-        chunk.set_attributes(names, |channel, vertex| tile.channel_at_vertex(channel, vertex));
-        spool.append(&chunk, &mut buffer).expect("kept");
-    }
-    Mesh {
-        spool,
-        grid,
-        geo_transform: field.geo_transform(),
-        channels: field.channels().to_vec(),
-        max_error: params.max_error,
-        times: TileTimes::default(),
-        found: 0,
-    }
+fn delaunay(params: Params) -> Params {
+    by(Swap::Delaunay, params)
 }
 
 /// A raster whose bands are functions of column, row and band.
@@ -138,20 +47,20 @@ struct Made {
 }
 
 impl Made {
-    fn new(folder: tempfile::TempDir, channels: ChannelOptions, params: &Params, respected: bool) -> Made {
+    fn new(folder: tempfile::TempDir, channels: ChannelOptions, params: &Params) -> Made {
         let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
         let raster = Raster::open(&dem, if channels.planar { channels.bands[0] } else { 1 }).expect("opens");
         let control = Control::default();
         let ranges = find_ranges(&raster, &channels, &control).expect("ranges");
         let field = Field::open_extended(&raster, &FieldOptions::default(), &channels, &ranges, &control);
-        let mesh = mesh(&field.expect("a field"), params, respected);
+        let mesh = triangulate(&field.expect("a field"), params, &control).expect("a mesh");
         let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
         let summary = mesh.write(Box::new(sink), &control).expect("written");
         Made { _folder: folder, tin, raster, channels, summary }
     }
 
     fn judge(&self, max_error: f64) -> Verdict {
-        let options = VerifyOptions { max_error, temp_dir: None };
+        let options = VerifyOptions { max_error, importance: None, temp_dir: None };
         let ChannelOptions { bands, emphasis, planar } = self.channels.clone();
         let weighted = WeightedOptions { bands, emphasis, planar };
         verify_with_channels(&self.raster, &self.tin, &options, &weighted, &Control::default()).expect("judged")
@@ -162,6 +71,19 @@ fn noise(seed: u64, i: usize) -> u64 {
     (i as u64 + 1).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40
 }
 
+fn swaps() -> impl Strategy<Value = Swap> {
+    let by_data = |fit| Swap::DataDependent(DataDependent { fit, ..DataDependent::default() });
+    prop_oneof![
+        Just(Swap::Delaunay),
+        prop::sample::select(vec![Fit::L2, Fit::LInfinity, Fit::MaxSum]).prop_map(by_data)
+    ]
+}
+
+fn measures() -> impl Strategy<Value = Measure> {
+    use Measure::{Curvature, GlobalError, LocalError, Product};
+    prop_oneof![4 => Just(LocalError), 1 => prop_oneof![Just(GlobalError), Just(Curvature(1.0)), Just(Product(1.0))]]
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
@@ -170,7 +92,7 @@ proptest! {
         width in 2usize..22, height in 2usize..22, count in 1usize..5, seed in any::<u64>(), kind in 0u8..3,
         emphasis in prop_oneof![Just(0.0), Just(0.5), Just(1.0), 0.0f64..1.0], planar in any::<bool>(),
         max_error in prop_oneof![Just(0.0), Just(2.0), 0.0f64..60.0, Just(1e6)],
-        tile in prop_oneof![Just(0usize), 3usize..12],
+        tile in prop_oneof![Just(0usize), 3usize..12], swap in swaps(), measure in measures(), strong in any::<bool>(),
     ) {
         let folder = tempfile::tempdir().expect("a folder");
         let smooth = |i: usize, band: usize| {
@@ -191,10 +113,13 @@ proptest! {
         }
         let emphasis = if planar { 1.0 } else { emphasis };
         let channels = ChannelOptions { bands: (2..count + 2).collect(), emphasis, planar };
-        let made = Made::new(folder, channels, &Params { tile, ..Params::new(max_error) }, true);
+        let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
+        let options = InsertionOptions { swap, measure, ..InsertionOptions::default() };
+        let engine = EngineChoice::GreedyInsertion(options);
+        let made = Made::new(folder, channels, &Params { tile, feasibility, engine, ..Params::new(max_error) });
         let verdict = made.judge(max_error);
         prop_assert!(verdict.passes(), "{:?}", verdict.failures());
-        let (measured, judged) = (made.summary.errors.weighted, verdict.weighted.and_then(|w| w.worst));
+        let (measured, judged) = (made.summary.errors.extended, verdict.extended.and_then(|w| w.worst));
         let (measured, judged) = (measured.expect("measured").max, judged.expect("judged").error);
         prop_assert!((measured - judged).abs() <= 1e-9 * (1.0 + judged), "{} against {}", measured, judged);
     }
@@ -218,7 +143,7 @@ fn colours() -> ChannelOptions {
 fn colours_are_written_as_bytes_and_come_back_as_the_samples() {
     let folder = tempfile::tempdir().expect("a folder");
     striped(&folder);
-    let made = Made::new(folder, colours(), &Params { tile: 16, ..Params::new(5.0) }, true);
+    let made = Made::new(folder, colours(), &delaunay(Params { tile: 16, ..Params::new(5.0) }));
     let mut mesh = PlyFile::open(&made.tin).expect("a mesh");
     let attributes: Vec<(String, ScalarType)> = mesh.attributes().map(|(n, t)| (n.to_string(), t)).collect();
     assert_eq!(attributes, ["red", "green", "blue"].map(|n| (n.to_string(), ScalarType::U8)));
@@ -240,11 +165,14 @@ fn colours_are_written_as_bytes_and_come_back_as_the_samples() {
 fn a_mesh_that_keeps_heights_alone_is_found_out() {
     let folder = tempfile::tempdir().expect("a folder");
     striped(&folder);
-    let made = Made::new(folder, colours(), &Params { tile: 16, ..Params::new(5.0) }, false);
+    let heights_alone = ChannelOptions { emphasis: 0.0, ..colours() };
+    let mut made = Made::new(folder, heights_alone, &delaunay(Params { tile: 16, ..Params::new(5.0) }));
+    assert!(made.judge(5.0).passes());
+    made.channels = colours();
     let verdict = made.judge(5.0);
     assert_eq!(verdict.failures().len(), 1, "{verdict}");
     assert!(verdict.failures()[0].contains("weighted error"), "{verdict}");
-    let weighted = verdict.weighted.expect("judged");
+    let weighted = verdict.extended.expect("judged");
     assert!(weighted.above_tolerance.count > 100 && weighted.worst.expect("covered").error > 5.0);
 }
 
@@ -252,22 +180,26 @@ fn a_mesh_that_keeps_heights_alone_is_found_out() {
 fn attributes_that_are_not_in_the_file_are_named() {
     let folder = tempfile::tempdir().expect("a folder");
     striped(&folder);
-    let made = Made::new(folder, ChannelOptions { bands: vec![2], ..colours() }, &Params::new(300.0), true);
+    let made = Made::new(folder, ChannelOptions { bands: vec![2], ..colours() }, &delaunay(Params::new(300.0)));
     let weighted = WeightedOptions { bands: vec![2, 3, 4], emphasis: 0.5, planar: false };
-    let options = VerifyOptions { max_error: 300.0, temp_dir: None };
+    let options = VerifyOptions { max_error: 300.0, importance: None, temp_dir: None };
     let found = verify_with_channels(&made.raster, &made.tin, &options, &weighted, &Control::default());
     assert!(found.expect_err("no red").to_string().contains("property red of element vertex"));
 }
 
 #[test]
-fn engines_that_do_not_keep_channels_are_not_given_any() {
+fn what_does_not_keep_channels_is_not_given_any() {
     let folder = tempfile::tempdir().expect("a folder");
     striped(&folder);
     let raster = Raster::open(&folder.path().join("dem.tif"), 1).expect("opens");
     let ranges = find_ranges(&raster, &colours(), &Control::default()).expect("ranges");
     let field = Field::open_extended(&raster, &FieldOptions::default(), &colours(), &ranges, &Control::default());
-    let run = triangulate(&field.expect("a field"), &Params::new(1.0), &Control::default());
+    let field = field.expect("a field");
+    let run = triangulate(&field, &Params::new(1.0), &Control::default());
     assert!(matches!(run, Err(Error::Channels { .. })), "{run:?}");
+    let goal = Goal { max_points: Some(100), ..Goal::default() };
+    let run = triangulate(&field, &delaunay(Params { goal, ..Params::new(1.0) }), &Control::default());
+    assert!(matches!(run, Err(Error::GoalWithChannels)), "{run:?}");
 }
 
 #[test]
@@ -278,10 +210,12 @@ fn channels_are_reckoned_with() {
     let raster = Raster::open(&folder.path().join("dem.tif"), 1).expect("opens");
     let bands = colours().open(&raster).expect("bands");
     let grid = grid(40, 30, &Params::new(1.0)).expect("a grid");
-    let plain = Plan::new(1 << 30, &raster, grid, 1).expect("a plan");
-    let more = Plan::with_channels(1 << 30, &raster, grid, 1, &bands).expect("a plan");
+    let load = Load::of(&raster, grid);
+    let plain = Plan::new(1 << 30, &load, 1).expect("a plan");
+    let more = Plan::new(1 << 30, &Load { channels: &bands, ..load }, 1).expect("a plan");
     assert!(more.needed_bytes >= plain.needed_bytes + 3 * 32 * 40 * 30);
-    let (plain, more) = (estimate(&raster, DENSEST), estimate(&raster, DENSEST).with_channels(&bands, false));
+    let (plain, more) =
+        (estimate(&raster, None, DENSEST), estimate(&raster, None, DENSEST).with_channels(&bands, false));
     assert_eq!(more.output_bytes - plain.output_bytes, 3 * 4 * 2 * 40 * 30);
     assert_eq!(more.spool_bytes - plain.spool_bytes, 3 * 4 * 2 * 40 * 30);
 }

@@ -1,4 +1,4 @@
-use super::{BudgetTooSmall, DiskTooSmall};
+use super::{BudgetTooSmall, DiskTooSmall, GoalTooSmall};
 use crate::control::Cancelled;
 use crate::field::FieldError;
 use crate::raster::RasterError;
@@ -42,11 +42,34 @@ pub enum Error {
     #[error("expected a tolerance that is finite and at least 0, found {0}")]
     Tolerance(f64),
     /// The engine does not keep errors in channels.
-    #[error("{engine} does not keep the error in channels")]
+    #[error("expected an engine that keeps the error in channels, found {engine}")]
     Channels {
         /// The engine.
         engine: &'static str,
     },
+    /// There are channels, and a budget or a root mean square to end at.
+    #[error("expected channels with a tolerance alone, found a budget or a root mean square beside them")]
+    GoalWithChannels,
+    /// There are points, but the engine cannot make vertices of them.
+    #[error("expected an engine that can make vertices of points, found {engine}")]
+    NoPreinsertion {
+        /// The engine.
+        engine: &'static str,
+    },
+    /// The engine makes its triangles once and for all: it cannot stop at a budget.
+    #[error("expected an engine that refines, to end at a budget or a root mean square, found {engine}")]
+    NoGoal {
+        /// The engine.
+        engine: &'static str,
+    },
+    /// Passes that insert many samples cannot stop at one of them, and other measures than errors are no thresholds.
+    #[error(
+        "expected sequential insertion by local error, to end at a budget or a root mean square, found another variant"
+    )]
+    GoalWithPasses,
+    /// The budget of vertices or triangles.
+    #[error(transparent)]
+    Goal(#[from] GoalTooSmall),
     /// A tile is longer than places in it can be exact.
     #[error("expected tiles of at most {limit} cells a side, found {found}; choose a smaller --tile")]
     Tile {

@@ -1,4 +1,4 @@
-use super::{Error, TileTimes};
+use super::{Error, Outcome, TileTimes};
 use crate::channels::Channel;
 use crate::control::{Control, Stage};
 use crate::faults::{self, Point};
@@ -17,7 +17,10 @@ pub struct Mesh {
     pub(super) geo_transform: GeoTransform,
     pub(super) channels: Vec<Channel>,
     pub(super) max_error: f64,
+    pub(super) error_scale: f64,
+    pub(super) outcome: Option<Outcome>,
     pub(super) times: TileTimes,
+    pub(super) survey_bytes: u64,
     pub(super) found: u64,
 }
 
@@ -45,9 +48,20 @@ impl Mesh {
         &self.channels
     }
 
-    /// The tolerance it keeps.
+    /// The tolerance it keeps; infinite where a goal left it open.
     pub fn max_error(&self) -> f64 {
         self.max_error
+    }
+
+    /// What percentiles of errors are to be taken by ([`ErrorStats::percentile`]): the tolerance, or under a goal that left
+    /// it open the threshold that it came to.
+    pub fn error_scale(&self) -> f64 {
+        self.error_scale
+    }
+
+    /// How far a run under a goal got.
+    pub fn outcome(&self) -> Option<Outcome> {
+        self.outcome
     }
 
     /// Where the time of the tiles went.
@@ -62,7 +76,7 @@ impl Mesh {
 
     /// Temporary disk in use.
     pub fn spool_bytes(&self) -> u64 {
-        self.spool.bytes()
+        self.spool.bytes() + self.survey_bytes
     }
 
     /// Chunk after chunk, in tile order.

@@ -7,38 +7,55 @@
 
 mod budget;
 mod disk;
+mod engine;
 mod error;
+mod goal;
+mod in_order;
 mod mesh;
 mod pool;
 mod probe;
 mod tiles;
 
-pub use budget::{BudgetTooSmall, Plan, default_budget};
+pub use budget::{BudgetTooSmall, Load, Plan, default_budget};
 pub use disk::{DiskTooSmall, DiskUse, check_disk};
+pub use engine::EngineChoice;
 pub use error::Error;
+pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
 pub use mesh::{Mesh, Summary};
 pub use probe::{probe_density, probe_field};
-pub use tiles::{TileTimes, grid, must_keep_channels, triangulate, triangulate_into};
+pub use tiles::{TileTimes, grid, triangulate, triangulate_into};
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use crate::raster::exact;
+use crate::raster::{PointSet, exact};
 use crate::triangulate::Feasibility;
 
 #[cfg(test)]
 mod channel_tests;
+#[cfg(test)]
+mod importance_tests;
+#[cfg(test)]
+mod points_tests;
 #[cfg(test)]
 mod tests;
 
 /// What decides the mesh, and where temporary files go.
 #[derive(Debug, Clone)]
 pub struct Params {
-    /// The largest vertical distance allowed between the surface and any sample, in the heights' units; at least 0.
+    /// The largest vertical distance allowed between the surface and any sample, in the heights' units; at least 0. Where
+    /// the field has weights ([`crate::field::Field::with_importance`]), the largest distance × weight.
     pub max_error: f64,
     /// Which triangles may be used.
     pub feasibility: Feasibility,
+    /// What triangulates the tiles.
+    pub engine: EngineChoice,
+    /// What ends the refinement beside the tolerance. Only for engines that refine ([`Params::takes_goal`]).
+    pub goal: Goal,
     /// A tile's side in cells; 0 makes one tile of the whole raster.
     pub tile: usize,
+    /// Samples that become vertices of the mesh. Only for engines that can take them ([`Params::takes_points`]).
+    pub points: Option<Arc<PointSet>>,
     /// The folder of temporary files.
     pub temp_dir: PathBuf,
 }
@@ -49,7 +66,48 @@ pub const DEFAULT_TILE: usize = 512;
 impl Params {
     /// Everything as usual but the tolerance.
     pub fn new(max_error: f64) -> Params {
-        Params { max_error, feasibility: Feasibility::default(), tile: DEFAULT_TILE, temp_dir: std::env::temp_dir() }
+        Params {
+            max_error,
+            feasibility: Feasibility::default(),
+            engine: EngineChoice::default(),
+            goal: Goal::default(),
+            tile: DEFAULT_TILE,
+            points: None,
+            temp_dir: std::env::temp_dir(),
+        }
+    }
+
+    /// Makes sure that the engine can make vertices of points, before any are read.
+    ///
+    /// # Errors
+    /// [`Error::NoPreinsertion`].
+    pub fn takes_points(&self) -> Result<(), Error> {
+        if self.engine.preinserts() { Ok(()) } else { Err(Error::NoPreinsertion { engine: self.engine.name() }) }
+    }
+
+    /// Makes sure that the engine keeps the weighted error of fields with channels, and that no goal stands beside it:
+    /// insertions of a whole raster are ordered by the vertical error.
+    ///
+    /// # Errors
+    /// [`Error::Channels`], [`Error::GoalWithChannels`].
+    pub fn takes_channels(&self) -> Result<(), Error> {
+        if !self.engine.keeps_channels() {
+            return Err(Error::Channels { engine: self.engine.name() });
+        }
+        if self.goal.is_none() { Ok(()) } else { Err(Error::GoalWithChannels) }
+    }
+
+    /// Makes sure that the engine can end where the goal says.
+    ///
+    /// # Errors
+    /// [`Error::NoGoal`], [`Error::GoalWithPasses`].
+    pub fn takes_goal(&self) -> Result<(), Error> {
+        match self.engine {
+            _ if self.goal.is_none() => Ok(()),
+            EngineChoice::GreedyInsertion(options) if options == options.in_order() => Ok(()),
+            EngineChoice::GreedyInsertion(_) => Err(Error::GoalWithPasses),
+            EngineChoice::GreedyCuts => Err(Error::NoGoal { engine: self.engine.name() }),
+        }
     }
 
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
@@ -58,11 +116,18 @@ impl Params {
             Feasibility::Weak => "weak",
             Feasibility::Strong => "strong",
         };
-        vec![
+        let mut named = vec![
             ("max error", exact(self.max_error)),
             ("feasibility", feasibility.to_string()),
             ("tile", self.tile.to_string()),
-            ("engine", "greedy cuts".to_string()),
-        ]
+            ("engine", self.engine.named()),
+        ];
+        if !self.goal.is_none() {
+            named.push(("goal", self.goal.named()));
+        }
+        if let Some(points) = self.points.as_ref().filter(|p| !p.is_empty()) {
+            named.push(("points", format!("{} samples with the checksum {:08x}", points.len(), points.checksum())));
+        }
+        named
     }
 }

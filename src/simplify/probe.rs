@@ -10,13 +10,19 @@ const TRIED: usize = 3;
 
 /// How many samples a triangle will take, from up to nine tiles spread evenly over the raster: for estimates only.
 ///
-/// The windows are read through GDAL, so nothing has to be decoded beforehand. Cost: nine tiles.
+/// The windows are read through GDAL, those of the importance raster too, so nothing has to be decoded beforehand. Cost:
+/// nine tiles.
 ///
 /// # Errors
 /// [`Error`], as for the whole run: a raster that cannot be read is told of early.
-pub fn probe_density(raster: &Raster, params: &Params, control: &Control<'_>) -> Result<f64, Error> {
+pub fn probe_density(
+    raster: &Raster,
+    importance: Option<&Raster>,
+    params: &Params,
+    control: &Control<'_>,
+) -> Result<f64, Error> {
     let options = FieldOptions { temp_dir: params.temp_dir.clone(), choice: Choice::Windows };
-    probe_field(&Field::open(raster, &options, control)?, params, control)
+    probe_field(&Field::open_with_importance(raster, importance, &options, control)?, params, control)
 }
 
 /// Does what [`probe_density`] does, with a field that is open.
@@ -25,7 +31,7 @@ pub fn probe_density(raster: &Raster, params: &Params, control: &Control<'_>) ->
 /// As [`probe_density`].
 pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Result<f64, Error> {
     let grid = TileGrid::new(field.width(), field.height(), params.tile);
-    let job = Job { field, params, grid, control };
+    let job = Job { field, params, grid, control, end: None };
     let mut workspace = Workspace::default();
     let (mut samples, mut triangles) = (0, 0);
     for row in spread(grid.rows()) {

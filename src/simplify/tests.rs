@@ -16,7 +16,7 @@ use crate::synth::{Terrain, TerrainOptions};
 use crate::verify::{VerifyOptions, verify};
 
 /// Our own ground: hills, flat lakes, cliffs.
-fn terrain(seed: u64, width: usize, height: usize) -> Vec<f64> {
+pub(super) fn terrain(seed: u64, width: usize, height: usize) -> Vec<f64> {
     let options = TerrainOptions { seed, lakes: 0.1, cliffs: seed % 2 == 1, ..TerrainOptions::default() };
     let mut heights = vec![0.0; width * height];
     let window = Window { column: 1000, row: 2000, width, height };
@@ -24,7 +24,7 @@ fn terrain(seed: u64, width: usize, height: usize) -> Vec<f64> {
     heights
 }
 
-fn geotiff(path: &Path, width: usize, height: usize, heights: &[f64]) {
+pub(super) fn geotiff(path: &Path, width: usize, height: usize, heights: &[f64]) {
     let driver = DriverManager::get_driver_by_name("GTiff").expect("GTiff");
     let dataset = driver.create_with_band_type::<f64, _>(path, width, height, 1).expect("a raster");
     let mut samples = Buffer::new((width, height), heights.to_vec());
@@ -39,15 +39,26 @@ fn mesh(width: usize, height: usize, heights: Vec<f64>, params: &Params) -> Mesh
 
 /// Simplifies a raster and has the written file judged by code that shares nothing with the engines.
 fn certify(width: usize, height: usize, heights: &[f64], params: &Params) {
+    certify_weighted(width, height, heights, None, params);
+}
+
+/// The same with the weights of errors, where there are some.
+pub(super) fn certify_weighted(width: usize, height: usize, heights: &[f64], weights: Option<&[f64]>, params: &Params) {
     let folder = tempfile::tempdir().expect("a folder");
     let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
     geotiff(&dem, width, height, heights);
     let raster = Raster::open(&dem, 1).expect("opens");
-    let field = Field::open(&raster, &FieldOptions::default(), &Control::default()).expect("a field");
+    let importance = weights.map(|weights| {
+        let path = folder.path().join("weights.tif");
+        geotiff(&path, width, height, weights);
+        Raster::open(&path, 1).expect("opens")
+    });
+    let (importance, options) = (importance.as_ref(), FieldOptions::default());
+    let field = Field::open_with_importance(&raster, importance, &options, &Control::default()).expect("a field");
     let mesh = triangulate(&field, params, &Control::default()).expect("a mesh");
     let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
     let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
-    let options = VerifyOptions { max_error: params.max_error, temp_dir: None };
+    let options = VerifyOptions { max_error: params.max_error, importance, temp_dir: None };
     let verdict = verify(&raster, &tin, &options, &Control::default()).expect("judged");
     assert!(verdict.passes(), "{:?} for {params:?}", verdict.failures());
     assert_eq!((verdict.vertices, verdict.triangles), (summary.vertices, summary.triangles));
@@ -76,10 +87,10 @@ proptest! {
 
 /// Keeps all it is told.
 #[derive(Default, Clone, PartialEq, Debug)]
-struct Told {
+pub(super) struct Told {
     counts: (u64, u64),
-    vertices: Vec<[f64; 3]>,
-    triangles: Vec<[u64; 3]>,
+    pub(super) vertices: Vec<[f64; 3]>,
+    pub(super) triangles: Vec<[u64; 3]>,
     finished: bool,
 }
 
@@ -104,7 +115,7 @@ impl Sink for Listener {
     }
 }
 
-fn told(mesh: &Mesh) -> Told {
+pub(super) fn told(mesh: &Mesh) -> Told {
     let told = Arc::new(Mutex::new(Told::default()));
     mesh.write(Box::new(Listener(told.clone())), &Control::default()).expect("written");
     let told = told.lock().expect("whole");

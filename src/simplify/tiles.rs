@@ -3,6 +3,9 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::engine::EngineScratch;
+use super::goal::Told;
+use super::in_order::{End, find_end};
 use super::pool::Pool;
 use super::{Error, Mesh, Params};
 use crate::control::{Cancelled, Control, Stage};
@@ -10,14 +13,13 @@ use crate::exact::MAX_TOLERANCE;
 use crate::faults::{self, Point};
 use crate::field::{Field, Tile};
 use crate::lattice::MAX_TILE_CELLS;
-use crate::measure::measure;
+use crate::measure::{Bound, measure};
 use crate::mesh::TileMesh;
 use crate::raster::{RasterError, Window};
 use crate::seam::{MinLink, Rim};
 use crate::spool::{Chunk, Spool};
 use crate::tiling::TileGrid;
-use crate::triangulate::cuts::GreedyCuts;
-use crate::triangulate::{Engine, Task};
+use crate::triangulate::Task;
 
 /// Seconds of all threads together, by what a tile goes through.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
@@ -27,7 +29,7 @@ pub struct TileTimes {
     /// The sides.
     pub seams: f64,
     /// The engine.
-    pub cuts: f64,
+    pub engine: f64,
     /// Measuring the errors of the finished mesh.
     pub measure: f64,
     /// Keeping the finished tile.
@@ -48,14 +50,6 @@ pub fn grid(width: usize, height: usize, params: &Params) -> Result<TileGrid, Er
     Err(Error::Tile { limit: MAX_TILE_CELLS, found })
 }
 
-/// Makes sure that the engine keeps the weighted error of fields with channels.
-///
-/// # Errors
-/// [`Error::Channels`] if it does not.
-pub fn must_keep_channels(_: &Params) -> Result<(), Error> {
-    if GreedyCuts::KEEPS_CHANNELS { Ok(()) } else { Err(Error::Channels { engine: "greedy cuts" }) }
-}
-
 /// Triangulates a field on the threads of the current rayon pool.
 ///
 /// Memory: one `Workspace` per busy thread (a tile's samples, its front and its mesh), whatever the size of the field.
@@ -74,19 +68,25 @@ pub fn triangulate(field: &Field, params: &Params, control: &Control<'_>) -> Res
 /// # Errors
 /// [`Error`]; what becomes of the finished tiles is the spool's matter.
 pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
-    if !(params.max_error.is_finite() && params.max_error >= 0.0) {
+    // Under a goal the tolerance may be left open.
+    let open = params.max_error == f64::INFINITY && !params.goal.is_none();
+    if !(params.max_error.is_finite() && params.max_error >= 0.0 || open) {
         return Err(Error::Tolerance(params.max_error));
     }
     if field.channel_error().is_some() {
-        must_keep_channels(params)?;
+        params.takes_channels()?;
+    }
+    if params.points.as_ref().is_some_and(|p| !p.is_empty()) {
+        params.takes_points()?;
     }
     let grid = grid(field.width(), field.height(), params)?;
     assert_eq!(spool.tiles(), grid.len(), "chunks of a spool for this grid");
     let clocks = Clocks::default();
     let found = AtomicU64::new(0);
-    control.progress.begin(Stage::Triangulate, grid.len() as u64, field.width() as u64 * field.height() as u64);
-    let job = Job { field, params, grid, control };
     let workspaces = Pool::default();
+    let mut job = Job { field, params, grid, control, end: None };
+    job.end = find_end(&job, &workspaces)?;
+    control.progress.begin(Stage::Triangulate, grid.len() as u64, field.width() as u64 * field.height() as u64);
     (0..grid.len()).into_par_iter().try_for_each(|index| {
         control.cancel.check()?;
         faults::reach(Point::TileBegun);
@@ -101,9 +101,18 @@ pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &
     })?;
     control.progress.end(Stage::Triangulate);
     let (found, times) = (found.into_inner(), clocks.read());
-    let channels = field.channels().to_vec();
-    let (geo_transform, max_error) = (field.geo_transform(), params.max_error);
-    Ok(Mesh { spool, grid, geo_transform, channels, max_error, times, found })
+    Ok(Mesh {
+        spool,
+        grid,
+        geo_transform: field.geo_transform(),
+        channels: field.channels().to_vec(),
+        max_error: params.max_error,
+        error_scale: job.end.map_or(params.max_error, |end| end.scale(&job)),
+        outcome: job.end.map(|end| end.outcome),
+        times,
+        survey_bytes: job.end.map_or(0, |end| end.survey_bytes),
+        found,
+    })
 }
 
 /// What all tiles of a run have in common.
@@ -113,17 +122,21 @@ pub(super) struct Job<'a> {
     pub(super) params: &'a Params,
     pub(super) grid: TileGrid,
     pub(super) control: &'a Control<'a>,
+    /// Where tiles end, under a goal.
+    pub(super) end: Option<End>,
 }
 
 /// What one thread needs to take a tile from its samples to the spool; reused from tile to tile.
 #[derive(Default)]
 pub(super) struct Workspace {
-    tile: Tile,
+    pub(super) tile: Tile,
+    pub(super) points: Vec<(usize, usize)>,
     min_link: MinLink,
-    engine: <GreedyCuts as Engine>::Scratch,
-    mesh: TileMesh,
+    pub(super) engine: EngineScratch,
+    pub(super) mesh: TileMesh,
     chunk: Chunk,
-    encoded: Vec<u8>,
+    pub(super) encoded: Vec<u8>,
+    pub(super) told: Vec<Told>,
 }
 
 impl Workspace {
@@ -149,7 +162,8 @@ impl Workspace {
             let (expected, found) = (self.chunk.samples_checksum, self.tile.checksum());
             if expected != found {
                 let Window { column, row, width, height } = window;
-                let what = format!("{width} × {height} samples at column {column}, row {row} with the checksum");
+                let samples = if self.tile.is_weighted() { "samples and weights" } else { "samples" };
+                let what = format!("{width} × {height} {samples} at column {column}, row {row} with the checksum");
                 let [expected, found] = [expected, found].map(|checksum| format!("{checksum:08x}"));
                 return Err(RasterError::Changed { path: field.name().to_path_buf(), what, expected, found }.into());
             }
@@ -159,16 +173,21 @@ impl Workspace {
 
     /// Takes one tile from its samples to the spool. Returns how many samples the tile owns.
     fn run(&mut self, job: &Job<'_>, index: usize, spool: &Spool, clocks: &Clocks) -> Result<u64, Error> {
-        let Job { field, params, grid, control } = *job;
+        let Job { field, params, grid, control, .. } = *job;
         let id = grid.tile(index);
         let last = (grid.is_last_column(id), grid.is_last_row(id));
         let window = grid.window(id);
-        clocks.load.time(|| field.load(window, &mut self.tile))?;
-        let rim =
-            clocks.seams.time(|| Rim::new(&self.tile, tolerance(params), last, &mut self.min_link, &control.cancel))?;
-        clocks.cuts.time(|| self.cut(params, &rim, control))?;
+        let (rim, bound) = match &job.end {
+            None => {
+                clocks.load.time(|| field.load(window, &mut self.tile))?;
+                let rim = clocks.seams.time(|| self.rim(job, window, last))?;
+                clocks.engine.time(|| self.cut(params, &rim, control))?;
+                (rim, Bound::Within(tolerance(params)))
+            }
+            Some(end) => clocks.engine.time(|| self.run_to(job, index, end))?,
+        };
         let origin = (window.column as u64, window.row as u64);
-        let errors = clocks.measure.time(|| measure(&self.tile, &self.mesh, tolerance(params), origin, last));
+        let errors = clocks.measure.time(|| measure(&self.tile, &self.mesh, bound, origin, last));
         let samples = errors.samples;
         clocks.spool.time(|| {
             self.chunk.fill(index, &rim, &self.mesh, errors, self.tile.checksum());
@@ -182,11 +201,26 @@ impl Workspace {
     /// Triangulates one tile and returns how many samples and triangles it has.
     pub(super) fn probe(&mut self, job: &Job<'_>, index: usize) -> Result<(usize, usize), Error> {
         let id = job.grid.tile(index);
-        job.field.load(job.grid.window(id), &mut self.tile)?;
-        let tolerance = tolerance(job.params);
-        let rim = Rim::new(&self.tile, tolerance, (true, true), &mut self.min_link, &job.control.cancel)?;
+        let window = job.grid.window(id);
+        job.field.load(window, &mut self.tile)?;
+        let rim = self.rim(job, window, (true, true))?;
         self.cut(job.params, &rim, job.control)?;
         Ok((self.tile.width() * self.tile.height(), self.mesh.triangles.len()))
+    }
+
+    /// The rim of the tile that is loaded, and the points inside it.
+    fn rim(&mut self, job: &Job<'_>, window: Window, last: (bool, bool)) -> Result<Rim, Cancelled> {
+        self.find_points(job, window);
+        let tolerance = tolerance(job.params);
+        Rim::new(&self.tile, tolerance, &self.points, last, &mut self.min_link, &job.control.cancel)
+    }
+
+    /// Finds the points of the tile that is loaded.
+    pub(super) fn find_points(&mut self, job: &Job<'_>, window: Window) {
+        self.points.clear();
+        if let Some(points) = &job.params.points {
+            points.within(window, &mut self.points);
+        }
     }
 
     fn cut(&mut self, params: &Params, rim: &Rim, control: &Control<'_>) -> Result<(), Cancelled> {
@@ -197,12 +231,13 @@ impl Workspace {
             feasibility: params.feasibility,
             cancel: &control.cancel,
         };
-        GreedyCuts.triangulate(&task, &mut self.engine, &mut self.mesh)
+        self.engine.triangulate(params.engine, &task, &mut self.mesh)
     }
 }
 
-/// The tolerance that tiles work with: larger ones than heights can need change nothing, and would overflow.
-fn tolerance(params: &Params) -> f64 {
+/// The tolerance that tiles work with: larger ones than heights can need change nothing, and would overflow. (Where errors
+/// weigh more than 1 they would allow more; that much, nobody asks for.)
+pub(super) fn tolerance(params: &Params) -> f64 {
     params.max_error.min(MAX_TOLERANCE)
 }
 
@@ -210,7 +245,7 @@ fn tolerance(params: &Params) -> f64 {
 struct Clocks {
     load: Clock,
     seams: Clock,
-    cuts: Clock,
+    engine: Clock,
     measure: Clock,
     spool: Clock,
 }
@@ -220,7 +255,7 @@ impl Clocks {
         TileTimes {
             load: self.load.seconds(),
             seams: self.seams.seconds(),
-            cuts: self.cuts.seconds(),
+            engine: self.engine.seconds(),
             measure: self.measure.seconds(),
             spool: self.spool.seconds(),
         }

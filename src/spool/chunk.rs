@@ -5,7 +5,7 @@ use crate::seam::{Foreign, Rim, RimCounts};
 /// One finished tile: what it owns, and references to what it borrows. Immutable once written.
 ///
 /// Triangles number vertices in this order: those owned on the rim, those borrowed, those inside. `vertices` holds the
-/// owned ones (rim, then inside) with tile-local places.
+/// owned ones (rim, then inside) with tile-local places; of those inside the domain's points come first.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Chunk {
     /// The tile's number in its grid.
@@ -24,7 +24,7 @@ pub struct Chunk {
     pub errors: ErrorStats,
     /// Triangles whose strong feasibility was relaxed.
     pub relaxed: u64,
-    /// The checksum of the heights it was made from ([`crate::field::Tile::checksum`]).
+    /// The checksum of the heights and weights it was made from ([`crate::field::Tile::checksum`]).
     pub samples_checksum: u32,
     /// How often the tile was rewritten by a later pass: 0 as it comes from the engine.
     pub generation: u32,
@@ -51,8 +51,9 @@ pub struct ChunkCounts {
 }
 
 impl Chunk {
-    /// Fills the chunk with a tile mesh over `rim`, made from heights of this checksum, reusing its memory.
+    /// Fills the chunk with a tile mesh over `rim`, made from samples of this checksum, reusing its memory.
     pub fn fill(&mut self, tile: usize, rim: &Rim, mesh: &TileMesh, errors: ErrorStats, samples_checksum: u32) {
+        // Points of the domain follow those of its loops and are the tile's own, as all that is inside.
         let rim_vertices = rim.domain.vertices.len();
         self.tile = tile;
         self.rim = rim.owned;

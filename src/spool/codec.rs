@@ -7,7 +7,7 @@ use crate::mesh::Vertex;
 use crate::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// What is wrong with some bytes: (expected, found).
 pub(super) type Damage = (String, String);
@@ -57,14 +57,15 @@ pub(super) fn encode(chunk: &Chunk, out: &mut Vec<u8>) {
 }
 
 fn encode_errors(errors: &ErrorStats, out: &mut Vec<u8>) {
-    for word in [errors.samples, errors.max.to_bits(), errors.worst.0, errors.worst.1, errors.squares.to_bits()] {
+    let numbers = [errors.max, errors.weighted_max, errors.squares].map(f64::to_bits);
+    for word in [errors.samples, errors.worst.0, errors.worst.1].into_iter().chain(numbers) {
         out.extend_from_slice(&word.to_le_bytes());
     }
     for count in errors.histogram.iter() {
         out.extend_from_slice(&count.to_le_bytes());
     }
-    let WeightedStats { max, worst } = errors.weighted.unwrap_or_default();
-    for word in [u64::from(errors.weighted.is_some()), max.to_bits(), worst.0, worst.1] {
+    let WeightedStats { max, worst } = errors.extended.unwrap_or_default();
+    for word in [u64::from(errors.extended.is_some()), max.to_bits(), worst.0, worst.1] {
         out.extend_from_slice(&word.to_le_bytes());
     }
 }
@@ -139,8 +140,9 @@ pub(super) fn decode(bytes: &[u8], chunk: &mut Chunk) -> Result<(), Damage> {
 fn decode_errors(reader: &mut Reader<'_>) -> Result<ErrorStats, Damage> {
     let mut errors = ErrorStats {
         samples: reader.u64()?,
-        max: f64::from_bits(reader.u64()?),
         worst: (reader.u64()?, reader.u64()?),
+        max: f64::from_bits(reader.u64()?),
+        weighted_max: f64::from_bits(reader.u64()?),
         squares: f64::from_bits(reader.u64()?),
         ..ErrorStats::default()
     };
@@ -149,7 +151,7 @@ fn decode_errors(reader: &mut Reader<'_>) -> Result<ErrorStats, Damage> {
     }
     let is_there = reader.u64()? == 1;
     let weighted = WeightedStats { max: f64::from_bits(reader.u64()?), worst: (reader.u64()?, reader.u64()?) };
-    errors.weighted = is_there.then_some(weighted);
+    errors.extended = is_there.then_some(weighted);
     Ok(errors)
 }
 

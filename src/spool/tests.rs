@@ -9,6 +9,7 @@ use crate::field::{Heights, Tile};
 use crate::lattice::{Point, STEPS};
 use crate::measure::{BINS, ErrorStats, WeightedStats};
 use crate::mesh::{TileMesh, Vertex};
+use crate::raster::PointSet;
 use crate::seam::{Foreign, MinLink, Rim, RimCounts};
 use crate::tiling::TileGrid;
 
@@ -27,10 +28,12 @@ fn vertex() -> impl Strategy<Value = Vertex> {
 }
 
 fn errors() -> impl Strategy<Value = ErrorStats> {
-    (any::<[u64; 4]>(), 0.0..1e30f64, 0.0..1e30f64).prop_map(|([samples, column, row, count], max, squares)| {
-        let mut errors = ErrorStats { samples, max, worst: (column, row), squares, ..ErrorStats::default() };
+    let numbers = [0.0..1e30f64, 0.0..1e30f64, 0.0..1e30f64];
+    (any::<[u64; 4]>(), numbers).prop_map(|([samples, column, row, count], [max, weighted_max, squares])| {
+        let worst = (column, row);
+        let mut errors = ErrorStats { samples, max, weighted_max, worst, squares, ..ErrorStats::default() };
         errors.histogram[count as usize % BINS] = count;
-        errors.weighted = (count % 2 == 1).then_some(WeightedStats { max: squares, worst: (row, column) });
+        errors.extended = (count % 2 == 1).then_some(WeightedStats { max: squares, worst: (row, column) });
         errors
     })
 }
@@ -129,8 +132,8 @@ fn nonsense_with_a_good_checksum_does_not_panic() {
     }
 }
 
-/// The tiles of a bumpy field: each with its rim and one vertex inside, and no triangle.
-fn tiles(grid: TileGrid) -> Vec<(Chunk, Vec<Vertex>)> {
+/// The tiles of a bumpy field: each with its rim, the points inside, one more vertex there, and no triangle.
+fn tiles(grid: TileGrid, points: &PointSet) -> Vec<(Chunk, Vec<Vertex>)> {
     let height = |column: usize, row: usize| ((column * 7919 + row * 104_729) % 31) as f32;
     let tile = |index: usize| {
         let id = grid.tile(index);
@@ -139,9 +142,13 @@ fn tiles(grid: TileGrid) -> Vec<(Chunk, Vec<Vertex>)> {
         let heights = Heights::F32(places.map(|(column, row)| height(column, row)).collect());
         let samples = Tile::from_heights(window.width, window.height, heights);
         let last = (grid.is_last_column(id), grid.is_last_row(id));
-        let rim = Rim::new(&samples, 9.0, last, &mut MinLink::default(), &CancelToken::default()).unwrap();
-        let mut mesh = TileMesh { vertices: rim.domain.vertices.clone(), ..TileMesh::default() };
-        mesh.vertices.push(Vertex { at: Point::of_sample(1, 1), height: samples.at(1, 1) });
+        let mut forced = Vec::new();
+        points.within(window, &mut forced);
+        let rim = Rim::new(&samples, 9.0, &forced, last, &mut MinLink::default(), &CancelToken::default()).unwrap();
+        let mut mesh = TileMesh { vertices: rim.domain.fixed().collect(), ..TileMesh::default() };
+        if !forced.contains(&(1, 1)) {
+            mesh.vertices.push(Vertex { at: Point::of_sample(1, 1), height: samples.at(1, 1) });
+        }
         let mut chunk = Chunk::default();
         chunk.fill(index, &rim, &mesh, ErrorStats::default(), samples.checksum());
         (chunk, mesh.vertices)
@@ -149,14 +156,21 @@ fn tiles(grid: TileGrid) -> Vec<(Chunk, Vec<Vertex>)> {
     (0..grid.len()).map(tile).collect()
 }
 
-/// In grids of one row or column, too, where a tile is first and last.
-#[test]
-fn neighbours_call_a_seam_vertex_by_one_number() {
-    for (width, height) in [(37, 34), (12, 34), (37, 12), (12, 12)] {
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// In grids of one row or column, too, where a tile is first and last. Points fall on seams and corners as well.
+    #[test]
+    fn neighbours_call_a_seam_vertex_by_one_number(
+        wide in any::<bool>(), high in any::<bool>(), points in vec((0.0f64..1.0, 0.0f64..1.0), 0..60),
+    ) {
+        let (width, height) = (if wide { 37 } else { 12 }, if high { 34 } else { 12 });
         let grid = TileGrid::new(width, height, 12);
+        let scaled = |(x, y): (f64, f64)| ((x * width as f64) as usize, (y * height as f64) as usize);
+        let points = PointSet::new(points.into_iter().map(scaled));
         let folder = tempfile::tempdir().unwrap();
         let spool = Spool::new(folder.path(), grid.len()).unwrap();
-        let tiles = tiles(grid);
+        let tiles = tiles(grid, &points);
         // In any order.
         tiles.iter().rev().for_each(|(chunk, _)| spool.append(chunk, &mut Vec::new()).unwrap());
 
@@ -182,6 +196,10 @@ fn neighbours_call_a_seam_vertex_by_one_number() {
         let mut used: Vec<u64> = place_of.into_keys().collect();
         used.sort();
         assert_eq!(used, (0..owned).collect::<Vec<u64>>());
+        for (column, row) in points.iter() {
+            let place = (STEPS * column as i32, STEPS * row as i32);
+            assert!(number_at.contains_key(&place), "point {column}, {row}");
+        }
     }
 }
 
@@ -194,7 +212,7 @@ fn kept(folder: &tempfile::TempDir, grid: TileGrid, stamp: u32) -> Spool {
 fn kept_chunks_are_found_by_the_next_spool_of_the_job() {
     let grid = TileGrid::new(37, 34, 12);
     let folder = tempfile::tempdir().unwrap();
-    let tiles = tiles(grid);
+    let tiles = tiles(grid, &PointSet::default());
     let (mut chunk, mut buffer) = (Chunk::default(), Vec::new());
     let first = kept(&folder, grid, 7);
     for (made, _) in tiles.iter().filter(|(c, _)| c.tile != 4) {

@@ -2,10 +2,14 @@
 //!
 //! In come the samples of a [`Tile`] and a [`Domain`]; out goes a [`TileMesh`] whose surface is within the tolerance at
 //! every sample the domain's ground covers. Engines do no I/O, never assume that the ground is a rectangle, and know
-//! nothing of other tiles. `feasible` answers whether a triangle may be used; `cuts` is the greedy cuts engine.
+//! nothing of other tiles. `feasible` answers whether a triangle may be used; `cuts` is the greedy cuts engine, `insertion` the
+//! greedy insertion engine.
 
+#[cfg(test)]
+pub(crate) mod conformance;
 pub mod cuts;
 pub mod feasible;
+pub mod insertion;
 
 use crate::control::{CancelToken, Cancelled};
 use crate::field::Tile;
@@ -30,7 +34,8 @@ pub struct Task<'a> {
     pub tile: &'a Tile,
     /// The ground to cover.
     pub domain: &'a Domain,
-    /// The largest vertical distance allowed, in the heights' units; at least 0.
+    /// The largest vertical distance allowed, in the heights' units; at least 0. Where the tile has weights, distance ×
+    /// weight: each sample is held to its [`Tile::limit`].
     pub tolerance: f64,
     /// Which triangles may be used.
     pub feasibility: Feasibility,
@@ -48,6 +53,11 @@ pub trait Engine: Sync {
     ///
     /// [`ChannelError::limit`]: crate::channels::ChannelError::limit
     const KEEPS_CHANNELS: bool = false;
+
+    /// Whether the engine makes vertices of the domain's points ([`Domain::points`]). One that does not is given none.
+    fn preinserts(&self) -> bool {
+        false
+    }
 
     /// Triangulates the task's ground into `mesh`, replacing what is in it and reusing its memory. The same task gives
     /// the same mesh, always and everywhere.

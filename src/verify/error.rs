@@ -48,6 +48,18 @@ pub enum VerifyError {
         /// The height as it is.
         found: f64,
     },
+    /// A sample of the importance raster is no weight.
+    #[error("{}: column {column}, row {row}: expected a finite weight, 0 or above, found {found}", path.display())]
+    NotAWeight {
+        /// The importance raster.
+        path: PathBuf,
+        /// The sample's column, from 0.
+        column: usize,
+        /// The sample's row, from 0.
+        row: usize,
+        /// What is there.
+        found: String,
+    },
     /// A temporary file cannot be made, written or read back.
     #[error("temporary files in {}: {source}", dir.display())]
     Scratch {

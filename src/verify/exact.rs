@@ -33,6 +33,63 @@ fn in_128_bits(sample: f64, heights: [f64; 3], weights: [i128; 3], tolerance: f6
     Some((h * double_area - surface).abs() <= e * double_area)
 }
 
+/// |h − (wa·za + wb·zb + wc·zc)/D| · importance ≤ tolerance: the same question where errors are weighted. The importance
+/// is finite and not negative.
+pub(super) fn within_weighted(
+    sample: f64,
+    heights: [f64; 3],
+    weights: [i128; 3],
+    importance: f64,
+    tolerance: f64,
+) -> bool {
+    weighted_in_128_bits(sample, heights, weights, importance, tolerance)
+        .unwrap_or_else(|| weighted_in_rationals(sample, heights, weights, importance, tolerance))
+}
+
+/// The answer in 128 bits, where the numbers fit: |h·D − Σ w·z| · importance against tolerance · D, each as a whole number
+/// and a power of two.
+fn weighted_in_128_bits(
+    sample: f64,
+    heights: [f64; 3],
+    weights: [i128; 3],
+    importance: f64,
+    tolerance: f64,
+) -> Option<bool> {
+    let double_area: i128 = weights.iter().sum();
+    let room = double_area.leading_zeros() as i32 - 3;
+    let parts = [sample, heights[0], heights[1], heights[2]].map(split);
+    let unit = parts.iter().filter(|(m, _)| *m != 0).map(|(_, e)| *e).min().unwrap_or(0);
+    let mut whole = [0i128; 4];
+    for (out, (mantissa, exponent)) in whole.iter_mut().zip(parts).filter(|(_, (m, _))| *m != 0) {
+        let bits = (64 - mantissa.unsigned_abs().leading_zeros()) as i32;
+        if bits + exponent - unit > room {
+            return None;
+        }
+        *out = i128::from(mantissa) << (exponent - unit);
+    }
+    let [h, za, zb, zc] = whole;
+    let error = (h * double_area - (weights[0] * za + weights[1] * zb + weights[2] * zc)).unsigned_abs();
+    let ((importance, importance_exponent), (tolerance, tolerance_exponent)) = (split(importance), split(tolerance));
+    let left = error.checked_mul(u128::from(importance.unsigned_abs()))?;
+    let right = double_area.unsigned_abs().checked_mul(u128::from(tolerance.unsigned_abs()))?;
+    if left == 0 || right == 0 {
+        return Some(left == 0);
+    }
+    let shift = unit + importance_exponent - tolerance_exponent;
+    let shifted = |number: u128, by: i32| (by <= number.leading_zeros() as i32).then(|| number << by);
+    match shift {
+        0.. => Some(shifted(left, shift)? <= right),
+        _ => Some(left <= shifted(right, -shift)?),
+    }
+}
+
+/// The definition, word by word.
+fn weighted_in_rationals(sample: f64, heights: [f64; 3], weights: [i128; 3], importance: f64, tolerance: f64) -> bool {
+    let weighted = error(sample, heights, weights) * rational(importance);
+    let tolerance = rational(tolerance);
+    -&tolerance <= weighted && weighted <= tolerance
+}
+
 /// mantissa · 2^exponent, the mantissa odd or 0.
 fn split(value: f64) -> (i64, i32) {
     let bits = value.to_bits();
@@ -48,14 +105,21 @@ fn split(value: f64) -> (i64, i32) {
 
 /// The definition, word by word.
 fn in_rationals(sample: f64, heights: [f64; 3], weights: [i128; 3], tolerance: f64) -> bool {
-    let rational = |v: f64| BigRational::from_float(v).expect("finite heights and tolerance");
+    let error = error(sample, heights, weights);
+    let tolerance = rational(tolerance);
+    -&tolerance <= error && error <= tolerance
+}
+
+fn rational(value: f64) -> BigRational {
+    BigRational::from_float(value).expect("finite heights, importance and tolerance")
+}
+
+/// Sample less surface.
+fn error(sample: f64, heights: [f64; 3], weights: [i128; 3]) -> BigRational {
     let weight = |w: i128| BigRational::from_integer(BigInt::from(w));
     let double_area = weight(weights.iter().sum());
     let terms = weights.iter().zip(heights).map(|(&w, z)| weight(w) * rational(z));
-    let surface = terms.sum::<BigRational>() / double_area;
-    let error = rational(sample) - surface;
-    let tolerance = rational(tolerance);
-    -&tolerance <= error && error <= tolerance
+    rational(sample) - terms.sum::<BigRational>() / double_area
 }
 
 #[cfg(test)]
@@ -94,6 +158,27 @@ mod tests {
             let slow = in_rationals(sample, heights, weights, tolerance);
             prop_assert!(in_128_bits(sample, heights, weights, tolerance).is_none_or(|fast| fast == slow));
             prop_assert!(!tie || slow);
+            prop_assert_eq!(slow, within_weighted(sample, heights, weights, 1.0, tolerance));
+        }
+
+        #[test]
+        fn both_ways_agree_with_weights(
+            heights in [height(), height(), height()], weights in any::<[u16; 3]>(), sample in height(), nudge in -2i64..3,
+            importance in prop_oneof![
+                Just(0.0), Just(0.3), Just(2.0), Just(1e6), 0f64..10.0, (0..f64::MAX.to_bits()).prop_map(f64::from_bits),
+            ],
+        ) {
+            prop_assume!(weights.iter().any(|&w| w > 0));
+            let weights = weights.map(i128::from);
+            let total: i128 = weights.iter().sum();
+            let surface: f64 = heights.iter().zip(weights).map(|(z, w)| z * (w as f64 / total as f64)).sum();
+            let weighted = (sample - surface).abs() * importance;
+            prop_assume!(weighted.is_finite());
+            let tolerance = f64::from_bits(weighted.to_bits().saturating_add_signed(nudge));
+            prop_assume!(tolerance.is_finite() && tolerance >= 0.0);
+            let slow = weighted_in_rationals(sample, heights, weights, importance, tolerance);
+            let fast = weighted_in_128_bits(sample, heights, weights, importance, tolerance);
+            prop_assert!(fast.is_none_or(|fast| fast == slow));
         }
     }
 
@@ -106,6 +191,18 @@ mod tests {
         // One third of 1 is no double, so no sample is exactly on this surface.
         assert!(!within(1.0 / 3.0, [1.0, 0.0, 0.0], [1, 1, 1], 0.0));
         assert!(within(1.0, [3.0, 0.0, 0.0], [1, 1, 1], 0.0));
+    }
+
+    #[test]
+    fn weighted_ties_are_within_and_one_ulp_more_is_not() {
+        // An error of 1 at the middle of 0 and 3.
+        let judge = |importance, tolerance| {
+            let found = within_weighted(2.5, [0.0, 3.0, 7.0], [1, 1, 0], importance, tolerance);
+            assert_eq!(found, weighted_in_128_bits(2.5, [0.0, 3.0, 7.0], [1, 1, 0], importance, tolerance).unwrap());
+            found
+        };
+        assert!(judge(0.3, 0.3) && judge(4.0, 4.0) && judge(0.0, 0.0));
+        assert!(!judge(0.3f64.next_up(), 0.3) && !judge(4.0, 4f64.next_down()) && !judge(1e-9, 0.0));
     }
 
     #[test]

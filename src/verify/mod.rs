@@ -1,12 +1,12 @@
 //! Judges a written mesh against its raster, sharing no code with whatever made it.
 //!
-//! In comes a raster and a path; out comes a [`Verdict`]: is the surface within the tolerance at every sample, and is
-//! it one surface, without cracks, T-junctions, folds or overlaps? Places are recovered on the lattice of quarter cells,
+//! In comes a raster and a path; out comes a [`Verdict`]: is the surface within the tolerance at every sample (with an
+//! importance raster: is error × weight), and is it one surface, without cracks, T-junctions, folds or overlaps? Places are recovered on the lattice of quarter cells,
 //! where all geometry is exact; near ties with the tolerance are settled by exact arithmetic.
 //!
 //! Two passes over the file put vertices, triangles, edges and corners in order by external sorts (`sort`); then the
 //! triangles sweep over the raster from the first row to the last (`sweep`). Memory is bounded whatever the raster and
-//! the mesh, by about 64 MiB beside GDAL's own cache: every type that buffers says how much.
+//! the mesh, by about 64 MiB (8 more with an importance raster) beside GDAL's own cache: every type that buffers says how much.
 //!
 //! Why that is enough: if every face turns counter-clockwise, every edge inside is shared by two faces in opposite
 //! directions and the remaining edges run once around the rim, then the faces cover each point of the domain exactly
@@ -45,7 +45,7 @@ use crate::raster::Raster;
 
 pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, VertexPlace};
-pub use verdict::{Verdict, WorstSample};
+pub use verdict::{Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedOptions, WeightedVerdict, WorstWeighted};
 
 use corners::{VertexFindings, read_vertices};
@@ -53,16 +53,18 @@ use edges::{EdgeFindings, match_edges};
 use faces::{FaceFindings, FaceSorts, read_faces};
 use grid::Grid;
 use pace::Pace;
-use samples::BandReader;
+use samples::{BandReader, Bands};
 use scratch::Scratch;
 use sweep::{Comparison, sweep};
 use weighted::judge_weighted;
 
 /// What a mesh is held to, and where temporary files go.
 #[derive(Debug, Clone)]
-pub struct VerifyOptions {
+pub struct VerifyOptions<'a> {
     /// The vertical distance allowed at every sample, in the raster's unit; at most this, `<=`, is within.
     pub max_error: f64,
+    /// A raster of weights: at every sample distance × weight is to be at most `max_error`. It has the grid of the raster.
+    pub importance: Option<&'a Raster>,
     /// Where temporary files are made, about 200 bytes per triangle; `None` is the system's place for them.
     pub temp_dir: Option<PathBuf>,
 }
@@ -72,12 +74,12 @@ pub struct VerifyOptions {
 /// The verdict depends on the two files and the tolerance alone, not on the number of threads.
 ///
 /// # Errors
-/// [`VerifyError`] when either cannot be read or is damaged, when the raster has samples without a height, when
-/// temporary files fail, or on cancellation. A mesh that is merely wrong is a verdict.
+/// [`VerifyError`] when either cannot be read or is damaged, when the raster has samples without a height, when the
+/// importance raster has another grid or samples that are no weights, when temporary files fail, or on cancellation. A mesh that is merely wrong is a verdict.
 pub fn verify(
     raster: &Raster,
     mesh: &Path,
-    options: &VerifyOptions,
+    options: &VerifyOptions<'_>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
     judge(raster, mesh, options, None, control)
@@ -89,15 +91,16 @@ pub fn verify(
 /// As [`verify`]; [`VerifyError::Emphasis`]; [`VerifyError::Mesh`] if the mesh lacks an attribute.
 ///
 /// # Panics
-/// If there is no channel.
+/// If there is no channel, or an importance raster: the weighted error of channels has no weights of samples.
 pub fn verify_with_channels(
     raster: &Raster,
     mesh: &Path,
-    options: &VerifyOptions,
+    options: &VerifyOptions<'_>,
     channels: &WeightedOptions,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
     assert!(!channels.bands.is_empty(), "no channel to judge");
+    assert!(options.importance.is_none(), "channels beside an importance raster");
     if !(0.0..=1.0).contains(&channels.emphasis) {
         return Err(VerifyError::Emphasis { found: channels.emphasis });
     }
@@ -107,13 +110,16 @@ pub fn verify_with_channels(
 fn judge(
     raster: &Raster,
     mesh: &Path,
-    options: &VerifyOptions,
+    options: &VerifyOptions<'_>,
     channels: Option<&WeightedOptions>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
     let tolerance = options.max_error;
     if !(tolerance.is_finite() && tolerance >= 0.0) {
         return Err(VerifyError::Tolerance { found: tolerance });
+    }
+    if let Some(importance) = options.importance {
+        raster.same_grid(importance)?;
     }
     let grid = Grid::of(raster);
     let scratch = Scratch::new(options.temp_dir.as_deref(), control.cancel.clone());
@@ -131,14 +137,15 @@ fn judge(
     drop(store);
     pace.end()?;
 
-    let reader = if channels.is_some_and(|c| c.planar) { BandReader::level(raster) } else { BandReader::new(raster)? };
-    let comparison = sweep(reader, grid, by_row, tolerance, &scratch, control)?;
+    let planar = channels.is_some_and(|c| c.planar);
+    let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster)? };
+    let comparison = sweep(Bands::new(reader, options.importance)?, grid, by_row, tolerance, &scratch, control)?;
     let of_channels = |c| judge_weighted(raster, &mut mesh, tolerance, c, &scratch, control);
-    let weighted = channels.map(of_channels).transpose()?;
+    let extended = channels.map(of_channels).transpose()?;
     let samples = raster.width() as u64 * raster.height() as u64;
     let sizes = Sizes { samples, vertices, triangles };
     let verdict = verdict(tolerance, sizes, &grid, comparison, face_findings, edge_findings, corner_findings);
-    Ok(Verdict { weighted, ..verdict })
+    Ok(Verdict { extended, ..verdict })
 }
 
 struct Sizes {
@@ -159,10 +166,12 @@ fn verdict(
     let covered = sizes.samples - comparison.uncovered.count;
     Verdict {
         tolerance,
+        weighted: comparison.weighted,
         samples: sizes.samples,
         vertices: sizes.vertices,
         triangles: sizes.triangles,
         worst: comparison.worst,
+        weighted_worst: comparison.weighted_worst,
         rms_error: (comparison.sum_of_squares / covered.max(1) as f64).sqrt(),
         above_tolerance: comparison.above,
         uncovered: comparison.uncovered,
@@ -182,6 +191,6 @@ fn verdict(
         off_lattice: corners.off_lattice,
         outside: corners.outside,
         heights_not_finite: corners.not_finite,
-        weighted: None,
+        extended: None,
     }
 }

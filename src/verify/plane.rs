@@ -1,5 +1,6 @@
-use super::exact::within;
+use super::exact::{within, within_weighted};
 use super::grid::STEPS;
+use super::samples::Samples;
 use super::triangle::{RowSpan, Triangle};
 
 /// Half the distance from 1 to the next double: the relative error of one rounded operation.
@@ -13,12 +14,17 @@ const U: f64 = f64::EPSILON / 2.0;
 /// off by at most 3 rounded operations and their sum by one more: 4u·M, since wb + wc ≤ D. Adding za rounds a number
 /// not above Z (+ 4u·M), and subtracting from the sample rounds the error itself. So the error found is off by at
 /// most 4u·M + u·Z + u·error and second-order terms; twice that is allowed for, and a little for underflow.
+///
+/// Where errors are weighted, (error ± slack) × weight is held against the tolerance; the sum, the product
+/// and the limit are rounded, too, which is allowed for several times over. Tolerances near the smallest numbers go the
+/// exact way alone, because products might underflow.
 #[derive(Debug, Clone)]
 pub(super) struct Plane {
     pub(super) triangle: Triangle,
     double_area: i128,
     slopes: (f64, f64),
     tolerance: f64,
+    slack: f64,
     /// At most this, and the sample is within the tolerance for sure.
     surely_within: f64,
     /// More than this, and it is not for sure.
@@ -28,11 +34,14 @@ pub(super) struct Plane {
 /// A sample's vertical distance to the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Judged {
-    /// The distance, rounded, but at most the tolerance if and only if `within`.
+    /// The distance, rounded; no more than the limit's own rounding above it where it is `within`.
     pub(super) error: f64,
+    /// What is held against the tolerance, the distance or distance × weight: rounded, but at most the tolerance if and
+    /// only if `within`.
+    pub(super) counted: f64,
     /// The surface's height, rounded.
     pub(super) surface: f64,
-    /// Whether the distance is exactly at most the tolerance.
+    /// Whether what counts is exactly at most the tolerance.
     pub(super) within: bool,
 }
 
@@ -50,7 +59,7 @@ impl Plane {
             false => (f64::NEG_INFINITY, f64::INFINITY),
         };
         let slopes = (rise_b / area, rise_c / area);
-        Plane { triangle, double_area, slopes, tolerance, surely_within, surely_above }
+        Plane { triangle, double_area, slopes, tolerance, slack, surely_within, surely_above }
     }
 
     /// Whether all three corners have a height; a surface without one is within no tolerance of anything.
@@ -59,7 +68,25 @@ impl Plane {
     }
 
     /// Judges the samples of a span in order; `samples` is the whole row.
-    pub(super) fn judge_row(&self, row: i64, span: &RowSpan, samples: &[f64], mut visit: impl FnMut(i64, Judged)) {
+    pub(super) fn judge_row(&self, row: i64, span: &RowSpan, samples: Samples<'_>, visit: impl FnMut(i64, Judged)) {
+        match samples.weights {
+            None => self.judge_each(row, span, samples.heights, visit, |column, sample, surface, error| {
+                self.judge(column, row, sample, surface, error)
+            }),
+            Some(weights) => self.judge_each(row, span, samples.heights, visit, |column, sample, surface, error| {
+                self.judge_weighted(column, row, sample, surface, error, weights[column as usize])
+            }),
+        }
+    }
+
+    fn judge_each(
+        &self,
+        row: i64,
+        span: &RowSpan,
+        samples: &[f64],
+        mut visit: impl FnMut(i64, Judged),
+        judge: impl Fn(i64, f64, f64, f64) -> Judged,
+    ) {
         let [a, b, c] = self.triangle.corners;
         let (first, last) = span.closed;
         let [_, wb, wc] = self.weights(first, row);
@@ -71,27 +98,52 @@ impl Plane {
             let surface = za + ((wb + steps * step_b) * self.slopes.0 + (wc + steps * step_c) * self.slopes.1);
             let sample = samples[column as usize];
             let error = (sample - surface).abs();
-            let judged = if error <= self.surely_within {
-                Judged { error, surface, within: true }
-            } else if error > self.surely_above {
-                Judged { error, surface, within: false }
-            } else {
-                self.judge_exactly(column, row, sample, surface, error)
-            };
-            visit(column, judged);
+            visit(column, judge(column, sample, surface, error));
+        }
+    }
+
+    fn judge(&self, column: i64, row: i64, sample: f64, surface: f64, error: f64) -> Judged {
+        if error <= self.surely_within {
+            return Judged { error, counted: error, surface, within: true };
+        }
+        if error > self.surely_above {
+            return Judged { error, counted: error, surface, within: false };
+        }
+        self.judge_exactly(column, row, sample, surface, error)
+    }
+
+    fn judge_weighted(&self, column: i64, row: i64, sample: f64, surface: f64, error: f64, weight: f64) -> Judged {
+        /// A bound of the roundings of sum and product.
+        const ROUNDING: f64 = 32.0 * U;
+        const SMALLEST_TOLERANCE: f64 = 1e-200;
+        let counted = error * weight;
+        let filtered = self.surely_above < f64::INFINITY && self.tolerance >= SMALLEST_TOLERANCE;
+        if filtered && (error + self.slack) * weight <= self.tolerance * (1.0 - ROUNDING) {
+            return Judged { error, counted, surface, within: true };
+        }
+        if filtered && (error - self.slack) * weight > self.tolerance * (1.0 + ROUNDING) {
+            return Judged { error, counted, surface, within: false };
+        }
+        let weights = self.weights(column, row);
+        let within = within_weighted(sample, self.triangle.heights, weights, weight, self.tolerance);
+        let most = if within && weight > 0.0 { self.tolerance / weight } else { f64::INFINITY };
+        Judged { error: error.min(most), counted: self.not_contradicting(counted, within), surface, within }
+    }
+
+    /// Rounding (or, with numbers near the largest, overflow) must not contradict the exact answer.
+    fn not_contradicting(&self, counted: f64, within: bool) -> f64 {
+        match within {
+            true => counted.min(self.tolerance),
+            false if counted > self.tolerance => counted,
+            false => self.tolerance.next_up(),
         }
     }
 
     #[cold]
     fn judge_exactly(&self, column: i64, row: i64, sample: f64, surface: f64, error: f64) -> Judged {
         let within = within(sample, self.triangle.heights, self.weights(column, row), self.tolerance);
-        // Rounding (or, with numbers near the largest, overflow) must not contradict the exact answer.
-        let error = match within {
-            true => error.min(self.tolerance),
-            false if error > self.tolerance => error,
-            false => self.tolerance.next_up(),
-        };
-        Judged { error, surface, within }
+        let error = self.not_contradicting(error, within);
+        Judged { error, counted: error, surface, within }
     }
 
     /// wa, wb, wc of a sample.
@@ -118,27 +170,40 @@ mod tests {
         (base, prop_oneof![(-50i32..50).prop_map(f64::from), -50f64..50.0, -1e-9f64..1e-9]).prop_map(|(b, h)| b + h)
     }
 
+    fn plain(heights: &[f64]) -> Samples<'_> {
+        Samples { heights, weights: None }
+    }
+
     proptest! {
         /// Tolerances a few rounding errors beside the error are where a wrong bound would show.
         #[test]
         fn the_filter_never_contradicts_the_exact_answer(
             corners in proptest::array::uniform3((0i64..400, 0i64..80)), heights in [height(), height(), height()],
             lift in prop_oneof![Just(0.0), -10f64..10.0], nudge in -2f64..2.0, row in 0i64..20,
+            weight in prop_oneof![Just(0.0), Just(0.3), Just(1.0), Just(2.0), 0f64..1e6],
         ) {
             let Some(triangle) = Triangle::new(0, corners, heights) else { return Ok(()) };
             let Some(span) = triangle.row_span(row, 100) else { return Ok(()) };
             let mut samples = vec![0.0; 100];
-            Plane::new(triangle, 0.0).judge_row(row, &span, &[0.0; 100], |c, j| samples[c as usize] = j.surface + lift);
+            Plane::new(triangle, 0.0).judge_row(row, &span, plain(&[0.0; 100]), |c, j| samples[c as usize] = j.surface + lift);
             let size = heights.iter().fold(0f64, |m, z| m.max(z.abs()));
             let mut errors = Vec::new();
-            Plane::new(triangle, 0.0).judge_row(row, &span, &samples, |_, j| errors.push(j.error));
+            Plane::new(triangle, 0.0).judge_row(row, &span, plain(&samples), |_, j| errors.push(j.error));
             for error in errors {
                 let tolerance = (error + nudge * U * size).max(0.0);
                 let plane = Plane::new(triangle, tolerance);
-                plane.judge_row(row, &span, &samples, |column, judged| {
+                plane.judge_row(row, &span, plain(&samples), |column, judged| {
                     let exact = within(samples[column as usize], triangle.heights, plane.weights(column, row), tolerance);
                     assert_eq!(judged.within, exact);
                     assert_eq!(judged.error <= tolerance, exact);
+                });
+                let plane = Plane::new(triangle, tolerance * weight);
+                let weighted = Samples { heights: &samples, weights: Some(&[weight; 100]) };
+                plane.judge_row(row, &span, weighted, |column, judged| {
+                    let (sample, bary) = (samples[column as usize], plane.weights(column, row));
+                    let exact = within_weighted(sample, triangle.heights, bary, weight, tolerance * weight);
+                    assert_eq!(judged.within, exact);
+                    assert_eq!(judged.counted <= tolerance * weight, exact);
                 });
             }
         }
@@ -151,7 +216,7 @@ mod tests {
         let samples: Vec<f64> = (0..8).map(f64::from).collect();
         let span = triangle.row_span(3, 8).unwrap();
         let mut seen = 0;
-        Plane::new(triangle, 0.0).judge_row(3, &span, &samples, |column, judged| {
+        Plane::new(triangle, 0.0).judge_row(3, &span, plain(&samples), |column, judged| {
             assert_eq!((judged.error, judged.surface, judged.within), (0.0, column as f64, true));
             seen += 1;
         });

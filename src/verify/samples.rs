@@ -25,7 +25,7 @@ impl<'r> BandReader<'r> {
         // Whole blocks, where some fit: a block that two bands share is decoded twice.
         let block = raster.block_size().1.max(1);
         let rows = if rows > block { rows - rows % block } else { rows };
-        Ok(BandReader { raster, masked: raster.has_mask()?, level: false, rows, heights: Vec::new() })
+        BandReader::of_rows(raster, rows)
     }
 
     /// Heights of 0, of the raster's size.
@@ -37,6 +37,11 @@ impl<'r> BandReader<'r> {
     /// The same in bands of so many rows.
     pub(super) fn by(self, rows: usize) -> Self {
         BandReader { rows, ..self }
+    }
+
+    /// Bands of another raster's rows.
+    fn of_rows(raster: &'r Raster, rows: usize) -> Result<Self, VerifyError> {
+        Ok(BandReader { raster, masked: raster.has_mask()?, level: false, rows, heights: Vec::new() })
     }
 
     /// Rows in a band; the last one may have fewer.
@@ -71,6 +76,28 @@ impl<'r> BandReader<'r> {
         Ok(&self.heights)
     }
 
+    /// The numbers of one band as weights of errors: finite and not negative.
+    fn read_weights(&mut self, band: usize) -> Result<&[f64], VerifyError> {
+        let (first_row, width) = (band * self.rows, self.raster.width());
+        let path = self.raster.path().to_path_buf();
+        self.read(band).map_err(|error| match error {
+            VerifyError::NodataUnsupported { path, column, row } => {
+                VerifyError::NotAWeight { path, column, row, found: "a nodata sample".to_string() }
+            }
+            VerifyError::InfiniteSample { path, column, row, found } => {
+                VerifyError::NotAWeight { path, column, row, found: found.to_string() }
+            }
+            other => other,
+        })?;
+        match self.heights.iter().position(|&weight| weight < 0.0) {
+            None => Ok(&self.heights),
+            Some(at) => {
+                let (column, row, found) = (at % width, first_row + at / width, self.heights[at].to_string());
+                Err(VerifyError::NotAWeight { path, column, row, found })
+            }
+        }
+    }
+
     fn refuse_nodata(&self, window: Window) -> Result<(), VerifyError> {
         let mut found = None;
         if self.masked {
@@ -90,6 +117,57 @@ impl<'r> BandReader<'r> {
             let (column, row) = (at % window.width, window.row + at / window.width);
             Err(VerifyError::NodataUnsupported { path: self.raster.path().to_path_buf(), column, row })
         })
+    }
+}
+
+/// The bands of a raster of heights, with those of its importance raster where there is one.
+///
+/// Memory use is that of one or two [`BandReader`]s.
+#[derive(Debug)]
+pub(super) struct Bands<'r> {
+    heights: BandReader<'r>,
+    weights: Option<BandReader<'r>>,
+}
+
+/// Rows of samples; weights as many as heights, or none where all errors weigh the same.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Samples<'s> {
+    pub(super) heights: &'s [f64],
+    pub(super) weights: Option<&'s [f64]>,
+}
+
+impl<'r> Bands<'r> {
+    /// Whether there are weights.
+    pub(super) fn are_weighted(&self) -> bool {
+        self.weights.is_some()
+    }
+
+    pub(super) fn new(heights: BandReader<'r>, importance: Option<&'r Raster>) -> Result<Self, VerifyError> {
+        let weights = importance.map(|raster| BandReader::of_rows(raster, heights.rows())).transpose()?;
+        Ok(Bands { heights, weights })
+    }
+
+    /// Rows in a band; the last one may have fewer.
+    pub(super) fn rows(&self) -> usize {
+        self.heights.rows()
+    }
+
+    /// How many bands there are.
+    pub(super) fn count(&self) -> usize {
+        self.heights.count()
+    }
+
+    /// One band, row by row.
+    pub(super) fn read(&mut self, band: usize) -> Result<Samples<'_>, VerifyError> {
+        let weights = self.weights.as_mut().map(|weights| weights.read_weights(band)).transpose()?;
+        Ok(Samples { heights: self.heights.read(band)?, weights })
+    }
+}
+
+impl<'s> Samples<'s> {
+    /// Some of them.
+    pub(super) fn part(self, range: std::ops::Range<usize>) -> Samples<'s> {
+        Samples { heights: &self.heights[range.clone()], weights: self.weights.map(|weights| &weights[range]) }
     }
 }
 

@@ -6,11 +6,11 @@ use super::VerifyError;
 use super::finding::{Finding, SamplePlace};
 use super::grid::Grid;
 use super::plane::{Judged, Plane};
-use super::samples::BandReader;
+use super::samples::{Bands, Samples};
 use super::scratch::{Queue, Scratch};
 use super::sort::Sorted;
 use super::triangle::{RowSpan, TRIANGLE_WORDS, Triangle, TriangleWords};
-use super::verdict::WorstSample;
+use super::verdict::{WeightedWorst, WorstSample};
 
 /// Triangles held against a band at a time.
 const BATCH: usize = 16 << 10;
@@ -32,7 +32,11 @@ mod mark {
 /// What the comparison of all samples with all triangles finds.
 #[derive(Debug, Default)]
 pub(super) struct Comparison {
+    /// Whether errors are weighted.
+    pub(super) weighted: bool,
     pub(super) worst: Option<WorstSample>,
+    /// Where error × weight is largest; `None` where errors are not weighted.
+    pub(super) weighted_worst: Option<WeightedWorst>,
     /// Of the error, over the covered samples.
     pub(super) sum_of_squares: f64,
     pub(super) above: Finding<SamplePlace>,
@@ -46,6 +50,7 @@ pub(super) struct Comparison {
 struct RowTally {
     sum_of_squares: f64,
     worst: Option<Worst>,
+    weighted_worst: Option<Worst>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -60,7 +65,7 @@ struct Worst {
 /// Memory use is constant whatever the mesh, because the triangles of a band pass by in batches, and those that reach
 /// into the next band wait for it in a [`Queue`].
 pub(super) fn sweep(
-    mut reader: BandReader<'_>,
+    mut reader: Bands<'_>,
     grid: Grid,
     triangles: Sorted<'_, TRIANGLE_WORDS>,
     tolerance: f64,
@@ -72,7 +77,7 @@ pub(super) fn sweep(
     control.progress.begin(Stage::Compare, bands as u64, samples);
     let mut triangles = triangles.peekable();
     let mut waiting = Queue::new(scratch);
-    let mut comparison = Comparison::default();
+    let mut comparison = Comparison { weighted: reader.are_weighted(), ..Comparison::default() };
     for index in 0..bands {
         control.cancel.check()?;
         let mut band = Band::new(grid, tolerance, index * rows, reader.read(index)?);
@@ -96,7 +101,7 @@ pub(super) fn sweep(
         }
         waiting = next;
         band.add_to(&mut comparison);
-        control.progress.step(Stage::Compare, band.samples.len() as u64);
+        control.progress.step(Stage::Compare, band.samples.heights.len() as u64);
     }
     control.progress.end(Stage::Compare);
     Ok(comparison)
@@ -108,20 +113,20 @@ struct Band<'s> {
     tolerance: f64,
     /// The first row, and the first one after.
     rows: (i64, i64),
-    samples: &'s [f64],
+    samples: Samples<'s>,
     marks: Vec<u8>,
     tallies: Vec<RowTally>,
 }
 
 impl<'s> Band<'s> {
-    fn new(grid: Grid, tolerance: f64, first_row: usize, samples: &'s [f64]) -> Self {
-        let rows = samples.len() / grid.width as usize;
+    fn new(grid: Grid, tolerance: f64, first_row: usize, samples: Samples<'s>) -> Self {
+        let rows = samples.heights.len() / grid.width as usize;
         Band {
             grid,
             tolerance,
             rows: (first_row as i64, (first_row + rows) as i64),
             samples,
-            marks: vec![0; samples.len()],
+            marks: vec![0; samples.heights.len()],
             tallies: vec![RowTally::default(); rows],
         }
     }
@@ -144,7 +149,10 @@ impl<'s> Band<'s> {
         let width = grid.width as usize;
         let rows = self.tallies.len().div_ceil(TASKS);
         let tasks = self.tallies.par_chunks_mut(rows).zip(self.marks.par_chunks_mut(rows * width));
-        tasks.zip(self.samples.par_chunks(rows * width)).enumerate().for_each(|(task, ((tallies, marks), samples))| {
+        let samples = self.samples;
+        tasks.enumerate().for_each(|(task, (tallies, marks))| {
+            let first_sample = task * rows * width;
+            let samples = samples.part(first_sample..first_sample + marks.len());
             let top = band_rows.0 + (task * rows) as i64;
             let bottom = top + tallies.len() as i64;
             for (plane, (first, last)) in &planes {
@@ -152,7 +160,7 @@ impl<'s> Band<'s> {
                     let Some(span) = plane.triangle.row_span(row, grid.width) else { continue };
                     let at = (row - top) as usize;
                     let line = at * width..(at + 1) * width;
-                    compare_row(plane, row, &span, &samples[line.clone()], &mut marks[line], &mut tallies[at]);
+                    compare_row(plane, row, &span, samples.part(line.clone()), &mut marks[line], &mut tallies[at]);
                 }
             }
         });
@@ -177,23 +185,40 @@ impl<'s> Band<'s> {
                 }
             }
             comparison.sum_of_squares += tally.sum_of_squares;
-            let Some(worst) = tally.worst else { continue };
-            if comparison.worst.is_none_or(|w| worst.judged.error > w.error) {
-                let sample = self.samples[(row - self.rows.0) as usize * width + worst.column as usize];
-                comparison.worst = Some(WorstSample {
-                    error: worst.judged.error,
-                    place: place(worst.column as usize),
-                    raster_height: sample,
-                    surface_height: worst.judged.surface,
-                    face: worst.face,
+            if let Some(worst) = tally.worst
+                && comparison.worst.is_none_or(|w| worst.judged.error > w.error)
+            {
+                comparison.worst = Some(self.worst_sample(row, worst));
+            }
+            if let (Some(worst), Some(weights)) = (tally.weighted_worst, self.samples.weights)
+                && comparison.weighted_worst.is_none_or(|w| worst.judged.counted > w.weighted_error)
+            {
+                comparison.weighted_worst = Some(WeightedWorst {
+                    weighted_error: worst.judged.counted,
+                    weight: weights[self.index(row, worst.column)],
+                    sample: self.worst_sample(row, worst),
                 });
             }
+        }
+    }
+
+    fn index(&self, row: i64, column: i64) -> usize {
+        ((row - self.rows.0) * self.grid.width + column) as usize
+    }
+
+    fn worst_sample(&self, row: i64, worst: Worst) -> WorstSample {
+        WorstSample {
+            error: worst.judged.error,
+            place: self.grid.sample(worst.column, row),
+            raster_height: self.samples.heights[self.index(row, worst.column)],
+            surface_height: worst.judged.surface,
+            face: worst.face,
         }
     }
 }
 
 /// Judges the samples of one row in one triangle.
-fn compare_row(plane: &Plane, row: i64, span: &RowSpan, samples: &[f64], marks: &mut [u8], tally: &mut RowTally) {
+fn compare_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, marks: &mut [u8], tally: &mut RowTally) {
     let mut note = |column: i64, within: bool| {
         let mark = &mut marks[column as usize];
         let before = *mark;
@@ -216,9 +241,14 @@ fn compare_row(plane: &Plane, row: i64, span: &RowSpan, samples: &[f64], marks: 
         if note(column, judged.within) {
             tally.sum_of_squares += judged.error * judged.error;
         }
+        let here = Worst { column, judged, face: plane.triangle.face };
         let beats = |w: &Worst| (judged.error, w.column) > (w.judged.error, column);
         if tally.worst.as_ref().is_none_or(beats) {
-            tally.worst = Some(Worst { column, judged, face: plane.triangle.face });
+            tally.worst = Some(here);
+        }
+        let counts_more = |w: &Worst| (judged.counted, w.column) > (w.judged.counted, column);
+        if samples.weights.is_some() && tally.weighted_worst.as_ref().is_none_or(counts_more) {
+            tally.weighted_worst = Some(here);
         }
     });
 }

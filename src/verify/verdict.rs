@@ -6,8 +6,10 @@ use super::finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, Verte
 /// Everything that was found out about a mesh. It passes if [`Verdict::failures`] is empty.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
-    /// The vertical distance that was allowed.
+    /// The vertical distance that was allowed; where errors are weighted, distance × weight.
     pub tolerance: f64,
+    /// Whether errors are weighted by an importance raster.
+    pub weighted: bool,
     /// Samples of the raster.
     pub samples: u64,
     /// Vertices of the mesh.
@@ -16,9 +18,12 @@ pub struct Verdict {
     pub triangles: u64,
     /// Where a surface is farthest from its sample; `None` where no sample is covered.
     pub worst: Option<WorstSample>,
+    /// Where error × weight is largest; `None` where errors are not weighted, or no sample is covered.
+    pub weighted_worst: Option<WeightedWorst>,
     /// Root of the mean squared vertical error over the covered samples; 0 where there is none.
     pub rms_error: f64,
-    /// Samples farther from a surface than the tolerance, exactly.
+    /// Samples farther from a surface than the tolerance, exactly; where errors are weighted, with an error × weight above
+    /// it.
     pub above_tolerance: Finding<SamplePlace>,
     /// Samples in no triangle.
     pub uncovered: Finding<SamplePlace>,
@@ -56,13 +61,14 @@ pub struct Verdict {
     pub heights_not_finite: Finding<VertexPlace>,
     /// What channels come to, where the mesh was judged with some.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub weighted: Option<WeightedVerdict>,
+    pub extended: Option<WeightedVerdict>,
 }
 
 /// The sample that is farthest from the surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WorstSample {
-    /// The vertical distance: rounded, but at most the tolerance if and only if the exact distance is.
+    /// The vertical distance: rounded; but where errors are not weighted, at most the tolerance if and only if the exact
+    /// distance is.
     pub error: f64,
     /// Which sample; the first one in row order where several are as far.
     #[serde(flatten)]
@@ -75,6 +81,18 @@ pub struct WorstSample {
     pub face: u64,
 }
 
+/// The sample whose error weighs most.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct WeightedWorst {
+    /// Error × weight: rounded, but at most the tolerance if and only if the exact product is.
+    pub weighted_error: f64,
+    /// The weight there.
+    pub weight: f64,
+    /// The sample; the first one in row order where several weigh as much.
+    #[serde(flatten)]
+    pub sample: WorstSample,
+}
+
 impl Verdict {
     /// Whether the mesh keeps the promise: within the tolerance at every sample, and one whole surface.
     pub fn passes(&self) -> bool {
@@ -85,10 +103,15 @@ impl Verdict {
     pub fn failures(&self) -> Vec<String> {
         let mut out = Vec::new();
         let tolerance = self.tolerance;
-        list(&mut out, &self.above_tolerance, "sample is", "samples are", &format!("farther than {tolerance}"));
-        if let Some(weighted) = &self.weighted {
+        if self.weighted {
+            let what = format!("an error × weight above {tolerance}");
+            list(&mut out, &self.above_tolerance, "sample has", "samples have", &what);
+        } else {
+            list(&mut out, &self.above_tolerance, "sample is", "samples are", &format!("farther than {tolerance}"));
+        }
+        if let Some(extended) = &self.extended {
             let what = format!("above {tolerance} in the weighted error of heights and channels");
-            list(&mut out, &weighted.above_tolerance, "sample is", "samples are", &what);
+            list(&mut out, &extended.above_tolerance, "sample is", "samples are", &what);
         }
         list(&mut out, &self.uncovered, "sample is", "samples are", "in no triangle");
         list(&mut out, &self.overlapped, "sample is", "samples are", "in several triangles");
@@ -138,14 +161,19 @@ impl std::fmt::Display for Verdict {
                 "max error {} at {}: raster {}, surface {}",
                 w.error, w.place, w.raster_height, w.surface_height
             )?;
+            if let Some(WeightedWorst { weighted_error, weight, sample }) = &self.weighted_worst {
+                let WorstSample { error, place, .. } = sample;
+                writeln!(f, "max error × weight {weighted_error} at {place}: error {error}, weight {weight}")?;
+            }
             writeln!(f, "RMS error {}", self.rms_error)?;
         }
-        if let Some(w) = self.weighted.as_ref().and_then(|w| w.worst) {
+        if let Some(w) = self.extended.as_ref().and_then(|w| w.worst) {
             writeln!(f, "max weighted error {} at {}", w.error, w.place)?;
         }
         let failures = self.failures();
         if failures.is_empty() {
-            return write!(f, "PASS: within {} at every sample, without cracks or overlaps", self.tolerance);
+            let what = if self.weighted { "error × weight within" } else { "within" };
+            return write!(f, "PASS: {what} {} at every sample, without cracks or overlaps", self.tolerance);
         }
         write!(f, "FAIL")?;
         failures.iter().try_for_each(|failure| write!(f, "\n  {failure}"))

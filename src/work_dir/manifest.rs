@@ -19,7 +19,10 @@ pub(super) struct Manifest {
     version: Version,
     parameters: BTreeMap<String, String>,
     raster: BTreeMap<String, String>,
-    /// When the work dir was made. No part of the raster's identity.
+    /// Empty where there is none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    importance: BTreeMap<String, String>,
+    /// When the work dir was made. No part of the rasters' identity.
     pub(super) files: Files,
 }
 
@@ -37,6 +40,7 @@ impl Manifest {
             version: Version { format: FORMAT, program: format!("terrabite {}", env!("CARGO_PKG_VERSION")) },
             parameters: map(&job.parameters),
             raster: map(&job.raster),
+            importance: map(&job.importance),
             files: job.files.clone(),
         }
     }
@@ -57,8 +61,8 @@ impl Manifest {
         let wrong = |e: serde_json::Error| WorkDirError::Manifest { path: path.to_path_buf(), reason: e.to_string() };
         let version: Version = serde_json::from_str(text).map_err(wrong)?;
         if version.format != FORMAT {
-            let (parameters, raster) = Default::default();
-            return Ok(Manifest { version, parameters, raster, files: Files::unknown() });
+            let (parameters, raster, importance) = Default::default();
+            return Ok(Manifest { version, parameters, raster, importance, files: Files::unknown() });
         }
         serde_json::from_str(text).map_err(wrong)
     }
@@ -81,9 +85,17 @@ impl Manifest {
         if self.version.program != kept.version.program {
             all.push(difference("program", &kept.version.program, &self.version.program));
         }
-        for (of, expected, found) in
-            [("", &kept.parameters, &self.parameters), ("the raster's ", &kept.raster, &self.raster)]
-        {
+        let mut maps = vec![("", &kept.parameters, &self.parameters), ("the raster's ", &kept.raster, &self.raster)];
+        match (&kept.importance, &self.importance) {
+            (expected, found) if expected.is_empty() == found.is_empty() => {
+                maps.push(("the importance raster's ", expected, found));
+            }
+            (expected, _) => {
+                let (expected, found) = if expected.is_empty() { ("none", "one") } else { ("one", "none") };
+                all.push(difference("importance raster", expected, found));
+            }
+        }
+        for (of, expected, found) in maps {
             let names: BTreeSet<&String> = expected.keys().chain(found.keys()).collect();
             for name in names.into_iter().filter(|&name| expected.get(name) != found.get(name)) {
                 let value =
@@ -103,7 +115,7 @@ impl Manifest {
         };
         add(&self.version.format.to_string());
         add(&self.version.program);
-        self.parameters.iter().chain(&self.raster).for_each(|(name, value)| {
+        self.parameters.iter().chain(&self.raster).chain(&self.importance).for_each(|(name, value)| {
             add(name);
             add(value);
         });

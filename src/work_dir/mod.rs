@@ -15,7 +15,8 @@
 //! checksum of some of its samples; never its path, so files may be moved. Beside it the manifest has the lengths and
 //! times of its files ([`crate::raster::Files`]). If all files are known and none of them differs, kept chunks are taken
 //! as they are; otherwise (touched, copied, a VRT) the samples of every kept tile are loaded again and compared by
-//! checksum with those its chunk was made from. So a touched raster costs one more reading and continues; a changed one
+//! checksum with those its chunk was made from. An importance raster is identified and compared in the same way, its
+//! weights together with the samples. So a touched raster costs one more reading and continues; a changed one
 //! is refused, whichever sample changed.
 
 mod error;
@@ -43,7 +44,9 @@ pub struct Job {
     pub parameters: Vec<(&'static str, String)>,
     /// [`crate::raster::identity`].
     pub raster: Vec<(&'static str, String)>,
-    /// The raster's files, looked at before its identity was read.
+    /// [`crate::raster::identity`] of the importance raster; empty where there is none.
+    pub importance: Vec<(&'static str, String)>,
+    /// The files of the raster and of the importance raster, looked at before their identity was read.
     pub files: Files,
 }
 

@@ -10,6 +10,7 @@ fn job(tolerance: &str) -> Job {
     Job {
         parameters: vec![("max error", tolerance.to_string()), ("tile", "512".to_string())],
         raster: vec![("size", "7 × 9 samples".to_string())],
+        importance: Vec::new(),
         files: Files::unknown(),
     }
 }
@@ -40,6 +41,25 @@ fn differences_are_named_one_by_one() {
                     nothing; the raster's nodata: expected nothing, found -1";
     assert!(refused.to_string().ends_with(expected), "{refused}");
     WorkDir::open(&folder.path().join("work"), &job("1")).unwrap();
+}
+
+#[test]
+fn an_importance_raster_is_part_of_the_job() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("work");
+    let with = |checksum: &str| Job { importance: vec![("checksum", checksum.to_string())], ..job("1") };
+    drop(begun(&folder));
+    let refused = WorkDir::open(&path, &with("abc")).unwrap_err();
+    assert!(refused.to_string().ends_with("another job: importance raster: expected none, found one"), "{refused}");
+    begun(&folder).finish().unwrap();
+    let work = WorkDir::open(&path, &with("abc")).unwrap();
+    fs::create_dir_all(path.join("chunks/0")).unwrap();
+    drop(work);
+    let refused = WorkDir::open(&path, &job("1")).unwrap_err();
+    assert!(refused.to_string().ends_with("another job: importance raster: expected one, found none"), "{refused}");
+    let refused = WorkDir::open(&path, &with("xyz")).unwrap_err();
+    assert!(refused.to_string().ends_with("the importance raster's checksum: expected abc, found xyz"), "{refused}");
+    WorkDir::open(&path, &with("abc")).unwrap();
 }
 
 #[test]

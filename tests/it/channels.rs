@@ -80,16 +80,16 @@ fn verify_judges_colours() {
     let tin = folder.with("tin.ply", coloured(3.0));
     let judge = |tolerance| terrabite(["verify", &image, &tin, "--max-error", tolerance, "--planar", "--json"]);
     let passed = judge("3").json();
-    assert!((passed["weighted"]["worst"]["error"].as_f64().unwrap() - 3.0).abs() < 1e-12, "{passed}");
+    assert!((passed["extended"]["worst"]["error"].as_f64().unwrap() - 3.0).abs() < 1e-12, "{passed}");
     let failed = judge("2.9");
-    assert_eq!((failed.code, &failed.json()["weighted"]["above_tolerance"]["count"]), (Some(1), &200.into()));
+    assert_eq!((failed.code, &failed.json()["extended"]["above_tolerance"]["count"]), (Some(1), &200.into()));
     // Heights alone do not ask for attributes, and a report without channels does not speak of them.
     let plain = terrabite(["verify", &image, &tin, "--max-error", "300", "--json"]).succeeds().json();
-    assert!(plain.get("weighted").is_none());
+    assert!(plain.get("extended").is_none());
     // With heights: (1 − 0.25)·|Δz| and a quarter of the colours' share of the range of heights, 199.
     let weighted =
         ["verify", &image, &tin, "--max-error", "300", "--channels", "1,2,3", "--emphasis", "0.25", "--json"];
-    let found = terrabite(weighted).succeeds().json()["weighted"]["worst"]["error"].as_f64().unwrap();
+    let found = terrabite(weighted).succeeds().json()["extended"]["worst"]["error"].as_f64().unwrap();
     let expected = 0.75 * 199.0 + 0.25 * 199.0 * 3.0 / 255.0;
     assert!((found - expected).abs() < 1e-9, "{found} against {expected}");
 }

@@ -2,7 +2,9 @@
 
 mod budget;
 mod channels;
+mod importance;
 mod info;
+mod points;
 mod preview_bad_input;
 mod readers;
 mod resume;

@@ -123,8 +123,9 @@ impl Field {
     /// The same field with these channels, each a field whose heights are the channel's values.
     ///
     /// # Panics
-    /// If a channel has another size, or there are more or fewer than the error is for.
+    /// If a channel has another size, there are more or fewer than the error is for, or the field has weights.
     pub fn with_channels(self, channels: Vec<(Field, Channel)>, error: ChannelError) -> Field {
+        assert!(self.importance.is_none(), "channels beside weights");
         let (fields, named): (Vec<Field>, Vec<Channel>) = channels.into_iter().unzip();
         assert!(fields.iter().all(|f| (f.width, f.height) == (self.width, self.height)), "sizes of channels");
         assert_eq!(fields.len(), error.scales().len(), "channels of the error");
@@ -171,6 +172,7 @@ impl Field {
             source: Source::Level,
             access,
             channels: None,
+            importance: None,
         }
     }
 

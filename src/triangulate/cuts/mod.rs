@@ -56,6 +56,7 @@ impl Engine for GreedyCuts {
     type Scratch = Scratch;
 
     fn triangulate(&self, task: &Task<'_>, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
+        assert!(task.domain.points.is_empty(), "{} points for an engine that takes none", task.domain.points.len());
         let tester = Tester::new(task.tile, task.tolerance, task.feasibility);
         let Scratch { front, order, last_resort } = scratch;
         front.reset(task.domain, task.tile.far_corner(), std::mem::take(mesh));

@@ -39,20 +39,40 @@ impl Family {
 struct Crossing {
     terms: [(i64, f64); 4],
     scale: i64,
+    /// Columns and rows of the two samples of the grid's edge.
+    between: [(usize, usize); 2],
 }
 
-/// Whether the straight line p–q stays within the tolerance of the grid surface, exactly. Crossings at samples are left
-/// to the weak test, which reads them anyway.
+impl Crossing {
+    /// Between two samples counts what the more important one counts.
+    fn weight(&self, tile: &Tile) -> f64 {
+        let [p, q] = self.between;
+        tile.weight(p.0, p.1).max(tile.weight(q.0, q.1))
+    }
+
+    /// Between two samples the smaller of their limits holds.
+    fn limit(&self, tile: &Tile, tolerance: f64) -> f64 {
+        if !tile.is_weighted() {
+            return tolerance;
+        }
+        exact::limit(self.weight(tile), tolerance)
+    }
+}
+
+/// Whether the straight line p–q stays within the tolerance of the grid surface, exactly; where the tile has weights,
+/// within the smaller limit of the two samples it passes between. Crossings at samples are left to the weak test, which
+/// reads them anyway.
 pub(super) fn within(tile: &Tile, tolerance: f64, p: Vertex, q: Vertex) -> bool {
-    crossings(tile, p, q, |c| exact::within(&c.terms, c.scale, tolerance))
+    crossings(tile, p, q, |c| exact::within(&c.terms, c.scale, c.limit(tile, tolerance)))
 }
 
-/// The largest distance between the line p–q and the grid surface between samples, rounded.
+/// The largest distance between the line p–q and the grid surface between samples, rounded; times its weight, where the
+/// tile has weights.
 pub(super) fn deviation(tile: &Tile, p: Vertex, q: Vertex) -> f64 {
     let mut largest = 0.0f64;
     crossings(tile, p, q, |c| {
         let sum: f64 = c.terms.iter().map(|&(w, z)| w as f64 * z).sum();
-        largest = largest.max(sum.abs() / c.scale as f64);
+        largest = largest.max(sum.abs() / c.scale as f64 * c.weight(tile));
         true
     });
     largest
@@ -79,19 +99,18 @@ fn crossings(tile: &Tile, p: Vertex, q: Vertex, mut visit: impl FnMut(Crossing) 
             if part == 0 {
                 continue;
             }
-            let at = |i: i64| {
-                let (column, row) = family.sample(line, i as i32);
-                tile.at(column, row)
-            };
+            let between = [whole, whole + 1].map(|i| family.sample(line, i as i32));
+            let [before, after] = between.map(|(column, row)| tile.at(column, row));
             let steps = i64::from(STEPS);
             let crossing = Crossing {
                 terms: [
-                    (cell - part, at(whole)),
-                    (part, at(whole + 1)),
+                    (cell - part, before),
+                    (part, after),
                     (-steps * (span - done), near.height),
                     (-steps * done, far.height),
                 ],
                 scale: cell,
+                between,
             };
             if !visit(crossing) {
                 return false;

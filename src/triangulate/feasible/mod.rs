@@ -2,13 +2,15 @@
 //!
 //! [`Tester`] takes candidate triangles of an engine over one tile. A row of samples is compared with the triangle's
 //! plane in the heights' own precision, against limits moved by a bound of the rounding error of *this* triangle; what
-//! the limits leave in doubt goes to [`crate::exact`]. The answer is that of real arithmetic.
+//! the limits leave in doubt goes to [`crate::exact`]. The answer is that of real arithmetic. `weighted` does the same for
+//! tiles whose samples have weights, and so a limit each.
 
 mod edge;
 mod plane;
 mod spans;
 mod surfaces;
 mod tester;
+mod weighted;
 
 pub(crate) use plane::Plane;
 pub(crate) use spans::Spans;

@@ -15,7 +15,8 @@ pub struct Tester<'a> {
 }
 
 impl<'a> Tester<'a> {
-    /// A tester for one tile; `tolerance` is at least 0.
+    /// A tester for one tile; `tolerance` is at least 0. Where the tile has weights, what is within the tolerance is error
+    /// × weight: every sample is held to [`Tile::limit`].
     pub fn new(tile: &'a Tile, tolerance: f64, feasibility: Feasibility) -> Tester<'a> {
         Tester { tile, tolerance, feasibility }
     }
@@ -50,6 +51,10 @@ impl<'a> Tester<'a> {
         let arch = pulp::Arch::new();
         match &self.tile.heights {
             Heights::F32(heights) => arch.dispatch(|| scan.all_rows(heights, a.height)),
+            Heights::F64(heights) if self.tile.is_weighted() => {
+                let weights = &self.tile.weights;
+                arch.dispatch(|| scan.all_weighted_rows(heights, weights, a.height))
+            }
             Heights::F64(heights) => arch.dispatch(|| scan.all_rows(heights, a.height)),
         }
     }
@@ -59,14 +64,17 @@ impl<'a> Tester<'a> {
         edge::within(self.tile, self.tolerance, p, q)
     }
 
-    /// The largest distance between an edge and the grid surface, between samples.
+    /// The largest distance between an edge and the grid surface, between samples; times the greater weight of the two
+    /// samples, where the tile has weights.
     pub fn edge_deviation(&self, p: Vertex, q: Vertex) -> f64 {
         edge::deviation(self.tile, p, q)
     }
 }
 
 /// A precision that rows are compared in.
-trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + PartialOrd + 'static {
+pub(super) trait Real:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + PartialOrd + 'static
+{
     /// A bound of a row comparison's rounding error, as a share of (reach of the plane + tolerance).
     ///
     /// With u the unit roundoff, P the reach and ε the tolerance, near a tie: the difference to the reference is off by
@@ -84,7 +92,7 @@ trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> 
 }
 
 /// Samples compared together.
-const LANES: usize = PADDING;
+pub(super) const LANES: usize = PADDING;
 
 impl Real for f32 {
     const DOUBT: f64 = 16.0 / (1u64 << 24) as f64;
@@ -122,11 +130,17 @@ impl Real for f64 {
     }
 }
 
-struct Scan {
-    spans: Spans,
-    plane: Plane,
-    width: usize,
-    tolerance: f64,
+pub(super) struct Scan {
+    pub(super) spans: Spans,
+    pub(super) plane: Plane,
+    pub(super) width: usize,
+    pub(super) tolerance: f64,
+}
+
+/// With a flat plane at the reference a comparison is exact up to the rounding of the tolerance; else, among the smallest
+/// numbers there are, the step loses absolutely, times as many samples as a row can have.
+pub(super) fn coarse<R: Real>(reach: f64) -> f64 {
+    if reach > 0.0 { R::SMALLEST * f64::from(MAX_SPAN) } else { 0.0 }
 }
 
 /// Limits of |error|: up to `sure` it is within the tolerance, beyond `never` it is not.
@@ -143,10 +157,7 @@ impl Scan {
     fn all_rows<R: Real>(&self, heights: &[R], height_of_a: f64) -> bool {
         let reference = R::of(height_of_a);
         let reach = self.plane.reach(reference.to_f64());
-        // With a flat plane at the reference the comparison is exact up to the rounding of the tolerance; else, among
-        // the smallest numbers there are, the step loses absolutely, times as many samples as a row can have.
-        let coarse = if reach > 0.0 { R::SMALLEST * f64::from(MAX_SPAN) } else { 0.0 };
-        let doubt = R::DOUBT * (reach + self.tolerance) + coarse;
+        let doubt = R::DOUBT * (reach + self.tolerance) + coarse::<R>(reach);
         let limits = Limits {
             reference,
             step: R::of(self.plane.step()),
@@ -154,17 +165,22 @@ impl Scan {
             never: R::of(self.tolerance + doubt),
         };
         let offset = height_of_a - reference.to_f64();
+        self.every_row(|row| self.row(heights, row, offset, limits))
+    }
+
+    /// Whether a test holds for every row of the triangle, asked in an order in which an infeasible one soon fails.
+    #[inline(always)]
+    pub(super) fn every_row(&self, within: impl Fn(i32) -> bool) -> bool {
         let rows = self.spans.rows();
         let (first, last) = (*rows.start(), *rows.end());
-        let within = |row| self.row(heights, row, offset, limits);
         if first > last {
             return true;
         }
         if last - first < FEW_ROWS {
             let middle = self.spans.middle_row().clamp(first, last);
-            return every(middle, last, 1, within) && every(first, middle - 1, 1, within);
+            return every(middle, last, 1, &within) && every(first, middle - 1, 1, &within);
         }
-        [4, 0, 2, 6, 1, 3, 5, 7].into_iter().all(|start| every(first + start, last, STRIDE, within))
+        [4, 0, 2, 6, 1, 3, 5, 7].into_iter().all(|start| every(first + start, last, STRIDE, &within))
     }
 
     #[inline(always)]

@@ -22,7 +22,7 @@ fn naive(tile: &Tile, corners: [Vertex; 3], tolerance: f64) -> bool {
         let Some(w) = inside(corners, Point::of_sample(c as i32, r as i32)) else { return true };
         let area: i64 = w.iter().sum();
         let [za, zb, zc] = corners.map(|v| v.height);
-        exact::within(&[(w[0], za), (w[1], zb), (w[2], zc), (-area, tile.at(c, r))], area, tolerance)
+        exact::within(&[(w[0], za), (w[1], zb), (w[2], zc), (-area, tile.at(c, r))], area, tile.limit(c, r, tolerance))
     })
 }
 
@@ -40,6 +40,16 @@ fn tile() -> impl Strategy<Value = Tile> {
             }
         })
         .prop_map(|heights| Tile::from_heights(SIDE, SIDE, heights))
+}
+
+/// Weights for a tile: one for all, two halves, or any.
+fn weights() -> impl Strategy<Value = Vec<f64>> {
+    let weight = || prop_oneof![Just(0.0), Just(0.3), Just(1.0), Just(2.0), Just(1e6), 0.0f64..3.0];
+    prop_oneof![
+        weight().prop_map(|w| vec![w; SIDE * SIDE]),
+        (weight(), weight()).prop_map(|(a, b)| (0..SIDE * SIDE).map(|i| if i % SIDE < 12 { a } else { b }).collect()),
+        prop::collection::vec(weight(), SIDE * SIDE),
+    ]
 }
 
 /// A triangle with positive orientation, at samples or at any lattice points, its heights those of the ground or near.
@@ -84,6 +94,66 @@ proptest! {
         let Some(t) = corners(&tile, places, off_grid, lift) else { return Ok(()) };
         let tester = Tester::new(&tile, tolerance, Feasibility::Weak);
         prop_assert_eq!(tester.weakly_feasible(t), naive(&tile, t, tolerance));
+    }
+
+    #[test]
+    fn so_it_is_with_weights(
+        tile in tile(), weights in weights(), places in any::<[(u8, u8); 3]>(), off_grid in any::<bool>(),
+        lift in prop::array::uniform3(-1.0f64..1.0),
+        tolerance in prop_oneof![Just(0.0), Just(0.5), Just(1.0), Just(2.0), 0.0f64..3.0, Just(1e-7), Just(1e-300)],
+    ) {
+        let tile = tile.with_weights(weights);
+        let Some(t) = corners(&tile, places, off_grid, lift) else { return Ok(()) };
+        let tester = Tester::new(&tile, tolerance, Feasibility::Weak);
+        prop_assert_eq!(tester.weakly_feasible(t), naive(&tile, t, tolerance));
+    }
+
+    /// Tolerances at which one sample's error is the limit, or beside it by little, are where a wrong bound would show.
+    #[test]
+    fn near_ties_with_weights_are_decided_exactly(
+        tile in tile(), weight in prop_oneof![Just(0.3), Just(1.0), Just(3.0), 0.01f64..100.0],
+        places in any::<[(u8, u8); 3]>(), off_grid in any::<bool>(), lift in prop::array::uniform3(-1.0f64..1.0),
+        which in any::<prop::sample::Index>(), nudge in -40i64..40,
+    ) {
+        let Some(t) = corners(&tile, places, off_grid, lift) else { return Ok(()) };
+        let inner: Vec<(usize, usize)> = (0..SIDE * SIDE)
+            .map(|i| (i % SIDE, i / SIDE))
+            .filter(|&(c, r)| inside(t, Point::of_sample(c as i32, r as i32)).is_some())
+            .collect();
+        if inner.is_empty() { return Ok(()) }
+        let (c, r) = inner[which.index(inner.len())];
+        let error = (Plane::new(t[0], t[1], t[2]).at(Point::of_sample(c as i32, r as i32)) - tile.at(c, r)).abs();
+        let tolerance = f64::from_bits((error * weight).to_bits().saturating_add_signed(nudge)).min(1e9);
+        // The others are free.
+        let mut weights = vec![0.0; SIDE * SIDE];
+        weights[r * SIDE + c] = weight;
+        let tile = tile.with_weights(weights);
+        let tester = Tester::new(&tile, tolerance, Feasibility::Weak);
+        prop_assert_eq!(tester.weakly_feasible(t), naive(&tile, t, tolerance));
+    }
+
+    /// A strong edge between samples of different limits is held to the smaller one.
+    #[test]
+    fn strong_edges_keep_the_smaller_limit(
+        tile in tile(), weights in weights(), places in any::<[(u8, u8); 2]>(), tolerance in 0.0f64..3.0,
+    ) {
+        let at = |(x, y): (u8, u8)| (usize::from(x) % SIDE, usize::from(y) % SIDE);
+        let ((pc, pr), (qc, qr)) = (at(places[0]), at(places[1]));
+        if (pc, pr) == (qc, qr) { return Ok(()) }
+        let vertex = |c: usize, r: usize| Vertex { at: Point::of_sample(c as i32, r as i32), height: tile.at(c, r) };
+        let (p, q) = (vertex(pc, pr), vertex(qc, qr));
+        let greatest = weights.iter().fold(0.0f64, |m, w| m.max(*w));
+        let passes = |weights: Vec<f64>| {
+            let tile = tile.clone().with_weights(weights);
+            let tester = Tester::new(&tile, tolerance, Feasibility::Strong);
+            let (passes, deviation) = (tester.strong_edge(p, q), tester.edge_deviation(p, q));
+            assert!(passes == (deviation <= tolerance) || (deviation - tolerance).abs() <= 1e-9 * (1.0 + greatest));
+            passes
+        };
+        // Weights that are raised can only forbid.
+        prop_assert!(passes(weights.clone()) || !passes(vec![greatest; SIDE * SIDE]));
+        let plain = Tester::new(&tile, tolerance, Feasibility::Strong);
+        prop_assert_eq!(plain.strong_edge(p, q), passes(vec![1.0; SIDE * SIDE]));
     }
 
     /// The distance at crossings, found by walking the line densely, never exceeds the one computed, and reaches it.

@@ -88,6 +88,37 @@ proptest! {
     }
 
     #[test]
+    fn weighted_errors_are_what_every_sample_against_every_triangle_says(
+        scene in scene(), tolerance in prop_oneof![Just(0.0), Just(0.1), Just(1.0), Just(2.0), 0f64..5.0],
+        weights in proptest::collection::vec(prop_oneof![Just(0.0), Just(0.3), Just(1.0), Just(2.0), 0f64..4.0], 144),
+    ) {
+        let weights = &weights[..scene.samples.len()];
+        let verdict = scene.judge_weighted(tolerance, weights).unwrap();
+        let weighted = |(errors, weight): (Vec<BigRational>, &f64)| -> Vec<BigRational> {
+            errors.into_iter().map(|e| e * BigRational::from_float(*weight).unwrap()).collect()
+        };
+        let errors: Vec<_> = errors(&scene).into_iter().zip(weights).map(weighted).collect();
+        let limit = BigRational::from_float(tolerance).unwrap();
+        let above = errors.iter().filter(|e| e.iter().any(|e| *e > limit)).count();
+        prop_assert_eq!(verdict.above_tolerance.count, above as u64);
+        prop_assert_eq!(verdict.failures().len(), usize::from(above > 0), "{}", verdict);
+        let worst = verdict.weighted_worst.unwrap();
+        let largest = to_f64(errors.iter().flatten().max().unwrap());
+        prop_assert!((worst.weighted_error - largest).abs() <= 1e-13, "{} {}", worst.weighted_error, largest);
+        prop_assert_eq!(worst.weighted_error > tolerance, above > 0);
+        let at = worst.sample.place.row as usize * scene.width + worst.sample.place.column as usize;
+        prop_assert_eq!(worst.weight, weights[at]);
+        prop_assert!(errors[at].iter().any(|e| (to_f64(e) - worst.weighted_error).abs() <= 1e-13));
+        // What weights do not concern is as it is without.
+        let plain = scene.judge(tolerance).unwrap();
+        prop_assert_eq!(verdict.uncovered, plain.uncovered);
+        prop_assert!((verdict.worst.unwrap().error - plain.worst.unwrap().error).abs() <= 1e-13);
+        prop_assert!((verdict.rms_error - plain.rms_error).abs() <= 1e-13);
+        let ones = scene.judge_weighted(tolerance, &vec![1.0; scene.samples.len()]).unwrap();
+        prop_assert_eq!(ones.above_tolerance, plain.above_tolerance);
+    }
+
+    #[test]
     fn coverage_is_what_every_sample_against_every_triangle_says(
         scene in scene(), dropped in any::<proptest::sample::Index>(), doubled in any::<proptest::sample::Index>(),
     ) {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::scene::{Mesh, Scene, write_raster};
 use crate::control::{CancelToken, Control, Silent};
-use crate::raster::Raster;
+use crate::raster::{Raster, RasterError};
 use crate::verify::{VerifyError, VerifyOptions, verify};
 
 const SIZE: (usize, usize) = (3, 2);
@@ -22,7 +22,7 @@ fn judge<T: gdal::raster::GdalType + Copy>(
 
 fn judge_files(raster: &Path, mesh: &Path) -> Result<bool, VerifyError> {
     let raster = Raster::open(raster, 1).unwrap();
-    let options = VerifyOptions { max_error: 10.0, temp_dir: None };
+    let options = VerifyOptions { max_error: 10.0, importance: None, temp_dir: None };
     verify(&raster, mesh, &options, &Control::default()).map(|v| v.passes())
 }
 
@@ -62,6 +62,29 @@ fn infinite_samples_are_refused_by_name() {
 }
 
 #[test]
+fn weights_that_are_none_are_refused_by_name() {
+    for (wrong, found) in [(-0.5, "-0.5"), (f64::NAN, "nodata"), (f64::INFINITY, "inf")] {
+        let mut weights = vec![1.0; 63];
+        weights[9 + 4] = wrong;
+        match Scene::flat().judge_weighted(1.0, &weights) {
+            Err(VerifyError::NotAWeight { column: 4, row: 1, found: said, .. }) => {
+                assert!(said.contains(found), "{said}")
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+    assert!(Scene::flat().judge_weighted(0.0, &[1e300; 63]).unwrap().passes());
+}
+
+#[test]
+fn an_importance_raster_of_another_size_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let other = Raster::open(&write_raster(&dir, (9, 8), &[1u8; 72], |_| {}), 1).unwrap();
+    let result = Scene::flat().judge_with("", 1.0, Some(&other));
+    assert!(matches!(result, Err(VerifyError::Raster(RasterError::OtherGrid { .. }))), "{result:?}");
+}
+
+#[test]
 fn a_missing_or_damaged_mesh_is_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let raster = write_raster(&dir, SIZE, &[0u8; 6], |_| {});
@@ -85,9 +108,9 @@ fn a_cancelled_run_stops_and_a_missing_temp_dir_is_named() {
     std::fs::write(&mesh, Mesh::rectangle(3, 2).ply([0.0, 1.0, 0.0, 0.0, 0.0, -1.0], SIZE)).unwrap();
     let control = Control { cancel: CancelToken::default(), progress: &Silent };
     control.cancel.cancel();
-    let options = VerifyOptions { max_error: 0.0, temp_dir: None };
+    let options = VerifyOptions { max_error: 0.0, importance: None, temp_dir: None };
     assert!(matches!(verify(&raster, &mesh, &options, &control), Err(VerifyError::Cancelled(_))));
-    let options = VerifyOptions { max_error: 0.0, temp_dir: Some(dir.path().join("none")) };
+    let options = VerifyOptions { max_error: 0.0, importance: None, temp_dir: Some(dir.path().join("none")) };
     let result = verify(&raster, &mesh, &options, &Control::default());
     assert!(matches!(result, Err(VerifyError::Scratch { .. })), "{result:?}");
 }

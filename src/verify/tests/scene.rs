@@ -94,16 +94,37 @@ impl Scene {
         Scene { width, height, transform: NORTH_UP, samples: vec![0.0; width * height], mesh }
     }
 
+    /// With the weights of errors.
+    pub(super) fn judge_weighted(&self, max_error: f64, weights: &[f64]) -> Result<Verdict, VerifyError> {
+        let dir = tempfile::tempdir().unwrap();
+        let path = write_raster(&dir, (self.width, self.height), weights, |_| {});
+        let importance = Raster::open(&path, 1).unwrap();
+        self.judge_with(&self.mesh_ply(), max_error, Some(&importance))
+    }
+
     pub(super) fn judge(&self, max_error: f64) -> Result<Verdict, VerifyError> {
+        self.judge_ply(&self.mesh_ply(), max_error)
+    }
+
+    fn mesh_ply(&self) -> String {
         let mut mesh = self.mesh.clone();
         if self.transform[1] * self.transform[5] - self.transform[2] * self.transform[4] > 0.0 {
             mesh.faces.iter_mut().for_each(|f| f.swap(1, 2));
         }
-        self.judge_ply(&mesh.ply(self.transform, (self.width, self.height)), max_error)
+        mesh.ply(self.transform, (self.width, self.height))
     }
 
     /// The mesh as it is on disk, spoilt by whoever needs a finer tool than the lattice.
     pub(super) fn judge_ply(&self, ply: &str, max_error: f64) -> Result<Verdict, VerifyError> {
+        self.judge_with(ply, max_error, None)
+    }
+
+    pub(super) fn judge_with(
+        &self,
+        ply: &str,
+        max_error: f64,
+        importance: Option<&Raster>,
+    ) -> Result<Verdict, VerifyError> {
         let dir = tempfile::tempdir().unwrap();
         let mesh = dir.path().join("mesh.ply");
         std::fs::write(&mesh, ply).unwrap();
@@ -111,7 +132,7 @@ impl Scene {
             d.set_geo_transform(&self.transform).unwrap();
         });
         let raster = Raster::open(&raster, 1).unwrap();
-        let options = VerifyOptions { max_error, temp_dir: Some(dir.path().to_path_buf()) };
+        let options = VerifyOptions { max_error, importance, temp_dir: Some(dir.path().to_path_buf()) };
         verify(&raster, &mesh, &options, &Control::default())
     }
 }

@@ -1,0 +1,93 @@
+use serde::Serialize;
+
+use crate::control::Cancelled;
+use crate::mesh::TileMesh;
+use crate::triangulate::cuts::GreedyCuts;
+use crate::triangulate::insertion::{GreedyInsertion, InsertionOptions};
+use crate::triangulate::{Engine, Task};
+
+/// The engine that triangulates tiles, and which of its variants.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EngineChoice {
+    /// [`GreedyCuts`].
+    #[default]
+    GreedyCuts,
+    /// [`GreedyInsertion`].
+    GreedyInsertion(InsertionOptions),
+}
+
+impl EngineChoice {
+    /// What it is called in messages.
+    pub fn name(&self) -> &'static str {
+        match self {
+            EngineChoice::GreedyCuts => "greedy cuts",
+            EngineChoice::GreedyInsertion(_) => "greedy insertion",
+        }
+    }
+
+    /// [`Engine::preinserts`].
+    pub fn preinserts(&self) -> bool {
+        match *self {
+            EngineChoice::GreedyCuts => GreedyCuts.preinserts(),
+            EngineChoice::GreedyInsertion(options) => GreedyInsertion { options }.preinserts(),
+        }
+    }
+
+    /// [`Engine::KEEPS_CHANNELS`].
+    pub fn keeps_channels(&self) -> bool {
+        match self {
+            EngineChoice::GreedyCuts => GreedyCuts::KEEPS_CHANNELS,
+            EngineChoice::GreedyInsertion(_) => GreedyInsertion::KEEPS_CHANNELS,
+        }
+    }
+
+    /// What of this decides the bytes of a tile, as text.
+    pub(super) fn named(&self) -> String {
+        match self {
+            EngineChoice::GreedyCuts => "greedy cuts".to_string(),
+            EngineChoice::GreedyInsertion(options) => format!("greedy insertion: {}", options.named()),
+        }
+    }
+
+    /// What a thread needs for a tile, per sample, at the most: as many vertices as samples and twice as many triangles.
+    ///
+    /// Samples 8 and as they are stored 8, the mesh 16 + 24, its chunk 16 + 24 and the encoded chunk 16 + 24. Beside that
+    /// greedy cuts have the nodes of the front and its queues, about 40: tiles of half a million triangles took 163.
+    /// Greedy insertion has half-edges, candidates and their heap, 48 to 56 a triangle, in memory that grows by doubling.
+    pub(super) fn bytes_per_sample(&self) -> u64 {
+        match self {
+            EngineChoice::GreedyCuts => 180,
+            EngineChoice::GreedyInsertion(_) => 360,
+        }
+    }
+}
+
+/// The memory of whichever engine runs; that of the others stays empty.
+#[derive(Default)]
+pub(super) struct EngineScratch {
+    cuts: <GreedyCuts as Engine>::Scratch,
+    insertion: <GreedyInsertion as Engine>::Scratch,
+}
+
+impl EngineScratch {
+    /// [`Engine::triangulate`] by the engine of choice.
+    pub(super) fn triangulate(
+        &mut self,
+        choice: EngineChoice,
+        task: &Task<'_>,
+        mesh: &mut TileMesh,
+    ) -> Result<(), Cancelled> {
+        match choice {
+            EngineChoice::GreedyCuts => GreedyCuts.triangulate(task, &mut self.cuts, mesh),
+            EngineChoice::GreedyInsertion(options) => {
+                GreedyInsertion { options }.triangulate(task, &mut self.insertion, mesh)
+            }
+        }
+    }
+
+    /// The memory of greedy insertion.
+    pub(super) fn insertion(&mut self) -> &mut <GreedyInsertion as Engine>::Scratch {
+        &mut self.insertion
+    }
+}

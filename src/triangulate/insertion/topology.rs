@@ -1,0 +1,205 @@
+//! Triangles and how they hang together, apart from where they are.
+
+/// No half-edge: the other side of a locked edge.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A triangulation as half-edges. Half-edge 3t + i runs from corner i of triangle t to its next corner; corners go
+/// around with the triangle to the left. Every half-edge has its twin in the neighbour, or [`NONE`] where the edge is
+/// locked (the rim of the ground).
+///
+/// Every operation leaves the vertex it is about at corner 2 of the triangles around it, so their half-edge 0 is the
+/// one opposite.
+#[derive(Debug, Default, Clone)]
+pub(super) struct Topology {
+    origins: Vec<u32>,
+    twins: Vec<u32>,
+}
+
+/// The next half-edge of the same triangle.
+#[inline(always)]
+pub(super) fn next(e: u32) -> u32 {
+    if e % 3 == 2 { e - 2 } else { e + 1 }
+}
+
+/// The half-edge before in the same triangle.
+#[inline(always)]
+pub(super) fn prev(e: u32) -> u32 {
+    if e.is_multiple_of(3) { e + 2 } else { e - 1 }
+}
+
+impl Topology {
+    pub(super) fn clear(&mut self) {
+        self.origins.clear();
+        self.twins.clear();
+    }
+
+    /// How many triangles there are; they are numbered from 0.
+    pub(super) fn len(&self) -> u32 {
+        self.origins.len() as u32 / 3
+    }
+
+    /// The corners of triangle `t`.
+    #[inline(always)]
+    pub(super) fn corners(&self, t: u32) -> [u32; 3] {
+        let i = 3 * t as usize;
+        [self.origins[i], self.origins[i + 1], self.origins[i + 2]]
+    }
+
+    /// The vertex a half-edge starts at.
+    #[inline(always)]
+    pub(super) fn origin(&self, e: u32) -> u32 {
+        self.origins[e as usize]
+    }
+
+    #[inline(always)]
+    pub(super) fn twin(&self, e: u32) -> u32 {
+        self.twins[e as usize]
+    }
+
+    /// A triangle of its own, all edges locked so far.
+    pub(super) fn add(&mut self, corners: [u32; 3]) -> u32 {
+        self.origins.extend(corners);
+        self.twins.extend([NONE; 3]);
+        self.len() - 1
+    }
+
+    /// Makes two half-edges twins; either may be [`NONE`].
+    #[inline(always)]
+    pub(super) fn pair(&mut self, e: u32, f: u32) {
+        if e != NONE {
+            self.twins[e as usize] = f;
+        }
+        if f != NONE {
+            self.twins[f as usize] = e;
+        }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, t: u32, corners: [u32; 3]) {
+        self.origins[3 * t as usize..3 * t as usize + 3].copy_from_slice(&corners);
+    }
+
+    /// Puts vertex `v` into triangle `t`; the three triangles around it.
+    ///
+    /// ```text
+    ///      c                 c
+    ///     ╱ ╲              ╱ │ ╲
+    ///    ╱ t ╲      →     ╱ ·v· ╲
+    ///   a─────b          a───────b
+    /// ```
+    pub(super) fn split_triangle(&mut self, t: u32, v: u32) -> [u32; 3] {
+        let [a, b, c] = self.corners(t);
+        let [_, bc, ca] = [0, 1, 2].map(|i| self.twin(3 * t + i));
+        self.set(t, [a, b, v]);
+        let (t1, t2) = (self.add([b, c, v]), self.add([c, a, v]));
+        self.pair(3 * t1, bc);
+        self.pair(3 * t2, ca);
+        self.pair(3 * t + 1, 3 * t1 + 2);
+        self.pair(3 * t1 + 1, 3 * t2 + 2);
+        self.pair(3 * t2 + 1, 3 * t + 2);
+        [t, t1, t2]
+    }
+
+    /// Puts vertex `v` onto edge `e`, which may be locked; the triangles around it, two or four.
+    ///
+    /// ```text
+    ///        c                 c
+    ///      ╱   ╲             ╱ │ ╲
+    ///    a ──e──► b    →   a───v───b
+    ///      ╲   ╱             ╲ │ ╱
+    ///        d                 d
+    /// ```
+    pub(super) fn split_edge(&mut self, e: u32, v: u32) -> ([u32; 4], usize) {
+        let f = self.twin(e);
+        let (a, b, c) = (self.origin(e), self.origin(next(e)), self.origin(prev(e)));
+        let (bc, ca) = (self.twin(next(e)), self.twin(prev(e)));
+        let t = e / 3;
+        self.set(t, [c, a, v]);
+        let t1 = self.add([b, c, v]);
+        self.pair(3 * t, ca);
+        self.pair(3 * t1, bc);
+        self.pair(3 * t + 2, 3 * t1 + 1);
+        if f == NONE {
+            self.pair(3 * t + 1, NONE);
+            self.pair(3 * t1 + 2, NONE);
+            return ([t, t1, NONE, NONE], 2);
+        }
+        let d = self.origin(prev(f));
+        let (ad, db) = (self.twin(next(f)), self.twin(prev(f)));
+        let u = f / 3;
+        self.set(u, [d, b, v]);
+        let u1 = self.add([a, d, v]);
+        self.pair(3 * u, db);
+        self.pair(3 * u1, ad);
+        self.pair(3 * u + 2, 3 * u1 + 1);
+        self.pair(3 * t + 1, 3 * u1 + 2);
+        self.pair(3 * t1 + 2, 3 * u + 1);
+        ([t, t1, u, u1], 4)
+    }
+
+    /// Turns the edge `e`, not locked, in the quadrilateral of its two triangles; p, the vertex opposite `e`, comes to
+    /// corner 2 of both. The two triangles.
+    ///
+    /// ```text
+    ///        p                 p
+    ///      ╱   ╲             ╱ │ ╲
+    ///    x ──e──► y    →   x t │ u y
+    ///      ╲   ╱             ╲ │ ╱
+    ///        q                 q
+    /// ```
+    pub(super) fn flip(&mut self, e: u32) -> [u32; 2] {
+        let f = self.twin(e);
+        let (x, y, p) = (self.origin(e), self.origin(next(e)), self.origin(prev(e)));
+        let q = self.origin(prev(f));
+        let (yp, px) = (self.twin(next(e)), self.twin(prev(e)));
+        let (xq, qy) = (self.twin(next(f)), self.twin(prev(f)));
+        let (t, u) = (e / 3, f / 3);
+        self.set(t, [x, q, p]);
+        self.set(u, [q, y, p]);
+        self.pair(3 * t, xq);
+        self.pair(3 * t + 2, px);
+        self.pair(3 * u, qy);
+        self.pair(3 * u + 1, yp);
+        self.pair(3 * t + 1, 3 * u + 2);
+        [t, u]
+    }
+
+    /// The triangles around the vertex at corner 2 of triangle `t`, which is at corner 2 of all of them; where it lies
+    /// on a locked edge, those from one of its locked edges to the other.
+    pub(super) fn star(&self, t: u32, into: &mut Vec<u32>) {
+        into.clear();
+        let mut at = t;
+        loop {
+            into.push(at);
+            let e = self.twin(3 * at + 2);
+            if e == NONE {
+                break;
+            }
+            at = e / 3;
+            if at == t {
+                return;
+            }
+        }
+        at = t;
+        loop {
+            let e = self.twin(3 * at + 1);
+            if e == NONE {
+                return;
+            }
+            at = e / 3;
+            into.push(at);
+        }
+    }
+
+    /// Checks that twins are each other's and join the same vertices.
+    #[cfg(test)]
+    pub(super) fn check(&self) {
+        for e in 0..self.origins.len() as u32 {
+            let f = self.twin(e);
+            if f != NONE {
+                assert_eq!(self.twin(f), e, "twin of the twin of {e}");
+                assert_eq!((self.origin(e), self.origin(next(e))), (self.origin(next(f)), self.origin(f)), "edge {e}");
+            }
+        }
+    }
+}
