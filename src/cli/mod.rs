@@ -41,7 +41,7 @@ struct Cli {
 /// Each variant's help is the documentation of its arguments.
 #[derive(Debug, Subcommand)]
 enum Command {
-    Simplify(simplify::SimplifyArgs),
+    Simplify(Box<simplify::SimplifyArgs>),
     Verify(verify::VerifyArgs),
     Info(info::InfoArgs),
     Synth(synth::SynthArgs),

@@ -8,9 +8,12 @@ use crate::triangulate::insertion::Key;
 /// result changed.
 #[derive(Debug)]
 pub(in crate::simplify) struct Floor {
-    budget: Option<(u64, fn(&Told) -> u64)>,
+    budget: Option<(u64, CostOf)>,
     state: Mutex<State>,
 }
+
+/// What an insertion costs of the budget.
+type CostOf = fn(&Told) -> u64;
 
 #[derive(Debug)]
 struct State {
@@ -25,8 +28,8 @@ const SHIFT: u32 = 48;
 impl Floor {
     /// Nothing told yet; errors of at least `lowest` are of interest at all.
     pub(in crate::simplify) fn new(goal: &Goal, lowest: f64) -> Floor {
-        let points = goal.max_points.map(|most| (most, (|t| t.cost.points) as fn(&Told) -> u64));
-        let triangles = goal.max_triangles.map(|most| (most, (|t| t.cost.triangles) as fn(&Told) -> u64));
+        let points = goal.max_points.map(|most| (most, (|t| t.cost.points) as CostOf));
+        let triangles = goal.max_triangles.map(|most| (most, (|t| t.cost.triangles) as CostOf));
         let state = State { spent: vec![0; 1 << (64 - SHIFT)], cut: Key::last_of(lowest) };
         Floor { budget: points.or(triangles), state: Mutex::new(state) }
     }
