@@ -4,7 +4,7 @@ CARGO ?= cargo
 # Where rustup puts it; a shell started before the installation does not look there.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help setup demo test check bench bench-scale bench-kernels fmt accept
+.PHONY: help setup demo test check bench bench-scale bench-kernels paper fmt accept
 
 help:
 	@echo 'make setup   install what is missing (Debian: GDAL, a C compiler, Python for one test)'
@@ -14,6 +14,7 @@ help:
 	@echo 'make bench   the benchmark: against pydelatin and against GDAL alone'
 	@echo 'make bench-scale    from 4096 x 4096 to 32768 x 32768 (choose: SIZES=4096,8192)'
 	@echo 'make bench-kernels  the parts, by criterion'
+	@echo 'make paper   repeats the experiments of Garland & Heckbert 1995, tables and plots'
 	@echo 'make accept  the long acceptance run'
 	@echo 'make fmt     format the sources'
 
@@ -42,6 +43,10 @@ bench-scale: setup
 
 bench-kernels: setup
 	$(CARGO) bench --locked
+
+paper: setup
+	$(CARGO) build --release --locked --bin terrabite --example garland_heckbert
+	@python3 scripts/paper.py
 
 accept: setup
 	$(CARGO) build --release --locked

@@ -37,15 +37,24 @@ struct Cutter {
 
 impl Cutter {
     /// Returns how many triangles there are.
-    fn cut(&mut self, tile: &Tile, domain: &Domain, tolerance: f64, feasibility: Feasibility) -> usize {
+    fn cut(
+        &mut self,
+        engine: GreedyCuts,
+        tile: &Tile,
+        domain: &Domain,
+        tolerance: f64,
+        feasibility: Feasibility,
+    ) -> usize {
         let task = Task { tile, domain, tolerance, feasibility, cancel: &CancelToken::default() };
-        GreedyCuts.triangulate(&task, &mut self.scratch, &mut self.mesh).expect("nobody cancels");
+        engine.triangulate(&task, &mut self.scratch, &mut self.mesh).expect("nobody cancels");
         self.mesh.triangles.len()
     }
 }
 
 fn cuts(c: &mut Criterion) {
     use Feasibility::{Strong, Weak};
+    const PLAIN: GreedyCuts = GreedyCuts::PLAIN;
+    const IMPROVED: GreedyCuts = GreedyCuts::IMPROVED;
     let mountains = tile(SIDE, SIDE, fractal);
     let wide_mountains = wide(&mountains);
     let flat = tile(SIDE, SIDE, |_, _| 7.0);
@@ -54,23 +63,31 @@ fn cuts(c: &mut Criterion) {
     // A trench of one cell from corner to corner, beside a plain: its floor asks for slivers as long as the tile.
     let valley = tile(SIDE, SIDE, |column, row| if row == 200 + column / 9 { -50.0 } else { 0.02 * column as f64 });
     let cases = [
-        ("fine_weak", &mountains, 2.0, Weak, 67993),
-        ("fine_weak_f64", &wide_mountains, 2.0, Weak, 67993),
-        ("fine_strong", &mountains, 2.0, Strong, 55201),
-        ("coarse_weak", &mountains, 15.0, Weak, 1864),
-        ("coarse_strong", &mountains, 15.0, Strong, 1692),
-        ("flat_at_0", &flat, 0.0, Weak, 2),
-        ("noise_weak", &white, 1.0, Weak, 32374),
-        ("noise_strong", &white, 10.0, Strong, 31409),
-        ("steps", &steps, 1.0, Weak, 5570),
-        ("valley_weak", &valley, 1.0, Weak, 78),
-        ("valley_strong", &valley, 1.0, Strong, 2700),
+        ("fine_weak", PLAIN, &mountains, 2.0, Weak, 67993),
+        ("fine_weak_f64", PLAIN, &wide_mountains, 2.0, Weak, 67993),
+        ("fine_strong", PLAIN, &mountains, 2.0, Strong, 55201),
+        ("coarse_weak", PLAIN, &mountains, 15.0, Weak, 1864),
+        ("coarse_strong", PLAIN, &mountains, 15.0, Strong, 1692),
+        ("flat_at_0", PLAIN, &flat, 0.0, Weak, 2),
+        ("noise_weak", PLAIN, &white, 1.0, Weak, 32374),
+        ("noise_strong", PLAIN, &white, 10.0, Strong, 31409),
+        ("steps", PLAIN, &steps, 1.0, Weak, 5570),
+        ("valley_weak", PLAIN, &valley, 1.0, Weak, 78),
+        ("valley_strong", PLAIN, &valley, 1.0, Strong, 2700),
+        ("improved_fine_weak", IMPROVED, &mountains, 2.0, Weak, 38385),
+        ("improved_fine_strong", IMPROVED, &mountains, 2.0, Strong, 36073),
+        ("improved_coarse_weak", IMPROVED, &mountains, 15.0, Weak, 1114),
+        ("improved_coarse_strong", IMPROVED, &mountains, 15.0, Strong, 1074),
+        ("improved_flat_at_0", IMPROVED, &flat, 0.0, Weak, 2),
+        ("improved_noise_weak", IMPROVED, &white, 1.0, Weak, 32454),
+        ("improved_steps", IMPROVED, &steps, 1.0, Weak, 860),
+        ("improved_valley_weak", IMPROVED, &valley, 1.0, Weak, 50),
     ];
     let mut group = c.benchmark_group("cuts");
-    for (name, tile, tolerance, feasibility, expected) in cases {
+    for (name, engine, tile, tolerance, feasibility, expected) in cases {
         let rim = rim(tile, tolerance);
         let mut cutter = Cutter::default();
-        let mut count = || cutter.cut(black_box(tile), &rim.domain, tolerance, feasibility);
+        let mut count = || cutter.cut(engine, black_box(tile), &rim.domain, tolerance, feasibility);
         assert_eq!(count(), expected, "triangles of {name}");
         group.throughput(Throughput::Elements((tile.width() * tile.height()) as u64));
         group.bench_function(name, |b| b.iter(&mut count));
@@ -101,7 +118,7 @@ fn front(c: &mut Criterion) {
     let plain = tile(SIDE, SIDE, |_, _| 0.0);
     let domain = dense_rim(&plain);
     let mut cutter = Cutter::default();
-    let mut count = || cutter.cut(black_box(&plain), &domain, 1.0, Feasibility::Weak);
+    let mut count = || cutter.cut(GreedyCuts::PLAIN, black_box(&plain), &domain, 1.0, Feasibility::Weak);
     assert_eq!(count(), 4 * 512 - 2, "triangles of a polygon");
     c.bench_function("front/dense_rim", |b| b.iter(&mut count));
 }
@@ -113,7 +130,7 @@ fn errors(c: &mut Criterion) {
     for (name, tolerance) in [("fine", 2.0), ("coarse", 15.0)] {
         let rim = rim(&mountains, tolerance);
         let mut cutter = Cutter::default();
-        cutter.cut(&mountains, &rim.domain, tolerance, Feasibility::Weak);
+        cutter.cut(GreedyCuts::PLAIN, &mountains, &rim.domain, tolerance, Feasibility::Weak);
         let mut count = || measure(black_box(&mountains), &cutter.mesh, tolerance, (0, 0), (true, true)).samples;
         assert_eq!(count(), (SIDE * SIDE) as u64);
         group.bench_function(name, |b| b.iter(&mut count));

@@ -4,6 +4,7 @@ use clap::ValueEnum;
 
 use super::{Failure, values};
 use crate::simplify::EngineChoice;
+use crate::triangulate::cuts::Cuts;
 use crate::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 
 #[derive(Debug, Clone, clap::Args)]
@@ -11,6 +12,9 @@ pub(super) struct EngineArgs {
     /// How tiles are triangulated
     #[arg(long, value_enum, default_value_t = EngineArg::GreedyCuts)]
     engine: EngineArg,
+    /// The order of greedy cuts: the paper's own, or the largest first, which takes longer and fewer [default: improved]
+    #[arg(long, value_enum, help_heading = "Options of --engine greedy-cuts")]
+    cuts: Option<CutsArg>,
     #[command(flatten)]
     insertion: InsertionArgs,
 }
@@ -21,6 +25,14 @@ enum EngineArg {
     GreedyCuts,
     /// Inserts the farthest sample, again and again
     GreedyInsertion,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum CutsArg {
+    /// Ears and bites in the order in which they appear
+    Plain,
+    /// The largest ears and bites first, bites searched along rays
+    Improved,
 }
 
 #[derive(Debug, Clone, clap::Args)]
@@ -110,9 +122,14 @@ impl EngineArgs {
     /// Usage: options of an engine, or of a variant, that is not the one asked for.
     pub(super) fn choice(&self) -> Result<EngineChoice, Failure> {
         match self.engine {
+            EngineArg::GreedyInsertion if self.cuts.is_some() => Err(needs("--cuts", "--engine greedy-cuts")),
             EngineArg::GreedyInsertion => Ok(EngineChoice::GreedyInsertion(self.insertion.options()?)),
             EngineArg::GreedyCuts => match self.insertion.first_given() {
-                None => Ok(EngineChoice::GreedyCuts),
+                None => Ok(EngineChoice::GreedyCuts(match self.cuts {
+                    Some(CutsArg::Plain) => Cuts::Plain,
+                    Some(CutsArg::Improved) => Cuts::Improved,
+                    None => Cuts::default(),
+                })),
                 Some(option) => Err(needs(option, "--engine greedy-insertion")),
             },
         }

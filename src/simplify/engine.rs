@@ -2,26 +2,31 @@ use serde::Serialize;
 
 use crate::control::Cancelled;
 use crate::mesh::TileMesh;
-use crate::triangulate::cuts::GreedyCuts;
+use crate::triangulate::cuts::{Cuts, GreedyCuts};
 use crate::triangulate::insertion::{GreedyInsertion, InsertionOptions};
 use crate::triangulate::{Engine, Task};
 
 /// The engine that triangulates tiles, and which of its variants.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EngineChoice {
     /// [`GreedyCuts`].
-    #[default]
-    GreedyCuts,
+    GreedyCuts(Cuts),
     /// [`GreedyInsertion`].
     GreedyInsertion(InsertionOptions),
+}
+
+impl Default for EngineChoice {
+    fn default() -> Self {
+        EngineChoice::GreedyCuts(Cuts::default())
+    }
 }
 
 impl EngineChoice {
     /// What it is called in messages.
     pub fn name(&self) -> &'static str {
         match self {
-            EngineChoice::GreedyCuts => "greedy cuts",
+            EngineChoice::GreedyCuts(_) => "greedy cuts",
             EngineChoice::GreedyInsertion(_) => "greedy insertion",
         }
     }
@@ -29,7 +34,7 @@ impl EngineChoice {
     /// [`Engine::preinserts`].
     pub fn preinserts(&self) -> bool {
         match *self {
-            EngineChoice::GreedyCuts => GreedyCuts.preinserts(),
+            EngineChoice::GreedyCuts(cuts) => GreedyCuts { cuts }.preinserts(),
             EngineChoice::GreedyInsertion(options) => GreedyInsertion { options }.preinserts(),
         }
     }
@@ -37,7 +42,7 @@ impl EngineChoice {
     /// [`Engine::KEEPS_CHANNELS`].
     pub fn keeps_channels(&self) -> bool {
         match self {
-            EngineChoice::GreedyCuts => GreedyCuts::KEEPS_CHANNELS,
+            EngineChoice::GreedyCuts(_) => GreedyCuts::KEEPS_CHANNELS,
             EngineChoice::GreedyInsertion(_) => GreedyInsertion::KEEPS_CHANNELS,
         }
     }
@@ -45,7 +50,8 @@ impl EngineChoice {
     /// What of this decides the bytes of a tile, as text.
     pub(super) fn named(&self) -> String {
         match self {
-            EngineChoice::GreedyCuts => "greedy cuts".to_string(),
+            EngineChoice::GreedyCuts(Cuts::Plain) => "greedy cuts, plain".to_string(),
+            EngineChoice::GreedyCuts(Cuts::Improved) => "greedy cuts, improved".to_string(),
             EngineChoice::GreedyInsertion(options) => format!("greedy insertion: {}", options.named()),
         }
     }
@@ -57,7 +63,7 @@ impl EngineChoice {
     /// Greedy insertion has half-edges, candidates and their heap, 48 to 56 a triangle, in memory that grows by doubling.
     pub(super) fn bytes_per_sample(&self) -> u64 {
         match self {
-            EngineChoice::GreedyCuts => 180,
+            EngineChoice::GreedyCuts(_) => 180,
             EngineChoice::GreedyInsertion(_) => 360,
         }
     }
@@ -79,7 +85,7 @@ impl EngineScratch {
         mesh: &mut TileMesh,
     ) -> Result<(), Cancelled> {
         match choice {
-            EngineChoice::GreedyCuts => GreedyCuts.triangulate(task, &mut self.cuts, mesh),
+            EngineChoice::GreedyCuts(cuts) => GreedyCuts { cuts }.triangulate(task, &mut self.cuts, mesh),
             EngineChoice::GreedyInsertion(options) => {
                 GreedyInsertion { options }.triangulate(task, &mut self.insertion, mesh)
             }

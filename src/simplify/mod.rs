@@ -106,7 +106,7 @@ impl Params {
             _ if self.goal.is_none() => Ok(()),
             EngineChoice::GreedyInsertion(options) if options == options.in_order() => Ok(()),
             EngineChoice::GreedyInsertion(_) => Err(Error::GoalWithPasses),
-            EngineChoice::GreedyCuts => Err(Error::NoGoal { engine: self.engine.name() }),
+            EngineChoice::GreedyCuts(_) => Err(Error::NoGoal { engine: self.engine.name() }),
         }
     }
 

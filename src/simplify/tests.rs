@@ -13,6 +13,8 @@ use crate::sink::{Contents, PlySink, Sink, SinkError};
 use crate::spool::{Chunk, Spool};
 use crate::staged::StagedFile;
 use crate::synth::{Terrain, TerrainOptions};
+use crate::triangulate::cuts::Cuts;
+use crate::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 use crate::verify::{VerifyOptions, verify};
 
 /// Our own ground: hills, flat lakes, cliffs.
@@ -64,14 +66,33 @@ pub(super) fn certify_weighted(width: usize, height: usize, heights: &[f64], wei
     assert_eq!((verdict.vertices, verdict.triangles), (summary.vertices, summary.triangles));
 }
 
+/// Every engine, and every variant of it.
+fn engines() -> Vec<EngineChoice> {
+    let default = InsertionOptions::default();
+    let swaps = [
+        Swap::Delaunay,
+        Swap::DataDependent(DataDependent::default()),
+        Swap::DataDependent(DataDependent { fit: Fit::L2, shape: Shape::SmallestAngle, quality_threshold: 0.0 }),
+        Swap::DataDependent(DataDependent { fit: Fit::LInfinity, ..DataDependent::default() }),
+    ];
+    let selections = [Selection::Fractional(0.6), Selection::Constant];
+    let measures = [Measure::Curvature(1.0), Measure::GlobalError, Measure::Product(2.0)];
+    let swaps = swaps.map(|swap| InsertionOptions { swap, ..default });
+    let selections = selections.map(|selection| InsertionOptions { selection, ..default });
+    let measures = measures.map(|measure| InsertionOptions { measure, ..default });
+    let insertion = swaps.into_iter().chain(selections).chain(measures).map(EngineChoice::GreedyInsertion);
+    [Cuts::Plain, Cuts::Improved].map(EngineChoice::GreedyCuts).into_iter().chain(insertion).collect()
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+    #![proptest_config(ProptestConfig::with_cases(192))]
 
     #[test]
     fn what_is_written_passes_the_verifier(
         width in 2usize..40, height in 2usize..40, seed in any::<u64>(), kind in 0u8..4,
         max_error in prop_oneof![Just(0.0), Just(1.0), Just(2.5), 0.0f64..6.0, Just(1e6)],
         tile in prop_oneof![Just(0usize), 1usize..12, Just(16), Just(512)], strong in any::<bool>(),
+        engine in prop::sample::select(engines()),
     ) {
         let noise = |i: usize| (i as u64 + 1).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 48;
         let heights = match kind {
@@ -81,7 +102,7 @@ proptest! {
             _ => vec![-11.5; width * height],
         };
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
-        certify(width, height, &heights, &Params { feasibility, tile, ..Params::new(max_error) });
+        certify(width, height, &heights, &Params { feasibility, tile, engine, ..Params::new(max_error) });
     }
 }
 
@@ -125,11 +146,16 @@ pub(super) fn told(mesh: &Mesh) -> Told {
 
 #[test]
 fn neither_the_order_of_tiles_nor_threads_change_what_is_written() {
-    let params = Params { tile: 32, ..Params::new(4.0) };
     let heights = terrain(3, 200, 150);
+    for engine in engines() {
+        the_same_on_any_number_of_threads(&heights, &Params { tile: 32, engine, ..Params::new(4.0) });
+    }
+}
+
+fn the_same_on_any_number_of_threads(heights: &[f64], params: &Params) {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| mesh(200, 150, heights.clone(), &params))
+        pool.install(|| mesh(200, 150, heights.to_vec(), params))
     };
     let (one, three) = (on(1), on(3));
     let expected = told(&one);
@@ -170,6 +196,7 @@ struct Golden {
     size: (usize, usize),
     max_error: f64,
     feasibility: String,
+    cuts: String,
     tile: usize,
     triangles: u64,
 }
@@ -184,7 +211,8 @@ fn golden_counts_do_not_go_up() {
     let write = std::env::var_os("TERRABITE_GOLDEN").is_some_and(|v| v == "write");
     for line in &mut golden {
         let feasibility = if line.feasibility == "strong" { Feasibility::Strong } else { Feasibility::Weak };
-        let params = Params { feasibility, tile: line.tile, ..Params::new(line.max_error) };
+        let engine = EngineChoice::GreedyCuts(if line.cuts == "plain" { Cuts::Plain } else { Cuts::Improved });
+        let params = Params { feasibility, engine, tile: line.tile, ..Params::new(line.max_error) };
         let (width, height) = line.size;
         let found: u64 = mesh(width, height, terrain(line.seed, width, height), &params)
             .chunks()

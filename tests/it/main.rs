@@ -4,6 +4,7 @@ mod budget;
 mod channels;
 mod importance;
 mod info;
+mod insertion;
 mod points;
 mod preview_bad_input;
 mod readers;

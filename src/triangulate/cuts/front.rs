@@ -127,6 +127,11 @@ impl Front {
         self.next(a) == b
     }
 
+    /// Whether an edge of the front leads from a node to a place, whichever node stands there.
+    pub(super) fn leads_to(&self, node: u32, to: Point) -> bool {
+        self.next(node) != DEAD && self.at(self.next(node)) == to
+    }
+
     /// What the cuts since the last call have left to look at, into emptied lists.
     pub(super) fn take_fresh(&mut self, into: &mut Fresh) {
         into.corners.clear();

@@ -13,7 +13,7 @@ use std::collections::BinaryHeap;
 
 use super::Edge;
 use super::front::{Apex, Front};
-use super::paper::feasible_apex;
+use super::places::feasible_apex;
 use crate::lattice::{Point, STEPS, distance2, orient};
 use crate::mesh::Vertex;
 use crate::triangulate::feasible::{Spans, Tester};

@@ -1,9 +1,10 @@
-use std::collections::{BinaryHeap, VecDeque};
+use std::collections::VecDeque;
 
 use super::front::{Apex, Fresh, Front};
+use super::places::{Base, feasible_apex};
+use super::thin::Splits;
 use super::{Edge, Strategy};
 use crate::lattice::{Point, STEPS, distance2, orient};
-use crate::mesh::Vertex;
 use crate::triangulate::feasible::Tester;
 
 /// The paper's own order (section 2): ears first, in the order in which corners appear; then bites, likewise, to a
@@ -16,8 +17,7 @@ pub(super) struct PaperOrder {
     fresh: Fresh,
     ears: VecDeque<[u32; 3]>,
     bites: VecDeque<Edge>,
-    splits: BinaryHeap<(i64, Edge)>,
-    hopeless: Vec<Edge>,
+    splits: Splits,
 }
 
 impl Strategy for PaperOrder {
@@ -25,16 +25,15 @@ impl Strategy for PaperOrder {
         self.ears.clear();
         self.bites.clear();
         self.splits.clear();
-        self.hopeless.clear();
     }
 
     fn cut(&mut self, front: &mut Front, tester: &Tester<'_>) -> bool {
         self.look_at_fresh(front);
-        self.cut_ear(front, tester) || self.bite(front, tester) || self.split_edge(front, tester)
+        self.cut_ear(front, tester) || self.bite(front, tester) || self.splits.cut(front, tester)
     }
 
     fn take_hopeless(&mut self, into: &mut Vec<Edge>) {
-        into.append(&mut self.hopeless);
+        self.splits.take_hopeless(into);
     }
 }
 
@@ -74,7 +73,7 @@ impl PaperOrder {
                 continue;
             }
             let Some(apex) = search_perpendicular(front, tester, edge) else {
-                self.splits.push((distance2(front.at(edge.0), front.at(edge.1)), edge));
+                self.splits.push(front, edge);
                 continue;
             };
             let length = distance2(front.at(edge.0), front.at(edge.1));
@@ -85,58 +84,6 @@ impl PaperOrder {
             return true;
         }
         false
-    }
-
-    fn split_edge(&mut self, front: &mut Front, tester: &Tester<'_>) -> bool {
-        while let Some((_, edge)) = self.splits.pop() {
-            if !front.has_edge(edge) {
-                continue;
-            }
-            if let Some(apex) = search_along(front, tester, edge) {
-                front.bite(edge, apex);
-                return true;
-            }
-            self.hopeless.push(edge);
-        }
-        false
-    }
-}
-
-/// Whether the triangle from an edge to a place is inside the ground and feasible, and what it meets there.
-pub(super) fn feasible_apex(front: &Front, tester: &Tester<'_>, edge: Edge, vertex: Vertex) -> Option<Apex> {
-    let apex = front.visible_apex(edge, vertex)?;
-    let (a, b) = (front.vertex(edge.0), front.vertex(edge.1));
-    tester.feasible([a, b, vertex], &[(a, vertex), (b, vertex)]).then_some(apex)
-}
-
-/// An edge as seen from its left side, in cells.
-struct Base {
-    middle: (f64, f64),
-    along: (f64, f64),
-    normal: (f64, f64),
-    length: f64,
-}
-
-impl Base {
-    fn of(a: Point, b: Point) -> Base {
-        let cells = |steps: i32| f64::from(steps) / f64::from(STEPS);
-        let (dx, dy) = (cells(b.x - a.x), cells(b.y - a.y));
-        let length = (dx * dx + dy * dy).sqrt();
-        let along = (dx / length, dy / length);
-        let middle = (cells(a.x + b.x) / 2.0, cells(a.y + b.y) / 2.0);
-        Base { middle, along, normal: (-along.1, along.0), length }
-    }
-
-    /// The sample nearest to a place, given by its distance from the middle along the edge and away from it.
-    fn sample(&self, tester: &Tester<'_>, along: f64, away: f64) -> Option<Vertex> {
-        let column = (self.middle.0 + self.along.0 * along + self.normal.0 * away).round();
-        let row = (self.middle.1 + self.along.1 * along + self.normal.1 * away).round();
-        let tile = tester.tile();
-        let inside = column >= 0.0 && row >= 0.0 && column < tile.width() as f64 && row < tile.height() as f64;
-        inside.then(|| Vertex {
-            at: Point::of_sample(column as i32, row as i32),
-            height: tile.at(column as usize, row as usize),
-        })
     }
 }
 
@@ -151,21 +98,6 @@ fn search_perpendicular(front: &Front, tester: &Tester<'_>, edge: Edge) -> Optio
             return apex;
         }
         away /= 2.0;
-    }
-    None
-}
-
-/// The paper's edge split as a real, thin bite: near the edge's middle, then near its other eighths.
-fn search_along(front: &Front, tester: &Tester<'_>, edge: Edge) -> Option<Apex> {
-    let base = Base::of(front.at(edge.0), front.at(edge.1));
-    for share in [0.0, -0.125, 0.125, -0.25, 0.25] {
-        for away in [0.75, 1.25, 2.0, 0.4] {
-            let vertex = base.sample(tester, share * base.length, away);
-            let apex = vertex.and_then(|v| feasible_apex(front, tester, edge, v));
-            if apex.is_some() {
-                return apex;
-            }
-        }
     }
     None
 }

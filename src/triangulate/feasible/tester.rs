@@ -1,5 +1,6 @@
 use std::ops::{Add, Mul, Sub};
 
+use super::weighted::AllWeightedRows;
 use super::{Plane, Spans, edge};
 use crate::field::{Heights, PADDING, Tile};
 use crate::lattice::{MAX_SPAN, Point};
@@ -26,6 +27,11 @@ impl<'a> Tester<'a> {
         self.feasibility
     }
 
+    /// The largest vertical distance allowed.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
     /// The samples.
     pub fn tile(&self) -> &'a Tile {
         self.tile
@@ -47,15 +53,14 @@ impl<'a> Tester<'a> {
             width: self.tile.width,
             tolerance: self.tolerance,
         };
-        // The same loops, compiled for what the processor has: wider lanes change no result.
         let arch = pulp::Arch::new();
         match &self.tile.heights {
-            Heights::F32(heights) => arch.dispatch(|| scan.all_rows(heights, a.height)),
+            Heights::F32(heights) => arch.dispatch(AllRows { scan: &scan, heights, height_of_a: a.height }),
             Heights::F64(heights) if self.tile.is_weighted() => {
                 let weights = &self.tile.weights;
-                arch.dispatch(|| scan.all_weighted_rows(heights, weights, a.height))
+                arch.dispatch(AllWeightedRows { scan: &scan, heights, weights, height_of_a: a.height })
             }
-            Heights::F64(heights) => arch.dispatch(|| scan.all_rows(heights, a.height)),
+            Heights::F64(heights) => arch.dispatch(AllRows { scan: &scan, heights, height_of_a: a.height }),
         }
     }
 
@@ -152,6 +157,55 @@ struct Limits<R> {
     never: R,
 }
 
+/// [`Scan::all_rows`], compiled for what the processor has: wider lanes change no result. (A closure would be compiled
+/// for the least processor: only what is inlined all the way gets the instructions of the dispatch.)
+struct AllRows<'a, R> {
+    scan: &'a Scan,
+    heights: &'a [R],
+    height_of_a: f64,
+}
+
+impl<R: Real> pulp::WithSimd for AllRows<'_, R> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> bool {
+        self.scan.all_rows(self.heights, self.height_of_a)
+    }
+}
+
+/// A test of rows. (A trait and no closure, for the same reason.)
+pub(super) trait RowTest {
+    fn holds(&self, row: i32) -> bool;
+}
+
+/// Whether a test holds for every `step`th row.
+#[inline(always)]
+fn every(step: i32, first: i32, last: i32, test: &impl RowTest) -> bool {
+    let mut row = first;
+    while row <= last {
+        if !test.holds(row) {
+            return false;
+        }
+        row += step;
+    }
+    true
+}
+
+struct PlainRows<'a, R> {
+    scan: &'a Scan,
+    heights: &'a [R],
+    offset: f64,
+    limits: Limits<R>,
+}
+
+impl<R: Real> RowTest for PlainRows<'_, R> {
+    #[inline(always)]
+    fn holds(&self, row: i32) -> bool {
+        self.scan.row(self.heights, row, self.offset, self.limits)
+    }
+}
+
 impl Scan {
     #[inline(always)]
     fn all_rows<R: Real>(&self, heights: &[R], height_of_a: f64) -> bool {
@@ -165,12 +219,12 @@ impl Scan {
             never: R::of(self.tolerance + doubt),
         };
         let offset = height_of_a - reference.to_f64();
-        self.every_row(|row| self.row(heights, row, offset, limits))
+        self.every_row(&PlainRows { scan: self, heights, offset, limits })
     }
 
     /// Whether a test holds for every row of the triangle, asked in an order in which an infeasible one soon fails.
     #[inline(always)]
-    pub(super) fn every_row(&self, within: impl Fn(i32) -> bool) -> bool {
+    pub(super) fn every_row(&self, test: &impl RowTest) -> bool {
         let rows = self.spans.rows();
         let (first, last) = (*rows.start(), *rows.end());
         if first > last {
@@ -178,9 +232,14 @@ impl Scan {
         }
         if last - first < FEW_ROWS {
             let middle = self.spans.middle_row().clamp(first, last);
-            return every(middle, last, 1, &within) && every(first, middle - 1, 1, &within);
+            return every(1, middle, last, test) && every(1, first, middle - 1, test);
         }
-        [4, 0, 2, 6, 1, 3, 5, 7].into_iter().all(|start| every(first + start, last, STRIDE, &within))
+        for start in [4, 0, 2, 6, 1, 3, 5, 7] {
+            if !every(STRIDE, first + start, last, test) {
+                return false;
+            }
+        }
+        true
     }
 
     #[inline(always)]
@@ -221,19 +280,6 @@ impl Scan {
 /// [`STRIDE`]th row first.
 const FEW_ROWS: i32 = 12;
 const STRIDE: i32 = 8;
-
-/// Whether a test holds for every `step`th row. (A plain loop: iterators with steps were measured to be slower.)
-#[inline(always)]
-fn every(first: i32, last: i32, step: i32, test: impl Fn(i32) -> bool) -> bool {
-    let mut row = first;
-    while row <= last {
-        if !test(row) {
-            return false;
-        }
-        row += step;
-    }
-    true
-}
 
 /// The fast path: whether the first `count` samples are within the tolerance beyond doubt. Most rows are shorter than
 /// the lanes, so lanes are always whole and those past the end do not count; the tile has room for it ([`PADDING`]).

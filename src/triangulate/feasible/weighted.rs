@@ -4,7 +4,7 @@
 //! and without a division: the error found, plus a bound of its rounding, times the weight, is held against a tolerance
 //! that is a little smaller. What that leaves open is compared with the limit, exactly.
 
-use super::tester::{LANES, Real, Scan, coarse};
+use super::tester::{LANES, Real, RowTest, Scan, coarse};
 use crate::exact;
 use crate::lattice::{Point, STEPS};
 
@@ -30,10 +30,50 @@ struct Limits {
 /// underflow, and limits be no normal numbers. (Weights are at most 10³⁰.)
 const SMALLEST_TOLERANCE: f64 = 1e-200;
 
+/// [`Scan::all_weighted_rows`], compiled for what the processor has.
+pub(super) struct AllWeightedRows<'a> {
+    pub(super) scan: &'a Scan,
+    pub(super) heights: &'a [f64],
+    pub(super) weights: &'a [f64],
+    pub(super) height_of_a: f64,
+}
+
+impl pulp::WithSimd for AllWeightedRows<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> bool {
+        self.scan.all_weighted_rows(self.heights, self.weights, self.height_of_a)
+    }
+}
+
+struct WeightedRows<'a> {
+    scan: &'a Scan,
+    heights: &'a [f64],
+    weights: &'a [f64],
+    limits: Limits,
+}
+
+impl RowTest for WeightedRows<'_> {
+    #[inline(always)]
+    fn holds(&self, row: i32) -> bool {
+        let (first, last) = self.scan.spans.columns(row);
+        if first > last {
+            return true;
+        }
+        let at = Point::of_sample(first, row);
+        let start = self.scan.plane.above_a(at);
+        let index = row as usize * self.scan.width + first as usize;
+        let (heights, weights, count) = (&self.heights[index..], &self.weights[index..], (last - first + 1) as usize);
+        surely_within(heights, weights, count, start, self.limits)
+            || self.scan.weighted_row_in_doubt(&heights[..count], &weights[..count], at, start, self.limits)
+    }
+}
+
 impl Scan {
     /// Whether every sample of the triangle is within its limit.
     #[inline(always)]
-    pub(super) fn all_weighted_rows(&self, heights: &[f64], weights: &[f64], height_of_a: f64) -> bool {
+    fn all_weighted_rows(&self, heights: &[f64], weights: &[f64], height_of_a: f64) -> bool {
         let reach = self.plane.reach(height_of_a);
         let fast = self.tolerance >= SMALLEST_TOLERANCE;
         let limits = Limits {
@@ -43,18 +83,7 @@ impl Scan {
             sure: if fast { self.tolerance * (1.0 - 2.0 * f64::DOUBT) } else { -1.0 },
             none: if reach > 0.0 { -1.0 } else { 0.0 },
         };
-        self.every_row(|row| {
-            let (first, last) = self.spans.columns(row);
-            if first > last {
-                return true;
-            }
-            let at = Point::of_sample(first, row);
-            let start = self.plane.above_a(at);
-            let index = row as usize * self.width + first as usize;
-            let (heights, weights, count) = (&heights[index..], &weights[index..], (last - first + 1) as usize);
-            surely_within(heights, weights, count, start, limits)
-                || self.weighted_row_in_doubt(&heights[..count], &weights[..count], at, start, limits)
-        })
+        self.every_row(&WeightedRows { scan: self, heights, weights, limits })
     }
 
     /// Sample by sample, exactly where rounding leaves it open.

@@ -33,6 +33,7 @@ use crate::mesh::{Domain, TileMesh};
 
 pub use self::options::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 pub use self::progressive::{Event, Key, Order};
+pub use self::refine::Step;
 
 #[cfg(test)]
 mod tests;
@@ -88,6 +89,10 @@ impl Scratch {
             measure: importance::prepare(options.measure, task.tile),
             beyond: &mut self.beyond,
             rim_comes: false,
+            rim_is_free: false,
+            sum: 0.0,
+            most: usize::MAX,
+            steps: None,
             options,
             cancel: task.cancel,
         }
@@ -114,6 +119,35 @@ impl Engine for GreedyInsertion {
 }
 
 impl GreedyInsertion {
+    /// Greedy insertion just as the paper has it, for comparisons with it: from two triangles over the whole tile, the rim
+    /// refined like everything else, up to `most` vertices. How it stood after every insertion, if `steps` are wanted. A mesh for one tile
+    /// alone: no neighbour knows of the vertices on its rim. (Elsewhere the rim is there beforehand, see [`crate::seam`].)
+    ///
+    /// # Errors
+    /// [`Cancelled`], with a mesh of no use.
+    pub fn triangulate_alone(
+        &self,
+        task: &Task<'_>,
+        most: usize,
+        steps: bool,
+        scratch: &mut Scratch,
+        mesh: &mut TileMesh,
+    ) -> Result<Vec<Step>, Cancelled> {
+        let mut refinement = scratch.begin(self.options, task, task.domain, mesh);
+        refinement.rim_is_free = true;
+        refinement.most = most;
+        refinement.scan_all()?;
+        if steps {
+            refinement.steps = Some(Vec::new());
+            refinement.sum =
+                (0..refinement.surface.topology.len()).map(|t| refinement.squares_of(t, (true, true))).sum();
+        }
+        refinement.run()?;
+        let steps = refinement.steps.take();
+        refinement.finish(mesh);
+        Ok(steps.unwrap_or_default())
+    }
+
     /// Triangulates as far as a cut in the order of all insertions of a raster, see [`Order`]: the vertices of the rim
     /// whose keys lie before it are inserted each in its turn, and `told` hears of every insertion. `domain` is a
     /// rectangle whose four corners come first. The tolerance is one that all may come down to, not one that all do.

@@ -162,7 +162,7 @@ impl Refinement<'_> {
     }
 
     /// The change of the sum of squares by what was done around the vertex at corner 2 of `t`.
-    fn squares_changed(&mut self, t: u32, owns: (bool, bool)) -> f64 {
+    pub(super) fn squares_changed(&mut self, t: u32, owns: (bool, bool)) -> f64 {
         let mut star = std::mem::take(self.star);
         self.surface.topology.star(t, &mut star);
         let mut change = 0.0;
@@ -174,7 +174,7 @@ impl Refinement<'_> {
     }
 
     /// How much a triangle's sum of squares has grown since it was last asked for.
-    fn squares_of(&mut self, t: u32, owns: (bool, bool)) -> f64 {
+    pub(super) fn squares_of(&mut self, t: u32, owns: (bool, bool)) -> f64 {
         let now = super::squares::of_triangle(self.scanner.tile, self.surface.corners(t), owns);
         now - self.squares.replace(t, now)
     }

@@ -27,8 +27,27 @@ pub(super) struct Refinement<'a> {
     pub(super) squares: &'a mut Squares,
     /// Whether vertices of the rim are inserted, too.
     pub(super) rim_comes: bool,
+    /// Whether the rim is refined like everything else: then its edges are split, which no neighbour knows of.
+    pub(super) rim_is_free: bool,
+    /// The sum of squared errors, where steps are noted.
+    pub(super) sum: f64,
+    /// Insertions end at so many vertices.
+    pub(super) most: usize,
+    /// How it stood after every insertion, where somebody wants to know.
+    pub(super) steps: Option<Vec<Step>>,
     pub(super) options: InsertionOptions,
     pub(super) cancel: &'a CancelToken,
+}
+
+/// How a refinement stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Vertices so far.
+    pub vertices: usize,
+    /// The largest score of a candidate: the largest error, where that is the measure.
+    pub largest: f64,
+    /// The sum of squared errors over all samples.
+    pub squares: f64,
 }
 
 /// Insertions between two looks at the cancellation token.
@@ -68,7 +87,7 @@ impl Refinement<'_> {
 
     fn run_sequentially(&mut self) -> Result<(), Cancelled> {
         let mut insertions = 0u32;
-        while let Some((t, candidate)) = self.candidates.best() {
+        while let Some((t, candidate)) = self.candidates.best().filter(|_| self.surface.vertices.len() < self.most) {
             if insertions.is_multiple_of(INSERTIONS_BETWEEN_CHECKS) {
                 self.cancel.check()?;
             }
@@ -81,10 +100,10 @@ impl Refinement<'_> {
     /// Passes that each insert all candidates with at least this share of the best score (section 5.4).
     fn run_in_passes(&mut self, share: f64) -> Result<(), Cancelled> {
         let mut selected: Vec<(Candidate, u32)> = Vec::new();
-        while let Some((_, best)) = self.candidates.best() {
+        while let Some((_, best)) = self.candidates.best().filter(|_| self.surface.vertices.len() < self.most) {
             self.cancel.check()?;
             self.select(share * best.score, &mut selected);
-            for &(candidate, t) in &selected {
+            for &(candidate, t) in &selected[..selected.len().min(self.most - self.surface.vertices.len())] {
                 self.insert_again_located(t, candidate.sample);
             }
         }
@@ -138,7 +157,10 @@ impl Refinement<'_> {
         let at = self.place(sample);
         if let Site::Edge(e) = site {
             let locked = self.surface.topology.twin(e) == NONE;
-            assert!(!locked, "a candidate at {at:?} on a locked edge, which is within the tolerance of it");
+            assert!(
+                self.rim_is_free || !locked,
+                "a candidate at {at:?} on a locked edge, which is within the tolerance of it"
+            );
         }
         let width = self.scanner.tile.width as u64;
         let height = self.scanner.tile.at((sample % width) as usize, (sample / width) as usize);
@@ -146,7 +168,19 @@ impl Refinement<'_> {
         let t = self.surface.connect(v, site)?;
         self.surface.vertices.push(Vertex { at, height });
         self.update(t);
+        self.note(t);
         Some(t)
+    }
+
+    /// Notes how things stand; the new vertex is at corner 2 of triangle `t`.
+    fn note(&mut self, t: u32) {
+        if self.steps.is_none() {
+            return;
+        }
+        self.sum += self.squares_changed(t, (true, true));
+        let largest = self.candidates.best().map_or(0.0, |(_, c)| c.score);
+        let step = Step { vertices: self.surface.vertices.len(), largest, squares: self.sum };
+        self.steps.iter_mut().for_each(|steps| steps.push(step));
     }
 
     /// Puts the surroundings of a new vertex in order: edges, then candidates (INSERT of algorithms III and IV).

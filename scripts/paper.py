@@ -1,0 +1,215 @@
+#!/usr/bin/env python3
+"""Repeats the experiments of Garland & Heckbert 1995 and puts tables and plots into docs/greedy-insertion.md.
+
+Runs examples/garland_heckbert on Crater Lake (the paper's raster) and, for the growth of the cost, on larger ones. What
+is not in the data folder (TERRABITE_DATA, else ../shared/data) is left out, and said so. Plots are made in a virtual
+environment of their own.
+"""
+
+import csv
+import io
+import math
+import os
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+DATA = Path(os.environ.get("TERRABITE_DATA", ROOT.parent / "shared" / "data"))
+EXPERIMENTS = TARGET / "release" / "examples" / "garland_heckbert"
+TERRABITE = TARGET / "release" / "terrabite"
+PAGE = ROOT / "docs" / "greedy-insertion.md"
+IMAGES = ROOT / "docs" / "images"
+CRATER = DATA / "crater_lake_garland.tif"
+# What the authors' own program gives.
+GARLAND = {1: 82828, 5: 19447, 10: 9184, 20: 3979}
+LARGER = ["lidar_wetland_1m", "srtm3_S33W071", "srtm3_mosaic_n_england"]
+
+
+def main():
+    if not CRATER.exists():
+        sys.exit(f"paper: {CRATER} is not there; set TERRABITE_DATA to the folder that has it")
+    reexec_with_matplotlib()
+    tables = {"counts": counts(), "measures": measures(), "cliff": cliff()}
+    curves = experiment("curves", CRATER)
+    tables["passes"] = at_vertices(curves, ["sequential", "fractional 0.9", "fractional 0.5", "constant 20", "constant 5"])
+    tables["swaps"] = swaps(curves)
+    plot_curves(curves)
+    times = {CRATER.stem: experiment("times", CRATER)}
+    for name in LARGER:
+        path = DATA / f"{name}.tif"
+        if path.exists():
+            times[name] = experiment("times", path)
+        else:
+            print(f"paper: {path} is not there: left out", file=sys.stderr)
+    tables["growth"] = growth(times)
+    plot_times(times)
+    fill(tables)
+
+
+def experiment(*arguments):
+    print("paper:", *arguments, file=sys.stderr, flush=True)
+    done = subprocess.run([EXPERIMENTS, *map(str, arguments)], check=True, capture_output=True, text=True)
+    return list(csv.DictReader(io.StringIO(done.stdout)))
+
+
+def table(header, rows):
+    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    return "\n".join(lines + ["| " + " | ".join(str(c) for c in row) + " |" for row in rows])
+
+
+def grouped(number):
+    return f"{number:,}".replace(",", " ")
+
+
+def counts():
+    free = {float(r["tolerance"]): int(r["triangles"]) for r in experiment("counts", CRATER, *GARLAND)}
+    rows = []
+    for tolerance, theirs in GARLAND.items():
+        ours, tiled = free[tolerance], [simplified(tolerance, tile) for tile in (0, 512)]
+        share = [f"{grouped(n)} ({100 * (n / theirs - 1):+.2f} %)" for n in [ours, tiled[0]]]
+        rows.append([tolerance, grouped(theirs), *share])
+    return table(["tolerance", "the authors' program", "ours, rim refined likewise", "ours, rim by min-link"], rows)
+
+
+def simplified(tolerance, tile):
+    mesh = TARGET / "paper.ply"
+    arguments = ["simplify", CRATER, mesh, "--max-error", tolerance, "--tile", tile, "--engine", "greedy-insertion"]
+    done = subprocess.run(
+        [TERRABITE, *map(str, arguments), "--overwrite", "--json"], check=True, capture_output=True, text=True
+    )
+    mesh.unlink()
+    import json
+
+    return json.loads(done.stdout)["triangles"]
+
+
+def measures():
+    rows = [[r["measure"], r["vertices"], f"{float(r['rms']):.2f}", f"{float(r['largest']):.1f}"] for r in experiment("measures", CRATER)]
+    return table(["measure", "vertices", "RMS error", "maximum error"], rows)
+
+
+def cliff():
+    return table(["variant", "vertices"], [[r["variant"], r["vertices"]] for r in experiment("cliff")])
+
+
+def nearest(rows, variant, vertices):
+    """The step of a variant at so many vertices; None where it ended before."""
+    steps = [r for r in rows if r["variant"] == variant and int(r["vertices"]) >= vertices]
+    return steps[0] if steps else None
+
+
+AT = [200, 555, 1000, 2000, 5000, 10000, 19000]
+
+
+def at_vertices(curves, variants):
+    def cell(variant, vertices):
+        step = nearest(curves, variant, vertices)
+        return "" if step is None else f"{float(step['rms']):.2f} / {float(step['largest']):.1f}"
+
+    return table(["RMS / maximum at", *map(grouped, AT)], [[v, *(cell(v, n) for n in AT)] for v in variants])
+
+
+def swaps(curves):
+    def ratio(variant, vertices):
+        ours, delaunay = nearest(curves, variant, vertices), nearest(curves, "sequential", vertices)
+        return "" if ours is None else f"{float(ours['rms']) / float(delaunay['rms']):.3f}"
+
+    def mean(variant):
+        ratios = [float(ratio(variant, n)) for n in range(500, 19001, 500)]
+        return f"{math.exp(sum(map(math.log, ratios)) / len(ratios)):.3f}"
+
+    names = {
+        "data-dependent": "max and sum, threshold 0.5",
+        "data-dependent, L2": "L2, threshold 0.5",
+        "data-dependent, L∞": "L∞, threshold 0.5",
+        "data-dependent, pure": "max and sum, threshold 0",
+    }
+    rows = [[names[v], *(ratio(v, n) for n in AT), mean(v)] for v in names]
+    return table(["RMS against Delaunay at", *map(grouped, AT), "mean, 500 to 19 000"], rows)
+
+
+def growth(times):
+    rows = []
+    for name, steps in times.items():
+        for variant in ["delaunay", "data-dependent"]:
+            chosen = [r for r in steps if r["variant"] == variant and int(r["vertices"]) >= 1000]
+            per = [
+                1e9 * float(r["seconds"]) / ((int(r["vertices"]) + float(r["samples"])) * math.log2(int(r["vertices"])))
+                for r in chosen
+            ]
+            cells = [f"{1e3 * float(r['seconds']):.0f} ms: {p:.1f}" for r, p in zip(chosen, per)]
+            cells += [""] * (6 - len(cells))
+            rows.append([f"{name}, {variant}", grouped(int(float(chosen[0]["samples"]))), *cells])
+    return table(["raster, variant", "samples", "1 000", "2 000", "5 000", "10 000", "20 000", "50 000"], rows)
+
+
+def plot_curves(curves):
+    import matplotlib.pyplot as plt
+
+    def draw(file, column, label, variants):
+        figure, axes = plt.subplots(figsize=(7, 4.2))
+        for variant in variants:
+            steps = [r for r in curves if r["variant"] == variant]
+            axes.plot([int(r["vertices"]) for r in steps], [float(r[column]) for r in steps], label=variant, linewidth=1)
+        axes.set(xscale="log", yscale="log", xlabel="vertices", ylabel=label)
+        axes.legend()
+        axes.grid(alpha=0.3)
+        figure.tight_layout()
+        figure.savefig(IMAGES / file, dpi=110)
+
+    passes = ["sequential", "fractional 0.9", "fractional 0.5", "constant 20", "constant 5"]
+    draw("insertion-rms.png", "rms", "RMS error", passes)
+    draw("insertion-max.png", "largest", "maximum error", passes)
+    draw("insertion-swaps.png", "rms", "RMS error", ["sequential", "data-dependent", "data-dependent, pure"])
+
+
+def plot_times(times):
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(7, 4.2))
+    for variant in ["delaunay", "data-dependent"]:
+        steps = [r for r in times[CRATER.stem] if r["variant"] == variant]
+        axes.plot([float(r["seconds"]) for r in steps], [float(r["rms"]) for r in steps], "o-", label=variant)
+        for r in steps:
+            axes.annotate(r["vertices"], (float(r["seconds"]), float(r["rms"])), fontsize=7)
+    axes.set(xscale="log", yscale="log", xlabel="seconds", ylabel="RMS error")
+    axes.legend()
+    axes.grid(alpha=0.3)
+    figure.tight_layout()
+    figure.savefig(IMAGES / "insertion-time.png", dpi=110)
+
+
+def fill(tables):
+    """Replaces what stands between the markers of each table."""
+    text = PAGE.read_text()
+    for name, made in tables.items():
+        begin, end = f"<!-- {name}: made by make paper -->", f"<!-- end of {name} -->"
+        before, rest = text.split(begin)
+        text = before + begin + "\n" + made + "\n" + end + rest.split(end)[1]
+    PAGE.write_text(text)
+    print(f"paper: {PAGE} has new tables", file=sys.stderr)
+
+
+def reexec_with_matplotlib():
+    """Runs this script again in a virtual environment that has the plotting library."""
+    try:
+        import matplotlib
+
+        matplotlib.use("Agg")
+        return
+    except ImportError:
+        folder = TARGET / "paper-venv"
+        python = folder / "bin" / "python"
+        if os.environ.get("TERRABITE_PAPER") == "again":
+            sys.exit("paper: matplotlib cannot be installed (see above)")
+        venv.create(folder, with_pip=True, clear=True)
+        wanted = Path(__file__).with_name("paper-requirements.txt")
+        subprocess.run([python, "-m", "pip", "install", "--quiet", "-r", wanted], check=True)
+        os.execve(python, [str(python), __file__], {**os.environ, "TERRABITE_PAPER": "again"})
+
+
+if __name__ == "__main__":
+    main()

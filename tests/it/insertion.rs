@@ -1,0 +1,125 @@
+//! `simplify --engine greedy-insertion`: its options, and goals over all tiles.
+
+use serde_json::Value;
+
+use crate::util::{Dem, Folder, shared_data, terrabite, terrabite_with_fault};
+
+const INSERTION: [&str; 2] = ["--engine", "greedy-insertion"];
+
+fn simplified(dem: &str, tin: &str, options: &[&str], code: i32) -> Value {
+    let run = terrabite(["simplify", dem, tin, "--overwrite", "--json"].iter().chain(&INSERTION).chain(options));
+    assert_eq!(run.code, Some(code), "{run:#?}");
+    serde_json::from_str(&run.out).expect("a report")
+}
+
+fn verified(dem: &str, tin: &str, tolerance: f64) {
+    terrabite(["verify", dem, tin, "--max-error", &tolerance.to_string()]).succeeds();
+}
+
+#[test]
+fn every_variant_passes() {
+    let folder = Folder::new();
+    let (dem, tin) = (Dem::new(90, 70).on_the_map().write(&folder, "dem.tif"), folder.at("tin.ply"));
+    for options in [
+        vec![],
+        vec!["--feasibility", "strong"],
+        vec!["--swap", "data-dependent"],
+        vec!["--swap", "data-dependent", "--fit", "l2", "--shape", "smallest-angle", "--quality-threshold", "0.2"],
+        vec!["--selection", "fractional", "--fraction", "0.5"],
+        vec!["--selection", "constant"],
+        vec!["--measure", "curvature", "--smoothing", "2"],
+        vec!["--measure", "global-error"],
+        vec!["--measure", "product"],
+    ] {
+        for tile in ["0", "32"] {
+            let options: Vec<&str> = options.iter().copied().chain(["--max-error", "2", "--tile", tile]).collect();
+            simplified(&dem, &tin, &options, 0);
+            verified(&dem, &tin, 2.0);
+        }
+    }
+}
+
+#[test]
+fn options_that_mean_nothing_are_usage_errors() {
+    let folder = Folder::new();
+    let (dem, tin) = (Dem::new(20, 20).write(&folder, "dem.tif"), folder.at("tin.ply"));
+    let fails = |options: &[&str], message: &[&str]| {
+        let fixed = ["simplify", &dem, &tin];
+        terrabite(fixed.iter().chain(options)).fails(2, message);
+        assert!(!std::path::Path::new(&tin).exists());
+    };
+    fails(&["--max-error", "1", "--swap", "delaunay"], &["--swap", "--engine greedy-insertion"]);
+    fails(&["--max-error", "1", "--max-points", "9"], &["greedy cuts", "--engine greedy-insertion"]);
+    let with = |more: &[&'static str]| INSERTION.iter().copied().chain(more.iter().copied()).collect::<Vec<_>>();
+    fails(&with(&["--max-error", "1", "--fit", "l2"]), &["--fit", "--swap data-dependent"]);
+    fails(&with(&["--max-error", "1", "--fraction", "0.5"]), &["--fraction", "--selection fractional"]);
+    fails(&with(&["--max-error", "1", "--smoothing", "2"]), &["--smoothing", "--measure"]);
+    fails(&with(&["--max-error", "1", "--quality-threshold", "2"]), &["from 0 to 1"]);
+    fails(&with(&["--max-points", "100", "--selection", "constant"]), &["sequential", "--max-error alone"]);
+    fails(&with(&["--max-points", "3"]), &["at least 4 vertices", "found 3", "--tile"]);
+    fails(&with(&["--max-triangles", "many"]), &["many", "--max-triangles"]);
+    fails(&with(&[]), &["--max-error", "--max-points"]);
+}
+
+#[test]
+fn a_budget_is_spent_and_never_exceeded() {
+    let folder = Folder::new();
+    let (dem, tin) = (Dem::new(90, 70).write(&folder, "dem.tif"), folder.at("tin.ply"));
+    let report = simplified(&dem, &tin, &["--max-points", "200", "--tile", "32"], 0);
+    assert_eq!((report["vertices"].as_u64(), report["tolerance"].as_f64()), (Some(200), None), "{report}");
+    assert_eq!(report["goal"]["ended_by"], "max-points");
+    verified(&dem, &tin, report["error"]["max"].as_f64().unwrap() + 1e-9);
+    let header = String::from_utf8_lossy(&std::fs::read(&tin).unwrap()).into_owned();
+    assert!(header.contains("comment max_points 200\n") && !header.contains("max_error"));
+    let report = simplified(&dem, &tin, &["--max-triangles", "301", "--tile", "32"], 0);
+    assert!((299..=301).contains(&report["triangles"].as_u64().unwrap()), "{report}");
+}
+
+#[test]
+fn a_quality_is_reached_or_the_exit_code_tells() {
+    let folder = Folder::new();
+    let (dem, tin) = (Dem::new(90, 70).write(&folder, "dem.tif"), folder.at("tin.ply"));
+    let report = simplified(&dem, &tin, &["--max-error", "3", "--max-points", "6000"], 0);
+    assert_eq!(report["goal"]["reached"], true);
+    verified(&dem, &tin, 3.0);
+    let report = simplified(&dem, &tin, &["--max-rms", "1.5", "--tile", "40"], 0);
+    assert!(report["error"]["rms"].as_f64().unwrap() <= 1.5, "{report}");
+    let report = simplified(&dem, &tin, &["--max-error", "0.5", "--max-points", "100"], 5);
+    assert_eq!(report["goal"]["reached"], false);
+    assert!(std::path::Path::new(&tin).exists(), "it is complete all the same");
+    let told = terrabite(
+        ["simplify", &dem, &tin, "--overwrite", "--max-error", "0.5", "--max-points", "100"].iter().chain(&INSERTION),
+    );
+    assert!(told.out.contains("100 of 100 vertices") && told.err.contains("warning"), "{told:#?}");
+}
+
+/// The survey is made again, the finished tiles are not.
+#[test]
+fn a_stopped_run_under_a_goal_continues() {
+    let folder = Folder::new();
+    let dem = Dem::new(90, 70).write(&folder, "dem.tif");
+    let [whole, tin, work] = ["whole.ply", "tin.ply", "work"].map(|name| folder.at(name));
+    let goal = ["--max-points", "300", "--tile", "32"];
+    simplified(&dem, &whole, &goal, 0);
+    let kept = ["simplify", &dem, &tin, "--work-dir", &work, "--threads", "1", "--json"];
+    let kept: Vec<&str> = kept.iter().chain(&INSERTION).chain(&goal).copied().collect();
+    terrabite_with_fault("kill:tile-begun:3", &kept);
+    let report = terrabite(&kept).succeeds().json();
+    assert_eq!(report["tiles_found"], 2, "{report}");
+    assert_eq!(std::fs::read(whole).unwrap(), std::fs::read(tin).unwrap());
+}
+
+/// Counts of the authors' own program, on the paper's own raster.
+#[test]
+fn crater_lake_takes_as_many_triangles_as_it_took_its_authors() {
+    let Some(dem) = shared_data("crater_lake_garland.tif") else { return };
+    let dem = dem.display().to_string();
+    let folder = Folder::new();
+    let tin = folder.at("tin.ply");
+    for (tolerance, theirs) in [("1", 82_828.0), ("5", 19_447.0), ("10", 9_184.0), ("20", 3_979.0)] {
+        let report = simplified(&dem, &tin, &["--max-error", tolerance, "--tile", "0"], 0);
+        let ours = report["triangles"].as_f64().unwrap();
+        assert!(ours <= theirs * 1.01, "{ours} triangles at {tolerance}");
+        verified(&dem, &tin, tolerance.parse().unwrap());
+    }
+}
