@@ -28,6 +28,12 @@ CASES = [
 # Where there are no real terrains: side, seed and tolerances.
 MADE = [(4096, 7, ["2", "10"])]
 
+# The engines alone.
+VARIANTS = {
+    "plain cuts": ["--quality", "none", "--cuts", "plain"],
+    "insertion": ["--quality", "none", "--engine", "greedy-insertion"],
+}
+
 HEADER = [
     "raster, tolerance", "program", "triangles", "max error", "wall s", "best s", "CPU s", "Msamples/s", "peak MiB",
     "triangles ÷ peer", "speed ÷ peer", "speed ÷ its process", "CPU time ÷ peer", "memory ÷ peer", "time ÷ floor",
@@ -98,20 +104,23 @@ def compare(raster, tolerance, python, arguments):
     mesh, many = WORK / "tin.ply", arguments.threads
     child = [python, Path(__file__).with_name("bench_pydelatin.py"), raster.raw, raster.width, raster.height, tolerance]
 
-    def terrabite(threads):
+    def terrabite(threads, options):
         return run(
             TERRABITE, "simplify", raster.path, mesh, "--max-error", tolerance, "--threads", threads, "--overwrite",
-            "--temp-dir", WORK, "--json",
+            "--temp-dir", WORK, "--json", *options,
         )
 
-    runs = interleaved(arguments.rounds, arguments.patience, {
-        f"floor {many}": lambda: run(GDAL_FLOOR, "read", raster.path, many),
-        f"terrabite {many}": lambda: terrabite(many),
-        "floor 1": lambda: run(GDAL_FLOOR, "read", raster.path, 1),
-        "terrabite 1": lambda: terrabite(1),
-        "pydelatin": lambda: run(*child),
-    })
-    ours = verify(raster.path, mesh, tolerance)[1]
+    programs, ours = {}, {}
+    for name, options in VARIANTS.items():
+        for count in [many, 1]:
+            programs[f"{name} {count}"] = lambda count=count, options=options: terrabite(count, options)
+    for count in [many, 1]:
+        programs[f"floor {count}"] = lambda count=count: run(GDAL_FLOOR, "read", raster.path, count)
+    programs["pydelatin"] = lambda: run(*child)
+    runs = interleaved(arguments.rounds, arguments.patience, programs)
+    for name, options in VARIANTS.items():
+        terrabite(many, options)
+        ours[name] = verify(raster.path, mesh, tolerance)[1]
     run(*child, "--ply", mesh, "--geotransform", *raster.geotransform)
     theirs = verify(raster.path, mesh, tolerance)[1]
     mesh.unlink()
@@ -140,13 +149,13 @@ def table(raster, tolerance, many, runs, ours, theirs):
         return f"{count} thread{'s' * (count > 1)}"
 
     rows = []
-    for count in [many, 1]:
-        done, floor = runs[f"terrabite {count}"], median(runs[f"floor {count}"], WALL)
+    for name, count in [(name, count) for name in VARIANTS for count in [many, 1]]:
+        done, floor = runs[f"{name} {count}"], median(runs[f"floor {count}"], WALL)
         wall, cpu, peak = (median(done, what) for what in (WALL, CPU, PEAK))
-        triangles = ours["triangles"] / theirs["triangles"]
+        triangles = ours[name]["triangles"] / theirs["triangles"]
         ratios = [triangles, alone / wall, peer_wall / wall, cpu / alone_cpu, peak / peer_peak, wall / floor]
         ratios = [f"{r:.2f}" for r in ratios]
-        rows.append(row(f"terrabite, {threads(count)}", ours, wall, best(done), cpu, peak, ratios))
+        rows.append(row(f"{name}, {threads(count)}", ours[name], wall, best(done), cpu, peak, ratios))
     fastest = f"{min(s['triangulate_seconds'] for s in steps):.2f}"
     rows.append(row("pydelatin, triangulation", theirs, alone, fastest, alone_cpu, peer_peak))
     rows.append(row("pydelatin, whole process", theirs, peer_wall, best(peer), peer_cpu, peer_peak))

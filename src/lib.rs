@@ -94,6 +94,7 @@ pub mod lattice;
 pub mod measure;
 pub mod mesh;
 pub mod ply;
+pub mod polish;
 pub mod preview;
 pub mod raster;
 pub mod seam;

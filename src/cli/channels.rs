@@ -22,6 +22,10 @@ pub(super) struct ChannelArgs {
 const DEFAULT_EMPHASIS: f64 = 0.5;
 
 impl ChannelArgs {
+    pub(super) fn are_given(&self) -> bool {
+        self.channels.is_some() || self.planar
+    }
+
     /// Opens the band of the heights and finds out what the channels are, if any. A planar image is opened by its first
     /// channel.
     pub(super) fn open(&self, path: &Path, band: usize) -> Result<(Raster, Option<ChannelOptions>), Failure> {

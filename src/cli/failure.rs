@@ -99,6 +99,9 @@ impl From<Error> for Failure {
             Error::WorkDir(error) => error.into(),
             Error::Channels { .. } => Failure::usage(error)
                 .hint("--channels and --planar need one that does: choose --engine greedy-insertion"),
+            Error::PolishWithChannels { .. } => {
+                Failure::usage(error).hint("choose --quality none, or leave --channels and --planar")
+            }
             Error::GoalWithChannels => Failure::usage(error)
                 .hint("leave --max-points, --max-triangles and --max-rms, or --channels and --planar"),
             Error::NoPreinsertion { .. } => {
@@ -109,6 +112,9 @@ impl From<Error> for Failure {
             }
             Error::GoalWithPasses => {
                 Failure::usage(error).hint("leave --selection and --measure, or give --max-error alone")
+            }
+            Error::GoalWithPolish { .. } => {
+                Failure::usage(error).hint("choose --quality none, or give --max-error alone")
             }
             Error::Goal(_) => Failure::usage(error).hint("choose a larger budget, or a larger --tile"),
             Error::Budget(error) => {

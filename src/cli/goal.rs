@@ -12,10 +12,11 @@ pub(super) struct GoalArgs {
     /// The largest vertical distance allowed between mesh and samples, in the units of the heights; 0 is exact
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     pub(super) max_error: Option<f64>,
-    /// The root mean square of the distances that is to be reached. Needs --engine greedy-insertion
+    /// The root mean square of the distances that is to be reached
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_rms: Option<f64>,
-    /// A budget of vertices: as close as they can come. Needs --engine greedy-insertion
+    /// A budget of vertices: as close as they can come. Greedy insertion only, without polishing, like the next one
+    /// and --max-rms
     #[arg(long, value_name = "N", value_parser = values::count)]
     max_points: Option<u64>,
     /// A budget of triangles, likewise

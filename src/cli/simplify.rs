@@ -19,8 +19,8 @@ use crate::field::{Access, ChannelOptions, Choice, Field, FieldError, FieldOptio
 use crate::info::{DENSEST, Estimate, estimate};
 use crate::raster::{PointSource, Points, PointsError, Raster, Watch, bound_gdal_cache, read_points};
 use crate::simplify::{
-    DEFAULT_TILE, DiskUse, Error, Load, Params, Plan, check_disk, default_budget, grid, probe_density, probe_field,
-    triangulate, triangulate_into,
+    DEFAULT_TILE, DiskUse, Error, Load, Params, Plan, Quality, check_disk, default_budget, grid, probe_density,
+    probe_field, triangulate, triangulate_into,
 };
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
@@ -40,6 +40,9 @@ pub(crate) struct SimplifyArgs {
     /// Test triangles at the samples under them (weak), or also where their edges cross the grid (strong)
     #[arg(long, value_enum, default_value_t = FeasibilityArg::Weak)]
     feasibility: FeasibilityArg,
+    /// How much work goes into fewer triangles [default: balanced; none under --max-points, --max-triangles, --max-rms]
+    #[arg(long, value_enum)]
+    quality: Option<QualityArg>,
     #[command(flatten)]
     engine: EngineArgs,
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
@@ -52,8 +55,7 @@ pub(crate) struct SimplifyArgs {
     channels: ChannelArgs,
     #[command(flatten)]
     pub(super) importance: ImportanceArgs,
-    /// A layer of points, in any format OGR reads: the samples nearest to them become vertices of the mesh. Needs
-    /// --engine greedy-insertion
+    /// A layer of points, in any format OGR reads: the samples nearest to them become vertices of the mesh.
     #[arg(long, value_name = "FILE")]
     pub(super) points: Option<PathBuf>,
     /// The layer of --points [default: the first]
@@ -112,6 +114,18 @@ impl From<AccessArg> for Choice {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum QualityArg {
+    /// The engine alone, the fastest there is
+    None,
+    /// Vertices go that can go without more ado
+    Fast,
+    /// Vertices go, and what that breaks is mended
+    Balanced,
+    /// The same, as long as it helps at all
+    Best,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum FeasibilityArg {
     Weak,
     Strong,
@@ -151,6 +165,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         channels: &bands,
         grid,
         engine: params.engine,
+        quality: params.quality,
         points: params.points.as_ref().map_or(0, |p| p.len()),
     };
     let plan = Plan::new(budget, &load, wanted).map_err(Error::from)?;
@@ -188,11 +203,27 @@ fn default_threads() -> usize {
 }
 
 impl SimplifyArgs {
+    fn quality(&self) -> Quality {
+        match self.quality {
+            Some(QualityArg::None) => Quality::None,
+            Some(QualityArg::Fast) => Quality::Fast,
+            Some(QualityArg::Balanced) => Quality::Balanced,
+            Some(QualityArg::Best) => Quality::Best,
+            None if self.goal.goal().is_none() && !self.channels.are_given() => Quality::default(),
+            None => Quality::None,
+        }
+    }
+
     fn params(&self) -> Result<Params, Failure> {
+        let quality = self.quality();
+        // Polishing comes to fewer triangles from insertion, and sooner; alone, cuts are faster.
+        let insertion = quality != Quality::None || !self.goal.goal().is_none() || self.points.is_some();
+        let insertion = insertion || self.channels.are_given();
         let mut params = Params {
             feasibility: self.feasibility.into(),
             tile: self.tile,
-            engine: self.engine.choice()?,
+            engine: self.engine.choice(insertion)?,
+            quality,
             goal: self.goal.goal(),
             ..Params::new(self.goal.tolerance())
         };

@@ -9,10 +9,11 @@ use crate::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measur
 
 #[derive(Debug, Clone, clap::Args)]
 pub(super) struct EngineArgs {
-    /// How tiles are triangulated
-    #[arg(long, value_enum, default_value_t = EngineArg::GreedyCuts)]
-    engine: EngineArg,
-    /// The order of greedy cuts: the paper's own, or the largest first, which takes longer and fewer [default: improved]
+    /// How tiles are triangulated [default: greedy-insertion; greedy-cuts with --quality none]
+    #[arg(long, value_enum)]
+    engine: Option<EngineArg>,
+    /// The order of greedy cuts: the paper's own, or the largest first, which is slower and takes fewer triangles. Polishing
+    /// comes to the same from both [default: plain]
     #[arg(long, value_enum, help_heading = "Options of --engine greedy-cuts")]
     cuts: Option<CutsArg>,
     #[command(flatten)]
@@ -116,19 +117,24 @@ const SMOOTHING: f64 = 1.0;
 const FRACTION: f64 = 0.9;
 
 impl EngineArgs {
-    /// The engine that is asked for.
+    /// The engine that is asked for; where none is, the one that an option is for, else `insertion` says which.
     ///
     /// # Errors
     /// Usage: options of an engine, or of a variant, that is not the one asked for.
-    pub(super) fn choice(&self) -> Result<EngineChoice, Failure> {
-        match self.engine {
+    pub(super) fn choice(&self, insertion: bool) -> Result<EngineChoice, Failure> {
+        let wanted = match (self.cuts.is_some(), self.insertion.first_given().is_some() || insertion) {
+            (true, _) | (false, false) => EngineArg::GreedyCuts,
+            (false, true) => EngineArg::GreedyInsertion,
+        };
+        match self.engine.unwrap_or(wanted) {
             EngineArg::GreedyInsertion if self.cuts.is_some() => Err(needs("--cuts", "--engine greedy-cuts")),
             EngineArg::GreedyInsertion => Ok(EngineChoice::GreedyInsertion(self.insertion.options()?)),
             EngineArg::GreedyCuts => match self.insertion.first_given() {
                 None => Ok(EngineChoice::GreedyCuts(match self.cuts {
                     Some(CutsArg::Plain) => Cuts::Plain,
                     Some(CutsArg::Improved) => Cuts::Improved,
-                    None => Cuts::default(),
+                    // Polishing ends at the same counts, and sooner from here.
+                    None => Cuts::Plain,
                 })),
                 Some(option) => Err(needs(option, "--engine greedy-insertion")),
             },

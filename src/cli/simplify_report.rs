@@ -9,7 +9,7 @@ use crate::field::{Access, Field};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
 use crate::raster::{PointCounts, Points};
-use crate::simplify::{EngineChoice, Mesh, Params, Plan, Summary, TileTimes};
+use crate::simplify::{EngineChoice, Mesh, Params, Plan, Quality, Summary, TileTimes};
 use crate::triangulate::Feasibility;
 
 /// What `simplify` tells in the end.
@@ -29,6 +29,7 @@ pub(super) struct Report {
     /// Null where the tolerance is all that was asked for.
     goal: Option<GoalReport>,
     engine: EngineChoice,
+    quality: Quality,
     feasibility: Feasibility,
     relaxed_triangles: u64,
     tile_cells: usize,
@@ -146,6 +147,7 @@ impl Report {
             tolerance: params.max_error.is_finite().then_some(params.max_error),
             goal: mesh.outcome().map(|outcome| GoalReport::new(params.goal, params.max_error.is_finite(), outcome)),
             engine: params.engine,
+            quality: params.quality,
             feasibility: params.feasibility,
             relaxed_triangles: summary.relaxed,
             tile_cells: params.tile,
@@ -234,8 +236,8 @@ impl Report {
             (
                 "threads",
                 format!(
-                    "load {:.2} s, seams {:.2} s, engine {:.2} s, measure {:.2} s, spool {:.2} s",
-                    t.load, t.seams, t.engine, t.measure, t.spool
+                    "load {:.2} s, seams {:.2} s, engine {:.2} s, polish {:.2} s, measure {:.2} s, spool {:.2} s",
+                    t.load, t.seams, t.engine, t.polish, t.measure, t.spool
                 ),
             ),
             ("memory", self.memory()),

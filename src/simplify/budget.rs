@@ -5,7 +5,7 @@
 //! one window per thread, and what the process has anyway. What does not fit lowers the number of threads; the tile
 //! size never follows the budget, because it decides the bytes written.
 
-use super::EngineChoice;
+use super::{EngineChoice, Quality};
 use crate::raster::Raster;
 use crate::tiling::TileGrid;
 
@@ -48,6 +48,8 @@ pub struct Load<'a> {
     pub grid: TileGrid,
     /// What triangulates them.
     pub engine: EngineChoice,
+    /// How they are polished.
+    pub quality: Quality,
     /// How many samples must be vertices.
     pub points: usize,
 }
@@ -55,7 +57,8 @@ pub struct Load<'a> {
 impl<'a> Load<'a> {
     /// A raster and nothing else, by the engine that is the default.
     pub fn of(raster: &'a Raster, grid: TileGrid) -> Load<'a> {
-        Load { raster, importance: None, channels: &[], grid, engine: EngineChoice::default(), points: 0 }
+        let (engine, quality) = (EngineChoice::default(), Quality::default());
+        Load { raster, importance: None, channels: &[], grid, engine, quality, points: 0 }
     }
 }
 
@@ -98,11 +101,12 @@ impl Plan {
     /// # Errors
     /// [`BudgetTooSmall`].
     pub fn new(budget_bytes: u64, load: &Load<'_>, threads: usize) -> Result<Plan, BudgetTooSmall> {
-        let Load { raster, importance, channels, grid, engine, points } = *load;
+        let Load { raster, importance, channels, grid, engine, quality, points } = *load;
         // Blocks of bands that are interleaved are decoded together.
         let blocks = block_bytes(raster) + importance.into_iter().chain(channels).map(block_bytes).sum::<u64>();
         let weights = if importance.is_some() { BYTES_PER_WEIGHT } else { 0 };
-        let per_sample = engine.bytes_per_sample() + weights + channels.len() as u64 * BYTES_PER_CHANNEL_SAMPLE;
+        let channels = channels.len() as u64 * BYTES_PER_CHANNEL_SAMPLE;
+        let per_sample = engine.bytes_per_sample() + quality.bytes_per_sample() + weights + channels;
         let cache_bytes = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
         let base = BASE + points as u64 * BYTES_PER_POINT;
         let fixed = base + cache_bytes;

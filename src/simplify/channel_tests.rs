@@ -12,11 +12,13 @@ use crate::ply::{PlyFile, ScalarType};
 use crate::raster::Raster;
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
+use crate::triangulate::cuts::Cuts;
 use crate::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Swap};
 use crate::verify::{Verdict, VerifyOptions, WeightedOptions, verify_with_channels};
 
 fn by(swap: Swap, params: Params) -> Params {
-    Params { engine: EngineChoice::GreedyInsertion(InsertionOptions { swap, ..InsertionOptions::default() }), ..params }
+    let engine = EngineChoice::GreedyInsertion(InsertionOptions { swap, ..InsertionOptions::default() });
+    Params { engine, quality: Quality::None, ..params }
 }
 
 fn delaunay(params: Params) -> Params {
@@ -85,7 +87,7 @@ fn measures() -> impl Strategy<Value = Measure> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(1500))]
 
     #[test]
     fn what_is_written_passes_the_verifier(
@@ -116,7 +118,7 @@ proptest! {
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
         let options = InsertionOptions { swap, measure, ..InsertionOptions::default() };
         let engine = EngineChoice::GreedyInsertion(options);
-        let made = Made::new(folder, channels, &Params { tile, feasibility, engine, ..Params::new(max_error) });
+        let made = Made::new(folder, channels, &Params { tile, feasibility, engine, quality: Quality::None, ..Params::new(max_error) });
         let verdict = made.judge(max_error);
         prop_assert!(verdict.passes(), "{:?}", verdict.failures());
         let (measured, judged) = (made.summary.errors.extended, verdict.extended.and_then(|w| w.worst));
@@ -195,8 +197,12 @@ fn what_does_not_keep_channels_is_not_given_any() {
     let ranges = find_ranges(&raster, &colours(), &Control::default()).expect("ranges");
     let field = Field::open_extended(&raster, &FieldOptions::default(), &colours(), &ranges, &Control::default());
     let field = field.expect("a field");
-    let run = triangulate(&field, &Params::new(1.0), &Control::default());
+    let cuts = Params { engine: EngineChoice::GreedyCuts(Cuts::Plain), ..delaunay(Params::new(1.0)) };
+    let run = triangulate(&field, &cuts, &Control::default());
     assert!(matches!(run, Err(Error::Channels { .. })), "{run:?}");
+    let run =
+        triangulate(&field, &Params { quality: Quality::Fast, ..delaunay(Params::new(1.0)) }, &Control::default());
+    assert!(matches!(run, Err(Error::PolishWithChannels { .. })), "{run:?}");
     let goal = Goal { max_points: Some(100), ..Goal::default() };
     let run = triangulate(&field, &delaunay(Params { goal, ..Params::new(1.0) }), &Control::default());
     assert!(matches!(run, Err(Error::GoalWithChannels)), "{run:?}");

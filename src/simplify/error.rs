@@ -50,6 +50,12 @@ pub enum Error {
     /// There are channels, and a budget or a root mean square to end at.
     #[error("expected channels with a tolerance alone, found a budget or a root mean square beside them")]
     GoalWithChannels,
+    /// There are channels, and a mesh is to be polished, which keeps heights alone.
+    #[error("expected no polishing, to keep the error in channels, found quality {quality}")]
+    PolishWithChannels {
+        /// The quality.
+        quality: &'static str,
+    },
     /// There are points, but the engine cannot make vertices of them.
     #[error("expected an engine that can make vertices of points, found {engine}")]
     NoPreinsertion {
@@ -67,6 +73,12 @@ pub enum Error {
         "expected sequential insertion by local error, to end at a budget or a root mean square, found another variant"
     )]
     GoalWithPasses,
+    /// What is polished has other vertices and errors than the engine ended with.
+    #[error("expected no polishing, to end at a budget or a root mean square, found quality {quality}")]
+    GoalWithPolish {
+        /// The quality.
+        quality: &'static str,
+    },
     /// The budget of vertices or triangles.
     #[error(transparent)]
     Goal(#[from] GoalTooSmall),

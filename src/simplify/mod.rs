@@ -18,7 +18,7 @@ mod tiles;
 
 pub use budget::{BudgetTooSmall, Load, Plan, default_budget};
 pub use disk::{DiskTooSmall, DiskUse, check_disk};
-pub use engine::EngineChoice;
+pub use engine::{EngineChoice, Quality};
 pub use error::Error;
 pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
 pub use mesh::{Mesh, Summary};
@@ -50,6 +50,9 @@ pub struct Params {
     pub feasibility: Feasibility,
     /// What triangulates the tiles.
     pub engine: EngineChoice,
+    /// How much work goes into fewer triangles once the engine is done. Without a goal only: a mesh that ends at a budget or
+    /// a root mean square would not keep to it. Nor with channels ([`Params::takes_channels`]).
+    pub quality: Quality,
     /// What ends the refinement beside the tolerance. Only for engines that refine ([`Params::takes_goal`]).
     pub goal: Goal,
     /// A tile's side in cells; 0 makes one tile of the whole raster.
@@ -70,6 +73,7 @@ impl Params {
             max_error,
             feasibility: Feasibility::default(),
             engine: EngineChoice::default(),
+            quality: Quality::default(),
             goal: Goal::default(),
             tile: DEFAULT_TILE,
             points: None,
@@ -85,25 +89,31 @@ impl Params {
         if self.engine.preinserts() { Ok(()) } else { Err(Error::NoPreinsertion { engine: self.engine.name() }) }
     }
 
-    /// Makes sure that the engine keeps the weighted error of fields with channels, and that no goal stands beside it:
-    /// insertions of a whole raster are ordered by the vertical error.
+    /// Makes sure that the engine keeps the weighted error of fields with channels, and that nothing stands beside it that
+    /// is about heights alone: goals, because insertions of a whole raster are ordered by the vertical error, and
+    /// polishing.
     ///
     /// # Errors
-    /// [`Error::Channels`], [`Error::GoalWithChannels`].
+    /// [`Error::Channels`], [`Error::GoalWithChannels`], [`Error::PolishWithChannels`].
     pub fn takes_channels(&self) -> Result<(), Error> {
         if !self.engine.keeps_channels() {
             return Err(Error::Channels { engine: self.engine.name() });
         }
-        if self.goal.is_none() { Ok(()) } else { Err(Error::GoalWithChannels) }
+        if !self.goal.is_none() {
+            return Err(Error::GoalWithChannels);
+        }
+        let quality = self.quality.name();
+        if self.quality == Quality::None { Ok(()) } else { Err(Error::PolishWithChannels { quality }) }
     }
 
     /// Makes sure that the engine can end where the goal says.
     ///
     /// # Errors
-    /// [`Error::NoGoal`], [`Error::GoalWithPasses`].
+    /// [`Error::NoGoal`], [`Error::GoalWithPasses`], [`Error::GoalWithPolish`].
     pub fn takes_goal(&self) -> Result<(), Error> {
         match self.engine {
             _ if self.goal.is_none() => Ok(()),
+            _ if self.quality != Quality::None => Err(Error::GoalWithPolish { quality: self.quality.name() }),
             EngineChoice::GreedyInsertion(options) if options == options.in_order() => Ok(()),
             EngineChoice::GreedyInsertion(_) => Err(Error::GoalWithPasses),
             EngineChoice::GreedyCuts(_) => Err(Error::NoGoal { engine: self.engine.name() }),
@@ -121,6 +131,7 @@ impl Params {
             ("feasibility", feasibility.to_string()),
             ("tile", self.tile.to_string()),
             ("engine", self.engine.named()),
+            ("quality", self.quality.name().to_string()),
         ];
         if !self.goal.is_none() {
             named.push(("goal", self.goal.named()));

@@ -15,6 +15,7 @@ use crate::seam::{MinLink, Rim};
 use crate::sink::PlySink;
 use crate::spool::{Chunk, Spool};
 use crate::staged::StagedFile;
+use crate::triangulate::cuts::Cuts;
 use crate::triangulate::insertion::InsertionOptions;
 use crate::triangulate::{Engine, Task};
 use crate::verify::{VerifyOptions, verify};
@@ -145,7 +146,8 @@ fn points_are_refused_by_engines_that_take_none_and_identify_a_work_dir() {
         let points = Some(Arc::new(PointSet::new(points.iter().copied())));
         Params { points, ..Params::new(1.0) }
     };
-    let run = triangulate(&field, &with(&[(3, 3)]), &Control::default());
+    let cuts = Params { engine: EngineChoice::GreedyCuts(Cuts::Plain), ..with(&[(3, 3)]) };
+    let run = triangulate(&field, &cuts, &Control::default());
     assert!(matches!(run, Err(Error::NoPreinsertion { engine: "greedy cuts" })), "{run:?}");
     let insertion = EngineChoice::GreedyInsertion(InsertionOptions::default());
     let mesh = triangulate(&field, &Params { engine: insertion, ..with(&[(3, 3)]) }, &Control::default());

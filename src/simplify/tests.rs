@@ -93,6 +93,7 @@ proptest! {
         max_error in prop_oneof![Just(0.0), Just(1.0), Just(2.5), 0.0f64..6.0, Just(1e6)],
         tile in prop_oneof![Just(0usize), 1usize..12, Just(16), Just(512)], strong in any::<bool>(),
         engine in prop::sample::select(engines()),
+        quality in prop::sample::select(vec![Quality::None, Quality::Fast, Quality::Balanced, Quality::Best]),
     ) {
         let noise = |i: usize| (i as u64 + 1).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 48;
         let heights = match kind {
@@ -102,7 +103,7 @@ proptest! {
             _ => vec![-11.5; width * height],
         };
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
-        certify(width, height, &heights, &Params { feasibility, tile, engine, ..Params::new(max_error) });
+        certify(width, height, &heights, &Params { feasibility, tile, engine, quality, ..Params::new(max_error) });
     }
 }
 
@@ -148,7 +149,11 @@ pub(super) fn told(mesh: &Mesh) -> Told {
 fn neither_the_order_of_tiles_nor_threads_change_what_is_written() {
     let heights = terrain(3, 200, 150);
     for engine in engines() {
-        the_same_on_any_number_of_threads(&heights, &Params { tile: 32, engine, ..Params::new(4.0) });
+        let params = Params { tile: 32, engine, quality: Quality::None, ..Params::new(4.0) };
+        the_same_on_any_number_of_threads(&heights, &params);
+    }
+    for quality in [Quality::Fast, Quality::Balanced, Quality::Best] {
+        the_same_on_any_number_of_threads(&heights, &Params { tile: 32, quality, ..Params::new(4.0) });
     }
 }
 
@@ -197,6 +202,7 @@ struct Golden {
     max_error: f64,
     feasibility: String,
     cuts: String,
+    quality: String,
     tile: usize,
     triangles: u64,
 }
@@ -212,7 +218,9 @@ fn golden_counts_do_not_go_up() {
     for line in &mut golden {
         let feasibility = if line.feasibility == "strong" { Feasibility::Strong } else { Feasibility::Weak };
         let engine = EngineChoice::GreedyCuts(if line.cuts == "plain" { Cuts::Plain } else { Cuts::Improved });
-        let params = Params { feasibility, engine, tile: line.tile, ..Params::new(line.max_error) };
+        let all = [Quality::None, Quality::Fast, Quality::Balanced, Quality::Best];
+        let quality = all.into_iter().find(|q| q.name() == line.quality).expect("a quality");
+        let params = Params { feasibility, engine, quality, tile: line.tile, ..Params::new(line.max_error) };
         let (width, height) = line.size;
         let found: u64 = mesh(width, height, terrain(line.seed, width, height), &params)
             .chunks()

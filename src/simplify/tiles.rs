@@ -30,6 +30,8 @@ pub struct TileTimes {
     pub seams: f64,
     /// The engine.
     pub engine: f64,
+    /// Polishing.
+    pub polish: f64,
     /// Measuring the errors of the finished mesh.
     pub measure: f64,
     /// Keeping the finished tile.
@@ -182,6 +184,7 @@ impl Workspace {
                 clocks.load.time(|| field.load(window, &mut self.tile))?;
                 let rim = clocks.seams.time(|| self.rim(job, window, last))?;
                 clocks.engine.time(|| self.cut(params, &rim, control))?;
+                clocks.polish.time(|| self.polish(params, &rim, control))?;
                 (rim, Bound::Within(tolerance(params)))
             }
             Some(end) => clocks.engine.time(|| self.run_to(job, index, end))?,
@@ -205,6 +208,7 @@ impl Workspace {
         job.field.load(window, &mut self.tile)?;
         let rim = self.rim(job, window, (true, true))?;
         self.cut(job.params, &rim, job.control)?;
+        self.polish(job.params, &rim, job.control)?;
         Ok((self.tile.width() * self.tile.height(), self.mesh.triangles.len()))
     }
 
@@ -233,6 +237,17 @@ impl Workspace {
         };
         self.engine.triangulate(params.engine, &task, &mut self.mesh)
     }
+
+    fn polish(&mut self, params: &Params, rim: &Rim, control: &Control<'_>) -> Result<(), Cancelled> {
+        let task = Task {
+            tile: &self.tile,
+            domain: &rim.domain,
+            tolerance: tolerance(params),
+            feasibility: params.feasibility,
+            cancel: &control.cancel,
+        };
+        self.engine.polish(params.quality, &task, &mut self.mesh)
+    }
 }
 
 /// The tolerance that tiles work with: larger ones than heights can need change nothing, and would overflow. (Where errors
@@ -246,6 +261,7 @@ struct Clocks {
     load: Clock,
     seams: Clock,
     engine: Clock,
+    polish: Clock,
     measure: Clock,
     spool: Clock,
 }
@@ -256,6 +272,7 @@ impl Clocks {
             load: self.load.seconds(),
             seams: self.seams.seconds(),
             engine: self.engine.seconds(),
+            polish: self.polish.seconds(),
             measure: self.measure.seconds(),
             spool: self.spool.seconds(),
         }

@@ -78,7 +78,7 @@ pub(crate) fn triangulate<E: Engine>(
     mesh
 }
 
-/// Everything a tile mesh must be, by brute force.
+/// Everything a tile mesh must be, by brute force; every sample is held to its limit.
 pub(crate) fn check(tile: &Tile, domain: &Domain, mesh: &TileMesh, tolerance: f64) {
     let mut edges: HashMap<(u32, u32), u32> = HashMap::new();
     let mut area = 0i128;
@@ -96,7 +96,8 @@ pub(crate) fn check(tile: &Tile, domain: &Domain, mesh: &TileMesh, tolerance: f6
                 let w = [orient(b.at, c.at, p), orient(c.at, a.at, p), orient(a.at, b.at, p)];
                 if w.iter().all(|&w| w >= 0) {
                     let terms = [(w[0], a.height), (w[1], b.height), (w[2], c.height), (-o, tile.at(column, row))];
-                    assert!(exact::within(&terms, o, tolerance), "sample {column}, {row}");
+                    let limit = tile.limit(column, row, tolerance);
+                    assert!(exact::within(&terms, o, limit), "sample {column}, {row}");
                 }
             }
         }
@@ -234,20 +235,28 @@ fn joined(a: Vec<Place>, b: &[Place]) -> Vec<Place> {
     a[..i].iter().chain(around_b).chain(&a[i..]).copied().collect()
 }
 
+/// The rim of a hole.
+pub(crate) fn hole(low: Place, size: i32) -> Vec<Place> {
+    ring(low, size).into_iter().rev().collect()
+}
+
+/// Loops of grounds of 11 × 11 cells in which holes touch one another at a place.
+pub(crate) fn holes_that_touch() -> [Vec<Vec<Place>>; 2] {
+    [
+        vec![ring((0, 0), 11), joined(hole((3, 3), 3), &hole((6, 6), 1))],
+        vec![ring((0, 0), 11), joined(hole((5, 5), 2), &hole((7, 3), 2)), hole((2, 8), 1)],
+    ]
+}
+
 /// A square hole, and holes that touch one another.
 pub(crate) fn holes<E: Engine>(engine: &E) {
-    let hole = |low, size| ring(low, size).into_iter().rev().collect::<Vec<_>>();
     let tile = tile(14, 12, 77, 0);
     let one = domain(&tile, &[ring((0, 0), 11), hole((4, 4), 3)]);
     assert_eq!(one.area(), 32 * (121 - 9));
     check_all(engine, &tile, &one);
-    let touching = [
-        vec![ring((0, 0), 11), joined(hole((3, 3), 3), &hole((6, 6), 1))],
-        vec![ring((0, 0), 11), joined(hole((5, 5), 2), &hole((7, 3), 2)), hole((2, 8), 1)],
-    ];
     // On flat ground nothing but the holes stands against large triangles.
     let flat = Tile::from_heights(14, 12, Heights::F32(vec![0.0; 14 * 12]));
-    for loops in &touching {
+    for loops in &holes_that_touch() {
         check_all(engine, &tile, &domain(&tile, loops));
         check_all(engine, &flat, &domain(&flat, loops));
     }

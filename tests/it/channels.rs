@@ -18,14 +18,14 @@ fn coloured_hills() -> Dem {
 }
 
 const COLOURS: [&str; 4] = ["--max-error", "4", "--channels", "2,3,4"];
-const INSERTION: [&str; 4] = ["--engine", "greedy-insertion", "--tile", "32"];
+const INSERTION: [&str; 6] = ["--engine", "greedy-insertion", "--tile", "32", "--quality", "none"];
 
-/// `simplify` with colours and the engine that keeps them.
+/// `simplify` with colours, and the engine that keeps them, which is the default then.
 fn simplify<'a>(dem: &'a str, tin: &'a str, options: &[&'a str]) -> Vec<&'a str> {
     ["simplify", dem, tin, "--overwrite", "--json"]
         .iter()
         .chain(&COLOURS)
-        .chain(&INSERTION)
+        .chain(&["--tile", "32"])
         .chain(options)
         .copied()
         .collect()
@@ -134,7 +134,7 @@ fn points_may_stand_beside_channels() {
 }
 
 #[test]
-fn weights_and_goals_do_not_stand_beside_channels() {
+fn weights_goals_and_polishing_do_not_stand_beside_channels() {
     let folder = Folder::new();
     let (dem, tin) = (coloured_hills().write(&folder, "dem.tif"), folder.at("tin.ply"));
     terrabite(simplify(&dem, &tin, &["--importance", &dem])).fails(2, &["--importance", "--channels"]);
@@ -143,6 +143,7 @@ fn weights_and_goals_do_not_stand_beside_channels() {
     for goal in ["--max-points", "--max-triangles", "--max-rms"] {
         terrabite(simplify(&dem, &tin, &[goal, "100"])).fails(2, &["channels", goal]);
     }
+    terrabite(simplify(&dem, &tin, &["--quality", "fast"])).fails(2, &["channels", "--quality none"]);
     assert_eq!(folder.names(), ["dem.tif"]);
 }
 
@@ -175,7 +176,8 @@ fn channels_need_an_engine_that_keeps_them() {
     let (folder, image) = with_image();
     let tin = folder.at("tin.ply");
     for channels in [&["--channels", "2,3"][..], &["--planar"], &["--planar", "--channels", "3"]] {
-        let run = ["simplify", &image, &tin, "--max-error", "1"].into_iter().chain(channels.iter().copied());
+        let run = ["simplify", &image, &tin, "--max-error", "1", "--engine", "greedy-cuts"];
+        let run = run.into_iter().chain(channels.iter().copied());
         terrabite(run).fails(2, &["greedy cuts", "--engine greedy-insertion"]);
     }
     assert_eq!(folder.names(), ["image.tif"]);

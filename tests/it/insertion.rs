@@ -30,6 +30,9 @@ fn every_variant_passes() {
         vec!["--measure", "curvature", "--smoothing", "2"],
         vec!["--measure", "global-error"],
         vec!["--measure", "product"],
+        vec!["--quality", "none"],
+        vec!["--quality", "fast"],
+        vec!["--quality", "best"],
     ] {
         for tile in ["0", "32"] {
             let options: Vec<&str> = options.iter().copied().chain(["--max-error", "2", "--tile", tile]).collect();
@@ -48,8 +51,15 @@ fn options_that_mean_nothing_are_usage_errors() {
         terrabite(fixed.iter().chain(options)).fails(2, message);
         assert!(!std::path::Path::new(&tin).exists());
     };
-    fails(&["--max-error", "1", "--swap", "delaunay"], &["--swap", "--engine greedy-insertion"]);
-    fails(&["--max-error", "1", "--max-points", "9"], &["greedy cuts", "--engine greedy-insertion"]);
+    let cuts = ["--engine", "greedy-cuts", "--max-error", "1"];
+    let cuts = |more: &[&'static str]| cuts.iter().copied().chain(more.iter().copied()).collect::<Vec<_>>();
+    fails(&cuts(&["--swap", "delaunay"]), &["--swap", "--engine greedy-insertion"]);
+    fails(&cuts(&["--max-points", "9"]), &["greedy cuts", "--engine greedy-insertion"]);
+    fails(&["--max-points", "9", "--quality", "fast"], &["quality fast", "--quality none"]);
+    fails(
+        &["--max-error", "1", "--engine", "greedy-insertion", "--cuts", "plain"],
+        &["--cuts", "--engine greedy-cuts"],
+    );
     let with = |more: &[&'static str]| INSERTION.iter().copied().chain(more.iter().copied()).collect::<Vec<_>>();
     fails(&with(&["--max-error", "1", "--fit", "l2"]), &["--fit", "--swap data-dependent"]);
     fails(&with(&["--max-error", "1", "--fraction", "0.5"]), &["--fraction", "--selection fractional"]);

@@ -154,12 +154,14 @@ fn a_work_dir_belongs_to_its_points() {
     assert!(report["tiles_found"].as_u64().unwrap() >= 1, "{report}");
 }
 
-/// The default engine takes none: that is told before anything is opened.
+/// Greedy cuts take none: that is told before anything is opened.
 #[test]
 fn points_need_an_engine_that_takes_them() {
     let folder = Folder::new();
     let tin = folder.at("tin.ply");
-    let run = terrabite(["simplify", "none.tif", &tin, "--max-error", "1", "--points", "none.geojson"]);
+    let engine = ["--engine", "greedy-cuts"];
+    let arguments = ["simplify", "none.tif", &tin, "--max-error", "1", "--points", "none.geojson"];
+    let run = terrabite(arguments.iter().chain(&engine));
     run.fails(2, &["greedy cuts", "--engine greedy-insertion"]);
     assert_eq!(folder.names(), [""; 0]);
 }

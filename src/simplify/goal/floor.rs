@@ -8,12 +8,12 @@ use crate::triangulate::insertion::Key;
 /// result changed.
 #[derive(Debug)]
 pub(in crate::simplify) struct Floor {
-    budget: Option<(u64, CostOf)>,
+    budget: Option<Most>,
     state: Mutex<State>,
 }
 
-/// What an insertion costs of the budget.
-type CostOf = fn(&Told) -> u64;
+/// A budget: so much, and what an insertion takes of it.
+type Most = (u64, fn(&Told) -> u64);
 
 #[derive(Debug)]
 struct State {
@@ -28,8 +28,8 @@ const SHIFT: u32 = 48;
 impl Floor {
     /// Nothing told yet; errors of at least `lowest` are of interest at all.
     pub(in crate::simplify) fn new(goal: &Goal, lowest: f64) -> Floor {
-        let points = goal.max_points.map(|most| (most, (|t| t.cost.points) as CostOf));
-        let triangles = goal.max_triangles.map(|most| (most, (|t| t.cost.triangles) as CostOf));
+        let points = goal.max_points.map(|most| -> Most { (most, |t| t.cost.points) });
+        let triangles = goal.max_triangles.map(|most| -> Most { (most, |t| t.cost.triangles) });
         let state = State { spent: vec![0; 1 << (64 - SHIFT)], cut: Key::last_of(lowest) };
         Floor { budget: points.or(triangles), state: Mutex::new(state) }
     }

@@ -1,18 +1,19 @@
 use proptest::prelude::*;
 
 use super::super::tests::{geotiff, terrain};
-use super::super::{Budget, EngineChoice, Error, Goal, Mesh, Params, Summary, triangulate};
+use super::super::{Budget, EngineChoice, Error, Goal, Mesh, Params, Quality, Summary, triangulate};
 use crate::control::Control;
 use crate::field::{Field, FieldOptions};
 use crate::raster::Raster;
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
+use crate::triangulate::cuts::Cuts;
 use crate::triangulate::insertion::{DataDependent, InsertionOptions, Selection, Swap};
 use crate::verify::{VerifyOptions, verify};
 
 fn params(goal: Goal, max_error: f64, tile: usize) -> Params {
     let engine = EngineChoice::GreedyInsertion(InsertionOptions::default());
-    Params { engine, goal, tile, ..Params::new(max_error) }
+    Params { engine, goal, tile, quality: Quality::None, ..Params::new(max_error) }
 }
 
 /// Makes the mesh, writes it and has it judged: one surface, as close as was measured.
@@ -129,7 +130,8 @@ fn the_same_goal_gives_the_same_mesh_on_any_number_of_threads() {
 fn only_insertion_one_by_one_can_end_at_a_goal() {
     let field = Field::from_heights(5, 5, crate::field::Heights::F64(vec![0.0; 25])).expect("a field");
     let goal = Goal { max_points: Some(10), ..Goal::default() };
-    let cuts = Params { goal, ..Params::new(1.0) };
+    let engine = EngineChoice::GreedyCuts(Cuts::Plain);
+    let cuts = Params { engine, goal, quality: Quality::None, ..Params::new(1.0) };
     let refused = triangulate(&field, &cuts, &Control::default());
     assert!(matches!(refused, Err(Error::NoGoal { engine: "greedy cuts" })), "{refused:?}");
     let options = InsertionOptions { selection: Selection::Constant, ..InsertionOptions::default() };

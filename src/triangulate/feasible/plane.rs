@@ -50,6 +50,21 @@ impl Plane {
         (wb * self.rise[0] + wc * self.rise[1]) * self.inverse * f64::from(STEPS)
     }
 
+    /// Rise per lattice step across and down. On a sliver nearly infinite: for estimates.
+    pub(crate) fn gradient(&self) -> [f64; 2] {
+        let [a, b, c] = self.corners.map(|v| v.at);
+        let [up_b, up_c] = self.rise.map(|rise| rise * self.inverse);
+        [
+            f64::from(c.y - a.y) * up_b - f64::from(b.y - a.y) * up_c,
+            f64::from(b.x - a.x) * up_c - f64::from(c.x - a.x) * up_b,
+        ]
+    }
+
+    /// The place of corner a.
+    pub(crate) fn origin(&self) -> Point {
+        self.corners[0].at
+    }
+
     /// The largest distance of a corner's height from `reference`: no value inside is farther.
     pub(crate) fn reach(&self, reference: f64) -> f64 {
         self.corners.iter().map(|v| (v.height - reference).abs()).fold(0.0, f64::max)

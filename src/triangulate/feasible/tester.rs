@@ -1,6 +1,7 @@
+use std::cell::Cell;
 use std::ops::{Add, Mul, Sub};
 
-use super::weighted::AllWeightedRows;
+use super::weighted::WeightedRows;
 use super::{Plane, Spans, edge};
 use crate::field::{Heights, PADDING, Tile};
 use crate::lattice::{MAX_SPAN, Point};
@@ -46,22 +47,32 @@ impl<'a> Tester<'a> {
 
     /// Whether every sample under the closed triangle is within the tolerance of it. Exact; reads no sample twice, and
     /// rows far apart first, so that an infeasible triangle is mostly left early.
-    pub fn weakly_feasible(&self, [a, b, c]: [Vertex; 3]) -> bool {
+    pub fn weakly_feasible(&self, corners: [Vertex; 3]) -> bool {
+        self.violation(corners).is_none()
+    }
+
+    /// The place of a sample under the closed triangle that is not within the tolerance of it: the first one that is
+    /// come upon. None if the triangle is weakly feasible.
+    pub fn violation(&self, [a, b, c]: [Vertex; 3]) -> Option<Point> {
         let scan = Scan {
             spans: Spans::new(a.at, b.at, c.at),
             plane: Plane::new(a, b, c),
             width: self.tile.width,
             tolerance: self.tolerance,
+            violation: Cell::new(None),
         };
+        // The same loops, compiled for what the processor has: wider lanes change no result.
         let arch = pulp::Arch::new();
-        match &self.tile.heights {
-            Heights::F32(heights) => arch.dispatch(AllRows { scan: &scan, heights, height_of_a: a.height }),
+        let (scan, weights) = (&scan, &self.tile.weights);
+        let within = match &self.tile.heights {
+            Heights::F32(heights) => arch.dispatch(AllRows(PlainRows::new(scan, heights, a.height))),
             Heights::F64(heights) if self.tile.is_weighted() => {
-                let weights = &self.tile.weights;
-                arch.dispatch(AllWeightedRows { scan: &scan, heights, weights, height_of_a: a.height })
+                arch.dispatch(AllRows(WeightedRows::new(scan, heights, weights, a.height)))
             }
-            Heights::F64(heights) => arch.dispatch(AllRows { scan: &scan, heights, height_of_a: a.height }),
-        }
+            Heights::F64(heights) => arch.dispatch(AllRows(PlainRows::new(scan, heights, a.height))),
+        };
+        debug_assert_eq!(within, scan.violation.get().is_none());
+        scan.violation.get()
     }
 
     /// Whether an edge passes the strong test.
@@ -140,6 +151,63 @@ pub(super) struct Scan {
     pub(super) plane: Plane,
     pub(super) width: usize,
     pub(super) tolerance: f64,
+    /// Where the scan ended, if it did before the last row.
+    pub(super) violation: Cell<Option<Point>>,
+}
+
+/// A test of one row after the other. Not a closure: those are not always inlined into what is compiled for the
+/// processor, and then their code is for any.
+pub(super) trait Rows {
+    fn scan(&self) -> &Scan;
+    /// Whether the samples of a row are within the tolerance.
+    fn within(&self, row: i32) -> bool;
+}
+
+struct AllRows<T>(T);
+
+impl<T: Rows> pulp::NullaryFnOnce for AllRows<T> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn call(self) -> bool {
+        every_row(&self.0)
+    }
+}
+
+/// Rows of samples that all have the tolerance as their limit.
+struct PlainRows<'a, R> {
+    scan: &'a Scan,
+    heights: &'a [R],
+    offset: f64,
+    limits: Limits<R>,
+}
+
+impl<R: Real> Rows for PlainRows<'_, R> {
+    #[inline(always)]
+    fn scan(&self) -> &Scan {
+        self.scan
+    }
+
+    #[inline(always)]
+    fn within(&self, row: i32) -> bool {
+        self.scan.row(self.heights, row, self.offset, self.limits)
+    }
+}
+
+impl<'a, R: Real> PlainRows<'a, R> {
+    #[inline(always)]
+    fn new(scan: &'a Scan, heights: &'a [R], height_of_a: f64) -> Self {
+        let reference = R::of(height_of_a);
+        let reach = scan.plane.reach(reference.to_f64());
+        let doubt = R::DOUBT * (reach + scan.tolerance) + coarse::<R>(reach);
+        let limits = Limits {
+            reference,
+            step: R::of(scan.plane.step()),
+            sure: R::of(scan.tolerance - doubt),
+            never: R::of(scan.tolerance + doubt),
+        };
+        PlainRows { scan, heights, offset: height_of_a - reference.to_f64(), limits }
+    }
 }
 
 /// With a flat plane at the reference a comparison is exact up to the rounding of the tolerance; else, among the smallest
@@ -157,91 +225,7 @@ struct Limits<R> {
     never: R,
 }
 
-/// [`Scan::all_rows`], compiled for what the processor has: wider lanes change no result. (A closure would be compiled
-/// for the least processor: only what is inlined all the way gets the instructions of the dispatch.)
-struct AllRows<'a, R> {
-    scan: &'a Scan,
-    heights: &'a [R],
-    height_of_a: f64,
-}
-
-impl<R: Real> pulp::WithSimd for AllRows<'_, R> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) -> bool {
-        self.scan.all_rows(self.heights, self.height_of_a)
-    }
-}
-
-/// A test of rows. (A trait and no closure, for the same reason.)
-pub(super) trait RowTest {
-    fn holds(&self, row: i32) -> bool;
-}
-
-/// Whether a test holds for every `step`th row.
-#[inline(always)]
-fn every(step: i32, first: i32, last: i32, test: &impl RowTest) -> bool {
-    let mut row = first;
-    while row <= last {
-        if !test.holds(row) {
-            return false;
-        }
-        row += step;
-    }
-    true
-}
-
-struct PlainRows<'a, R> {
-    scan: &'a Scan,
-    heights: &'a [R],
-    offset: f64,
-    limits: Limits<R>,
-}
-
-impl<R: Real> RowTest for PlainRows<'_, R> {
-    #[inline(always)]
-    fn holds(&self, row: i32) -> bool {
-        self.scan.row(self.heights, row, self.offset, self.limits)
-    }
-}
-
 impl Scan {
-    #[inline(always)]
-    fn all_rows<R: Real>(&self, heights: &[R], height_of_a: f64) -> bool {
-        let reference = R::of(height_of_a);
-        let reach = self.plane.reach(reference.to_f64());
-        let doubt = R::DOUBT * (reach + self.tolerance) + coarse::<R>(reach);
-        let limits = Limits {
-            reference,
-            step: R::of(self.plane.step()),
-            sure: R::of(self.tolerance - doubt),
-            never: R::of(self.tolerance + doubt),
-        };
-        let offset = height_of_a - reference.to_f64();
-        self.every_row(&PlainRows { scan: self, heights, offset, limits })
-    }
-
-    /// Whether a test holds for every row of the triangle, asked in an order in which an infeasible one soon fails.
-    #[inline(always)]
-    pub(super) fn every_row(&self, test: &impl RowTest) -> bool {
-        let rows = self.spans.rows();
-        let (first, last) = (*rows.start(), *rows.end());
-        if first > last {
-            return true;
-        }
-        if last - first < FEW_ROWS {
-            let middle = self.spans.middle_row().clamp(first, last);
-            return every(1, middle, last, test) && every(1, first, middle - 1, test);
-        }
-        for start in [4, 0, 2, 6, 1, 3, 5, 7] {
-            if !every(STRIDE, first + start, last, test) {
-                return false;
-            }
-        }
-        true
-    }
-
     #[inline(always)]
     fn row<R: Real>(&self, heights: &[R], row: i32, offset: f64, limits: Limits<R>) -> bool {
         let (first, last) = self.spans.columns(row);
@@ -267,6 +251,7 @@ impl Scan {
             let within =
                 error <= limits.sure || error <= limits.never && self.plane.within(at, sample.to_f64(), self.tolerance);
             if !within {
+                self.violation.set(Some(at));
                 return false;
             }
             at.x += crate::lattice::STEPS;
@@ -280,6 +265,39 @@ impl Scan {
 /// [`STRIDE`]th row first.
 const FEW_ROWS: i32 = 12;
 const STRIDE: i32 = 8;
+/// Which of them, counted from a triangle's first.
+const FIRST_ROWS: [i32; STRIDE as usize] = [4, 0, 2, 6, 1, 3, 5, 7];
+
+/// Whether a test holds for every row of the triangle, asked in an order in which an infeasible one soon fails. (Plain
+/// loops: iterators with steps were measured to be slower.)
+#[inline(always)]
+fn every_row(rows: &impl Rows) -> bool {
+    let spans = &rows.scan().spans;
+    let (first, last) = (*spans.rows().start(), *spans.rows().end());
+    if first > last {
+        return true;
+    }
+    let few = last - first < FEW_ROWS;
+    let middle = spans.middle_row().clamp(first, last);
+    let step = if few { 1 } else { STRIDE };
+    let runs = if few { 2 } else { STRIDE };
+    let mut run = 0;
+    while run < runs {
+        let (mut row, end) = match (few, run) {
+            (true, 0) => (middle, last),
+            (true, _) => (first, middle - 1),
+            (false, _) => (first + FIRST_ROWS[run as usize], last),
+        };
+        while row <= end {
+            if !rows.within(row) {
+                return false;
+            }
+            row += step;
+        }
+        run += 1;
+    }
+    true
+}
 
 /// The fast path: whether the first `count` samples are within the tolerance beyond doubt. Most rows are shorter than
 /// the lanes, so lanes are always whole and those past the end do not count; the tile has room for it ([`PADDING`]).

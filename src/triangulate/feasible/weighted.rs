@@ -4,7 +4,7 @@
 //! and without a division: the error found, plus a bound of its rounding, times the weight, is held against a tolerance
 //! that is a little smaller. What that leaves open is compared with the limit, exactly.
 
-use super::tester::{LANES, Real, RowTest, Scan, coarse};
+use super::tester::{LANES, Real, Rows, Scan, coarse};
 use crate::exact;
 use crate::lattice::{Point, STEPS};
 
@@ -30,33 +30,38 @@ struct Limits {
 /// underflow, and limits be no normal numbers. (Weights are at most 10³⁰.)
 const SMALLEST_TOLERANCE: f64 = 1e-200;
 
-/// [`Scan::all_weighted_rows`], compiled for what the processor has.
-pub(super) struct AllWeightedRows<'a> {
-    pub(super) scan: &'a Scan,
-    pub(super) heights: &'a [f64],
-    pub(super) weights: &'a [f64],
-    pub(super) height_of_a: f64,
-}
-
-impl pulp::WithSimd for AllWeightedRows<'_> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> bool {
-        self.scan.all_weighted_rows(self.heights, self.weights, self.height_of_a)
-    }
-}
-
-struct WeightedRows<'a> {
+/// The rows of a triangle, every sample held to its limit.
+pub(super) struct WeightedRows<'a> {
     scan: &'a Scan,
     heights: &'a [f64],
     weights: &'a [f64],
     limits: Limits,
 }
 
-impl RowTest for WeightedRows<'_> {
+impl<'a> WeightedRows<'a> {
     #[inline(always)]
-    fn holds(&self, row: i32) -> bool {
+    pub(super) fn new(scan: &'a Scan, heights: &'a [f64], weights: &'a [f64], height_of_a: f64) -> Self {
+        let reach = scan.plane.reach(height_of_a);
+        let fast = scan.tolerance >= SMALLEST_TOLERANCE;
+        let limits = Limits {
+            reference: height_of_a,
+            step: scan.plane.step(),
+            slack: f64::DOUBT * reach + coarse::<f64>(reach),
+            sure: if fast { scan.tolerance * (1.0 - 2.0 * f64::DOUBT) } else { -1.0 },
+            none: if reach > 0.0 { -1.0 } else { 0.0 },
+        };
+        WeightedRows { scan, heights, weights, limits }
+    }
+}
+
+impl Rows for WeightedRows<'_> {
+    #[inline(always)]
+    fn scan(&self) -> &Scan {
+        self.scan
+    }
+
+    #[inline(always)]
+    fn within(&self, row: i32) -> bool {
         let (first, last) = self.scan.spans.columns(row);
         if first > last {
             return true;
@@ -71,21 +76,6 @@ impl RowTest for WeightedRows<'_> {
 }
 
 impl Scan {
-    /// Whether every sample of the triangle is within its limit.
-    #[inline(always)]
-    fn all_weighted_rows(&self, heights: &[f64], weights: &[f64], height_of_a: f64) -> bool {
-        let reach = self.plane.reach(height_of_a);
-        let fast = self.tolerance >= SMALLEST_TOLERANCE;
-        let limits = Limits {
-            reference: height_of_a,
-            step: self.plane.step(),
-            slack: f64::DOUBT * reach + coarse::<f64>(reach),
-            sure: if fast { self.tolerance * (1.0 - 2.0 * f64::DOUBT) } else { -1.0 },
-            none: if reach > 0.0 { -1.0 } else { 0.0 },
-        };
-        self.every_row(&WeightedRows { scan: self, heights, weights, limits })
-    }
-
     /// Sample by sample, exactly where rounding leaves it open.
     #[cold]
     #[inline(never)]
@@ -106,6 +96,7 @@ impl Scan {
             // An error that is no number is no doubt either: it is never within.
             let within = error <= limit - doubt || error <= limit + doubt && self.plane.within(at, height, limit);
             if !within {
+                self.violation.set(Some(at));
                 return false;
             }
             at.x += STEPS;

@@ -1,0 +1,81 @@
+//! Polishing measured: `polish RASTER TOLERANCE [TILE [weak|strong [EFFORT|all [cuts|insertion]]]]` cuts a raster into
+//! tiles, triangulates each with greedy cuts, or by greedy insertion, and polishes it with every effort, or the one named,
+//! in one thread. Prints triangles and seconds of processor time (Linux).
+
+use std::path::Path;
+
+use terrabite::control::{CancelToken, Control};
+use terrabite::field::{Field, FieldOptions, Tile};
+use terrabite::measure::measure;
+use terrabite::mesh::TileMesh;
+use terrabite::polish::{Effort, Options, Scratch, polish};
+use terrabite::raster::Raster;
+use terrabite::seam::{MinLink, Rim};
+use terrabite::tiling::TileGrid;
+use terrabite::triangulate::cuts::GreedyCuts;
+use terrabite::triangulate::insertion::GreedyInsertion;
+use terrabite::triangulate::{Engine, Feasibility, Task};
+
+type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+
+const EFFORTS: [Effort; 3] = [Effort::Fast, Effort::Balanced, Effort::Best];
+
+fn main() -> Outcome<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let argument = |i: usize| arguments.get(i).map(String::as_str);
+    let (Some(raster), Some(tolerance)) = (argument(0), argument(1)) else {
+        return Err(
+            "expected: polish RASTER TOLERANCE [TILE [weak|strong [fast|balanced|best|all [cuts|insertion]]]]".into()
+        );
+    };
+    let tolerance: f64 = tolerance.parse()?;
+    let tile = argument(2).unwrap_or("512").parse()?;
+    let feasibility = if argument(3) == Some("strong") { Feasibility::Strong } else { Feasibility::Weak };
+    let only = argument(4).filter(|&name| name != "all");
+    let insertion = argument(5) == Some("insertion");
+
+    let raster = Raster::open(Path::new(raster), 1)?;
+    let field = Field::open(&raster, &FieldOptions::default(), &Control::default())?;
+    let grid = TileGrid::new(field.width(), field.height(), tile);
+    let (mut samples, mut scratch) = (Tile::default(), Scratch::default());
+    let (mut cutter, mut inserter) = Default::default();
+    let (mut cut, mut polished) = (TileMesh::default(), TileMesh::default());
+    let (mut cuts, mut results) = ((0, 0.0), [(0, 0.0); 3]);
+    let cancel = CancelToken::default();
+    for index in 0..grid.len() {
+        let id = grid.tile(index);
+        let last = (grid.is_last_column(id), grid.is_last_row(id));
+        field.load(grid.window(id), &mut samples)?;
+        let rim = Rim::new(&samples, tolerance, &[], last, &mut MinLink::default(), &cancel)?;
+        let task = Task { tile: &samples, domain: &rim.domain, tolerance, feasibility, cancel: &cancel };
+        let start = cpu_seconds()?;
+        if insertion {
+            GreedyInsertion::default().triangulate(&task, &mut inserter, &mut cut)?;
+        } else {
+            GreedyCuts::PLAIN.triangulate(&task, &mut cutter, &mut cut)?;
+        }
+        cuts = (cuts.0 + cut.triangles.len(), cuts.1 + cpu_seconds()? - start);
+        for (effort, result) in EFFORTS.into_iter().zip(&mut results) {
+            if only.is_some_and(|name| name != format!("{effort:?}").to_lowercase()) {
+                continue;
+            }
+            polished.clone_from(&cut);
+            let start = cpu_seconds()?;
+            polish(&task, &Options { effort }, &mut scratch, &mut polished)?;
+            *result = (result.0 + polished.triangles.len(), result.1 + cpu_seconds()? - start);
+            measure(&samples, &polished, tolerance, (0, 0), last);
+        }
+    }
+    println!("start: {} triangles, {:.3} s", cuts.0, cuts.1);
+    for (effort, (triangles, seconds)) in EFFORTS.into_iter().zip(results) {
+        println!("{effort:?}: {triangles} triangles, {seconds:.3} s");
+    }
+    Ok(())
+}
+
+/// What the main thread has been running for: a busy machine disturbs it less than the time of day.
+fn cpu_seconds() -> Outcome<f64> {
+    let stat = std::fs::read_to_string("/proc/self/schedstat")?;
+    let nanoseconds: f64 = stat.split_whitespace().next().unwrap_or_default().parse()?;
+    Ok(nanoseconds * 1e-9)
+}

@@ -1,0 +1,258 @@
+//! How far a triangle is from its samples, in numbers that can be minimised.
+//!
+//! With t = |error| · weight / tolerance, the energy of a sample is max(0, t − 0.97)² + 10⁻⁴·t⁴: violations count, and a little
+//! what may become one. With strong feasibility an edge counts as one more sample, where it is farthest from the grid's
+//! surface. Summed in single precision, in lanes and in one fixed order, so that every machine steers alike.
+//! It only steers: what is kept has passed the exact test.
+
+use super::net::Fit;
+use crate::field::{Heights, PADDING, Tile};
+use crate::lattice::STEPS;
+use crate::mesh::Vertex;
+use crate::triangulate::Feasibility;
+use crate::triangulate::feasible::{Plane, Spans, Tester};
+
+const LANES: usize = PADDING;
+const INDEX: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
+/// Which of the lanes count, by how many samples are left of a row: factors, as branches would undo the lanes.
+const COUNTS: [[f32; LANES]; LANES + 1] = {
+    let mut counts = [[0.0; LANES]; LANES + 1];
+    let mut left = 0;
+    while left <= LANES {
+        let mut i = 0;
+        while i < left {
+            counts[left][i] = 1.0;
+            i += 1;
+        }
+        left += 1;
+    }
+    counts
+};
+
+/// Where violations begin to count, a little before they are some.
+const ONSET: f32 = 0.97;
+/// The weight of t⁴. Anything from 5·10⁻⁵ to 3·10⁻⁴ does; with 10⁻³ one per cent more triangles are left.
+const PULL: f32 = 1e-4;
+/// Rows between two looks whether the limit is passed.
+const ROWS_BETWEEN_LOOKS: i32 = 4;
+
+/// Measures triangles of one tile. The tolerance is positive.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Meter<'a> {
+    tile: &'a Tile,
+    per_tolerance: f64,
+    /// For the edges, where they count.
+    edges: Option<Tester<'a>>,
+}
+
+impl<'a> Meter<'a> {
+    pub(super) fn new(tester: Tester<'a>, tolerance: f64) -> Meter<'a> {
+        let edges = (tester.feasibility() == Feasibility::Strong).then_some(tester);
+        Meter { tile: tester.tile(), per_tolerance: 1.0 / tolerance, edges }
+    }
+
+    /// Whether energies are numbers: not if the tolerance is 0 or next to it.
+    pub(super) fn is_of_use(&self) -> bool {
+        self.per_tolerance < 1e30
+    }
+
+    pub(super) fn tile(&self) -> &'a Tile {
+        self.tile
+    }
+
+    /// Measures a triangle with positive orientation. Stops once its energy is above `limit`; what it then returns is
+    /// above it, too.
+    pub(super) fn fit(&self, corners: [Vertex; 3], limit: f32) -> Fit {
+        let mut fit = self.fit_samples(corners, limit);
+        if let Some(tester) = &self.edges {
+            let [a, b, c] = corners;
+            for (p, q) in [(a, b), (b, c), (c, a)] {
+                if fit.energy > limit {
+                    break;
+                }
+                let t = (tester.edge_deviation(p, q) * self.per_tolerance) as f32;
+                fit.energy += energy(t);
+                fit.worst = if t > fit.worst { t } else { fit.worst };
+            }
+        }
+        fit
+    }
+
+    fn fit_samples(&self, [a, b, c]: [Vertex; 3], limit: f32) -> Fit {
+        let frame = Frame {
+            spans: Spans::new(a.at, b.at, c.at),
+            plane: Plane::new(a, b, c),
+            height_of_a: a.height,
+            width: self.tile.width,
+            per_tolerance: self.per_tolerance,
+            limit,
+        };
+        let (arch, weights) = (pulp::Arch::new(), &self.tile.weights[..]);
+        match &self.tile.heights {
+            Heights::F32(heights) => arch.dispatch(Scan { frame, heights, weights }),
+            Heights::F64(heights) => arch.dispatch(Scan { frame, heights, weights }),
+        }
+    }
+}
+
+/// Heights as they are stored, brought to single precision relative to a corner.
+trait Sample: Copy {
+    fn of(height: f64) -> Self;
+    fn to_f64(self) -> f64;
+    fn above(self, reference: Self) -> f32;
+}
+
+impl Sample for f32 {
+    fn of(height: f64) -> f32 {
+        height as f32
+    }
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+    #[inline(always)]
+    fn above(self, reference: f32) -> f32 {
+        self - reference
+    }
+}
+
+impl Sample for f64 {
+    fn of(height: f64) -> f64 {
+        height
+    }
+    fn to_f64(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn above(self, reference: f64) -> f32 {
+        (self - reference) as f32
+    }
+}
+
+struct Frame {
+    spans: Spans,
+    plane: Plane,
+    height_of_a: f64,
+    width: usize,
+    per_tolerance: f64,
+    limit: f32,
+}
+
+struct Scan<'a, H> {
+    frame: Frame,
+    heights: &'a [H],
+    /// Empty, or one for every height.
+    weights: &'a [f64],
+}
+
+/// The triangle along a row of samples, in tolerances above the reference.
+#[derive(Clone, Copy)]
+struct Line<H> {
+    start: f32,
+    step: f32,
+    reference: H,
+}
+
+/// Sums by lanes.
+struct Sums {
+    energy: [f32; LANES],
+    worst: [f32; LANES],
+}
+
+/// Not a closure: those are not always inlined into what is compiled for the processor.
+impl<H: Sample> pulp::NullaryFnOnce for Scan<'_, H> {
+    type Output = Fit;
+
+    #[inline(always)]
+    fn call(self) -> Fit {
+        let Frame { spans, plane, .. } = &self.frame;
+        let reference = H::of(self.frame.height_of_a);
+        let offset = self.frame.height_of_a - reference.to_f64();
+        let per_tolerance = self.frame.per_tolerance;
+        let mut sums = Sums { energy: [0.0; LANES], worst: [0.0; LANES] };
+        let (gradient, origin) = (plane.gradient(), plane.origin());
+        let [across, down] = gradient.map(|g| g * per_tolerance);
+        let offset = offset * per_tolerance;
+        let step = (across * f64::from(STEPS)) as f32;
+        let rows = spans.rows();
+        let mut row = *rows.start();
+        while row <= *rows.end() {
+            let (first, last) = spans.columns(row);
+            if first <= last {
+                let index = row as usize * self.frame.width + first as usize;
+                let (x, y) = (f64::from(first * STEPS - origin.x), f64::from(row * STEPS - origin.y));
+                let start = (across * x + down * y + offset) as f32;
+                self.row(index, (last - first + 1) as usize, Line { start, step, reference }, &mut sums);
+            }
+            row += 1;
+            if row % ROWS_BETWEEN_LOOKS == 0 && total(&sums.energy) > self.frame.limit {
+                break;
+            }
+        }
+        Fit { energy: total(&sums.energy), worst: largest(&sums.worst) }
+    }
+}
+
+impl<H: Sample> Scan<'_, H> {
+    /// Whole lanes; those past the end do not count, and the tile has room for them ([`PADDING`]).
+    #[inline(always)]
+    fn row(&self, index: usize, count: usize, line: Line<H>, sums: &mut Sums) {
+        let per_tolerance = self.frame.per_tolerance as f32;
+        let mut first = 0;
+        while first < count {
+            let lane = self.heights[index + first..].first_chunk::<LANES>().expect("a tile is padded");
+            let mut factors = COUNTS[(count - first).min(LANES)];
+            if !self.weights.is_empty() {
+                let weights = self.weights[index + first..].first_chunk::<LANES>().expect("a tile is padded");
+                factors = std::array::from_fn(|i| factors[i] * weights[i] as f32);
+            }
+            let base = first as f32;
+            let t: [f32; LANES] = std::array::from_fn(|i| {
+                let above = lane[i].above(line.reference) * per_tolerance;
+                (line.start + line.step * (base + INDEX[i]) - above).abs() * factors[i]
+            });
+            sums.energy = std::array::from_fn(|i| sums.energy[i] + energy(t[i]));
+            sums.worst = std::array::from_fn(|i| if t[i] > sums.worst[i] { t[i] } else { sums.worst[i] });
+            first += LANES;
+        }
+    }
+}
+
+/// The energy of one error, as a share of the tolerance.
+#[inline(always)]
+fn energy(t: f32) -> f32 {
+    let (over, t2) = (t - ONSET, t * t);
+    let over = if over > 0.0 { over } else { 0.0 };
+    over * over + PULL * (t2 * t2)
+}
+
+/// A fixed tree of additions.
+#[inline(always)]
+fn total(&[a, b, c, d, e, f, g, h]: &[f32; LANES]) -> f32 {
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
+}
+
+#[inline(always)]
+fn largest(&[a, b, c, d, e, f, g, h]: &[f32; LANES]) -> f32 {
+    let max = |a: f32, b: f32| if b > a { b } else { a };
+    max(max(max(a, e), max(c, g)), max(max(b, f), max(d, h)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lattice::Point;
+
+    #[test]
+    fn one_violation_among_samples_on_the_plane() {
+        let mut heights = vec![0.0f32; 144];
+        heights[12 * 2 + 3] = 3.0;
+        let tile = Tile::from_heights(12, 12, Heights::F32(heights));
+        let at = |c, r| Vertex { at: Point::of_sample(c, r), height: 0.0 };
+        let tester = Tester::new(&tile, 2.0, Feasibility::Weak);
+        let fit = Meter::new(tester, 2.0).fit([at(0, 0), at(11, 0), at(0, 11)], f32::INFINITY);
+        let t = 1.5f32;
+        assert_eq!(fit.worst, t);
+        assert!((fit.energy - ((t - ONSET).powi(2) + PULL * t.powi(4))).abs() < 1e-6, "{fit:?}");
+    }
+}

@@ -1,0 +1,111 @@
+//! A vertex among the samples inside its ring: where its triangles fit best.
+
+use super::energy::Meter;
+use super::judge::Judge;
+use super::net::Fit;
+use crate::lattice::{Point, STEPS, orient};
+use crate::mesh::Vertex;
+
+/// The eight neighbours, in cells.
+const AROUND: [(i32, i32); 8] = [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
+
+/// Triangles from a ring to an apex inside it. Triangle i has edge i of the ring.
+#[derive(Debug, Default)]
+pub(super) struct Fan {
+    ring: Vec<Vertex>,
+    /// How the triangles fit at the best apex found so far.
+    pub(super) fits: Vec<Fit>,
+    trial: Vec<Fit>,
+    /// In which order triangles are measured: those that have been worst come first, so that hopeless places are left
+    /// early.
+    order: Vec<u32>,
+}
+
+impl Fan {
+    /// Takes a ring, and how the triangles to the apex that it has now fit.
+    pub(super) fn reset(&mut self, ring: impl Iterator<Item = Vertex>, fits: impl Iterator<Item = Fit>) {
+        self.ring.clear();
+        self.ring.extend(ring);
+        self.fits.clear();
+        self.fits.extend(fits);
+        self.trial.clone_from(&self.fits);
+        self.order.clear();
+        self.order.extend(0..self.ring.len() as u32);
+        let fits = &self.fits;
+        self.order.sort_by(|&a, &b| fits[b as usize].energy.total_cmp(&fits[a as usize].energy));
+    }
+
+    /// How far the nearest vertex of the ring is from a place, in cells, by the longer coordinate.
+    pub(super) fn clearance(&self, from: Point) -> i32 {
+        let distance = |r: &Vertex| (r.at.x - from.x).abs().max((r.at.y - from.y).abs());
+        self.ring.iter().map(distance).min().unwrap_or(0) / STEPS
+    }
+
+    /// One round of the eight places `step` cells around an apex. Returns the best of those where the energy falls below
+    /// `share` of what it is, else the apex itself.
+    pub(super) fn look_around(&mut self, centre: Vertex, step: i32, share: f32, meter: &Meter<'_>) -> Vertex {
+        let mut limit = self.energy() * share;
+        let mut best = centre;
+        for (x, y) in AROUND {
+            let place = Point { x: centre.at.x + x * step * STEPS, y: centre.at.y + y * step * STEPS };
+            if let Some(apex) = self.try_at(place, limit, meter) {
+                limit = self.energy();
+                best = apex;
+            }
+        }
+        best
+    }
+
+    /// The sample at a place, if the energy is below `limit` there: then the fits are those it gives.
+    fn try_at(&mut self, place: Point, limit: f32, meter: &Meter<'_>) -> Option<Vertex> {
+        let far = meter.tile().far_corner();
+        if place.x < 0 || place.y < 0 || place.x > far.x || place.y > far.y {
+            return None;
+        }
+        let k = self.ring.len();
+        let inside = |i: usize| orient(self.ring[i].at, self.ring[(i + 1) % k].at, place) > 0;
+        if !(0..k).all(inside) {
+            return None;
+        }
+        let (column, row) = (place.x / STEPS, place.y / STEPS);
+        let apex = Vertex { at: place, height: meter.tile().at(column as usize, row as usize) };
+        let mut sum = 0.0;
+        for turn in 0..k {
+            let i = self.order[turn] as usize;
+            self.trial[i] = meter.fit(self.triangle(apex, i), limit - sum);
+            sum += self.trial[i].energy;
+            // Not if it is no number, either.
+            let below = sum < limit;
+            if !below {
+                self.order[turn / 2..=turn].rotate_right(1);
+                return None;
+            }
+        }
+        std::mem::swap(&mut self.fits, &mut self.trial);
+        Some(apex)
+    }
+
+    /// Settles the fits of the best apex, and says whether every triangle is within the tolerance.
+    pub(super) fn settle(&mut self, apex: Vertex, judge: &Judge<'_>) -> bool {
+        (0..self.ring.len()).fold(true, |all, i| {
+            self.fits[i] = judge.settle(self.triangle(apex, i), self.fits[i]);
+            all && self.fits[i].worst <= 1.0
+        })
+    }
+
+    /// The exact test of every triangle and every spoke.
+    pub(super) fn feasible(&self, apex: Vertex, judge: &Judge<'_>) -> bool {
+        (0..self.ring.len()).all(|i| {
+            let corners = self.triangle(apex, i);
+            judge.feasible(corners) && judge.may_join(corners[0], corners[1])
+        })
+    }
+
+    fn triangle(&self, apex: Vertex, i: usize) -> [Vertex; 3] {
+        [apex, self.ring[i], self.ring[(i + 1) % self.ring.len()]]
+    }
+
+    fn energy(&self) -> f32 {
+        self.fits.iter().map(|f| f.energy).sum()
+    }
+}
