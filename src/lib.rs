@@ -1,10 +1,11 @@
 //! terrabite bites terrains of any size into triangles: a raster of heights goes in, a triangulated irregular network
 //! comes out whose surface is within a stated vertical distance of every sample.
 //!
-//! A [`field::Field`] makes samples readable, from memory or from a raster. [`simplify::triangulate`] cuts it into tiles,
-//! works on them on the threads of the current rayon pool and keeps the finished ones on disk; the [`simplify::Mesh`] it
-//! returns gives them back as chunks, in tile order, or writes them to a [`sink::Sink`]. [`verify::verify`] judges a
-//! written mesh by other code. A [`control::Control`] watches and stops any of them.
+//! A [`field::Field`] makes samples readable, from memory or from a raster. [`simplify::triangulate`] cuts it into
+//! tiles, works on them on the threads of the current rayon pool and keeps the finished ones on disk; the
+//! [`simplify::Mesh`] it returns gives them back as chunks, in tile order, or writes them to a [`sink::Sink`].
+//! [`verify::verify`] judges a written mesh by other code. Fields may have [`channels`] beside the heights, such as
+//! colours. A [`control::Control`] watches and stops any of them.
 //!
 //! Heights from memory, with progress, cancellation and the triangles of every chunk:
 //!
@@ -81,6 +82,7 @@
 //!
 //! GDAL prints its errors on standard error by itself; [`raster::quiet_gdal`] stops that, for the whole process.
 
+pub mod channels;
 pub mod cli;
 pub mod control;
 pub mod durable;

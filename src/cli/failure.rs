@@ -97,6 +97,13 @@ impl From<Error> for Failure {
             Error::Cancelled(stopped) | Error::Field(FieldError::Cancelled(stopped)) => stopped.into(),
             Error::Field(FieldError::Raster(error)) => error.into(),
             Error::WorkDir(error) => error.into(),
+            Error::Channels { .. } => Failure::usage(error)
+                .hint("--channels and --planar need one that does: choose --engine greedy-insertion"),
+            Error::PolishWithChannels { .. } => {
+                Failure::usage(error).hint("choose --quality none, or leave --channels and --planar")
+            }
+            Error::GoalWithChannels => Failure::usage(error)
+                .hint("leave --max-points, --max-triangles and --max-rms, or --channels and --planar"),
             Error::NoPreinsertion { .. } => {
                 Failure::usage(error).hint("--points needs one that can: choose it with --engine greedy-insertion")
             }

@@ -9,7 +9,7 @@ use crate::raster::{Raster, RasterError};
 #[derive(Debug, clap::Args)]
 pub(crate) struct ImportanceArgs {
     /// A raster of weights on the same grid: distance × weight is within --max-error at every sample; 0 lets it go free
-    #[arg(long, value_name = "RASTER")]
+    #[arg(long, value_name = "RASTER", conflicts_with_all = ["channels", "planar"])]
     pub(super) importance: Option<PathBuf>,
     /// The band of the weights, counted from 1
     #[arg(long, value_name = "N", default_value_t = 1, requires = "importance")]

@@ -3,6 +3,7 @@
 //! In come the words the user typed; each subcommand checks them (`values`), calls the library, prints a report on
 //! standard output and ends in an exit code. Nothing below this folder prints, exits or knows of options.
 
+mod channels;
 mod failure;
 mod goal;
 mod importance;
@@ -12,6 +13,7 @@ mod print;
 mod progress;
 mod signals;
 mod simplify;
+mod simplify_channels;
 mod simplify_engine;
 mod simplify_kept;
 mod simplify_report;
@@ -39,7 +41,7 @@ struct Cli {
 /// Each variant's help is the documentation of its arguments.
 #[derive(Debug, Subcommand)]
 enum Command {
-    Simplify(simplify::SimplifyArgs),
+    Simplify(Box<simplify::SimplifyArgs>),
     Verify(verify::VerifyArgs),
     Info(info::InfoArgs),
     Synth(synth::SynthArgs),

@@ -59,6 +59,8 @@ enum ModeArg {
     Error,
     /// The raster to the left, triangles and edges to the right
     SideBySide,
+    /// The colours of the vertices, blended across the triangles
+    Colour,
 }
 
 pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
@@ -69,6 +71,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
             ModeArg::Wireframe => Mode::Wireframe,
             ModeArg::Error => Mode::Error,
             ModeArg::SideBySide => Mode::SideBySide,
+            ModeArg::Colour => Mode::Colour,
         },
         band: args.band,
         size: (args.size.width, args.size.height),

@@ -5,20 +5,22 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 
+use super::channels::ChannelArgs;
 use super::goal::GoalArgs;
 use super::importance::ImportanceArgs;
 use super::progress::Bars;
+use super::simplify_channels::Extended;
 use super::simplify_engine::EngineArgs;
 use super::simplify_kept::Kept;
 use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
-use crate::field::{Access, Choice, Field, FieldError, FieldOptions, exit_on_truncation};
+use crate::field::{Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, exit_on_truncation};
 use crate::info::{DENSEST, Estimate, estimate};
 use crate::raster::{PointSource, Points, PointsError, Raster, Watch, bound_gdal_cache, read_points};
 use crate::simplify::{
     DEFAULT_TILE, DiskUse, Error, Load, Params, Plan, Quality, check_disk, default_budget, grid, probe_density,
-    triangulate, triangulate_into,
+    probe_field, triangulate, triangulate_into,
 };
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
@@ -49,6 +51,8 @@ pub(crate) struct SimplifyArgs {
     /// The band, counted from 1
     #[arg(long, value_name = "N", default_value_t = 1)]
     band: usize,
+    #[command(flatten)]
+    channels: ChannelArgs,
     #[command(flatten)]
     pub(super) importance: ImportanceArgs,
     /// A layer of points, in any format OGR reads: the samples nearest to them become vertices of the mesh.
@@ -142,7 +146,11 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     if args.points.is_some() {
         params.takes_points()?;
     }
-    let raster = Raster::open(&args.input, args.band)?;
+    let (raster, channels) = args.channels.open(&args.input, args.band)?;
+    if channels.is_some() {
+        params.takes_channels()?;
+    }
+    let bands = channels.as_ref().map(|c| c.open(&raster)).transpose()?.unwrap_or_default();
     let importance = args.importance.open(&raster)?;
     let grid = grid(raster.width(), raster.height(), &params)?;
     let bars = Bars::new(args.quiet);
@@ -154,6 +162,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let load = Load {
         raster: &raster,
         importance: importance.as_ref(),
+        channels: &bands,
         grid,
         engine: params.engine,
         quality: params.quality,
@@ -164,7 +173,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build().map_err(|e| {
         Failure::new(format!("{} threads cannot be started: {e}", plan.threads)).hint("choose fewer with --threads")
     })?;
-    let job = Job { args, raster, importance, params, points, plan, control: &control };
+    let job = Job { args, raster, channels, bands, importance, params, points, plan, control: &control };
     if args.dry_run {
         let needs = pool.install(move || job.needs())?;
         drop(bars);
@@ -200,7 +209,7 @@ impl SimplifyArgs {
             Some(QualityArg::Fast) => Quality::Fast,
             Some(QualityArg::Balanced) => Quality::Balanced,
             Some(QualityArg::Best) => Quality::Best,
-            None if self.goal.goal().is_none() => Quality::default(),
+            None if self.goal.goal().is_none() && !self.channels.are_given() => Quality::default(),
             None => Quality::None,
         }
     }
@@ -209,6 +218,7 @@ impl SimplifyArgs {
         let quality = self.quality();
         // Polishing comes to fewer triangles from insertion, and sooner; alone, cuts are faster.
         let insertion = quality != Quality::None || !self.goal.goal().is_none() || self.points.is_some();
+        let insertion = insertion || self.channels.are_given();
         let mut params = Params {
             feasibility: self.feasibility.into(),
             tile: self.tile,
@@ -241,6 +251,9 @@ impl SimplifyArgs {
 struct Job<'a> {
     args: &'a SimplifyArgs,
     raster: Raster,
+    channels: Option<ChannelOptions>,
+    /// The channels' bands.
+    bands: Vec<Raster>,
     importance: Option<Raster>,
     params: Params,
     points: Option<Points>,
@@ -251,21 +264,45 @@ struct Job<'a> {
 impl Job<'_> {
     /// What the run will need, from the density of a few tiles.
     fn needs(&self) -> Result<Needs, Error> {
-        let density = probe_density(&self.raster, self.importance.as_ref(), &self.params, self.control)?;
+        let density = match &self.channels {
+            None => probe_density(&self.raster, self.importance.as_ref(), &self.params, self.control)?,
+            Some(options) => {
+                let extended = Extended::find(&self.raster, options, self.control)?;
+                let windows = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: Choice::Windows };
+                let field = extended.open(&self.raster, &windows, self.control)?;
+                probe_field(&field, &self.params, self.control)?
+            }
+        };
         Ok(Needs { estimate: self.estimate(density), memory: self.plan })
     }
 
     fn estimate(&self, density: f64) -> Estimate {
-        estimate(&self.raster, self.importance.as_ref(), density)
+        let heights = estimate(&self.raster, self.importance.as_ref(), density);
+        match &self.channels {
+            None => heights,
+            Some(options) => heights.with_channels(&self.bands, options.planar),
+        }
+    }
+
+    /// The channels and their ranges, where there are some. Finding the ranges may take long, so an output that cannot
+    /// be written is found first.
+    fn extended(&self) -> Result<Option<Extended>, Error> {
+        let Some(options) = &self.channels else { return Ok(None) };
+        let args = self.args;
+        drop(StagedFile::create(&args.output, args.overwrite || args.work_dir.is_some(), &args.inputs())?);
+        Ok(Some(Extended::find(&self.raster, options, self.control)?))
     }
 
     fn run(&self) -> Result<Report, Failure> {
         let start = Instant::now();
         let rasters = [Some(&self.raster), self.importance.as_ref()].into_iter().flatten();
         let watches: Vec<Watch> = rasters.map(Watch::new).collect::<Result<_, _>>()?;
-        let open = |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &watches, &self.params);
+        let extended = self.extended()?;
+        let mut named = self.params.named();
+        named.extend(extended.iter().flat_map(Extended::named));
+        let open = |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &watches, named.clone());
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
-        match (self.make(start, &watches, kept.as_ref()), kept) {
+        match (self.make(start, &watches, extended.as_ref(), kept.as_ref()), kept) {
             (Ok(report), None) => Ok(report),
             (Err(error), None) => Err(error.into()),
             (Ok(report), Some(kept)) => {
@@ -277,7 +314,13 @@ impl Job<'_> {
     }
 
     /// Makes the output, from the tiles in the work dir and those still to be made.
-    fn make(&self, start: Instant, watches: &[Watch], kept: Option<&Kept>) -> Result<Report, Error> {
+    fn make(
+        &self,
+        start: Instant,
+        watches: &[Watch],
+        extended: Option<&Extended>,
+        kept: Option<&Kept>,
+    ) -> Result<Report, Error> {
         let args = self.args;
         let staged = match kept {
             Some(kept) => kept.stage(args)?,
@@ -285,10 +328,14 @@ impl Job<'_> {
         };
         self.check_disks(&staged, kept)?;
         let options = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: args.access.into() };
-        let field = Field::open_with_importance(&self.raster, self.importance.as_ref(), &options, self.control)?;
-        let fields = [Some(&field), field.importance()].into_iter().flatten();
-        let mapped: Vec<String> =
-            fields.filter(|f| *f.access() == Access::InPlace).map(|f| f.name().display().to_string()).collect();
+        let field = match extended {
+            None => Field::open_with_importance(&self.raster, self.importance.as_ref(), &options, self.control)?,
+            Some(extended) => extended.open(&self.raster, &options, self.control)?,
+        };
+        let in_place = |f: &&Field| *f.access() == Access::InPlace;
+        // Channels are bands of the same file.
+        let mapped = [field.each().find(in_place).map(|_| &field), field.importance().filter(in_place)];
+        let mapped: Vec<String> = mapped.into_iter().flatten().map(|f| f.name().display().to_string()).collect();
         if !mapped.is_empty() {
             let message = format!("error: {}: the file was truncated while it was in use", mapped.join(" or "));
             exit_on_truncation(&message, staged.partial_path())
@@ -304,7 +351,9 @@ impl Job<'_> {
         };
         watches.iter().try_for_each(Watch::check)?;
         let triangulated = Instant::now();
-        let sink = PlySink::new(staged, &comments(&self.raster, args));
+        let mut comments = comments(&self.raster, args);
+        comments.extend(extended.map(Extended::comment));
+        let sink = PlySink::new(staged, &comments);
         let summary = mesh.write_if(Box::new(sink), self.control, &|| {
             watches.iter().try_for_each(Watch::check)?;
             kept.map_or(Ok(()), Kept::committing)
@@ -317,6 +366,10 @@ impl Job<'_> {
             threads: mesh.times(),
         };
         let report = Report::new(&field, &self.params, self.plan, &args.output, &summary, seconds, &mesh);
+        let report = match extended {
+            Some(extended) => report.channels(extended.report(&summary.errors)),
+            None => report,
+        };
         let report = match (&args.points, &self.points) {
             (Some(file), Some(points)) => report.points(file, points),
             _ => report,

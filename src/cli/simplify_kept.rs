@@ -6,7 +6,7 @@ use super::simplify::SimplifyArgs;
 use super::{Failure, print};
 use crate::field::FieldError;
 use crate::raster::{Files, Raster, RasterError, Watch, identity};
-use crate::simplify::{Error, Params};
+use crate::simplify::Error;
 use crate::spool::{Spool, SpoolError};
 use crate::staged::{OutputError, StagedFile};
 use crate::tiling::TileGrid;
@@ -16,17 +16,18 @@ use crate::work_dir::{Job, WorkDir, WorkDirError};
 pub(super) struct Kept(WorkDir);
 
 impl Kept {
-    /// `watches` look at the raster, and at the importance raster where there is one.
+    /// The work dir of a job with these parameters, by name. `watches` look at the raster, and at the importance raster
+    /// where there is one.
     pub(super) fn open(
         dir: &Path,
         raster: &Raster,
         importance: Option<&Raster>,
         watches: &[Watch],
-        params: &Params,
+        parameters: Vec<(&'static str, String)>,
     ) -> Result<Kept, Failure> {
         let importance = importance.map(identity).transpose()?.unwrap_or_default();
         let files = watches.iter().map(Watch::files).fold(Files::none(), Files::and);
-        let job = Job { parameters: params.named(), raster: identity(raster)?, importance, files };
+        let job = Job { parameters, raster: identity(raster)?, importance, files };
         Ok(Kept(WorkDir::open(dir, &job)?))
     }
 

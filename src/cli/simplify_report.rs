@@ -4,6 +4,7 @@ use indicatif::BinaryBytes;
 use serde::Serialize;
 
 use super::goal::GoalReport;
+use super::simplify_channels::ChannelReport;
 use crate::field::{Access, Field};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
@@ -33,6 +34,8 @@ pub(super) struct Report {
     relaxed_triangles: u64,
     tile_cells: usize,
     error: ErrorReport,
+    /// Null where there are none.
+    channels: Option<ChannelReport>,
     seconds: Seconds,
     samples_per_second: f64,
     /// The largest resident size of the process so far; null where the system does not tell.
@@ -159,6 +162,7 @@ impl Report {
                 p95: percentile(0.95),
                 p99: percentile(0.99),
             },
+            channels: None,
             samples_per_second: errors.samples as f64 / seconds.total,
             seconds,
             peak_memory_bytes: peak_memory(),
@@ -167,6 +171,11 @@ impl Report {
             points: None,
             plan,
         }
+    }
+
+    /// Of a run with channels.
+    pub(super) fn channels(self, channels: ChannelReport) -> Report {
+        Report { channels: Some(channels), ..self }
     }
 
     /// Of a run with a work dir: how many finished tiles were there at its beginning.
@@ -203,6 +212,7 @@ impl Report {
                 ("errors", format!("RMS {:.4}", e.rms)),
             ]),
         }
+        lines.extend(self.channels.iter().flat_map(ChannelReport::lines));
         if let Some(goal) = &self.goal {
             lines.push(("goal", goal.line(self.vertices, self.triangles)));
         }

@@ -23,6 +23,20 @@ pub(crate) fn max_error(text: &str) -> Result<f64, String> {
     Err("expected a finite number, 0 or above, in the units of the heights".to_string())
 }
 
+/// Different bands, counted from 1.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Bands(pub(crate) Vec<usize>);
+
+/// `BAND,BAND,…`, at least one, none twice.
+pub(crate) fn bands(text: &str) -> Result<Bands, String> {
+    let parse = || {
+        let bands: Vec<usize> = text.split(',').map(|n| n.trim().parse().ok()).collect::<Option<_>>()?;
+        let different = bands.iter().enumerate().all(|(i, band)| *band > 0 && !bands[..i].contains(band));
+        different.then_some(Bands(bands))
+    };
+    parse().ok_or_else(|| "expected bands counted from 1, none of them twice, such as 2,3,4".to_string())
+}
+
 /// A number of vertices or triangles.
 pub(crate) fn count(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| "expected a whole number".to_string())
@@ -30,8 +44,9 @@ pub(crate) fn count(text: &str) -> Result<u64, String> {
 
 /// A share, from 0 to 1.
 pub(crate) fn share(text: &str) -> Result<f64, String> {
-    let share = text.parse().ok().filter(|s| (0.0..=1.0).contains(s));
-    share.ok_or_else(|| "expected a number from 0 to 1".to_string())
+    let share = text.parse::<f64>().ok().filter(|s| (0.0..=1.0).contains(s));
+    // A negative zero is zero.
+    share.map(f64::abs).ok_or_else(|| "expected a number from 0 to 1, such as 0.5".to_string())
 }
 
 /// A standard deviation in cells, above 0 and at most 64: so far the smoothing looks.
@@ -114,6 +129,18 @@ mod tests {
         assert_eq!(window("1, 2,3,4"), Ok(Window { column: 1, row: 2, width: 3, height: 4 }));
         for wrong in ["1,2,3", "1,2,3,0", "1,2,3,4,5", "-1,2,3,4", "18446744073709551615,0,1,1"] {
             assert!(window(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn bands_and_shares() {
+        assert_eq!(bands("2, 3,1"), Ok(Bands(vec![2, 3, 1])));
+        for wrong in ["", "0", "1,0", "1,1", "2-4", "1;2", "-1", "1,"] {
+            assert!(bands(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!((share("0.25"), share("1")), (Ok(0.25), Ok(1.0)));
+        for wrong in ["-0.1", "1.001", "nan", "half", ""] {
+            assert!(share(wrong).is_err(), "{wrong}");
         }
     }
 

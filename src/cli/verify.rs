@@ -1,11 +1,13 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use super::channels::ChannelArgs;
 use super::importance::ImportanceArgs;
 use super::progress::Bars;
 use super::{Failure, GDAL_CACHE, print, values};
-use crate::raster::{Raster, bound_gdal_cache};
-use crate::verify::{Verdict, VerifyOptions, verify};
+use crate::field::ChannelOptions;
+use crate::raster::bound_gdal_cache;
+use crate::verify::{Verdict, VerifyOptions, WeightedOptions, verify, verify_with_channels};
 
 /// Judge a mesh against its raster: vertical errors, coverage, cracks, folds.
 ///
@@ -22,6 +24,8 @@ pub(crate) struct VerifyArgs {
     /// Raster band, from 1
     #[arg(long, value_name = "N", default_value_t = 1)]
     band: usize,
+    #[command(flatten)]
+    channels: ChannelArgs,
     #[command(flatten)]
     importance: ImportanceArgs,
     /// Where temporary files go (about 200 bytes per triangle)
@@ -46,12 +50,18 @@ struct Report<'a> {
 
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     bound_gdal_cache(GDAL_CACHE);
-    let raster = Raster::open(&args.raster, args.band)?;
+    let (raster, channels) = args.channels.open(&args.raster, args.band)?;
     let importance = args.importance.open(&raster)?;
     let options =
         VerifyOptions { max_error: args.max_error, importance: importance.as_ref(), temp_dir: args.temp_dir.clone() };
     let bars = Bars::new(args.quiet);
-    let verdict = verify(&raster, &args.mesh, &options, &bars.control())?;
+    let verdict = match channels {
+        None => verify(&raster, &args.mesh, &options, &bars.control())?,
+        Some(ChannelOptions { bands, emphasis, planar }) => {
+            let weighted = WeightedOptions { bands, emphasis, planar };
+            verify_with_channels(&raster, &args.mesh, &options, &weighted, &bars.control())?
+        }
+    };
     drop(bars);
     if args.json {
         let report = Report { passed: verdict.passes(), failures: verdict.failures(), verdict: &verdict };

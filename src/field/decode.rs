@@ -107,7 +107,7 @@ impl Reader {
 
 /// Windows that together are the raster. Whole blocks of the source as far as [`UNIT_BYTES`] allow; where one row of
 /// blocks is more than that, columns of blocks, or, in strips, as many whole strips as fit and at least one.
-fn units(raster: &Raster) -> Vec<Window> {
+pub(super) fn units(raster: &Raster) -> Vec<Window> {
     let (block_width, block_height) = raster.block_size();
     let most = (UNIT_BYTES / raster.sample_type().bytes()).max(1);
     let fitting = |side: usize, other: usize, whole: usize| {

@@ -49,9 +49,9 @@ pub enum FieldError {
         /// Why not.
         reason: String,
     },
-    /// A sample is marked as having no height.
+    /// A sample is marked as having no height, or no value in a channel.
     #[error(
-        "{}: expected a height everywhere, found a nodata sample ({found}) at column {column}, row {row}; rasters with \
+        "{}: expected a value everywhere, found a nodata sample ({found}) at column {column}, row {row}; rasters with \
          nodata samples are not supported yet: fill them first (gdal_fillnodata) or cut them away (gdal_translate -srcwin)",
         path.display()
     )]
@@ -67,7 +67,7 @@ pub enum FieldError {
     },
     /// A sample is infinite, or beyond ±10³⁰.
     #[error(
-        "{}: expected heights within ±1e30, found {found} at column {column}, row {row}; if it marks missing samples, \
+        "{}: expected values within ±1e30, found {found} at column {column}, row {row}; if it marks missing samples, \
          say so in the raster (gdal_translate -a_nodata)",
         path.display()
     )]

@@ -7,7 +7,8 @@ use crate::exact::MAX_WEIGHT;
 use crate::raster::{Window, with_sample_type};
 
 impl Field {
-    /// Copies a window into `tile` as heights, with weights where the field has them, reusing its memory.
+    /// Copies a window into `tile` as heights, with weights where the field has them, and beside them the channels'
+    /// values, reusing its memory.
     ///
     /// # Errors
     /// [`FieldError::Nodata`], [`FieldError::NotAHeight`], [`FieldError::NotAWeight`], [`FieldError::Inexact`], each
@@ -20,18 +21,23 @@ impl Field {
         assert!(inside, "{window:?} of a field of {} × {}", self.width, self.height);
         tile.width = window.width;
         tile.height = window.height;
-        let Tile { heights, weights, stored, .. } = tile;
+        let Tile { heights, weights, channels, stored, .. } = tile;
         match &self.importance {
             Some(importance) => importance.load_weights(window, stored, padded(weights, window.len()))?,
             None => weights.clear(),
         }
         if self.fits_f32() {
             let heights = heights.as_f32(window.len());
-            with_sample_type!(self.sample_type, T => self.copy::<T, f32>(window, stored, heights))
+            with_sample_type!(self.sample_type, T => self.copy::<T, f32>(window, stored, heights))?;
         } else {
             let heights = heights.as_f64(window.len());
-            with_sample_type!(self.sample_type, T => self.copy::<T, f64>(window, stored, heights))
+            with_sample_type!(self.sample_type, T => self.copy::<T, f64>(window, stored, heights))?;
         }
+        let fields = self.channels.iter().flat_map(|c| &c.fields);
+        channels.resize_with(self.channels().len(), Vec::new);
+        fields.zip(channels).try_for_each(|(field, values)| field.load_values(window, values, stored))?;
+        tile.channel_error = self.channels.as_ref().map(|c| c.error.clone());
+        Ok(())
     }
 
     /// Whether tiles of this field hold their heights in single precision.
@@ -52,7 +58,7 @@ impl Field {
         })
     }
 
-    fn copy<T: Stored, H: Height>(
+    pub(super) fn copy<T: Stored, H: Height>(
         &self,
         window: Window,
         scratch: &mut Vec<u64>,

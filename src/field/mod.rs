@@ -9,8 +9,10 @@
 //! field of its own, read in the same ways, and its numbers become the weights of a [`Tile`].
 //!
 //! Copying out ([`Field::load`]) is the one place that knows stored types, byte order, scale and offset, and which
-//! stored values are no heights, or no weights. Behind it there are only heights and weights.
+//! stored values are no heights, or no weights. Behind it there are only heights and weights, and beside them the values
+//! of channels, which are fields of their own (`channels`).
 
+mod channels;
 mod decode;
 mod error;
 mod in_place;
@@ -23,6 +25,7 @@ mod stored;
 mod tile;
 mod windows;
 
+pub use channels::{ChannelOptions, find_ranges};
 pub use decode::{UNIT_BYTES, decoded_bytes};
 pub use error::FieldError;
 pub use map::exit_on_truncation;

@@ -1,5 +1,6 @@
 use std::path::{Path, PathBuf};
 
+use super::channels::Channels;
 use super::decode::decode;
 use super::in_place::map_in_place;
 use super::source::Source;
@@ -20,6 +21,7 @@ pub struct Field {
     pub(super) geo_transform: GeoTransform,
     pub(super) source: Source,
     pub(super) access: Access,
+    pub(super) channels: Option<Channels>,
     /// Weights of errors, a field of the same size.
     pub(super) importance: Option<Box<Field>>,
 }
@@ -121,6 +123,7 @@ impl Field {
             geo_transform: raster.geo_transform(),
             source,
             access,
+            channels: None,
             importance: None,
         })
     }
@@ -146,7 +149,11 @@ impl Field {
     ///
     /// # Errors
     /// [`FieldError::OtherSize`].
+    ///
+    /// # Panics
+    /// If the field has channels: their error has no weights.
     pub fn with_importance(self, weights: Field) -> Result<Field, FieldError> {
+        assert!(self.channels.is_none(), "weights beside channels");
         let (expected, found) = ((self.width, self.height), (weights.width, weights.height));
         if expected != found {
             return Err(FieldError::OtherSize { path: weights.name, expected, found });
@@ -184,6 +191,7 @@ impl Field {
             geo_transform: GeoTransform::DEFAULT,
             source: Source::Blocks(store),
             access: Access::Memory,
+            channels: None,
             importance: None,
         })
     }
@@ -218,13 +226,13 @@ impl Field {
         self.importance.as_deref()
     }
 
-    /// The bytes of its temporary files, those of its weights among them.
+    /// The bytes of its temporary files, those of its weights and channels among them.
     pub fn decoded_bytes(&self) -> u64 {
-        let own = match self.access {
+        let bytes = |field: &Field| match field.access {
             Access::Decoded { bytes, .. } => bytes,
             Access::InPlace | Access::Windows { .. } | Access::Memory => 0,
         };
-        own + self.importance().map_or(0, Field::decoded_bytes)
+        self.each().chain(self.importance()).map(bytes).sum()
     }
 
     /// What messages call it: the raster's path.

@@ -11,6 +11,8 @@ pub(super) enum Source {
     Blocks(Store),
     /// The raster itself, through GDAL.
     Windows(Windows),
+    /// Nowhere: bytes of 0.
+    Level,
 }
 
 impl Source {
@@ -29,6 +31,12 @@ impl Source {
                     return Err(FieldError::Truncated { path: name.to_path_buf(), expected, found });
                 }
                 store.for_each_run(window, run)
+            }
+            Source::Level => {
+                scratch.clear();
+                scratch.resize(window.width.div_ceil(8), 0);
+                let row_bytes = &bytemuck::cast_slice(scratch)[..window.width];
+                (0..window.height).try_for_each(|row| run(row, 0, row_bytes))
             }
             Source::Windows(windows) => {
                 let bytes = windows.read(window, scratch)?;

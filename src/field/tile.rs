@@ -1,5 +1,9 @@
+use std::sync::Arc;
+
+use crate::channels::ChannelError;
 use crate::exact::{self, MAX_WEIGHT};
 use crate::lattice::Point;
+use crate::mesh::Vertex;
 
 /// The samples of one tile, copied out of the field: what every engine works on.
 ///
@@ -14,6 +18,10 @@ pub struct Tile {
     pub(crate) height: usize,
     /// [`PADDING`] values more than there are samples.
     pub(crate) heights: Heights,
+    /// The values of the channels, each row by row as the heights are, without padding. Empty where there is none.
+    pub(crate) channels: Vec<Vec<f64>>,
+    /// What an error in the channels counts; `None` where there are none.
+    pub(crate) channel_error: Option<Arc<ChannelError>>,
     /// What errors weigh: empty where all weigh 1; else as long as the heights, which are double then.
     pub(crate) weights: Vec<f64>,
     /// Scratch memory for samples as they are stored.
@@ -88,15 +96,28 @@ impl Tile {
             Heights::F32(v) => v.resize(len + PADDING, 0.0),
             Heights::F64(v) => v.resize(len + PADDING, 0.0),
         }
-        Tile { width, height, heights, weights: Vec::new(), stored: Vec::new() }
+        Tile { width, height, heights, ..Tile::default() }
+    }
+
+    /// The same tile with channels, each row by row.
+    ///
+    /// # Panics
+    /// If a channel is not as long as the tile has samples, there are more or fewer than the error is for, or the tile
+    /// has weights.
+    pub fn with_channels(self, channels: Vec<Vec<f64>>, error: ChannelError) -> Tile {
+        assert!(channels.iter().all(|c| c.len() == self.width * self.height), "lengths of channels");
+        assert_eq!(channels.len(), error.scales().len(), "channels of the error");
+        assert!(!self.is_weighted(), "channels beside weights");
+        Tile { channels, channel_error: Some(Arc::new(error)), ..self }
     }
 
     /// The same tile with a weight for the error at every sample, row by row, from 0 to [`MAX_WEIGHT`].
     ///
     /// # Panics
-    /// If `weights` is not `width` × `height` long, or one is out of range.
+    /// If `weights` is not `width` × `height` long, one is out of range, or the tile has channels.
     pub fn with_weights(self, mut weights: Vec<f64>) -> Tile {
         assert_eq!(weights.len(), self.width * self.height, "weights of {} × {} samples", self.width, self.height);
+        assert!(self.channels.is_empty(), "weights beside channels");
         let wrong = weights.iter().find(|w| !(0.0..=MAX_WEIGHT).contains(*w));
         assert!(wrong.is_none(), "a weight of {wrong:?}");
         weights.resize(weights.len() + PADDING, 0.0);
@@ -128,6 +149,23 @@ impl Tile {
         }
     }
 
+    /// The value of a channel at one sample.
+    #[inline]
+    pub fn channel_at(&self, channel: usize, column: usize, row: usize) -> f64 {
+        debug_assert!(column < self.width && row < self.height, "sample {column}, {row}");
+        self.channels[channel][row * self.width + column]
+    }
+
+    /// The value of a channel at a vertex.
+    ///
+    /// # Panics
+    /// If the vertex does not lie on a sample of the tile.
+    pub fn channel_at_vertex(&self, channel: usize, vertex: Vertex) -> f64 {
+        let sample = vertex.at.sample().filter(|&(column, row)| column < self.width && row < self.height);
+        let (column, row) = sample.unwrap_or_else(|| panic!("{vertex:?} of a tile with channels lies on no sample"));
+        self.channel_at(channel, column, row)
+    }
+
     /// Whether errors weigh differently from sample to sample.
     pub fn is_weighted(&self) -> bool {
         !self.weights.is_empty()
@@ -147,7 +185,7 @@ impl Tile {
         if self.weights.is_empty() { tolerance } else { exact::limit(self.weight(column, row), tolerance) }
     }
 
-    /// A checksum of the heights and weights, bit for bit: equal tiles have equal ones on every machine of one byte
+    /// A checksum of heights, weights and channels, bit for bit: equal tiles have equal ones on every machine of one byte
     /// order.
     pub fn checksum(&self) -> u32 {
         let len = self.width * self.height;
@@ -156,6 +194,7 @@ impl Tile {
             Heights::F32(v) => hasher.update(bytemuck::cast_slice(&v[..len])),
             Heights::F64(v) => hasher.update(bytemuck::cast_slice(&v[..len])),
         }
+        self.channels.iter().for_each(|values| hasher.update(bytemuck::cast_slice(values)));
         if self.is_weighted() {
             hasher.update(bytemuck::cast_slice(&self.weights[..len]));
         }

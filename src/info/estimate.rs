@@ -28,6 +28,27 @@ pub struct Estimate {
     pub samples_per_triangle: f64,
 }
 
+/// What a channel adds to either, for half a vertex per triangle: 8 bytes in a chunk, up to 8 in the output.
+const CHANNEL_BYTES_PER_TRIANGLE: f64 = 4.0;
+
+impl Estimate {
+    /// The same run with these bands as channels; without the heights, if the raster is a planar image.
+    pub fn with_channels(self, channels: &[Raster], planar: bool) -> Estimate {
+        let field_bytes = if planar { 0 } else { self.field_bytes };
+        channels.iter().fold(Estimate { field_bytes, ..self }, |sum, band| {
+            let of_band = estimate(band, None, self.samples_per_triangle);
+            let triangles = band.width() as f64 * band.height() as f64 / self.samples_per_triangle;
+            let values = (triangles * CHANNEL_BYTES_PER_TRIANGLE) as u64;
+            Estimate {
+                field_bytes: sum.field_bytes + of_band.field_bytes,
+                spool_bytes: sum.spool_bytes + values,
+                output_bytes: sum.output_bytes + values,
+                ..sum
+            }
+        })
+    }
+}
+
 /// Estimates a run over a raster, and its importance raster where it has one, that will have so many samples per triangle.
 pub fn estimate(raster: &Raster, importance: Option<&Raster>, samples_per_triangle: f64) -> Estimate {
     let samples = raster.width() as f64 * raster.height() as f64;

@@ -99,6 +99,27 @@ impl PlyFile {
         self.coordinates.map(|p| self.header.elements[self.vertices].properties[p].value)
     }
 
+    /// What vertices have beside x, y and z: names and types of single values, in the file's order. Lists are left out.
+    pub fn attributes(&self) -> impl Iterator<Item = (&str, ScalarType)> {
+        let properties = self.header.elements[self.vertices].properties.iter().enumerate();
+        let further = properties.filter(|(place, p)| p.length.is_none() && !self.coordinates.contains(place));
+        further.map(|(_, p)| (p.name.as_str(), p.value))
+    }
+
+    /// Makes sure that vertices have attributes of these names.
+    ///
+    /// # Errors
+    /// [`PlyError::Missing`] names the first that is not there.
+    pub fn must_have(&self, attributes: &[&str]) -> Result<(), PlyError> {
+        match attributes.iter().find(|name| !self.attributes().any(|(n, _)| n == **name)) {
+            None => Ok(()),
+            Some(name) => Err(PlyError::Missing {
+                path: self.path.clone(),
+                expected: format!("property {name} of element vertex"),
+            }),
+        }
+    }
+
     /// Hands every vertex to `visit`: its index and x, y, z, which may be anything a double can be. Stops at the first
     /// error, the visitor's own included.
     ///
@@ -108,22 +129,37 @@ impl PlyFile {
         &mut self,
         mut visit: impl FnMut(u64, [f64; 3]) -> Result<(), E>,
     ) -> Result<(), E> {
+        self.for_each_vertex_with(&[], |index, vertex, _| visit(index, vertex))
+    }
+
+    /// Hands every vertex to `visit`: its index, x, y, z, and the attributes of these names, in their order.
+    ///
+    /// # Errors
+    /// [`PlyError`], [`PlyError::Missing`] among them, or what `visit` returns.
+    pub fn for_each_vertex_with<E: From<PlyError>>(
+        &mut self,
+        attributes: &[&str],
+        mut visit: impl FnMut(u64, [f64; 3], &[f64]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.must_have(attributes)?;
         let mut values = self.seek_to(self.vertices)?;
         let element = &self.header.elements[self.vertices];
+        // Places in `vertex`: the coordinates, then the attributes.
         let mut roles = vec![None; element.properties.len()];
-        self.coordinates.iter().enumerate().for_each(|(axis, &p)| roles[p] = Some(axis));
+        let asked = attributes.iter().filter_map(|name| element.position(name));
+        self.coordinates.iter().copied().chain(asked).enumerate().for_each(|(role, p)| roles[p] = Some(role));
+        let mut vertex = vec![0.0; 3 + attributes.len()];
         for index in 0..element.count {
-            let mut vertex = [0.0; 3];
             for (property, role) in element.properties.iter().zip(&roles) {
                 match role {
                     None => self.skip(&mut values, element, index, property)?,
-                    Some(axis) => {
+                    Some(role) => {
                         let read = values.real(property.value);
-                        vertex[*axis] = read.map_err(|e| self.value_error(e, element, index, property))?;
+                        vertex[*role] = read.map_err(|e| self.value_error(e, element, index, property))?;
                     }
                 }
             }
-            visit(index, vertex)?;
+            visit(index, [vertex[0], vertex[1], vertex[2]], &vertex[3..])?;
         }
         Ok(())
     }

@@ -8,29 +8,32 @@ use crate::control::{Cancelled, Control};
 use crate::ply::PlyFile;
 use crate::raster::{GeoTransform, Window};
 
-/// A corner: column and row of the raster (whole numbers at samples), and height.
+/// A corner: column and row of the raster (whole numbers at samples), height, and the colour, black if not asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Corner {
     pub(super) column: f64,
     pub(super) row: f64,
     pub(super) height: f64,
+    pub(super) colour: [u8; 3],
 }
 
 /// A triangle, in the file's order.
 pub(super) type Triangle = [Corner; 3];
 
-/// Calls `visit` for every triangle whose bounds touch the window, in the file's order.
+/// Calls `visit` for every triangle whose bounds touch the window, in the file's order; `colours` names the attributes
+/// that are its corners' colours, as red, green and blue from 0 to 255, or nothing.
 ///
-/// Vertices go through a temporary file of 24 bytes each and come back by blocks, of which [`BLOCKS`] are kept: faces
+/// Vertices go through a temporary file of 32 bytes each and come back by blocks, of which [`BLOCKS`] are kept: faces
 /// near each other in the file mostly name vertices near each other.
 pub(super) fn for_each_triangle(
     mesh: &mut PlyFile,
+    colours: &[&str],
     transform: &GeoTransform,
     window: Window,
     control: &Control,
     mut visit: impl FnMut(&Triangle),
 ) -> Result<u64, PreviewError> {
-    let mut vertices = Vertices::spool(mesh, transform, control)?;
+    let mut vertices = Vertices::spool(mesh, colours, transform, control)?;
     let path = mesh.path().to_path_buf();
     let io = |source| PreviewError::io(&path, "its vertices cannot be read back from the temporary file", source);
     let mut seen = 0;
@@ -64,20 +67,20 @@ fn touches(triangle: &Triangle, window: Window) -> bool {
 
 /// From map coordinates to column and row. Vertices written by terrabite lie on quarter cells, which are found
 /// exactly; those of other meshes are where they are.
-fn place(transform: &GeoTransform, [x, y, height]: [f64; 3]) -> Corner {
+fn place(transform: &GeoTransform, [x, y, height]: [f64; 3], colour: [u8; 3]) -> Corner {
     if let Some((lx, ly)) = transform.lattice(x, y) {
-        return Corner { column: lx as f64 / 4.0, row: ly as f64 / 4.0, height };
+        return Corner { column: lx as f64 / 4.0, row: ly as f64 / 4.0, height, colour };
     }
     let [x0, xp, xl, y0, yp, yl] = transform.coefficients();
     let (dx, dy, det) = (x - x0, y - y0, transform.determinant());
-    Corner { column: (dx * yl - dy * xl) / det - 0.5, row: (dy * xp - dx * yp) / det - 0.5, height }
+    Corner { column: (dx * yl - dy * xl) / det - 0.5, row: (dy * xp - dx * yp) / det - 0.5, height, colour }
 }
 
 /// Bytes of a corner in the temporary file.
-const RECORD: usize = 24;
+const RECORD: usize = 32;
 /// Corners in one block.
 const PER_BLOCK: usize = 1024;
-/// Blocks kept: 24 MiB.
+/// Blocks kept: 32 MiB.
 const BLOCKS: usize = 1024;
 
 struct Vertices {
@@ -88,14 +91,22 @@ struct Vertices {
 }
 
 impl Vertices {
-    fn spool(mesh: &mut PlyFile, transform: &GeoTransform, control: &Control) -> Result<Vertices, PreviewError> {
+    fn spool(
+        mesh: &mut PlyFile,
+        colours: &[&str],
+        transform: &GeoTransform,
+        control: &Control,
+    ) -> Result<Vertices, PreviewError> {
         let path = mesh.path().to_path_buf();
         let io = |source| PreviewError::io(&path, "its vertices cannot be put into a temporary file", source);
         let mut out = BufWriter::with_capacity(1 << 18, tempfile::tempfile().map_err(io)?);
-        mesh.for_each_vertex(|index, xyz| {
+        mesh.for_each_vertex_with(colours, |index, xyz, attributes| {
             check(control, index)?;
-            let Corner { column, row, height } = place(transform, xyz);
+            let mut colour = [0; 3];
+            colour.iter_mut().zip(attributes).for_each(|(c, v)| *c = v.round().clamp(0.0, 255.0) as u8);
+            let Corner { column, row, height, colour } = place(transform, xyz, colour);
             let mut record = [0; RECORD];
+            record[24..27].copy_from_slice(&colour);
             for (bytes, value) in record.chunks_exact_mut(8).zip([column, row, height]) {
                 bytes.copy_from_slice(&value.to_ne_bytes());
             }
@@ -126,7 +137,12 @@ impl Vertices {
         self.file.seek(SeekFrom::Start(first * RECORD as u64))?;
         self.file.read_exact(&mut bytes)?;
         let value = |b: &[u8]| f64::from_ne_bytes(b.try_into().expect("eight bytes"));
-        let corner = |r: &[u8]| Corner { column: value(&r[..8]), row: value(&r[8..16]), height: value(&r[16..]) };
+        let corner = |r: &[u8]| Corner {
+            column: value(&r[..8]),
+            row: value(&r[8..16]),
+            height: value(&r[16..24]),
+            colour: [r[24], r[25], r[26]],
+        };
         Ok(bytes.chunks_exact(RECORD).map(corner).collect())
     }
 }

@@ -1,4 +1,5 @@
-//! Pictures of a mesh above its raster: shaded triangles, their edges, and how far the surface is from the samples.
+//! Pictures of a mesh above its raster: shaded triangles, their edges or colours, and how far the surface is from the
+//! samples.
 //!
 //! In come a raster, a mesh in PLY and a window; out goes a PNG in the raster's own orientation, row 0 at the top.
 //! The mesh is read in two passes, vertices into a temporary file and then faces, each drawn at once and forgotten:
@@ -10,6 +11,7 @@ mod colours;
 mod deviation;
 mod edges;
 mod error;
+mod gouraud;
 mod legend;
 mod mesh;
 mod options;

@@ -12,6 +12,8 @@ pub enum Mode {
     Error,
     /// The raster, shaded, to the left; the triangles and their edges to the right.
     SideBySide,
+    /// The colours of the vertices, blended across the triangles; for meshes with red, green and blue.
+    Colour,
 }
 
 /// What is drawn of it, and how.

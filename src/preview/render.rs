@@ -2,6 +2,7 @@ use std::path::Path;
 
 use super::deviation::Deviation;
 use super::edges::Edges;
+use super::gouraud::{COLOURS, Gouraud};
 use super::legend::{captioned, with_scale};
 use super::mesh::for_each_triangle;
 use super::relief::{Light, Shading, shaded_samples};
@@ -30,11 +31,12 @@ pub struct PreviewReport {
 
 /// Draws a mesh above its raster and writes a PNG.
 ///
-/// The mesh is read twice from end to end. It needs a temporary file of 24 bytes per vertex, and memory for the
+/// The mesh is read twice from end to end. It needs a temporary file of 32 bytes per vertex, and memory for the
 /// picture and, where samples are shown, for 4096² samples at most.
 ///
 /// # Errors
-/// [`PreviewError`]; then nothing new is left at `out` or beside it.
+/// [`PreviewError`], also for [`Mode::Colour`] if the mesh has no colours; then nothing new is left at `out` or beside
+/// it.
 pub fn preview(
     raster: &Path,
     mesh: &Path,
@@ -59,6 +61,7 @@ pub fn preview(
         Mode::Wireframe => job.shaded(true)?,
         Mode::Error => job.errors()?,
         Mode::SideBySide => job.side_by_side()?,
+        Mode::Colour => job.coloured()?,
     };
     control.cancel.check()?;
     canvas.save(staged)?;
@@ -107,10 +110,11 @@ impl Job<'_> {
         let mut shading = Shading::new(self.view);
         let mut edges = if with_edges { Edges::new(self.view) } else { None };
         let transform = self.raster.geo_transform();
-        let triangles = for_each_triangle(&mut self.mesh, &transform, self.view.window, self.control, |triangle| {
-            shading.draw(triangle, &self.light);
-            edges.iter_mut().for_each(|e| e.draw(triangle));
-        })?;
+        let triangles =
+            for_each_triangle(&mut self.mesh, &[], &transform, self.view.window, self.control, |triangle| {
+                shading.draw(triangle, &self.light);
+                edges.iter_mut().for_each(|e| e.draw(triangle));
+            })?;
         let mut canvas = shading.finish();
         if let Some(edges) = edges {
             edges.finish(triangles, &mut canvas);
@@ -118,13 +122,23 @@ impl Job<'_> {
         Ok((canvas, triangles, None))
     }
 
+    fn coloured(&mut self) -> Result<Drawn, PreviewError> {
+        let mut gouraud = Gouraud::new(self.view);
+        let (transform, window) = (self.raster.geo_transform(), self.view.window);
+        let triangles = for_each_triangle(&mut self.mesh, &COLOURS, &transform, window, self.control, |triangle| {
+            gouraud.draw(triangle);
+        })?;
+        Ok((gouraud.finish(), triangles, None))
+    }
+
     fn errors(&mut self) -> Result<Drawn, PreviewError> {
         let samples = Samples::read(&self.raster, &self.view, self.control)?;
         let mut deviation = Deviation::new(self.view, samples);
         let transform = self.raster.geo_transform();
-        let triangles = for_each_triangle(&mut self.mesh, &transform, self.view.window, self.control, |triangle| {
-            deviation.draw(triangle);
-        })?;
+        let triangles =
+            for_each_triangle(&mut self.mesh, &[], &transform, self.view.window, self.control, |triangle| {
+                deviation.draw(triangle);
+            })?;
         let tolerance = self.options.max_error;
         let summary = deviation.summary(tolerance);
         let end = [tolerance.unwrap_or(0.0), summary.largest].into_iter().find(|e| *e > 1e-9).unwrap_or(1.0);

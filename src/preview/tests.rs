@@ -218,3 +218,26 @@ fn numbers_have_four_digits() {
     let found = [0.0, 1.0, 0.5, 27.727_468, 12_345.6, 0.001_234_56, 1e-7, 1234.0].map(super::legend::number);
     assert_eq!(found, ["0", "1", "0.5", "27.73", "12346", "0.001235", "1.000e-7", "1234"]);
 }
+
+#[test]
+fn colours_are_blended_between_vertices() {
+    let scene = Scene::new(TerrainOptions::default());
+    let mesh = scene.path("colours.ply");
+    // The whole raster in two triangles: black to the left, red to the right.
+    let (left, right, top, bottom) = (300_005.0, 301_605.0, 5_399_995.0, 5_398_795.0);
+    let corners = [(left, top, 0), (left, bottom, 0), (right, bottom, 255), (right, top, 255)];
+    let vertices: String = corners.iter().map(|(x, y, red)| format!("{x} {y} 0 {red} 0 7\n")).collect();
+    let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n\
+        property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 2\n\
+        property list uchar uint vertex_indices\nend_header\n";
+    std::fs::write(&mesh, format!("{header}{vertices}3 0 1 2\n3 0 2 3\n")).expect("a mesh");
+    let options = PreviewOptions { mode: Mode::Colour, size: (160, 120), ..PreviewOptions::default() };
+    scene.draw(&mesh, "colours.png", &options).expect("a picture");
+    let (width, _, found) = pixels(&scene.path("colours.png"));
+    for (x, red) in [(0, 1), (80, 128), (159, 254)] {
+        assert_eq!(found[60 * width + x], [red, 0, 7], "column {x}");
+    }
+    let plain = scene.mesh("plain.ply", grid(8));
+    let refused = scene.draw(&plain, "none.png", &options).expect_err("no colours");
+    assert!(refused.to_string().contains("property red"), "{refused}");
+}

@@ -4,6 +4,7 @@
 //! stored ([`Raster::read_native`]) or as heights ([`Raster::read_heights`]); and the samples nearest to the points of a
 //! vector layer ([`read_points`]). Nothing here knows of tiles or meshes.
 
+mod channels;
 mod error;
 mod files;
 mod geo_transform;
@@ -14,6 +15,7 @@ mod plain;
 mod points;
 mod sample_type;
 
+pub use channels::channels;
 pub use error::RasterError;
 pub use files::{Files, Watch};
 pub use geo_transform::GeoTransform;

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use gdal::raster::RasterBand;
+use gdal::raster::{ColorInterpretation, RasterBand};
 use gdal::spatial_ref::SpatialRef;
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
@@ -142,6 +142,27 @@ impl Raster {
     /// The band, counted from 1.
     pub fn band(&self) -> usize {
         self.band
+    }
+
+    /// How many bands the raster has.
+    pub fn band_count(&self) -> usize {
+        self.dataset.raster_count()
+    }
+
+    /// The colour that the band is said to hold: red, green, blue or alpha.
+    pub fn colour(&self) -> Option<&'static str> {
+        match self.rasterband().ok()?.color_interpretation() {
+            ColorInterpretation::RedBand => Some("red"),
+            ColorInterpretation::GreenBand => Some("green"),
+            ColorInterpretation::BlueBand => Some("blue"),
+            ColorInterpretation::AlphaBand => Some("alpha"),
+            _ => None,
+        }
+    }
+
+    /// What the band is said to hold, in words; empty where nothing is said.
+    pub fn description(&self) -> String {
+        self.rasterband().ok().and_then(|b| b.description().ok()).unwrap_or_default()
     }
 
     /// Samples across (columns).

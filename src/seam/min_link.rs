@@ -1,6 +1,7 @@
 use std::cmp::Ordering;
 
 use super::limits::{Allowed, Capped, Limits};
+use super::weighted::{WeightedLine, WeightedSection};
 use crate::control::{CancelToken, Cancelled};
 use crate::exact;
 
@@ -52,12 +53,46 @@ impl MinLink {
         forced: &[usize],
         cancel: &CancelToken,
     ) -> Result<Vec<usize>, Cancelled> {
+        self.path_over(heights, limits.into(), None, forced, cancel)
+    }
+
+    /// As [`MinLink::path`], but a link is feasible only if the weighted error, too, is within its limit
+    /// ([`ChannelError::limit`]) at every sample between; the sum that decides among equally short paths is that of the
+    /// squares of weighted errors.
+    ///
+    /// Cost: each link within the tolerance is tested sample by sample, O(n·L²) at the worst.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    ///
+    /// # Panics
+    /// As [`MinLink::path`].
+    ///
+    /// [`ChannelError::limit`]: crate::channels::ChannelError::limit
+    pub fn path_weighted(
+        &mut self,
+        heights: &[f64],
+        line: WeightedLine<'_>,
+        tolerance: f64,
+        forced: &[usize],
+        cancel: &CancelToken,
+    ) -> Result<Vec<usize>, Cancelled> {
+        self.path_over(heights, Limits::Same(tolerance), Some(line), forced, cancel)
+    }
+
+    fn path_over(
+        &mut self,
+        heights: &[f64],
+        limits: Limits<'_>,
+        channels: Option<WeightedLine<'_>>,
+        forced: &[usize],
+        cancel: &CancelToken,
+    ) -> Result<Vec<usize>, Cancelled> {
         assert!(heights.len() >= 2, "a line of {} samples", heights.len());
         let mut stops: Vec<usize> = forced.iter().copied().chain([0, heights.len() - 1]).collect();
         stops.sort_unstable();
         stops.dedup();
         assert!(stops[stops.len() - 1] < heights.len(), "forced vertices {forced:?} of {} samples", heights.len());
-        let limits = limits.into();
         if let Limits::Each(each) = limits {
             assert_eq!(each.len(), heights.len(), "limits of a line");
         }
@@ -66,11 +101,16 @@ impl MinLink {
             let range = section[0]..=section[1];
             let heights = &heights[range.clone()];
             let highest = heights.iter().fold(0.0f64, |m, z| m.max(z.abs()));
-            match limits {
-                Limits::Same(tolerance) => self.find_ways(heights, highest, tolerance, cancel)?,
-                Limits::Each(limits) => {
+            match (limits, channels) {
+                (Limits::Same(tolerance), None) => self.find_ways(heights, None, highest, tolerance, cancel)?,
+                (Limits::Same(tolerance), Some(line)) => {
+                    let weighted = WeightedSection::new(line, heights, section[0], tolerance);
+                    self.find_ways(heights, Some(&weighted), highest, tolerance, cancel)?;
+                }
+                (Limits::Each(limits), channels) => {
+                    assert!(channels.is_none(), "channels of a line with a limit for each sample");
                     let capped = Capped::new(&limits[range], highest);
-                    self.find_ways(heights, highest, capped, cancel)?;
+                    self.find_ways(heights, None, highest, capped, cancel)?;
                 }
             }
             let end = section[1] - section[0];
@@ -88,6 +128,7 @@ impl MinLink {
     fn find_ways(
         &mut self,
         heights: &[f64],
+        weighted: Option<&WeightedSection<'_>>,
         highest: f64,
         allowed: impl Allowed,
         cancel: &CancelToken,
@@ -115,16 +156,24 @@ impl MinLink {
                 }
                 let line = Line { heights, allowed, to, doubt, inverses: &self.inverses };
                 let rest = self.ways[to].squares;
-                line.for_each_feasible(|from| {
+                let lowest = weighted.map_or(0, |w| w.lowest(to));
+                line.for_each_feasible(lowest, |from| {
                     let way = &mut self.ways[from];
                     if way.links < links {
                         return;
                     }
+                    let squares = match weighted {
+                        None => self.sums.squares(heights, from, to),
+                        Some(weighted) => match weighted.squares(from, to) {
+                            None => return,
+                            Some(squares) => squares,
+                        },
+                    };
                     if way.links > links {
                         way.links = links;
                         self.next_layer.push(from);
                     }
-                    let squares = self.sums.squares(heights, from, to) + rest;
+                    let squares = squares + rest;
                     if squares < way.squares {
                         (way.squares, way.next) = (squares, to);
                     }
@@ -155,17 +204,17 @@ struct Bound {
 }
 
 impl<A: Allowed> Line<'_, A> {
-    /// Calls `visit` with every `from` for which the link to this sample is feasible, descending.
+    /// Calls `visit` with every `from` for which the link to this sample is feasible, descending, down to `lowest`.
     ///
     /// The slopes of lines that pass sample k within its limit are an interval; the link from `from` is feasible if
     /// its slope lies in the intersection of the intervals of all samples between. The two samples that bound the
     /// intersection are kept, so that a near tie is settled exactly against them alone. Slopes are rises per cell of
     /// distance, seen from this sample.
-    fn for_each_feasible(&self, mut visit: impl FnMut(usize)) {
+    fn for_each_feasible(&self, lowest: usize, mut visit: impl FnMut(usize)) {
         let mut low = Bound { slope: f64::NEG_INFINITY, sample: self.to };
         let mut high = Bound { slope: f64::INFINITY, sample: self.to };
-        let before = self.heights[..self.to].iter().enumerate().rev().zip(&self.inverses[1..]);
-        for ((from, &height), &inverse) in before {
+        let before = (lowest..self.to).rev().zip(self.heights[lowest..self.to].iter().rev());
+        for ((from, &height), &inverse) in before.zip(&self.inverses[1..]) {
             let rise = height - self.heights[self.to];
             let slope = rise * inverse;
             let above = self.clears(slope - low.slope, || self.compare(from, 0, low.sample, -1));

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use super::{Level, Limits, MinLink, levels};
+use super::{Level, Limits, MinLink, WeightedLine, levels};
 use crate::control::{CancelToken, Cancelled};
 use crate::field::Tile;
 use crate::lattice::Point;
@@ -64,11 +64,14 @@ impl Rim {
     /// tile lies at the raster's right and lower rim.
     ///
     /// Every vertex keeps the height of its sample; every link is within `tolerance` at the samples it passes, where the
-    /// tile has weights within [`Tile::limit`].
+    /// tile has weights within [`Tile::limit`], and where it has channels its weighted error is within
+    /// [`ChannelError::limit`].
     ///
     /// `points` are samples that must be vertices, as column and row of the tile, each once, by rows, then by columns.
     /// Those on a side become vertices of the side, so neighbours agree where both are given the points of their
     /// windows; corners are vertices anyway; the others become the domain's points.
+    ///
+    /// [`ChannelError::limit`]: crate::channels::ChannelError::limit
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -86,17 +89,24 @@ impl Rim {
         let (right, bottom) = (tile.width() - 1, tile.height() - 1);
         let mut line = Vec::with_capacity(tile.width().max(tile.height()));
         let mut limits = Vec::new();
+        let mut channels = vec![Vec::new(); tile.channels.len()];
         let mut side = |len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
             line.clear();
             line.extend((0..len).map(|i| tile.at(place(i).0, place(i).1)));
-            let limits = if tile.is_weighted() {
+            let path = if let Some(error) = &tile.channel_error {
+                for (channel, values) in channels.iter_mut().enumerate() {
+                    values.clear();
+                    values.extend((0..len).map(|i| tile.channel_at(channel, place(i).0, place(i).1)));
+                }
+                let channels = WeightedLine { error, channels: &channels };
+                min_link.path_weighted(&line, channels, tolerance, forced, cancel)?
+            } else if tile.is_weighted() {
                 limits.clear();
                 limits.extend((0..len).map(|i| tile.limit(place(i).0, place(i).1, tolerance)));
-                Limits::Each(&limits)
+                min_link.path(&line, Limits::Each(&limits), forced, cancel)?
             } else {
-                Limits::Same(tolerance)
+                min_link.path(&line, Limits::Same(tolerance), forced, cancel)?
             };
-            let path = min_link.path(&line, limits, forced, cancel)?;
             Ok::<Vec<Vertex>, Cancelled>(path[1..path.len() - 1].iter().map(|&i| vertex(tile, place(i))).collect())
         };
         let forced = Forced::new(points, right, bottom);

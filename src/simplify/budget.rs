@@ -22,6 +22,9 @@ const BYTES_PER_POINT: u64 = 8;
 /// What one thread needs for a point of its tile: twice its place, in lists that grow by doubling, and its vertex.
 const TILE_BYTES_PER_POINT: u64 = 80;
 
+/// What a channel adds to that: samples 8, the vertices' values in the chunk, as it grows, 16, and encoded 8.
+const BYTES_PER_CHANNEL_SAMPLE: u64 = 32;
+
 /// Mapped pages of one window, see `field::store`; in units of the decoder, one unit and one block.
 const PER_THREAD: u64 = 9 << 20;
 
@@ -39,6 +42,8 @@ pub struct Load<'a> {
     pub raster: &'a Raster,
     /// The weights, where there are any.
     pub importance: Option<&'a Raster>,
+    /// The bands that are channels.
+    pub channels: &'a [Raster],
     /// The tiles.
     pub grid: TileGrid,
     /// What triangulates them.
@@ -52,7 +57,8 @@ pub struct Load<'a> {
 impl<'a> Load<'a> {
     /// A raster and nothing else, by the engine that is the default.
     pub fn of(raster: &'a Raster, grid: TileGrid) -> Load<'a> {
-        Load { raster, importance: None, grid, engine: EngineChoice::default(), quality: Quality::default(), points: 0 }
+        let (engine, quality) = (EngineChoice::default(), Quality::default());
+        Load { raster, importance: None, channels: &[], grid, engine, quality, points: 0 }
     }
 }
 
@@ -95,10 +101,12 @@ impl Plan {
     /// # Errors
     /// [`BudgetTooSmall`].
     pub fn new(budget_bytes: u64, load: &Load<'_>, threads: usize) -> Result<Plan, BudgetTooSmall> {
-        let Load { raster, importance, grid, engine, quality, points } = *load;
-        let blocks = block_bytes(raster) + importance.map_or(0, block_bytes);
+        let Load { raster, importance, channels, grid, engine, quality, points } = *load;
+        // Blocks of bands that are interleaved are decoded together.
+        let blocks = block_bytes(raster) + importance.into_iter().chain(channels).map(block_bytes).sum::<u64>();
         let weights = if importance.is_some() { BYTES_PER_WEIGHT } else { 0 };
-        let per_sample = engine.bytes_per_sample() + quality.bytes_per_sample() + weights;
+        let channels = channels.len() as u64 * BYTES_PER_CHANNEL_SAMPLE;
+        let per_sample = engine.bytes_per_sample() + quality.bytes_per_sample() + weights + channels;
         let cache_bytes = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
         let base = BASE + points as u64 * BYTES_PER_POINT;
         let fixed = base + cache_bytes;

@@ -40,6 +40,14 @@ impl EngineChoice {
         }
     }
 
+    /// [`Engine::KEEPS_CHANNELS`].
+    pub fn keeps_channels(&self) -> bool {
+        match self {
+            EngineChoice::GreedyCuts(_) => GreedyCuts::KEEPS_CHANNELS,
+            EngineChoice::GreedyInsertion(_) => GreedyInsertion::KEEPS_CHANNELS,
+        }
+    }
+
     /// What of this decides the bytes of a tile, as text.
     pub(super) fn named(&self) -> String {
         match self {

@@ -41,6 +41,21 @@ pub enum Error {
     /// The tolerance is no usable number.
     #[error("expected a tolerance that is finite and at least 0, found {0}")]
     Tolerance(f64),
+    /// The engine does not keep errors in channels.
+    #[error("expected an engine that keeps the error in channels, found {engine}")]
+    Channels {
+        /// The engine.
+        engine: &'static str,
+    },
+    /// There are channels, and a budget or a root mean square to end at.
+    #[error("expected channels with a tolerance alone, found a budget or a root mean square beside them")]
+    GoalWithChannels,
+    /// There are channels, and a mesh is to be polished, which keeps heights alone.
+    #[error("expected no polishing, to keep the error in channels, found quality {quality}")]
+    PolishWithChannels {
+        /// The quality.
+        quality: &'static str,
+    },
     /// There are points, but the engine cannot make vertices of them.
     #[error("expected an engine that can make vertices of points, found {engine}")]
     NoPreinsertion {

@@ -1,10 +1,11 @@
 use super::{Error, Outcome, TileTimes};
+use crate::channels::Channel;
 use crate::control::{Control, Stage};
 use crate::faults::{self, Point};
 use crate::lattice::STEPS;
 use crate::measure::ErrorStats;
 use crate::raster::GeoTransform;
-use crate::sink::Sink;
+use crate::sink::{Contents, Sink};
 use crate::spool::{Chunk, Ids, Spool};
 use crate::tiling::TileGrid;
 
@@ -14,6 +15,7 @@ pub struct Mesh {
     pub(super) spool: Spool,
     pub(super) grid: TileGrid,
     pub(super) geo_transform: GeoTransform,
+    pub(super) channels: Vec<Channel>,
     pub(super) max_error: f64,
     pub(super) error_scale: f64,
     pub(super) outcome: Option<Outcome>,
@@ -39,6 +41,11 @@ impl Mesh {
     /// How the field was cut.
     pub fn grid(&self) -> TileGrid {
         self.grid
+    }
+
+    /// What its vertices have beside a height: [`Chunk::attributes`], in this order.
+    pub fn channels(&self) -> &[Channel] {
+        &self.channels
     }
 
     /// The tolerance it keeps; infinite where a goal left it open.
@@ -82,7 +89,7 @@ impl Mesh {
         })
     }
 
-    /// Hands the mesh to a sink: counts, vertices on the map, triangles; then asks it to finish.
+    /// Hands the mesh to a sink: contents, vertices on the map, triangles; then asks it to finish.
     ///
     /// Three passes over the chunks' counts, their vertices and their triangles; memory: two rows of counts, one chunk.
     ///
@@ -105,7 +112,8 @@ impl Mesh {
         let steps = 2 * self.grid.len() as u64;
         control.progress.begin(Stage::Write, steps, 0);
         let mut summary = self.count()?;
-        sink.begin(summary.vertices, summary.triangles)?;
+        let (vertices, triangles) = (summary.vertices, summary.triangles);
+        sink.begin(&Contents { vertices, triangles, attributes: &self.channels })?;
         self.write_vertices(sink.as_mut(), &mut summary, control)?;
         self.write_triangles(sink.as_mut(), control)?;
         may_finish()?;
@@ -138,7 +146,8 @@ impl Mesh {
                 let (x, y) = self.geo_transform.apply(column + i64::from(v.at.x), row + i64::from(v.at.y));
                 [x, y, v.height]
             }));
-            sink.vertices(&placed)?;
+            let attributes: Vec<&[f64]> = chunk.attributes.iter().map(|a| a.values.as_slice()).collect();
+            sink.vertices(&placed, &attributes)?;
             faults::reach(Point::Vertices);
             summary.relaxed += chunk.relaxed;
             summary.errors.add(&chunk.errors);

@@ -22,7 +22,7 @@ pub use engine::{EngineChoice, Quality};
 pub use error::Error;
 pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
 pub use mesh::{Mesh, Summary};
-pub use probe::probe_density;
+pub use probe::{probe_density, probe_field};
 pub use tiles::{TileTimes, grid, triangulate, triangulate_into};
 
 use std::path::PathBuf;
@@ -31,6 +31,8 @@ use std::sync::Arc;
 use crate::raster::{PointSet, exact};
 use crate::triangulate::Feasibility;
 
+#[cfg(test)]
+mod channel_tests;
 #[cfg(test)]
 mod importance_tests;
 #[cfg(test)]
@@ -49,7 +51,7 @@ pub struct Params {
     /// What triangulates the tiles.
     pub engine: EngineChoice,
     /// How much work goes into fewer triangles once the engine is done. Without a goal only: a mesh that ends at a budget or
-    /// a root mean square would not keep to it.
+    /// a root mean square would not keep to it. Nor with channels ([`Params::takes_channels`]).
     pub quality: Quality,
     /// What ends the refinement beside the tolerance. Only for engines that refine ([`Params::takes_goal`]).
     pub goal: Goal,
@@ -85,6 +87,23 @@ impl Params {
     /// [`Error::NoPreinsertion`].
     pub fn takes_points(&self) -> Result<(), Error> {
         if self.engine.preinserts() { Ok(()) } else { Err(Error::NoPreinsertion { engine: self.engine.name() }) }
+    }
+
+    /// Makes sure that the engine keeps the weighted error of fields with channels, and that nothing stands beside it that
+    /// is about heights alone: goals, because insertions of a whole raster are ordered by the vertical error, and
+    /// polishing.
+    ///
+    /// # Errors
+    /// [`Error::Channels`], [`Error::GoalWithChannels`], [`Error::PolishWithChannels`].
+    pub fn takes_channels(&self) -> Result<(), Error> {
+        if !self.engine.keeps_channels() {
+            return Err(Error::Channels { engine: self.engine.name() });
+        }
+        if !self.goal.is_none() {
+            return Err(Error::GoalWithChannels);
+        }
+        let quality = self.quality.name();
+        if self.quality == Quality::None { Ok(()) } else { Err(Error::PolishWithChannels { quality }) }
     }
 
     /// Makes sure that the engine can end where the goal says.

@@ -94,6 +94,7 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
         spool,
         grid,
         geo_transform,
+        channels: Vec::new(),
         max_error: params.max_error,
         error_scale: params.max_error,
         outcome: None,

@@ -22,9 +22,16 @@ pub fn probe_density(
     control: &Control<'_>,
 ) -> Result<f64, Error> {
     let options = FieldOptions { temp_dir: params.temp_dir.clone(), choice: Choice::Windows };
-    let field = Field::open_with_importance(raster, importance, &options, control)?;
+    probe_field(&Field::open_with_importance(raster, importance, &options, control)?, params, control)
+}
+
+/// Does what [`probe_density`] does, with a field that is open.
+///
+/// # Errors
+/// As [`probe_density`].
+pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Result<f64, Error> {
     let grid = TileGrid::new(field.width(), field.height(), params.tile);
-    let job = Job { field: &field, params, grid, control, end: None };
+    let job = Job { field, params, grid, control, end: None };
     let mut workspace = Workspace::default();
     let (mut samples, mut triangles) = (0, 0);
     for row in spread(grid.rows()) {

@@ -9,7 +9,7 @@ use super::*;
 use crate::control::Control;
 use crate::field::{Field, FieldOptions, Heights};
 use crate::raster::{Raster, Window};
-use crate::sink::{PlySink, Sink, SinkError};
+use crate::sink::{Contents, PlySink, Sink, SinkError};
 use crate::spool::{Chunk, Spool};
 use crate::staged::StagedFile;
 use crate::synth::{Terrain, TerrainOptions};
@@ -119,11 +119,11 @@ pub(super) struct Told {
 struct Listener(Arc<Mutex<Told>>);
 
 impl Sink for Listener {
-    fn begin(&mut self, vertices: u64, triangles: u64) -> Result<(), SinkError> {
-        self.0.lock().expect("whole").counts = (vertices, triangles);
+    fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        self.0.lock().expect("whole").counts = (contents.vertices, contents.triangles);
         Ok(())
     }
-    fn vertices(&mut self, vertices: &[[f64; 3]]) -> Result<(), SinkError> {
+    fn vertices(&mut self, vertices: &[[f64; 3]], _: &[&[f64]]) -> Result<(), SinkError> {
         self.0.lock().expect("whole").vertices.extend_from_slice(vertices);
         Ok(())
     }

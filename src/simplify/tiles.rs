@@ -75,6 +75,9 @@ pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &
     if !(params.max_error.is_finite() && params.max_error >= 0.0 || open) {
         return Err(Error::Tolerance(params.max_error));
     }
+    if field.channel_error().is_some() {
+        params.takes_channels()?;
+    }
     if params.points.as_ref().is_some_and(|p| !p.is_empty()) {
         params.takes_points()?;
     }
@@ -104,6 +107,7 @@ pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &
         spool,
         grid,
         geo_transform: field.geo_transform(),
+        channels: field.channels().to_vec(),
         max_error: params.max_error,
         error_scale: job.end.map_or(params.max_error, |end| end.scale(&job)),
         outcome: job.end.map(|end| end.outcome),
@@ -190,6 +194,8 @@ impl Workspace {
         let samples = errors.samples;
         clocks.spool.time(|| {
             self.chunk.fill(index, &rim, &self.mesh, errors, self.tile.checksum());
+            let names = field.channels().iter().map(|c| c.name.as_str());
+            self.chunk.set_attributes(names, |channel, vertex| self.tile.channel_at_vertex(channel, vertex));
             spool.append(&self.chunk, &mut self.encoded)
         })?;
         Ok(samples)

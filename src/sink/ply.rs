@@ -1,15 +1,18 @@
 use std::io::Write;
 
-use super::{Sink, SinkError};
+use super::{Contents, Sink, SinkError};
+use crate::channels::{Channel, Number};
 use crate::staged::StagedFile;
 
-/// Binary little-endian PLY: vertices as doubles x, y, z, faces as lists of three 32-bit numbers.
+/// Binary little-endian PLY: vertices as doubles x, y, z and a number for every attribute (`uchar`, `float` or `double`),
+/// faces as lists of three 32-bit numbers.
 ///
 /// Vertices are shared, so the mesh is indexed. Memory: one buffer of a megabyte.
 #[derive(Debug)]
 pub struct PlySink {
     staged: StagedFile,
     comments: Vec<String>,
+    numbers: Vec<Number>,
     buffer: Vec<u8>,
 }
 
@@ -24,7 +27,7 @@ impl PlySink {
     pub fn new(staged: StagedFile, comments: &[String]) -> PlySink {
         // A line break would end the comment and begin a line of the header.
         let comments = comments.iter().map(|c| c.replace(['\n', '\r'], " ")).collect();
-        PlySink { staged, comments, buffer: Vec::with_capacity(BUFFER + 4096) }
+        PlySink { staged, comments, numbers: Vec::new(), buffer: Vec::with_capacity(BUFFER + 4096) }
     }
 
     fn drain(&mut self, above: usize) -> Result<(), SinkError> {
@@ -37,7 +40,8 @@ impl PlySink {
 }
 
 impl Sink for PlySink {
-    fn begin(&mut self, vertices: u64, triangles: u64) -> Result<(), SinkError> {
+    fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        let Contents { vertices, triangles, attributes } = *contents;
         let limit = u64::from(u32::MAX);
         if vertices > limit {
             let path = self.staged.path().to_path_buf();
@@ -47,18 +51,34 @@ impl Sink for PlySink {
         for comment in &self.comments {
             header.push_str(&format!("comment {comment}\n"));
         }
-        header.push_str(&format!(
-            "element vertex {vertices}\nproperty double x\nproperty double y\nproperty double z\n\
-             element face {triangles}\nproperty list uchar uint vertex_indices\nend_header\n"
-        ));
+        header
+            .push_str(&format!("element vertex {vertices}\nproperty double x\nproperty double y\nproperty double z\n"));
+        for Channel { name, number } in attributes {
+            let number = match number {
+                Number::U8 => "uchar",
+                Number::F32 => "float",
+                Number::F64 => "double",
+            };
+            header.push_str(&format!("property {number} {name}\n"));
+        }
+        header.push_str(&format!("element face {triangles}\nproperty list uchar uint vertex_indices\nend_header\n"));
+        self.numbers = attributes.iter().map(|a| a.number).collect();
         self.buffer.extend_from_slice(header.as_bytes());
         Ok(())
     }
 
-    fn vertices(&mut self, vertices: &[[f64; 3]]) -> Result<(), SinkError> {
-        for vertex in vertices {
+    fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
+        assert_eq!(attributes.len(), self.numbers.len(), "attributes");
+        for (i, vertex) in vertices.iter().enumerate() {
             for value in vertex {
                 self.buffer.extend_from_slice(&value.to_le_bytes());
+            }
+            for (values, number) in attributes.iter().zip(&self.numbers) {
+                match number {
+                    Number::U8 => self.buffer.push(values[i] as u8),
+                    Number::F32 => self.buffer.extend_from_slice(&(values[i] as f32).to_le_bytes()),
+                    Number::F64 => self.buffer.extend_from_slice(&values[i].to_le_bytes()),
+                }
             }
             self.drain(BUFFER)?;
         }
@@ -80,5 +100,56 @@ impl Sink for PlySink {
     fn finish(mut self: Box<Self>) -> Result<(), SinkError> {
         self.drain(0)?;
         Ok(self.staged.commit()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ply::PlyFile;
+
+    const VERTICES: [[f64; 3]; 3] = [[0.5, -0.5, 1.25], [2.5, -0.5, -7.0], [0.5, -4.5, 1e-3]];
+
+    fn written(attributes: &[Channel], values: &[&[f64]]) -> (tempfile::TempDir, Vec<u8>) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("tin.ply");
+        let mut sink = PlySink::new(StagedFile::create(&path, false, &[]).expect("staged"), &["by hand".to_string()]);
+        sink.begin(&Contents { vertices: 3, triangles: 1, attributes }).expect("begun");
+        sink.vertices(&VERTICES, values).expect("written");
+        sink.triangles(&[[0, 2, 1]]).expect("written");
+        Box::new(sink).finish().expect("finished");
+        let bytes = std::fs::read(path).expect("a file");
+        (folder, bytes)
+    }
+
+    /// Byte for byte what it has always been.
+    #[test]
+    fn a_mesh_without_attributes() {
+        let mut expected = b"ply\nformat binary_little_endian 1.0\ncomment by hand\nelement vertex 3\nproperty double x\n\
+            property double y\nproperty double z\nelement face 1\nproperty list uchar uint vertex_indices\nend_header\n"
+            .to_vec();
+        VERTICES.iter().flatten().for_each(|v| expected.extend(v.to_le_bytes()));
+        expected.extend([3, 0, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0]);
+        assert_eq!(written(&[], &[]).1, expected);
+    }
+
+    #[test]
+    fn attributes_come_back_by_name_from_every_number_type() {
+        let channel = |name: &str, number| Channel { name: name.to_string(), number };
+        let attributes =
+            [channel("red", Number::U8), channel("near_infrared", Number::F32), channel("band_7", Number::F64)];
+        let values: [&[f64]; 3] = [&[0.0, 255.0, 7.0], &[0.5, -3.25, 1e10], &[0.1, -1e300, 3.0]];
+        let (folder, bytes) = written(&attributes, &values);
+        let header = String::from_utf8_lossy(&bytes[..bytes.len().min(400)]).into_owned();
+        let lines =
+            "property double z\nproperty uchar red\nproperty float near_infrared\nproperty double band_7\nelement face";
+        assert!(header.contains(lines), "{header}");
+        let mut mesh = PlyFile::open(&folder.path().join("tin.ply")).expect("a mesh");
+        mesh.for_each_vertex_with(&["band_7", "red", "near_infrared"], |index, place, found| {
+            let i = index as usize;
+            assert_eq!((place, found), (VERTICES[i], &[values[2][i], values[0][i], values[1][i]][..]));
+            Ok::<(), crate::ply::PlyError>(())
+        })
+        .expect("vertices");
     }
 }

@@ -69,6 +69,22 @@ impl Chunk {
         self.generation = 0;
     }
 
+    /// Gives the owned vertices the attributes `names`; `value` is that of one of them at a vertex. To be called after
+    /// [`Chunk::fill`], which leaves none.
+    pub fn set_attributes<'a>(
+        &mut self,
+        names: impl IntoIterator<Item = &'a str>,
+        value: impl Fn(usize, Vertex) -> f64,
+    ) {
+        let named = names.into_iter().enumerate();
+        self.attributes = named
+            .map(|(i, name)| {
+                let values = self.vertices.iter().map(|&vertex| value(i, vertex)).collect();
+                Attribute { name: name.to_string(), values }
+            })
+            .collect();
+    }
+
     /// The counts that numbering needs.
     pub fn counts(&self) -> ChunkCounts {
         ChunkCounts { rim: self.rim, vertices: self.vertices.len() as u64, triangles: self.triangles.len() as u64 }

@@ -7,7 +7,7 @@ use super::{Attribute, Chunk, Ids, Spool, SpoolError, codec};
 use crate::control::CancelToken;
 use crate::field::{Heights, Tile};
 use crate::lattice::{Point, STEPS};
-use crate::measure::{BINS, ErrorStats};
+use crate::measure::{BINS, ErrorStats, WeightedStats};
 use crate::mesh::{TileMesh, Vertex};
 use crate::raster::PointSet;
 use crate::seam::{Foreign, MinLink, Rim, RimCounts};
@@ -33,6 +33,7 @@ fn errors() -> impl Strategy<Value = ErrorStats> {
         let worst = (column, row);
         let mut errors = ErrorStats { samples, max, weighted_max, worst, squares, ..ErrorStats::default() };
         errors.histogram[count as usize % BINS] = count;
+        errors.extended = (count % 2 == 1).then_some(WeightedStats { max: squares, worst: (row, column) });
         errors
     })
 }

@@ -48,6 +48,12 @@ pub trait Engine: Sync {
     /// Memory that the engine reuses from tile to tile; it carries nothing from one to the next.
     type Scratch: Default + Send;
 
+    /// Whether it keeps the weighted error of tiles with channels within [`ChannelError::limit`]. One that does not is
+    /// never given such a tile.
+    ///
+    /// [`ChannelError::limit`]: crate::channels::ChannelError::limit
+    const KEEPS_CHANNELS: bool = false;
+
     /// Whether the engine makes vertices of the domain's points ([`Domain::points`]). One that does not is given none.
     fn preinserts(&self) -> bool {
         false

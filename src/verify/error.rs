@@ -20,6 +20,12 @@ pub enum VerifyError {
         /// The number as it was given.
         found: f64,
     },
+    /// The emphasis is no share.
+    #[error("expected an emphasis from 0 to 1, found {found}")]
+    Emphasis {
+        /// The number as it was given.
+        found: f64,
+    },
     /// A sample has no height; the verifier does not know such rasters yet.
     #[error("{}: column {column}, row {row}: raster holds nodata samples, not supported yet", path.display())]
     NodataUnsupported {

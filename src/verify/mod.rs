@@ -23,15 +23,19 @@ mod finding;
 mod grid;
 mod pace;
 mod plane;
+mod ranges;
 mod samples;
 mod scratch;
 mod sort;
+mod surface;
 mod sweep;
 #[cfg(test)]
 mod tests;
 mod triangle;
+mod valued;
 mod verdict;
 mod vertices;
+mod weighted;
 
 use std::path::{Path, PathBuf};
 
@@ -42,14 +46,17 @@ use crate::raster::Raster;
 pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, VertexPlace};
 pub use verdict::{Verdict, WeightedWorst, WorstSample};
+pub use weighted::{ChannelRange, WeightedOptions, WeightedVerdict, WorstWeighted};
 
 use corners::{VertexFindings, read_vertices};
 use edges::{EdgeFindings, match_edges};
 use faces::{FaceFindings, FaceSorts, read_faces};
 use grid::Grid;
 use pace::Pace;
+use samples::{BandReader, Bands};
 use scratch::Scratch;
 use sweep::{Comparison, sweep};
+use weighted::judge_weighted;
 
 /// What a mesh is held to, and where temporary files go.
 #[derive(Debug, Clone)]
@@ -75,6 +82,38 @@ pub fn verify(
     options: &VerifyOptions<'_>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
+    judge(raster, mesh, options, None, control)
+}
+
+/// Does what [`verify`] does, and judges the weighted error of heights and channels as well.
+///
+/// # Errors
+/// As [`verify`]; [`VerifyError::Emphasis`]; [`VerifyError::Mesh`] if the mesh lacks an attribute.
+///
+/// # Panics
+/// If there is no channel, or an importance raster: the weighted error of channels has no weights of samples.
+pub fn verify_with_channels(
+    raster: &Raster,
+    mesh: &Path,
+    options: &VerifyOptions<'_>,
+    channels: &WeightedOptions,
+    control: &Control<'_>,
+) -> Result<Verdict, VerifyError> {
+    assert!(!channels.bands.is_empty(), "no channel to judge");
+    assert!(options.importance.is_none(), "channels beside an importance raster");
+    if !(0.0..=1.0).contains(&channels.emphasis) {
+        return Err(VerifyError::Emphasis { found: channels.emphasis });
+    }
+    judge(raster, mesh, options, Some(channels), control)
+}
+
+fn judge(
+    raster: &Raster,
+    mesh: &Path,
+    options: &VerifyOptions<'_>,
+    channels: Option<&WeightedOptions>,
+    control: &Control<'_>,
+) -> Result<Verdict, VerifyError> {
     let tolerance = options.max_error;
     if !(tolerance.is_finite() && tolerance >= 0.0) {
         return Err(VerifyError::Tolerance { found: tolerance });
@@ -98,10 +137,15 @@ pub fn verify(
     drop(store);
     pace.end()?;
 
-    let comparison = sweep(raster, options.importance, by_row, tolerance, &scratch, control)?;
+    let planar = channels.is_some_and(|c| c.planar);
+    let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster)? };
+    let comparison = sweep(Bands::new(reader, options.importance)?, grid, by_row, tolerance, &scratch, control)?;
+    let of_channels = |c| judge_weighted(raster, &mut mesh, tolerance, c, &scratch, control);
+    let extended = channels.map(of_channels).transpose()?;
     let samples = raster.width() as u64 * raster.height() as u64;
     let sizes = Sizes { samples, vertices, triangles };
-    Ok(verdict(tolerance, sizes, &grid, comparison, face_findings, edge_findings, corner_findings))
+    let verdict = verdict(tolerance, sizes, &grid, comparison, face_findings, edge_findings, corner_findings);
+    Ok(Verdict { extended, ..verdict })
 }
 
 struct Sizes {
@@ -147,5 +191,6 @@ fn verdict(
         off_lattice: corners.off_lattice,
         outside: corners.outside,
         heights_not_finite: corners.not_finite,
+        extended: None,
     }
 }

@@ -10,6 +10,8 @@ use super::VerifyError;
 pub(super) struct BandReader<'r> {
     raster: &'r Raster,
     masked: bool,
+    /// The raster has no heights: all are 0.
+    level: bool,
     rows: usize,
     heights: Vec<f64>,
 }
@@ -26,9 +28,20 @@ impl<'r> BandReader<'r> {
         BandReader::of_rows(raster, rows)
     }
 
+    /// Heights of 0, of the raster's size.
+    pub(super) fn level(raster: &'r Raster) -> Self {
+        let rows = (Self::SAMPLES / raster.width()).clamp(1, raster.height());
+        BandReader { raster, masked: false, level: true, rows, heights: Vec::new() }
+    }
+
+    /// The same in bands of so many rows.
+    pub(super) fn by(self, rows: usize) -> Self {
+        BandReader { rows, ..self }
+    }
+
     /// Bands of another raster's rows.
     fn of_rows(raster: &'r Raster, rows: usize) -> Result<Self, VerifyError> {
-        Ok(BandReader { raster, masked: raster.has_mask()?, rows, heights: Vec::new() })
+        Ok(BandReader { raster, masked: raster.has_mask()?, level: false, rows, heights: Vec::new() })
     }
 
     /// Rows in a band; the last one may have fewer.
@@ -47,6 +60,9 @@ impl<'r> BandReader<'r> {
         let height = self.rows.min(self.raster.height() - row);
         let window = Window { column: 0, row, width: self.raster.width(), height };
         self.heights.resize(window.len(), 0.0);
+        if self.level {
+            return Ok(&self.heights);
+        }
         self.raster.read_heights(window, &mut self.heights)?;
         self.refuse_nodata(window)?;
         if let Some(at) = self.heights.iter().position(|h| !h.is_finite()) {
@@ -121,8 +137,12 @@ pub(super) struct Samples<'s> {
 }
 
 impl<'r> Bands<'r> {
-    pub(super) fn new(raster: &'r Raster, importance: Option<&'r Raster>) -> Result<Self, VerifyError> {
-        let heights = BandReader::new(raster)?;
+    /// Whether there are weights.
+    pub(super) fn are_weighted(&self) -> bool {
+        self.weights.is_some()
+    }
+
+    pub(super) fn new(heights: BandReader<'r>, importance: Option<&'r Raster>) -> Result<Self, VerifyError> {
         let weights = importance.map(|raster| BandReader::of_rows(raster, heights.rows())).transpose()?;
         Ok(Bands { heights, weights })
     }

@@ -1,7 +1,6 @@
 use rayon::prelude::*;
 
 use crate::control::{Control, Stage};
-use crate::raster::Raster;
 
 use super::VerifyError;
 use super::finding::{Finding, SamplePlace};
@@ -61,26 +60,24 @@ struct Worst {
     face: u64,
 }
 
-/// Holds the triangles, sorted by first row, against the raster, band by band.
+/// Holds the triangles, sorted by first row, against the samples, band by band.
 ///
 /// Memory use is constant whatever the mesh, because the triangles of a band pass by in batches, and those that reach
 /// into the next band wait for it in a [`Queue`].
 pub(super) fn sweep(
-    raster: &Raster,
-    importance: Option<&Raster>,
+    mut reader: Bands<'_>,
+    grid: Grid,
     triangles: Sorted<'_, TRIANGLE_WORDS>,
     tolerance: f64,
     scratch: &Scratch,
     control: &Control<'_>,
 ) -> Result<Comparison, VerifyError> {
-    let grid = Grid::of(raster);
-    let mut reader = Bands::new(raster, importance)?;
     let (rows, bands) = (reader.rows(), reader.count());
-    let samples = raster.width() as u64 * raster.height() as u64;
+    let samples = grid.width as u64 * grid.height as u64;
     control.progress.begin(Stage::Compare, bands as u64, samples);
     let mut triangles = triangles.peekable();
     let mut waiting = Queue::new(scratch);
-    let mut comparison = Comparison { weighted: importance.is_some(), ..Comparison::default() };
+    let mut comparison = Comparison { weighted: reader.are_weighted(), ..Comparison::default() };
     for index in 0..bands {
         control.cancel.check()?;
         let mut band = Band::new(grid, tolerance, index * rows, reader.read(index)?);

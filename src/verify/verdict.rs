@@ -1,5 +1,6 @@
 use serde::Serialize;
 
+use super::WeightedVerdict;
 use super::finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, VertexPlace};
 
 /// Everything that was found out about a mesh. It passes if [`Verdict::failures`] is empty.
@@ -58,6 +59,9 @@ pub struct Verdict {
     pub outside: Finding<VertexPlace>,
     /// Vertices whose height is NaN or infinite.
     pub heights_not_finite: Finding<VertexPlace>,
+    /// What channels come to, where the mesh was judged with some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extended: Option<WeightedVerdict>,
 }
 
 /// The sample that is farthest from the surface.
@@ -104,6 +108,10 @@ impl Verdict {
             list(&mut out, &self.above_tolerance, "sample has", "samples have", &what);
         } else {
             list(&mut out, &self.above_tolerance, "sample is", "samples are", &format!("farther than {tolerance}"));
+        }
+        if let Some(extended) = &self.extended {
+            let what = format!("above {tolerance} in the weighted error of heights and channels");
+            list(&mut out, &extended.above_tolerance, "sample is", "samples are", &what);
         }
         list(&mut out, &self.uncovered, "sample is", "samples are", "in no triangle");
         list(&mut out, &self.overlapped, "sample is", "samples are", "in several triangles");
@@ -158,6 +166,9 @@ impl std::fmt::Display for Verdict {
                 writeln!(f, "max error × weight {weighted_error} at {place}: error {error}, weight {weight}")?;
             }
             writeln!(f, "RMS error {}", self.rms_error)?;
+        }
+        if let Some(w) = self.extended.as_ref().and_then(|w| w.worst) {
+            writeln!(f, "max weighted error {} at {}", w.error, w.place)?;
         }
         let failures = self.failures();
         if failures.is_empty() {

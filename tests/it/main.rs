@@ -1,6 +1,7 @@
 //! The built binary from outside, as users meet it: one test program, one module per subject.
 
 mod budget;
+mod channels;
 mod importance;
 mod info;
 mod insertion;

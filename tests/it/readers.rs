@@ -3,6 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use terrabite::channels::{Channel, Number};
+use terrabite::sink::{Contents, PlySink, Sink};
+use terrabite::staged::StagedFile;
+
 use crate::util::{Dem, Folder, Run, terrabite};
 
 const PACKAGES: [&str; 3] = ["meshio==5.3.5", "numpy==2.3.5", "trimesh==5.2.0"];
@@ -31,6 +35,31 @@ fn trimesh_and_meshio_read_what_was_written() {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/it/readers.py");
         Run::of(Command::new(&python).arg(script).args([&tin, &vertices, &triangles])).succeeds();
     }
+}
+
+/// Two triangles whose vertices have the colours (10·i, 0, 255) and a heat of 0.5·i.
+#[test]
+fn trimesh_and_meshio_read_colours_and_other_attributes() {
+    if std::env::var_os(SKIP).is_some_and(|v| v == "1") {
+        eprintln!("skipped: {SKIP}=1");
+        return;
+    }
+    let folder = Folder::new();
+    let tin = folder.join("tin.ply");
+    let channel = |name: &str, number| Channel { name: name.to_string(), number };
+    let mut attributes = ["red", "green", "blue"].map(|name| channel(name, Number::U8)).to_vec();
+    attributes.push(channel("heat", Number::F32));
+    let mut sink = PlySink::new(StagedFile::create(&tin, false, &[]).unwrap(), &[]);
+    sink.begin(&Contents { vertices: 4, triangles: 2, attributes: &attributes }).unwrap();
+    let places = [[0.5, -0.5, 1.0], [0.5, -9.5, 2.0], [9.5, -9.5, 3.0], [9.5, -0.5, 4.0]];
+    let red: Vec<f64> = (0..4).map(|i| 10.0 * f64::from(i)).collect();
+    let heat: Vec<f64> = (0..4).map(|i| 0.5 * f64::from(i)).collect();
+    sink.vertices(&places, &[&red, &[0.0; 4], &[255.0; 4], &heat]).unwrap();
+    sink.triangles(&[[0, 1, 2], [0, 2, 3]]).unwrap();
+    Box::new(sink).finish().unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/it/readers.py");
+    let arguments = [&folder.at("tin.ply"), "4", "2", "colours"];
+    Run::of(Command::new(python()).arg(script).args(arguments)).succeeds();
 }
 
 /// The interpreter of a virtual environment with [`PACKAGES`], made under the target folder at the first run.

@@ -8,11 +8,13 @@
 mod edge;
 mod plane;
 mod spans;
+mod surfaces;
 mod tester;
 mod weighted;
 
 pub(crate) use plane::Plane;
 pub(crate) use spans::Spans;
+pub(crate) use surfaces::Surfaces;
 pub use tester::Tester;
 
 #[cfg(test)]

@@ -37,7 +37,7 @@ impl Fits {
 }
 
 /// What is gathered over a triangle while it is scanned, in one pass (the paper's *FitPlane*): its fit and its farthest
-/// sample. The fit counts every sample once among the triangles that share its edge; the farthest is that of the closed
+/// sample. Where there are channels errors are weighted errors, as in section 4.6. The fit counts every sample once among the triangles that share its edge; the farthest is that of the closed
 /// triangle, so that no sample is overlooked whichever triangle is scanned later.
 struct FitPlane {
     scan: Scan,
@@ -50,7 +50,7 @@ struct FitPlane {
 impl FitPlane {
     fn new(tile: &Tile, corners: [Vertex; 3]) -> FitPlane {
         let farthest = Farthest { error: -1.0, sample: 0 };
-        FitPlane { scan: Scan::new(tile.width, corners), corners, fit: 0.0, farthest, done: false }
+        FitPlane { scan: Scan::of(tile, corners), corners, fit: 0.0, farthest, done: false }
     }
 
     /// A triangle that was scanned before (FITPLANE_EXTRACT).
@@ -60,8 +60,8 @@ impl FitPlane {
 
     /// SCAN_POINT.
     #[inline(always)]
-    fn point(&mut self, accumulate: Fit, column: i32, row: i32, height: f64, counts: bool) {
-        let error = self.scan.error(column, row, height);
+    fn point(&mut self, tile: &Tile, accumulate: Fit, column: i32, row: i32, height: f64, counts: bool) {
+        let error = self.scan.counted(tile, column, row, height);
         if counts {
             match accumulate {
                 Fit::L2 => self.fit += error * error,
@@ -87,7 +87,7 @@ fn combine(fit: Fit, a: f64, b: f64) -> f64 {
 /// Scans a triangle for its own plane.
 fn scan_triangle(tile: &Tile, fit: Fit, plane: &mut FitPlane) {
     let visit = |plane: &mut FitPlane, column: i32, row: i32, height: f64, owned: bool| {
-        plane.point(fit, column, row, height, owned);
+        plane.point(tile, fit, column, row, height, owned);
     };
     let [a, b, c] = plane.corners;
     each_sample(tile, [a, b, c], |column, row, height, owned| visit(plane, column, row, height, owned));
@@ -136,14 +136,14 @@ fn scan_quadrilateral(
         let corners = plane.corners;
         each_sample(tile, corners, |column, row, height, owned| {
             if !plane.done {
-                plane.point(fit, column, row, height, owned);
+                plane.point(tile, fit, column, row, height, owned);
             }
             let side = orient(ends.0, ends.1, Point::of_sample(column, row));
             if side >= 0 {
-                dac.point(fit, column, row, height, owned);
+                dac.point(tile, fit, column, row, height, owned);
             }
             if side <= 0 {
-                bca.point(fit, column, row, height, owned && side < 0);
+                bca.point(tile, fit, column, row, height, owned && side < 0);
             }
         });
     }
@@ -218,7 +218,9 @@ fn set_candidate(refinement: &mut Refinement<'_>, t: u32, plane: &FitPlane) {
     }
     let corners = refinement.surface.corners(t);
     let locked = refinement.left_out(t);
-    let candidate: Option<Candidate> = if locked == [false; 3] && !refinement.scanner.tile.is_weighted() {
+    let tile = refinement.scanner.tile;
+    let plain = !tile.is_weighted() && tile.channel_error.is_none();
+    let candidate: Option<Candidate> = if locked == [false; 3] && plain {
         refinement.scanner.settle(&plane.scan, plane.corners, plane.farthest)
     } else {
         refinement.scanner.candidate(corners, locked)

@@ -11,7 +11,8 @@ use crate::mesh::Vertex;
 
 /// A measure of importance.
 pub(super) trait Importance {
-    /// How much a sample of a triangle beyond the tolerance is wanted; `error` is its error.
+    /// How much a sample of a triangle beyond the tolerance is wanted; `error` is its error, the
+    /// weighted one where there are channels.
     fn of(&self, triangle: &Triangle<'_>, column: i32, row: i32, error: f64) -> f64;
 
     /// How many of a triangle's samples, those with the largest errors, are asked about: all, unless asking is costly.
@@ -46,7 +47,7 @@ pub(super) fn candidate(
     beyond: &mut Vec<Candidate>,
 ) -> Option<Candidate> {
     let tile = scanner.tile;
-    let scan = Scan::new(tile.width(), corners).without(locked);
+    let scan = Scan::of(tile, corners).without(locked);
     beyond.clear();
     scanner.each_beyond(&scan, corners, |candidate| beyond.push(candidate));
     let by_score = |a: &Candidate, b: &Candidate| b.score.total_cmp(&a.score).then(a.sample.cmp(&b.sample));
@@ -125,7 +126,7 @@ impl Importance for GlobalError {
         let after: f64 = parts
             .into_iter()
             .filter(|[a, b, c]| orient(a.at, b.at, c.at) > 0)
-            .map(|part| Scan::new(triangle.tile.width(), part).sum_of_errors(triangle.tile))
+            .map(|part| Scan::of(triangle.tile, part).sum_of_errors(triangle.tile))
             .sum();
         triangle.scan.sum_of_errors(triangle.tile) - after
     }

@@ -115,6 +115,8 @@ impl Scratch {
 impl Engine for GreedyInsertion {
     type Scratch = Scratch;
 
+    const KEEPS_CHANNELS: bool = true;
+
     fn preinserts(&self) -> bool {
         true
     }

@@ -82,7 +82,8 @@ pub enum Measure {
     /// Its error (3.1).
     #[default]
     LocalError,
-    /// The curvature of the field, smoothed with a Gaussian of this standard deviation in cells (3.2).
+    /// The curvature of the field, smoothed with a Gaussian of this standard deviation in cells (3.2). It is that of the
+    /// heights, whatever channels there are.
     Curvature(f64),
     /// How much its insertion lowers the sum of errors over its triangle (3.3).
     GlobalError,

@@ -210,9 +210,10 @@ impl Refinement<'_> {
     }
 
     /// The edges of a triangle whose samples are no candidates: locked ones, while vertices of the rim are still to come.
-    /// Once all are there, samples on locked edges are within the tolerance.
+    /// Once all are there, samples on locked edges are within the tolerance. With channels they are so but for rounding,
+    /// which differs between the line and the triangle, and left out, too.
     pub(super) fn left_out(&self, t: u32) -> [bool; 3] {
-        if self.rim_comes { self.locked(t) } else { [false; 3] }
+        if self.rim_comes || self.scanner.tile.channel_error.is_some() { self.locked(t) } else { [false; 3] }
     }
 
     fn locked(&self, t: u32) -> [bool; 3] {

@@ -9,7 +9,7 @@
 use crate::field::{Heights, PADDING, Tile};
 use crate::lattice::{Point, STEPS, orient};
 use crate::mesh::Vertex;
-use crate::triangulate::feasible::{Plane, Spans};
+use crate::triangulate::feasible::{Plane, Spans, Surfaces};
 
 /// A sample that may become a vertex.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -49,9 +49,9 @@ impl Scanner<'_> {
     ///
     /// Samples on `locked` edges do not count.
     pub(super) fn candidate(&self, corners: [Vertex; 3], locked: [bool; 3]) -> Option<Candidate> {
-        let scan = Scan::new(self.tile.width, corners).without(locked);
-        if self.tile.is_weighted() {
-            return self.weighted_candidate(&scan, corners);
+        let scan = Scan::of(self.tile, corners).without(locked);
+        if self.tile.is_weighted() || self.tile.channel_error.is_some() {
+            return self.scored_candidate(&scan, corners);
         }
         let arch = pulp::Arch::new();
         let best = match &self.tile.heights {
@@ -74,8 +74,9 @@ impl Scanner<'_> {
         self.candidate_in_doubt(Plane::new(a, b, c), scan, doubt)
     }
 
-    /// The same where errors have weights: what is wanted most is the largest product of both (section 6).
-    fn weighted_candidate(&self, scan: &Scan, corners: [Vertex; 3]) -> Option<Candidate> {
+    /// The same where errors have weights: what is wanted most is the largest product of both (section 6). Or where there
+    /// are channels: then it is the largest weighted error (section 4.6).
+    fn scored_candidate(&self, scan: &Scan, corners: [Vertex; 3]) -> Option<Candidate> {
         let mut best: Option<Candidate> = None;
         self.each_beyond(scan, corners, |candidate| {
             if best.is_none_or(|b| candidate.score > b.score) {
@@ -85,21 +86,25 @@ impl Scanner<'_> {
         best
     }
 
-    /// Visits all samples of a closed triangle that are beyond the tolerance, exactly; scores are errors, times their
-    /// weights where there are any.
+    /// Visits all samples of a closed triangle that are beyond the tolerance, exactly, or whose weighted error is beyond
+    /// its limit ([`crate::channels::ChannelError::limit`]) where there are channels. Scores are errors: times their
+    /// weights where there are any, and weighted errors where there are channels.
     pub(super) fn each_beyond(&self, scan: &Scan, [a, b, c]: [Vertex; 3], mut visit: impl FnMut(Candidate)) {
         let plane = Plane::new(a, b, c);
+        let limit_in_channels = self.tile.channel_error.as_ref().map_or(f64::INFINITY, |e| e.limit(self.tolerance));
         for row in scan.spans.rows() {
             let (first, last) = scan.columns(row);
             for column in first..=last {
                 let height = self.tile.at(column as usize, row as usize);
                 let error = scan.error(column, row, height);
+                let counted = scan.counted(self.tile, column, row, height);
                 let limit = self.tile.limit(column as usize, row as usize, self.tolerance);
                 let doubt = DOUBT * (scan.reach() + limit);
                 let beyond = error > limit + doubt
+                    || counted > limit_in_channels && !scan.has_corner(column, row)
                     || error >= limit - doubt && !plane.within(Point::of_sample(column, row), height, limit);
                 if beyond {
-                    let score = error * self.tile.weight(column as usize, row as usize);
+                    let score = counted * self.tile.weight(column as usize, row as usize);
                     visit(Candidate { score, sample: row as u64 * self.tile.width as u64 + column as u64 });
                 }
             }
@@ -163,6 +168,13 @@ impl<H: Copy + Into<f64>> pulp::WithSimd for Search<'_, H> {
     }
 }
 
+/// Apart from [`Scan::counted`], where it would cost tiles without channels a few percent.
+#[inline(never)]
+fn weighted(surfaces: &Surfaces, tile: &Tile, column: i32, row: i32) -> f64 {
+    let error = tile.channel_error.as_ref().expect("surfaces of channels");
+    surfaces.weighted(tile, error, (column as usize, row as usize)).min(f64::MAX)
+}
+
 /// A triangle, ready to be held against samples.
 pub(super) struct Scan {
     pub(super) spans: Spans,
@@ -175,16 +187,39 @@ pub(super) struct Scan {
     locked: [bool; 3],
     /// What S grows by from one sample of a row to the next, apart from the sample itself.
     step: f64,
+    /// Where there are channels.
+    surfaces: Option<Box<Surfaces>>,
 }
 
 impl Scan {
+    /// Of a tile's heights, and of its channels where it has some.
+    pub(super) fn of(tile: &Tile, corners: [Vertex; 3]) -> Scan {
+        let mut scan = Scan::new(tile.width, corners);
+        if tile.channel_error.is_some() {
+            let mut surfaces = Box::<Surfaces>::default();
+            surfaces.set(tile, corners);
+            scan.surfaces = Some(surfaces);
+        }
+        scan
+    }
+
+    /// Of heights alone.
     pub(super) fn new(width: usize, corners: [Vertex; 3]) -> Scan {
         let [a, b, c] = corners;
         let rise = [b.height - a.height, c.height - a.height];
         let area = orient(a.at, b.at, c.at) as f64;
         let cell = f64::from(STEPS);
         let step = cell * f64::from(c.at.y - a.at.y) * rise[0] + cell * f64::from(a.at.y - b.at.y) * rise[1];
-        Scan { spans: Spans::new(a.at, b.at, c.at), width, corners, rise, area, locked: [false; 3], step }
+        Scan {
+            spans: Spans::new(a.at, b.at, c.at),
+            width,
+            corners,
+            rise,
+            area,
+            locked: [false; 3],
+            step,
+            surfaces: None,
+        }
     }
 
     /// The same without the samples on edges that are locked: edge i runs from corner i to the next.
@@ -216,6 +251,11 @@ impl Scan {
         (first, last)
     }
 
+    /// Whether a corner is at this sample. (Its error is 0; but limits may be less.)
+    fn has_corner(&self, column: i32, row: i32) -> bool {
+        self.corners.iter().any(|v| v.at == Point::of_sample(column, row))
+    }
+
     pub(super) fn width(&self) -> usize {
         self.width
     }
@@ -233,19 +273,28 @@ impl Scan {
         orient(c, a, p) as f64 * self.rise[0] + orient(a, b, p) as f64 * self.rise[1]
     }
 
-    /// The error at one sample.
+    /// What the error at one sample counts: the weighted error where there are channels. Neither is ever no number.
+    #[inline(always)]
+    pub(super) fn counted(&self, tile: &Tile, column: i32, row: i32, height: f64) -> f64 {
+        match &self.surfaces {
+            None => self.error(column, row, height),
+            Some(surfaces) => weighted(surfaces, tile, column, row),
+        }
+    }
+
+    /// The vertical error at one sample.
     #[inline(always)]
     pub(super) fn error(&self, column: i32, row: i32, height: f64) -> f64 {
         (self.start(column, row) - self.area * (height - self.corners[0].height)).abs() / self.area
     }
 
-    /// The sum of the errors of the samples of the closed triangle.
+    /// The sum of what the errors of the samples of the closed triangle count.
     pub(super) fn sum_of_errors(&self, tile: &Tile) -> f64 {
         let mut sum = 0.0;
         for row in self.spans.rows() {
             let (first, last) = self.spans.columns(row);
             for column in first..=last {
-                sum += self.error(column, row, tile.at(column as usize, row as usize));
+                sum += self.counted(tile, column, row, tile.at(column as usize, row as usize));
             }
         }
         sum

@@ -35,6 +35,8 @@ pub(crate) struct Dem {
     geo_transform: Option<[f64; 6]>,
     epsg: Option<u32>,
     heights: fn(usize, usize) -> f64,
+    /// The values of the bands from the second on, by band, column and row; else they are as the first.
+    others: Option<fn(usize, usize, usize) -> f64>,
 }
 
 /// Hills of some 40 samples' width.
@@ -57,6 +59,7 @@ impl Dem {
             geo_transform: None,
             epsg: None,
             heights: hills,
+            others: None,
         }
     }
 
@@ -74,6 +77,11 @@ impl Dem {
 
     pub(crate) fn heights(self, heights: fn(usize, usize) -> f64) -> Dem {
         Dem { heights, ..self }
+    }
+
+    /// The bands from the second on, by band, column and row.
+    pub(crate) fn others(self, values: fn(usize, usize, usize) -> f64) -> Dem {
+        Dem { others: Some(values), ..self }
     }
 
     /// The tag; whether samples carry the value is up to `heights`.
@@ -155,11 +163,15 @@ impl Dem {
         }
     }
 
-    /// Every band gets the same heights. GDAL converts them to the type of the samples.
+    /// Every band gets the same heights, unless `others` says otherwise. GDAL converts them to the type of the samples.
     fn fill(&self, dataset: &Dataset) {
-        let samples = (0..self.width * self.height).map(|i| (self.heights)(i % self.width, i / self.width));
-        let mut buffer = Buffer::new((self.width, self.height), samples.collect::<Vec<f64>>());
+        let value = |band: usize, column: usize, row: usize| match self.others {
+            Some(others) if band > 1 => others(band, column, row),
+            _ => (self.heights)(column, row),
+        };
         for number in 1..=self.bands {
+            let samples = (0..self.width * self.height).map(|i| value(number, i % self.width, i / self.width));
+            let mut buffer = Buffer::new((self.width, self.height), samples.collect::<Vec<f64>>());
             let mut band = dataset.rasterband(number).unwrap();
             match (self.nodata, band.band_type()) {
                 (Some(value), GdalDataType::Int64) => band.set_no_data_value_i64(Some(value as i64)).unwrap(),

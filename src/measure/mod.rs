@@ -4,6 +4,10 @@
 //! sample on a seam belongs to the tile to its right or below, as seam vertices do), so that over all tiles every
 //! sample is counted once.
 
+mod weighted;
+
+pub use weighted::WeightedStats;
+
 use std::ops::RangeInclusive;
 
 use crate::exact::MAX_TOLERANCE;
@@ -31,12 +35,15 @@ pub struct ErrorStats {
     /// How many samples have an error (× weight) in each [`BINS`]-th of the tolerance; errors of 0 and 1/256 ε in the
     /// first.
     pub histogram: Box<[u64; BINS]>,
+    /// The largest weighted error, where there are channels.
+    pub extended: Option<WeightedStats>,
 }
 
 impl Default for ErrorStats {
     fn default() -> Self {
         let (max, worst, squares) = (0.0, (0, 0), 0.0);
-        ErrorStats { samples: 0, max, weighted_max: max, worst, squares, histogram: Box::new([0; BINS]) }
+        let histogram = Box::new([0; BINS]);
+        ErrorStats { samples: 0, max, weighted_max: max, worst, squares, histogram, extended: None }
     }
 }
 
@@ -47,6 +54,11 @@ impl ErrorStats {
             (self.max, self.worst) = (other.max, other.worst);
         }
         self.weighted_max = self.weighted_max.max(other.weighted_max);
+        if let Some(extended) = other.extended
+            && self.extended.is_none_or(|w| extended.max > w.max)
+        {
+            self.extended = Some(extended);
+        }
         self.samples += other.samples;
         self.squares += other.squares;
         for (sum, count) in self.histogram.iter_mut().zip(other.histogram.iter()) {
@@ -94,8 +106,9 @@ impl From<f64> for Bound {
 /// and `last_row` say that they are the raster's. `origin` is the place of the tile's first sample in the raster.
 ///
 /// # Panics
-/// If the triangles do not cover every sample the tile owns exactly once, or one is farther than its limit (the tolerance,
-/// or [`Tile::limit`]) from its triangle where a [`Bound::Within`] says so: an engine is broken, and its mesh must not be written.
+/// If the triangles do not cover every sample the tile owns exactly once; or if, where a [`Bound::Within`] says so, one is
+/// farther than its limit (the tolerance, or [`Tile::limit`]) from its triangle, or its weighted error is larger: an engine
+/// is broken, and its mesh must not be written. With channels, if a vertex does not lie on a sample.
 pub fn measure(
     tile: &Tile,
     mesh: &TileMesh,
@@ -125,6 +138,12 @@ pub fn measure(
         stats.weighted_max = stats.max;
         let (max, worst) = (stats.max, stats.worst);
         assert!(max <= tolerance, "error {max} at sample {worst:?}, {tolerance} is allowed");
+    }
+    if let Some(error) = &tile.channel_error {
+        let found = weighted::measure_weighted(tile, error, mesh, origin, owned);
+        let (max, worst) = (found.max, found.worst);
+        assert!(max <= tolerance, "weighted error {max} at sample {worst:?}, {tolerance} is allowed");
+        stats.extended = Some(found);
     }
     stats
 }

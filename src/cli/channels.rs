@@ -1,0 +1,60 @@
+use std::path::Path;
+
+use super::{Failure, values};
+use crate::field::ChannelOptions;
+use crate::raster::{Raster, RasterError};
+
+/// Further bands beside the heights, as `simplify` and `verify` take them.
+#[derive(Debug, clap::Args)]
+pub(super) struct ChannelArgs {
+    /// Bands to carry along as colours or other values of the vertices, such as 2,3,4, each counted in the error
+    #[arg(long, value_name = "BANDS", value_parser = values::bands)]
+    channels: Option<values::Bands>,
+    /// What the channels count in the error, from 0 (only the heights do) to 1 (only the channels) [default: 0.5]
+    #[arg(long, value_name = "W", value_parser = values::share, allow_hyphen_values = true)]
+    #[arg(requires = "channels", conflicts_with = "planar")]
+    emphasis: Option<f64>,
+    /// The raster is an image without heights: flat, all bands are channels unless --channels says which
+    #[arg(long, conflicts_with = "band")]
+    planar: bool,
+}
+
+const DEFAULT_EMPHASIS: f64 = 0.5;
+
+impl ChannelArgs {
+    pub(super) fn are_given(&self) -> bool {
+        self.channels.is_some() || self.planar
+    }
+
+    /// Opens the band of the heights and finds out what the channels are, if any. A planar image is opened by its first
+    /// channel.
+    pub(super) fn open(&self, path: &Path, band: usize) -> Result<(Raster, Option<ChannelOptions>), Failure> {
+        let listed = self.channels.as_ref().map(|bands| bands.0.clone());
+        if !self.planar {
+            let raster = Raster::open(path, band)?;
+            let Some(bands) = listed else { return Ok((raster, None)) };
+            let emphasis = self.emphasis.unwrap_or(DEFAULT_EMPHASIS);
+            return checked(raster, ChannelOptions { bands, emphasis, planar: false });
+        }
+        let first = listed.as_ref().map_or(1, |bands| bands[0]);
+        let raster = Raster::open(path, first).map_err(in_channels)?;
+        let bands = listed.unwrap_or_else(|| (1..=raster.band_count()).collect());
+        checked(raster, ChannelOptions { bands, emphasis: 1.0, planar: true })
+    }
+}
+
+/// Finds bands that cannot be used at once.
+fn checked(raster: Raster, options: ChannelOptions) -> Result<(Raster, Option<ChannelOptions>), Failure> {
+    options.open(&raster).map_err(in_channels)?;
+    Ok((raster, Some(options)))
+}
+
+/// Of an error in a band that --channels names.
+fn in_channels(error: RasterError) -> Failure {
+    match error {
+        RasterError::NoSuchBand { .. } | RasterError::SampleType { .. } => {
+            Failure::new(error).hint("choose bands with --channels")
+        }
+        _ => error.into(),
+    }
+}

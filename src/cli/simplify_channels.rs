@@ -1,0 +1,99 @@
+//! `simplify --channels` and `--planar`: what a run does more than one of heights alone.
+
+use serde::Serialize;
+
+use crate::channels::{Channel, Ranges};
+use crate::control::Control;
+use crate::field::{ChannelOptions, Field, FieldError, FieldOptions, find_ranges};
+use crate::measure::{ErrorStats, WeightedStats};
+use crate::raster::{Raster, channels, exact};
+
+/// The channels of a run: the bands, what they are called, and the ranges they are scaled by.
+#[derive(Debug)]
+pub(super) struct Extended {
+    options: ChannelOptions,
+    ranges: Ranges,
+    channels: Vec<Channel>,
+}
+
+impl Extended {
+    /// Finds the ranges, which may read the whole raster.
+    pub(super) fn find(
+        raster: &Raster,
+        options: &ChannelOptions,
+        control: &Control<'_>,
+    ) -> Result<Extended, FieldError> {
+        let channels = channels(&options.open(raster)?);
+        Ok(Extended { options: options.clone(), ranges: find_ranges(raster, options, control)?, channels })
+    }
+
+    pub(super) fn open(
+        &self,
+        raster: &Raster,
+        options: &FieldOptions,
+        control: &Control<'_>,
+    ) -> Result<Field, FieldError> {
+        Field::open_extended(raster, options, &self.options, &self.ranges, control)
+    }
+
+    /// What of this decides the bytes of a tile, by name.
+    pub(super) fn named(&self) -> Vec<(&'static str, String)> {
+        let ranges = self.ranges.channels.iter().chain([&self.ranges.heights]);
+        let ranges: Vec<String> = ranges.map(|r| format!("{} to {}", exact(r.min), exact(r.max))).collect();
+        let bands = self.options.bands.iter().zip(&self.channels);
+        let bands: Vec<String> = bands.map(|(band, c)| format!("{band} {}", c.name)).collect();
+        vec![
+            ("channels", bands.join(", ")),
+            ("emphasis", exact(self.options.emphasis)),
+            ("planar", self.options.planar.to_string()),
+            ("ranges", ranges.join(", ")),
+        ]
+    }
+
+    /// What the file says of itself: what `verify` has to be told.
+    pub(super) fn comment(&self) -> String {
+        let ChannelOptions { bands, emphasis, planar } = &self.options;
+        let bands: Vec<String> = bands.iter().map(usize::to_string).collect();
+        let planar = if *planar { ", planar" } else { "" };
+        format!("channels {}, emphasis {emphasis}{planar}", bands.join(","))
+    }
+
+    pub(super) fn report(&self, errors: &ErrorStats) -> ChannelReport {
+        let WeightedStats { max, worst: (column, row) } = errors.extended.unwrap_or_default();
+        ChannelReport {
+            bands: self.options.bands.clone(),
+            attributes: self.channels.clone(),
+            emphasis: self.options.emphasis,
+            planar: self.options.planar,
+            ranges: self.ranges.clone(),
+            max_weighted_error: max,
+            column,
+            row,
+        }
+    }
+}
+
+/// What `simplify` tells of the channels.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct ChannelReport {
+    bands: Vec<usize>,
+    attributes: Vec<Channel>,
+    emphasis: f64,
+    planar: bool,
+    ranges: Ranges,
+    max_weighted_error: f64,
+    column: u64,
+    row: u64,
+}
+
+impl ChannelReport {
+    pub(super) fn lines(&self) -> [(&'static str, String); 2] {
+        let ranges = self.attributes.iter().zip(&self.ranges.channels);
+        let ranges: Vec<String> = ranges.map(|(c, r)| format!("{} {} to {}", c.name, r.min, r.max)).collect();
+        let ChannelReport { max_weighted_error: max, column, row, .. } = self;
+        [
+            ("channels", format!("{}; emphasis {}, unit {}", ranges.join(", "), self.emphasis, self.ranges.unit)),
+            ("weighted", format!("{max} at the most, at column {column}, row {row}")),
+        ]
+    }
+}

@@ -1,0 +1,189 @@
+//! Fields with channels: further bands beside the heights, or instead of them.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::decode::units;
+use super::source::Source;
+use super::{Access, Choice, Field, FieldError, FieldOptions};
+use crate::channels::{Channel, ChannelError, PLANAR_UNIT, Range, Ranges};
+use crate::control::{Control, Stage};
+use crate::raster::{Nodata, Raster, RasterError, SampleType, Scaling, Window, channels, with_sample_type};
+
+/// Which bands are channels, and what they count.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelOptions {
+    /// The bands, counted from 1, in the order in which they are written.
+    pub bands: Vec<usize>,
+    /// From 0 (only the heights count) to 1 (only the channels).
+    pub emphasis: f64,
+    /// The raster is an image without heights: they are 0 everywhere.
+    pub planar: bool,
+}
+
+/// The channels of a field: one field per band, what each is called, and the error they make.
+pub(super) struct Channels {
+    pub(super) fields: Vec<Field>,
+    named: Vec<Channel>,
+    pub(super) error: Arc<ChannelError>,
+}
+
+impl ChannelOptions {
+    /// Opens the bands of the file that `raster` is of.
+    ///
+    /// # Errors
+    /// [`RasterError`], for a band that is not there among others.
+    pub fn open(&self, raster: &Raster) -> Result<Vec<Raster>, RasterError> {
+        self.bands.iter().map(|&band| Raster::open(raster.path(), band)).collect()
+    }
+}
+
+/// Finds the ranges that the weighted error is scaled by. Samples of 8 and 16 bits without a sign have the range of
+/// their type, 0 to 255 and 0 to 65535 (the paper's colours from 0 to 1); of other bands and of the heights every
+/// sample is read once, through GDAL, in parallel on the current rayon pool. Nothing is read of a planar image of such
+/// samples.
+///
+/// # Errors
+/// [`FieldError`], for samples without a value among others.
+pub fn find_ranges(raster: &Raster, options: &ChannelOptions, control: &Control<'_>) -> Result<Ranges, FieldError> {
+    let bands = options.open(raster)?;
+    let searched: Vec<&Raster> = (!options.planar)
+        .then_some(raster)
+        .into_iter()
+        .chain(bands.iter().filter(|b| type_range(b).is_none()))
+        .collect();
+    let (steps, samples) = searched.iter().fold((0, 0), |(steps, samples), r| {
+        (steps + units(r).len() as u64, samples + r.width() as u64 * r.height() as u64)
+    });
+    control.progress.begin(Stage::Ranges, steps, samples);
+    let heights = if options.planar { Range { min: 0.0, max: 0.0 } } else { search(raster, raster, control)? };
+    let range = |band: &Raster| type_range(band).map_or_else(|| search(raster, band, control), Ok);
+    let channels = bands.iter().map(range).collect::<Result<Vec<_>, FieldError>>()?;
+    control.progress.end(Stage::Ranges);
+    let unit = if options.planar { PLANAR_UNIT } else { heights.width() };
+    Ok(Ranges { heights, channels, unit })
+}
+
+fn type_range(band: &Raster) -> Option<Range> {
+    let max = match band.sample_type() {
+        SampleType::U8 => 255.0,
+        SampleType::U16 => 65535.0,
+        _ => return None,
+    };
+    band.scaling().is_none().then_some(Range { min: 0.0, max })
+}
+
+/// The least and the largest value do not depend on who finds them.
+fn search(raster: &Raster, band: &Raster, control: &Control<'_>) -> Result<Range, FieldError> {
+    let options = FieldOptions { choice: Choice::Windows, ..FieldOptions::default() };
+    let field = Field::open(band, &options, control)?.called_after(raster, band);
+    let search_unit = |(values, scratch): &mut (Vec<f64>, Vec<u64>), &unit: &Window| {
+        control.cancel.check()?;
+        field.load_values(unit, values, scratch)?;
+        control.progress.step(Stage::Ranges, unit.len() as u64);
+        // A zero has no sign here.
+        Ok(values.iter().fold(Range::EMPTY, |r, &v| r.and(Range { min: v + 0.0, max: v + 0.0 })))
+    };
+    let units = units(band);
+    units.par_iter().map_init(Default::default, search_unit).try_reduce(|| Range::EMPTY, |a, b| Ok(a.and(b)))
+}
+
+impl Field {
+    /// Makes the heights of `raster` readable (or takes them as 0, see [`ChannelOptions::planar`]), and the channels
+    /// beside them, each as [`Field::open`] does.
+    ///
+    /// # Errors
+    /// [`FieldError`]; nothing is left behind.
+    ///
+    /// # Panics
+    /// If the ranges are not those of the channels, or [`ChannelError::new`] does.
+    pub fn open_extended(
+        raster: &Raster,
+        options: &FieldOptions,
+        channel_options: &ChannelOptions,
+        ranges: &Ranges,
+        control: &Control<'_>,
+    ) -> Result<Field, FieldError> {
+        assert_eq!(channel_options.bands.len(), ranges.channels.len(), "ranges of channels");
+        let bands = channel_options.open(raster)?;
+        let open = |band: &Raster| Ok(Field::open(band, options, control)?.called_after(raster, band));
+        let fields = bands.iter().map(open).collect::<Result<Vec<Field>, FieldError>>()?;
+        let heights = match channel_options.planar {
+            true => Field::level(raster, fields[0].access.clone()),
+            false => Field::open(raster, options, control)?,
+        };
+        Ok(heights.with_channels(
+            fields.into_iter().zip(channels(&bands)).collect(),
+            ChannelError::new(channel_options.emphasis, ranges),
+        ))
+    }
+
+    /// The same field with these channels, each a field whose heights are the channel's values.
+    ///
+    /// # Panics
+    /// If a channel has another size, there are more or fewer than the error is for, or the field has weights.
+    pub fn with_channels(self, channels: Vec<(Field, Channel)>, error: ChannelError) -> Field {
+        assert!(self.importance.is_none(), "channels beside weights");
+        let (fields, named): (Vec<Field>, Vec<Channel>) = channels.into_iter().unzip();
+        assert!(fields.iter().all(|f| (f.width, f.height) == (self.width, self.height)), "sizes of channels");
+        assert_eq!(fields.len(), error.scales().len(), "channels of the error");
+        Field { channels: Some(Channels { fields, named, error: Arc::new(error) }), ..self }
+    }
+
+    /// What channels there are beside the heights.
+    pub fn channels(&self) -> &[Channel] {
+        self.channels.as_ref().map_or(&[], |c| &c.named)
+    }
+
+    /// What an error in the channels counts, where there are some.
+    pub fn channel_error(&self) -> Option<&ChannelError> {
+        self.channels.as_ref().map(|c| c.error.as_ref())
+    }
+
+    /// The fields that are read: that of the heights, unless they are 0, and those of the channels.
+    pub fn each(&self) -> impl Iterator<Item = &Field> {
+        let heights = (!matches!(self.source, Source::Level)).then_some(self);
+        heights.into_iter().chain(self.channels.iter().flat_map(|c| &c.fields))
+    }
+
+    /// Copies a window's values, as doubles.
+    pub(super) fn load_values(
+        &self,
+        window: Window,
+        values: &mut Vec<f64>,
+        scratch: &mut Vec<u64>,
+    ) -> Result<(), FieldError> {
+        values.resize(window.len(), 0.0);
+        with_sample_type!(self.sample_type, T => self.copy::<T, f64>(window, scratch, values))
+    }
+
+    /// Height 0 everywhere.
+    fn level(raster: &Raster, access: Access) -> Field {
+        Field {
+            name: raster.path().to_path_buf(),
+            width: raster.width(),
+            height: raster.height(),
+            sample_type: SampleType::U8,
+            scaling: Scaling::NONE,
+            nodata: Nodata::None,
+            geo_transform: raster.geo_transform(),
+            source: Source::Level,
+            access,
+            channels: None,
+            importance: None,
+        }
+    }
+
+    /// Messages name the band where it is not that of the heights.
+    fn called_after(self, raster: &Raster, band: &Raster) -> Field {
+        if raster.band() == band.band() {
+            return self;
+        }
+        Field { name: PathBuf::from(format!("{} (band {})", band.path().display(), band.band())), ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,288 @@
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::control::{Control, Stage};
+use crate::ply::PlyFile;
+use crate::raster::{Raster, channels};
+
+use super::VerifyError;
+use super::finding::{Finding, SamplePlace};
+use super::grid::{Grid, orientation};
+use super::pace::Pace;
+use super::ranges::Scales;
+use super::samples::BandReader;
+use super::scratch::{Queue, Scratch};
+use super::sort::{Sorted, Sorter};
+use super::surface::{Measure, Surface};
+use super::triangle::Triangle;
+use super::valued::ValuedStore;
+
+/// Bands of the raster that the mesh carries as attributes of its vertices, and what errors in them count.
+///
+/// With k channels, E = s·|Δz| + Σᵢ sᵢ·|Δcᵢ| must be at most the tolerance, where s = 1 − w and sᵢ = w·(M/k)/Rᵢ, each
+/// operation rounded in this order. w is the emphasis; M the range of the heights over the raster; Rᵢ that of the channel,
+/// of unsigned samples of 8 and 16 bits without scale and offset 255 and 65535. sᵢ is 0 where Rᵢ is, and at most the
+/// largest double.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WeightedOptions {
+    /// The bands, counted from 1. The attributes' names follow from the raster ([`crate::raster::channels`]).
+    pub bands: Vec<usize>,
+    /// From 0 (only heights count) to 1 (only channels).
+    pub emphasis: f64,
+    /// There are no heights: they are to be 0 everywhere, and M is 255.
+    pub planar: bool,
+}
+
+/// What was found out about the weighted error.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WeightedVerdict {
+    /// w.
+    pub emphasis: f64,
+    /// M.
+    pub unit: f64,
+    /// The attributes, and the ranges they are scaled by.
+    pub channels: Vec<ChannelRange>,
+    /// Where it is largest; `None` where no sample is covered.
+    pub worst: Option<WorstWeighted>,
+    /// Samples where it exceeds the tolerance, exactly.
+    pub above_tolerance: Finding<SamplePlace>,
+}
+
+/// A channel.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChannelRange {
+    /// The attribute's name.
+    pub name: String,
+    /// The least value, or that of the type.
+    pub min: f64,
+    /// The largest.
+    pub max: f64,
+}
+
+/// The sample with the largest weighted error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct WorstWeighted {
+    /// The error: rounded, but at most the tolerance if and only if the exact one is.
+    pub error: f64,
+    /// Which sample; the first one in row order where several have it.
+    #[serde(flatten)]
+    pub place: SamplePlace,
+    /// The face it was measured in.
+    pub face: u64,
+}
+
+/// `[first row, face, corners]`, the corners in positive order.
+type Face = [u64; 5];
+
+/// Bytes of the sort of faces.
+const FACE_BYTES: usize = 16 << 20;
+/// Faces held against a band at a time.
+const BATCH: usize = 4 << 10;
+/// Pieces a band is cut into for the threads.
+const TASKS: usize = 32;
+
+/// Judges the weighted error at every sample that the mesh covers.
+///
+/// A pass over the file's vertices and faces, one over each band of the raster, and one more over those whose range is
+/// looked for. Memory use is constant: the sort's 16 MiB, a [`ValuedStore`], and bands of 8 MiB in all.
+pub(super) fn judge_weighted(
+    raster: &Raster,
+    mesh: &mut PlyFile,
+    tolerance: f64,
+    options: &WeightedOptions,
+    scratch: &Scratch,
+    control: &Control<'_>,
+) -> Result<WeightedVerdict, VerifyError> {
+    let open = |&band: &usize| Raster::open(raster.path(), band);
+    let bands = options.bands.iter().map(open).collect::<Result<Vec<Raster>, _>>()?;
+    let named = channels(&bands);
+    let names: Vec<&str> = named.iter().map(|c| c.name.as_str()).collect();
+    mesh.must_have(&names)?;
+    let scales = Scales::find(raster, &bands, options, control)?;
+    let grid = Grid::of(raster);
+    let mut pace = Pace::begin(control, Stage::Sort, mesh.vertex_count() + mesh.face_count());
+    let mut store = ValuedStore::read(mesh, &names, &grid, scratch, &mut pace)?;
+    let faces = sorted_faces(mesh, &mut store, &grid, scratch, &mut pace)?;
+    pace.end()?;
+
+    let measure = Measure { scales: &scales.scales, tolerance };
+    let mut readers = Readers::new(raster, &bands, options.planar)?;
+    let mut sweep = Sweep { grid, measure, store, worst: None, above: Finding::default() };
+    sweep.run(&mut readers, faces, scratch, control)?;
+    let ranges = names.iter().zip(&scales.ranges);
+    Ok(WeightedVerdict {
+        emphasis: options.emphasis,
+        unit: scales.unit,
+        channels: ranges.map(|(name, &(min, max))| ChannelRange { name: name.to_string(), min, max }).collect(),
+        worst: sweep.worst,
+        above_tolerance: sweep.above,
+    })
+}
+
+/// The faces that touch samples, by first row. Faces without an area or a place are told of by others.
+fn sorted_faces<'s>(
+    mesh: &mut PlyFile,
+    store: &mut ValuedStore<'_>,
+    grid: &Grid,
+    scratch: &'s Scratch,
+    pace: &mut Pace<'_>,
+) -> Result<Sorted<'s, 5>, VerifyError> {
+    let mut sorter = Sorter::new(scratch, FACE_BYTES);
+    mesh.for_each_face(|face, [a, b, c]| {
+        pace.tick()?;
+        let places = [store.get(a)?.place, store.get(b)?.place, store.get(c)?.place];
+        let [Some(pa), Some(pb), Some(pc)] = places else { return Ok(()) };
+        let Some(triangle) = Triangle::new(face, [pa, pb, pc], [0.0; 3]) else { return Ok(()) };
+        let (first, last) = triangle.rows(grid);
+        let [b, c] = if orientation(pa, pb, pc) > 0 { [b, c] } else { [c, b] };
+        if first <= last { sorter.push([first as u64, face, a, b, c]) } else { Ok(()) }
+    })?;
+    sorter.finish()
+}
+
+/// The heights and the channels, some rows at a time.
+struct Readers<'r>(Vec<BandReader<'r>>);
+
+impl<'r> Readers<'r> {
+    fn new(raster: &'r Raster, bands: &'r [Raster], planar: bool) -> Result<Self, VerifyError> {
+        let heights = if planar { BandReader::level(raster) } else { BandReader::new(raster)? };
+        let channels = bands.iter().map(BandReader::new);
+        let readers = std::iter::once(Ok(heights)).chain(channels).collect::<Result<Vec<_>, _>>()?;
+        let rows = (readers[0].rows() / readers.len()).max(1);
+        Ok(Readers(readers.into_iter().map(|r| r.by(rows)).collect()))
+    }
+
+    fn read(&mut self, index: usize) -> Result<Vec<&[f64]>, VerifyError> {
+        self.0.iter_mut().map(|r| r.read(index)).collect()
+    }
+}
+
+struct Sweep<'a> {
+    grid: Grid,
+    measure: Measure<'a>,
+    store: ValuedStore<'a>,
+    worst: Option<WorstWeighted>,
+    above: Finding<SamplePlace>,
+}
+
+/// What is known of a row: error, column and face of its worst sample; which samples exceed the tolerance.
+#[derive(Debug, Clone)]
+struct Row {
+    worst: Option<(f64, i64, u64)>,
+    above: Vec<bool>,
+}
+
+impl Sweep<'_> {
+    fn run(
+        &mut self,
+        readers: &mut Readers<'_>,
+        faces: Sorted<'_, 5>,
+        scratch: &Scratch,
+        control: &Control<'_>,
+    ) -> Result<(), VerifyError> {
+        let (rows, bands) = (readers.0[0].rows(), readers.0[0].count());
+        let samples = self.grid.width as u64 * self.grid.height as u64;
+        control.progress.begin(Stage::Compare, bands as u64, samples);
+        let mut faces = faces.peekable();
+        let mut waiting = Queue::<5>::new(scratch);
+        for index in 0..bands {
+            let values = readers.read(index)?;
+            let top = (index * rows) as i64;
+            let row = Row { worst: None, above: vec![false; self.grid.width as usize] };
+            let mut band = vec![row; values[0].len() / self.grid.width as usize];
+            let bottom = top + band.len() as i64;
+            let mut next = Queue::new(scratch);
+            for piece in std::mem::replace(&mut waiting, Queue::new(scratch)).into_pieces() {
+                for batch in piece?.chunks(BATCH) {
+                    control.cancel.check()?;
+                    self.compare(batch, top, &values, &mut band, &mut next)?;
+                }
+            }
+            loop {
+                let in_band = |f: &Result<Face, _>| f.as_ref().map_or(true, |f| (f[0] as i64) < bottom);
+                let batch: Vec<Face> =
+                    std::iter::from_fn(|| faces.next_if(in_band)).take(BATCH).collect::<Result<_, _>>()?;
+                if batch.is_empty() {
+                    break;
+                }
+                control.cancel.check()?;
+                self.compare(&batch, top, &values, &mut band, &mut next)?;
+            }
+            waiting = next;
+            self.add(top, &band);
+            control.progress.step(Stage::Compare, values[0].len() as u64);
+        }
+        control.progress.end(Stage::Compare);
+        Ok(())
+    }
+
+    /// Holds a batch of faces against the rows from `top` on; those that go on below are handed to `next`.
+    fn compare(
+        &mut self,
+        batch: &[Face],
+        top: i64,
+        values: &[&[f64]],
+        band: &mut [Row],
+        next: &mut Queue<'_, 5>,
+    ) -> Result<(), VerifyError> {
+        let bottom = top + band.len() as i64;
+        let mut surfaces = Vec::with_capacity(batch.len());
+        for face in batch {
+            let surface = self.surface(face)?;
+            let (first, last) = surface.triangle.rows(&self.grid);
+            if last >= bottom {
+                next.push(*face)?;
+            }
+            surfaces.push((surface, first, last));
+        }
+        let (width, measure) = (self.grid.width, self.measure);
+        let piece = band.len().div_ceil(TASKS);
+        band.par_chunks_mut(piece).enumerate().for_each(|(task, rows)| {
+            let first_row = top + (task * piece) as i64;
+            let after = first_row + rows.len() as i64;
+            for (surface, first, last) in &surfaces {
+                for row in first_row.max(*first)..after.min(last + 1) {
+                    let Some(span) = surface.triangle.row_span(row, width) else { continue };
+                    let start = (row - top) as usize * width as usize;
+                    let samples: Vec<&[f64]> = values.iter().map(|v| &v[start..start + width as usize]).collect();
+                    let Row { worst, above } = &mut rows[(row - first_row) as usize];
+                    if !surface.is_finite() {
+                        above[span.closed.0 as usize..=span.closed.1 as usize].fill(true);
+                        continue;
+                    }
+                    surface.judge_row(row, &span, &samples, measure, |column, error, within| {
+                        above[column as usize] |= !within;
+                        if worst.is_none_or(|(e, c, _)| (error, c) > (e, column)) {
+                            *worst = Some((error, column, surface.triangle.face));
+                        }
+                    });
+                }
+            }
+        });
+        Ok(())
+    }
+
+    fn surface(&mut self, &[_, face, a, b, c]: &Face) -> Result<Surface, VerifyError> {
+        let count = self.measure.scales.len();
+        let (mut corners, mut values) = ([(0, 0); 3], vec![[0.0; 3]; count]);
+        for (i, vertex) in [a, b, c].into_iter().enumerate() {
+            let vertex = self.store.get(vertex)?;
+            corners[i] = vertex.place.expect("faces without a place are left out");
+            values.iter_mut().enumerate().for_each(|(j, v)| v[i] = vertex.value(j));
+        }
+        let triangle = Triangle::new(face, corners, values[0]).expect("faces without an area are left out");
+        Ok(Surface::new(triangle, values, self.measure))
+    }
+
+    fn add(&mut self, top: i64, band: &[Row]) {
+        for (row, found) in (top..).zip(band) {
+            for (column, _) in found.above.iter().enumerate().filter(|(_, above)| **above) {
+                self.above.add(|| self.grid.sample(column as i64, row));
+            }
+            let Some((error, column, face)) = found.worst else { continue };
+            if self.worst.is_none_or(|w| error > w.error) {
+                self.worst = Some(WorstWeighted { error, place: self.grid.sample(column, row), face });
+            }
+        }
+    }
+}

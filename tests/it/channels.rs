@@ -1,0 +1,250 @@
+//! `--channels`, `--emphasis` and `--planar`: from bands to colours of vertices, what is refused, and what `verify` makes
+//! of a mesh with colours.
+
+use std::fs;
+
+use crate::util::{Dem, Folder, Kind, terrabite, terrabite_with_fault};
+
+/// Hills in the first band, and in three more a picture: a disc on a ground that fades.
+fn coloured_hills() -> Dem {
+    fn picture(band: usize, column: usize, row: usize) -> f64 {
+        let (x, y) = (column as f64 - 50.0, row as f64 - 40.0);
+        let ground = (column + row) as f64 / 8.0 * band as f64;
+        if x.hypot(y) < 25.0 { 230.0 - 30.0 * band as f64 } else { ground.floor() }
+    }
+    // Else GDAL takes the fourth of four bands of bytes for a mask.
+    let plain = Dem::new(100, 80).kind(Kind::Byte).option("PHOTOMETRIC=MINISBLACK").option("ALPHA=NO");
+    plain.bands(4).others(picture)
+}
+
+const COLOURS: [&str; 4] = ["--max-error", "4", "--channels", "2,3,4"];
+const INSERTION: [&str; 6] = ["--engine", "greedy-insertion", "--tile", "32", "--quality", "none"];
+
+/// `simplify` with colours, and the engine that keeps them, which is the default then.
+fn simplify<'a>(dem: &'a str, tin: &'a str, options: &[&'a str]) -> Vec<&'a str> {
+    ["simplify", dem, tin, "--overwrite", "--json"]
+        .iter()
+        .chain(&COLOURS)
+        .chain(&["--tile", "32"])
+        .chain(options)
+        .copied()
+        .collect()
+}
+
+fn header(tin: &str) -> String {
+    let bytes = fs::read(tin).unwrap();
+    let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap();
+    String::from_utf8(bytes[..end].to_vec()).unwrap()
+}
+
+#[test]
+fn colours_come_along() {
+    let folder = Folder::new();
+    let (dem, tin) = (coloured_hills().write(&folder, "dem.tif"), folder.at("tin.ply"));
+    for options in [&[][..], &["--swap", "data-dependent"], &["--measure", "global-error"], &["--emphasis", "0.9"]] {
+        let report = terrabite(simplify(&dem, &tin, options)).succeeds().json();
+        let header = header(&tin);
+        assert!(header.contains("property uchar red\nproperty uchar green\nproperty uchar blue\n"), "{header}");
+        assert!(header.contains("channels 2,3,4, emphasis 0."), "{header}");
+        let emphasis = options.iter().skip_while(|o| **o != "--emphasis");
+        let verify = ["verify", &dem, &tin, "--json"].into_iter().chain(COLOURS).chain(emphasis.copied());
+        let verdict = terrabite(verify).succeeds().json();
+        let judged = verdict["extended"]["worst"]["error"].as_f64().unwrap();
+        let measured = report["channels"]["max_weighted_error"].as_f64().unwrap();
+        assert!(judged <= 4.0 && (judged - measured).abs() < 1e-9, "{judged}, {measured}");
+    }
+    // Heights alone need fewer vertices, and such a mesh has the colours of none.
+    let with = terrabite(simplify(&dem, &tin, &[])).succeeds().json()["vertices"].as_u64();
+    let heights = ["simplify", &dem, &tin, "--max-error", "4", "--overwrite", "--json"];
+    let without = terrabite(heights.iter().chain(&INSERTION)).succeeds().json()["vertices"].as_u64();
+    assert!(without < with, "{without:?}, {with:?}");
+    terrabite(["verify", &dem, &tin].iter().chain(&COLOURS)).fails(1, &["property red"]);
+}
+
+#[test]
+fn a_planar_image_becomes_a_flat_mesh_with_its_colours() {
+    let folder = Folder::new();
+    let image = coloured_hills().bands(3).write(&folder, "image.tif");
+    let tin = folder.at("tin.ply");
+    for swap in ["delaunay", "data-dependent"] {
+        let planar =
+            ["simplify", &image, &tin, "--max-error", "10", "--planar", "--swap", swap, "--overwrite", "--json"];
+        let report = terrabite(planar.iter().chain(&INSERTION)).succeeds().json();
+        assert_eq!(report["error"]["max"], 0.0);
+        assert!(report["vertices"].as_u64() < Some(4000), "{report}");
+        let verdict = terrabite(["verify", &image, &tin, "--max-error", "10", "--planar"]).succeeds();
+        assert!(verdict.out.contains("max weighted error"), "{verdict:#?}");
+        assert_eq!(terrabite(["verify", &image, &tin, "--max-error", "1", "--planar"]).code, Some(1));
+    }
+}
+
+#[test]
+fn threads_access_and_layout_do_not_change_a_byte() {
+    let folder = Folder::new();
+    let (dem, tin) = (coloured_hills().write(&folder, "dem.tif"), folder.at("tin.ply"));
+    for swap in ["delaunay", "data-dependent"] {
+        let bytes = |options: &[&str]| {
+            terrabite(simplify(&dem, &tin, &[&["--swap", swap], options].concat())).succeeds();
+            fs::read(&tin).unwrap()
+        };
+        let expected = bytes(&["--threads", "1"]);
+        for options in [["--threads", "3"], ["--access", "windows"], ["--access", "decode"]] {
+            assert!(bytes(&options) == expected, "{swap} {options:?}");
+        }
+        coloured_hills().compressed().stripped(16).write(&folder, "dem.tif");
+        assert!(bytes(&[]) == expected, "{swap}");
+    }
+}
+
+#[test]
+fn a_run_continues_with_the_same_channels_only() {
+    let folder = Folder::new();
+    let dem = coloured_hills().write(&folder, "dem.tif");
+    let (tin, work) = (folder.at("tin.ply"), folder.at("work"));
+    terrabite(simplify(&dem, &tin, &[])).succeeds();
+    let expected = fs::read(&tin).unwrap();
+    fs::remove_file(&tin).unwrap();
+    let kept = |options: &[&str]| {
+        simplify(&dem, &tin, &[&["--work-dir", &work], options].concat())
+            .iter()
+            .map(|w| w.to_string())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(terrabite_with_fault("kill:chunk-renamed:5", kept(&[])).code, None);
+    terrabite(kept(&["--emphasis", "0.25"])).fails(1, &[&work, "emphasis"]);
+    let run = terrabite(kept(&[])).succeeds();
+    assert!(run.json()["tiles_found"].as_u64() >= Some(5), "{run:#?}");
+    assert!(fs::read(&tin).unwrap() == expected);
+}
+
+#[test]
+fn points_may_stand_beside_channels() {
+    let folder = Folder::new();
+    let (dem, tin) = (coloured_hills().write(&folder, "dem.tif"), folder.at("tin.ply"));
+    let places = [(40.5f64, -32.5f64), (7.5, -3.5), (32.5, -9.5)];
+    let rows: String = places.iter().map(|(x, y)| format!("{x},{y}\n")).collect();
+    let points = folder.with("points.csv", format!("x,y\n{rows}"));
+    terrabite(simplify(&dem, &tin, &["--points", &points])).succeeds();
+    terrabite(["verify", &dem, &tin].iter().chain(&COLOURS)).succeeds();
+    let bytes = fs::read(&tin).unwrap();
+    for (x, y) in places {
+        let vertex = [x.to_le_bytes(), y.to_le_bytes()].concat();
+        assert!(bytes.windows(16).any(|w| w == vertex), "{x}, {y}");
+    }
+}
+
+#[test]
+fn weights_goals_and_polishing_do_not_stand_beside_channels() {
+    let folder = Folder::new();
+    let (dem, tin) = (coloured_hills().write(&folder, "dem.tif"), folder.at("tin.ply"));
+    terrabite(simplify(&dem, &tin, &["--importance", &dem])).fails(2, &["--importance", "--channels"]);
+    terrabite(["verify", &dem, &tin, "--importance", &dem, "--max-error", "1", "--planar"])
+        .fails(2, &["--importance", "--planar"]);
+    for goal in ["--max-points", "--max-triangles", "--max-rms"] {
+        terrabite(simplify(&dem, &tin, &[goal, "100"])).fails(2, &["channels", goal]);
+    }
+    terrabite(simplify(&dem, &tin, &["--quality", "fast"])).fails(2, &["channels", "--quality none"]);
+    assert_eq!(folder.names(), ["dem.tif"]);
+}
+
+/// Three bands of bytes, all of them this.
+fn grey(column: usize, row: usize) -> f64 {
+    (10 * column + row) as f64
+}
+
+fn with_image() -> (Folder, String) {
+    let folder = Folder::new();
+    let image = Dem::new(20, 10).kind(Kind::Byte).bands(3).heights(grey).write(&folder, "image.tif");
+    (folder, image)
+}
+
+/// The corners of the image as two flat triangles, with their colours made darker by `darker`.
+fn coloured(darker: f64) -> String {
+    let corner = |(x, y, column, row): (f64, f64, usize, usize)| {
+        let grey = grey(column, row) - darker;
+        format!("{x} {y} 0 {grey} {grey} {grey}\n")
+    };
+    let corners = [(0.5, -0.5, 0, 0), (0.5, -9.5, 0, 9), (19.5, -9.5, 19, 9), (19.5, -0.5, 19, 0)].map(corner).concat();
+    let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n\
+        property float red\nproperty float green\nproperty float blue\nelement face 2\n\
+        property list uchar uint vertex_indices\nend_header\n";
+    format!("{header}{corners}3 0 1 2\n3 0 2 3\n")
+}
+
+#[test]
+fn channels_need_an_engine_that_keeps_them() {
+    let (folder, image) = with_image();
+    let tin = folder.at("tin.ply");
+    for channels in [&["--channels", "2,3"][..], &["--planar"], &["--planar", "--channels", "3"]] {
+        let run = ["simplify", &image, &tin, "--max-error", "1", "--engine", "greedy-cuts"];
+        let run = run.into_iter().chain(channels.iter().copied());
+        terrabite(run).fails(2, &["greedy cuts", "--engine greedy-insertion"]);
+    }
+    assert_eq!(folder.names(), ["image.tif"]);
+}
+
+#[test]
+fn bands_and_emphases_that_are_none() {
+    let (folder, image) = with_image();
+    let tin = folder.with("tin.ply", coloured(0.0));
+    let output = folder.at("new.ply");
+    for command in [["simplify", &image, &output], ["verify", &image, &tin]] {
+        let refused = |options: &[&str], code, words: &[&str]| {
+            let arguments = command.iter().copied().chain(["--max-error", "1"]).chain(options.iter().copied());
+            terrabite(arguments).fails(code, words);
+        };
+        refused(&["--channels", "2,4"], 1, &[&image, "band 4", "bands 1 to 3", "--channels"]);
+        for wrong in ["0", "2,2", "two", "", "2-3"] {
+            refused(&["--channels", wrong], 2, &["--channels", "expected"]);
+        }
+        for wrong in ["-0.1", "1.5", "nan", "much"] {
+            refused(&["--channels", "2", "--emphasis", wrong], 2, &["--emphasis", "from 0 to 1"]);
+        }
+        refused(&["--emphasis", "0.5"], 2, &["--channels"]);
+        refused(&["--planar", "--channels", "2", "--emphasis", "0.5"], 2, &["--planar"]);
+        refused(&["--planar", "--band", "2"], 2, &["--planar"]);
+    }
+    assert_eq!(folder.names(), ["image.tif", "tin.ply"]);
+}
+
+#[test]
+fn samples_without_a_value_are_refused_by_band() {
+    let (folder, _) = with_image();
+    let hole = |c: usize, r: usize| if (c, r) == (7, 5) { f64::NAN } else { 3.0 };
+    let strange = Dem::new(20, 10).kind(Kind::Float32).bands(2).heights(hole).write(&folder, "strange.tif");
+    let tin = folder.with("tin.ply", coloured(0.0).replace("red", "band_2"));
+    terrabite(["verify", &strange, &tin, "--max-error", "1", "--planar", "--channels", "2"])
+        .fails(1, &[&strange, "row 5"]);
+}
+
+#[test]
+fn verify_judges_colours() {
+    let (folder, image) = with_image();
+    let tin = folder.with("tin.ply", coloured(0.0));
+    let exact = terrabite(["verify", &image, &tin, "--max-error", "1e-9", "--planar"]).succeeds();
+    assert!(exact.out.contains("max weighted error") && exact.out.contains("PASS"), "{exact:#?}");
+    let tin = folder.with("tin.ply", coloured(3.0));
+    let judge = |tolerance| terrabite(["verify", &image, &tin, "--max-error", tolerance, "--planar", "--json"]);
+    let passed = judge("3").json();
+    assert!((passed["extended"]["worst"]["error"].as_f64().unwrap() - 3.0).abs() < 1e-12, "{passed}");
+    let failed = judge("2.9");
+    assert_eq!((failed.code, &failed.json()["extended"]["above_tolerance"]["count"]), (Some(1), &200.into()));
+    // Heights alone do not ask for attributes, and a report without channels does not speak of them.
+    let plain = terrabite(["verify", &image, &tin, "--max-error", "300", "--json"]).succeeds().json();
+    assert!(plain.get("extended").is_none());
+    // With heights: (1 − 0.25)·|Δz| and a quarter of the colours' share of the range of heights, 199.
+    let weighted =
+        ["verify", &image, &tin, "--max-error", "300", "--channels", "1,2,3", "--emphasis", "0.25", "--json"];
+    let found = terrabite(weighted).succeeds().json()["extended"]["worst"]["error"].as_f64().unwrap();
+    let expected = 0.75 * 199.0 + 0.25 * 199.0 * 3.0 / 255.0;
+    assert!((found - expected).abs() < 1e-9, "{found} against {expected}");
+}
+
+#[test]
+fn attributes_that_are_missing_are_named() {
+    let (folder, image) = with_image();
+    let tin = folder.with("tin.ply", coloured(0.0).replace("property float green", "property float grün"));
+    terrabite(["verify", &image, &tin, "--max-error", "1", "--planar"]).fails(1, &[&tin, "property green"]);
+    terrabite(["preview", &image, &tin, &folder.at("out.png"), "--mode", "colour"]).fails(1, &[&tin, "property green"]);
+    assert_eq!(folder.names(), ["image.tif", "tin.ply"]);
+}
