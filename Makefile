@@ -4,7 +4,7 @@ CARGO ?= cargo
 # Where rustup puts it; a shell started before the installation does not look there.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help setup demo test check bench bench-scale bench-kernels paper fmt accept
+.PHONY: help setup demo test check bench bench-quality bench-scale bench-kernels paper fmt accept
 
 help:
 	@echo 'make setup   install what is missing (Debian: GDAL, a C compiler, Python for one test)'
@@ -12,6 +12,7 @@ help:
 	@echo 'make test    all tests'
 	@echo 'make check   formatting, lints and documentation, warnings denied'
 	@echo 'make bench   the benchmark: against pydelatin and against GDAL alone'
+	@echo 'make bench-quality  what every --quality is worth, against pydelatin'
 	@echo 'make bench-scale    from 4096 x 4096 to 32768 x 32768 (choose: SIZES=4096,8192)'
 	@echo 'make bench-kernels  the parts, by criterion'
 	@echo 'make paper   repeats the experiments of Garland & Heckbert 1995, tables and plots'
@@ -36,6 +37,10 @@ check: setup
 bench: setup
 	$(CARGO) build --release --locked --bin terrabite --example gdal_floor
 	@python3 scripts/bench.py $(BENCH_OPTIONS)
+
+bench-quality: setup
+	$(CARGO) build --release --locked --bin terrabite --example gdal_floor
+	@python3 scripts/bench_quality.py $(BENCH_OPTIONS)
 
 bench-scale: setup
 	$(CARGO) build --release --locked --bin terrabite --example gdal_floor

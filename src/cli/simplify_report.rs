@@ -8,6 +8,7 @@ use super::simplify_channels::ChannelReport;
 use crate::field::{Access, Field};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
+use crate::measure::ShapeStats;
 use crate::raster::{PointCounts, Points};
 use crate::simplify::{EngineChoice, Mesh, Params, Plan, Quality, Summary, TileTimes};
 use crate::triangulate::Feasibility;
@@ -34,6 +35,7 @@ pub(super) struct Report {
     relaxed_triangles: u64,
     tile_cells: usize,
     error: ErrorReport,
+    shape: ShapeReport,
     /// Null where there are none.
     channels: Option<ChannelReport>,
     seconds: Seconds,
@@ -105,6 +107,45 @@ struct ErrorReport {
     p99: f64,
 }
 
+/// The shapes of the triangles, seen from above with square cells, and how far edges stray between samples.
+#[derive(Debug, Clone, Serialize)]
+struct ShapeReport {
+    /// The smallest angle of a triangle, in degrees: a share of the triangles has at most so much.
+    angle_p5: f64,
+    angle_p50: f64,
+    /// How many triangles by the whole degrees of their smallest angle.
+    smallest_angles: Vec<u64>,
+    /// The share of the edges that stray farther than the tolerance from the grid's edges and diagonals, and how far the
+    /// farthest does, in the units of the heights.
+    edges_beyond: f64,
+    overshoot_max: f64,
+    /// What 99 % of the edges do not exceed, as a share of the tolerance.
+    overshoot_p99: f64,
+}
+
+impl ShapeReport {
+    fn new(shape: &ShapeStats) -> ShapeReport {
+        ShapeReport {
+            angle_p5: shape.angle(0.05),
+            angle_p50: shape.angle(0.5),
+            smallest_angles: shape.angles.to_vec(),
+            edges_beyond: shape.beyond_tolerance(),
+            overshoot_max: shape.overshoot_max,
+            overshoot_p99: shape.overshoot(0.99),
+        }
+    }
+
+    fn line(&self) -> String {
+        format!(
+            "smallest angles: 5 % up to {:.0}°, half up to {:.0}°; edges between samples: {:.2} % stray beyond, up to {:.4}",
+            self.angle_p5,
+            self.angle_p50,
+            100.0 * self.edges_beyond,
+            self.overshoot_max
+        )
+    }
+}
+
 /// Seconds by stage, on the clock; `threads` are seconds of all threads together within `tiles`.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Seconds {
@@ -162,6 +203,7 @@ impl Report {
                 p95: percentile(0.95),
                 p99: percentile(0.99),
             },
+            shape: ShapeReport::new(&errors.shape),
             channels: None,
             samples_per_second: errors.samples as f64 / seconds.total,
             seconds,
@@ -213,6 +255,7 @@ impl Report {
             ]),
         }
         lines.extend(self.channels.iter().flat_map(ChannelReport::lines));
+        lines.push(("shape", self.shape.line()));
         if let Some(goal) = &self.goal {
             lines.push(("goal", goal.line(self.vertices, self.triangles)));
         }

@@ -4,8 +4,10 @@
 //! sample on a seam belongs to the tile to its right or below, as seam vertices do), so that over all tiles every
 //! sample is counted once.
 
+mod shape;
 mod weighted;
 
+pub use shape::{ANGLES, OVERSHOOTS, ShapeStats};
 pub use weighted::WeightedStats;
 
 use std::ops::RangeInclusive;
@@ -37,13 +39,24 @@ pub struct ErrorStats {
     pub histogram: Box<[u64; BINS]>,
     /// The largest weighted error, where there are channels.
     pub extended: Option<WeightedStats>,
+    /// The shapes of the triangles.
+    pub shape: Box<ShapeStats>,
 }
 
 impl Default for ErrorStats {
     fn default() -> Self {
         let (max, worst, squares) = (0.0, (0, 0), 0.0);
         let histogram = Box::new([0; BINS]);
-        ErrorStats { samples: 0, max, weighted_max: max, worst, squares, histogram, extended: None }
+        ErrorStats {
+            samples: 0,
+            max,
+            weighted_max: max,
+            worst,
+            squares,
+            histogram,
+            extended: None,
+            shape: Box::default(),
+        }
     }
 }
 
@@ -59,6 +72,7 @@ impl ErrorStats {
         {
             self.extended = Some(extended);
         }
+        self.shape.add(&other.shape);
         self.samples += other.samples;
         self.squares += other.squares;
         for (sum, count) in self.histogram.iter_mut().zip(other.histogram.iter()) {
@@ -132,6 +146,7 @@ pub fn measure(
         Heights::F64(heights) => mesh.triangles.iter().for_each(|&t| meter.triangle(heights, mesh.corners(t))),
     }
     let mut stats = meter.stats;
+    *stats.shape = shape::shape(tile, mesh, scale);
     stats.worst = (origin.0 + meter.worst.0 as u64, origin.1 + meter.worst.1 as u64);
     assert_eq!(stats.samples, (owned.0 * owned.1) as u64, "samples covered of a tile at {origin:?}");
     if !tile.is_weighted() {

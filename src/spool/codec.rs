@@ -2,12 +2,12 @@
 
 use super::{Attribute, Chunk};
 use crate::lattice::Point;
-use crate::measure::{BINS, ErrorStats, WeightedStats};
+use crate::measure::{ANGLES, BINS, ErrorStats, OVERSHOOTS, ShapeStats, WeightedStats};
 use crate::mesh::Vertex;
 use crate::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 /// What is wrong with some bytes: (expected, found).
 pub(super) type Damage = (String, String);
@@ -63,6 +63,10 @@ fn encode_errors(errors: &ErrorStats, out: &mut Vec<u8>) {
     }
     for count in errors.histogram.iter() {
         out.extend_from_slice(&count.to_le_bytes());
+    }
+    let ShapeStats { angles, overshoots, overshoot_max } = &*errors.shape;
+    for word in angles.iter().chain(overshoots).chain([&overshoot_max.to_bits()]) {
+        out.extend_from_slice(&word.to_le_bytes());
     }
     let WeightedStats { max, worst } = errors.extended.unwrap_or_default();
     for word in [u64::from(errors.extended.is_some()), max.to_bits(), worst.0, worst.1] {
@@ -149,6 +153,13 @@ fn decode_errors(reader: &mut Reader<'_>) -> Result<ErrorStats, Damage> {
     for bin in 0..BINS {
         errors.histogram[bin] = reader.u64()?;
     }
+    for bin in 0..ANGLES {
+        errors.shape.angles[bin] = reader.u64()?;
+    }
+    for bin in 0..OVERSHOOTS {
+        errors.shape.overshoots[bin] = reader.u64()?;
+    }
+    errors.shape.overshoot_max = f64::from_bits(reader.u64()?);
     let is_there = reader.u64()? == 1;
     let weighted = WeightedStats { max: f64::from_bits(reader.u64()?), worst: (reader.u64()?, reader.u64()?) };
     errors.extended = is_there.then_some(weighted);

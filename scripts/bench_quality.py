@@ -1,0 +1,129 @@
+"""What every --quality is worth: triangles and time against pydelatin at equal tolerance. Called by `make bench-quality`.
+
+Every raster of the data folder without nodata is simplified at three tolerances, one for each range of samples per
+triangle (4 to 20, 20 to 100, 100 to 700 of greedy insertion's). Every mesh is judged by `terrabite verify`. Times are
+taken inside the processes, of triangulation alone, and compared on rasters of at least 4 million samples. Prints tables
+for docs/quality.md.
+"""
+
+import argparse
+import math
+import statistics
+import sys
+
+from bench import DATA, environment, peer, prepared
+from bench_common import TERRABITE, WORK, grouped, machine, note, print_table, run, settle, verify
+from pathlib import Path
+
+# Name, tolerances by range.
+CASES = [
+    ("crater_lake_garland", ["4", "12", "40"]),
+    ("srtm3_S33W071", ["15", "70", "250"]),
+    ("srtm3_N57E011", ["2", "4", "12"]),
+    ("srtm3_mosaic_n_england", ["6", "15", "40"]),
+    ("lidar_wetland_1m", ["0.1", "0.25", "0.7"]),
+    ("mars_mola_4ppd", ["40", "150", "600"]),
+    ("moon_tycho_4096", ["10", "30", "100"]),
+    ("moon_highlands_8192", ["10", "30", "100"]),
+]
+RANGES = ["4 to 20", "20 to 100", "100 to 700"]
+QUALITIES = {
+    "none": ["--quality", "none", "--engine", "greedy-cuts"],
+    "fast": ["--quality", "fast"],
+    "balanced": ["--quality", "balanced"],
+    "balanced, fitted": ["--quality", "balanced", "--heights", "fitted"],
+    "best": ["--quality", "best"],
+    "best, fitted": ["--quality", "best", "--heights", "fitted"],
+}
+LARGE = 4_000_000
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--only", default="", help="only rasters whose name contains this")
+    parser.add_argument("--qualities", default=",".join(QUALITIES), help="some of: " + "; ".join(QUALITIES))
+    parser.add_argument("--patience", type=float, default=5, help="seconds to wait for idle cores before a run")
+    arguments = parser.parse_args()
+    wanted = [q for q in QUALITIES if q in [name.strip() for name in arguments.qualities.replace(";", ",").split(",")]]
+    if not arguments.qualities.count("fitted"):
+        wanted = [q for q in wanted if "fitted" not in q]
+    elif arguments.qualities == ",".join(QUALITIES):
+        wanted = list(QUALITIES)
+    WORK.mkdir(parents=True, exist_ok=True)
+    python = environment()
+    rows, shares, speeds = [], {q: [] for q in wanted}, {q: [] for q in wanted}
+    for name, tolerances in CASES:
+        path = DATA / f"{name}.tif"
+        if arguments.only not in name:
+            continue
+        if not path.exists():
+            note(f"{path} is not there: left out")
+            continue
+        raster = prepared(name, path)
+        for tolerance, density in zip(tolerances, RANGES):
+            compare(raster, tolerance, density, python, arguments, wanted, rows, shares, speeds)
+    print("\n".join(machine()))
+    print(f"Peer: {peer(python)}; {arguments.threads} threads against its one\n")
+    header = ["raster, tolerance", "quality", "samples each", "triangles", "÷ peer", "RMS ÷ tolerance",
+              "smallest angle, 5 % / 50 %", "edges beyond, %", "seconds", "speed ÷ peer"]
+    print_table(header, rows)
+    print()
+    summary = []
+    for q in wanted:
+        fast = f"{geometric(speeds[q]):.2f}" if speeds[q] else ""
+        summary.append([q, f"{geometric(shares[q]):.3f}" if shares[q] else "", fast])
+    print_table(["quality, geometric means", "triangles ÷ peer", "speed ÷ peer, large rasters"], summary)
+
+
+def compare(raster, tolerance, density, python, arguments, wanted, rows, shares, speeds):
+    note(f"{raster.name} at {tolerance}")
+    child = [python, Path(__file__).with_name("bench_pydelatin.py"), raster.raw, raster.width, raster.height, tolerance]
+    mesh = WORK / "quality.ply"
+    settle(arguments.patience)
+    runs = [run(*child).json()]
+    if raster.samples >= LARGE:
+        # A second one after ours: a machine that slows down or speeds up meanwhile hits both.
+        measured = {q: simplified(raster, tolerance, QUALITIES[q], mesh, arguments) for q in wanted}
+        runs.append(run(*child).json())
+    else:
+        measured = {q: simplified(raster, tolerance, QUALITIES[q], mesh, arguments) for q in wanted}
+    theirs = runs[0]["triangles"]
+    seconds = statistics.mean(r["triangulate_seconds"] for r in runs)
+    rows.append([f"{raster.name}, {tolerance}", "pydelatin", f"{raster.samples / theirs:.1f}", grouped(theirs), "1", "", "", "",
+                 f"{seconds:.2f}", "1"])
+    for q, report in measured.items():
+        share, took = report["triangles"] / theirs, report["seconds"]["tiles"]
+        shares[q].append(share)
+        if raster.samples >= LARGE:
+            speeds[q].append(seconds / took)
+        shape = report["shape"]
+        rows.append([
+            f"{raster.name}, {tolerance}", q, f"{report['samples_per_triangle']:.1f}", grouped(report["triangles"]), f"{share:.3f}",
+            f"{report['error']['rms'] / float(tolerance):.3f}", f"{shape['angle_p5']:.0f}° / {shape['angle_p50']:.0f}°",
+            f"{100 * shape['edges_beyond']:.1f}", f"{took:.2f}", f"{seconds / took:.2f}",
+        ])
+    low, high = (float(d) for d in density.split(" to "))
+    if not low <= raster.samples / theirs <= high:
+        note(f"{raster.samples / theirs:.1f} samples per triangle of the peer are not {density}")
+
+
+def simplified(raster, tolerance, options, mesh, arguments):
+    settle(arguments.patience)
+    done = run(
+        TERRABITE, "simplify", raster.path, mesh, "--max-error", tolerance, "--threads", arguments.threads, "--overwrite",
+        "--temp-dir", WORK, "--json", *options,
+    )
+    verdict = verify(raster.path, mesh, tolerance)[1]
+    if not verdict["passed"]:
+        sys.exit(f"bench: {raster.name} at {tolerance}, {options}: {verdict['failures']}")
+    mesh.unlink()
+    return done.json()
+
+
+def geometric(values):
+    return math.exp(sum(map(math.log, values)) / len(values))
+
+
+if __name__ == "__main__":
+    main()
