@@ -97,11 +97,11 @@ def compare(raster, tolerance, density, python, arguments, wanted, rows, shares,
         shares[q].append(share)
         if raster.samples >= LARGE:
             speeds[q].append(seconds / took)
-        shape = report["shape"]
+        shape = report["shape"] or {}
         rows.append([
             f"{raster.name}, {tolerance}", q, f"{report['samples_per_triangle']:.1f}", grouped(report["triangles"]), f"{share:.3f}",
-            f"{report['error']['rms'] / float(tolerance):.3f}", f"{shape['angle_p5']:.0f}° / {shape['angle_p50']:.0f}°",
-            f"{100 * shape['edges_beyond']:.1f}", f"{took:.2f}", f"{seconds / took:.2f}",
+            f"{report['error']['rms'] / float(tolerance):.3f}", f"{shape['angle_p5']:.0f}° / {shape['angle_p50']:.0f}°" if shape else "",
+            f"{100 * shape['edges_beyond']:.1f}" if shape else "", f"{took:.2f}", f"{seconds / took:.2f}",
         ])
     low, high = (float(d) for d in density.split(" to "))
     if not low <= raster.samples / theirs <= high:

@@ -35,7 +35,8 @@ pub(super) struct Report {
     relaxed_triangles: u64,
     tile_cells: usize,
     error: ErrorReport,
-    shape: ShapeReport,
+    /// Null without polishing.
+    shape: Option<ShapeReport>,
     /// Null where there are none.
     channels: Option<ChannelReport>,
     seconds: Seconds,
@@ -203,7 +204,7 @@ impl Report {
                 p95: percentile(0.95),
                 p99: percentile(0.99),
             },
-            shape: ShapeReport::new(&errors.shape),
+            shape: errors.shape.as_deref().map(ShapeReport::new),
             channels: None,
             samples_per_second: errors.samples as f64 / seconds.total,
             seconds,
@@ -255,7 +256,9 @@ impl Report {
             ]),
         }
         lines.extend(self.channels.iter().flat_map(ChannelReport::lines));
-        lines.push(("shape", self.shape.line()));
+        if let Some(shape) = &self.shape {
+            lines.push(("shape", shape.line()));
+        }
         if let Some(goal) = &self.goal {
             lines.push(("goal", goal.line(self.vertices, self.triangles)));
         }

@@ -7,7 +7,7 @@
 mod shape;
 mod weighted;
 
-pub use shape::{ANGLES, OVERSHOOTS, ShapeStats};
+pub use shape::{ANGLES, OVERSHOOTS, ShapeStats, shape};
 pub use weighted::WeightedStats;
 
 use std::ops::RangeInclusive;
@@ -39,24 +39,15 @@ pub struct ErrorStats {
     pub histogram: Box<[u64; BINS]>,
     /// The largest weighted error, where there are channels.
     pub extended: Option<WeightedStats>,
-    /// The shapes of the triangles.
-    pub shape: Box<ShapeStats>,
+    /// The shapes of the triangles, where somebody has looked at them ([`shape`]).
+    pub shape: Option<Box<ShapeStats>>,
 }
 
 impl Default for ErrorStats {
     fn default() -> Self {
         let (max, worst, squares) = (0.0, (0, 0), 0.0);
         let histogram = Box::new([0; BINS]);
-        ErrorStats {
-            samples: 0,
-            max,
-            weighted_max: max,
-            worst,
-            squares,
-            histogram,
-            extended: None,
-            shape: Box::default(),
-        }
+        ErrorStats { samples: 0, max, weighted_max: max, worst, squares, histogram, extended: None, shape: None }
     }
 }
 
@@ -72,7 +63,9 @@ impl ErrorStats {
         {
             self.extended = Some(extended);
         }
-        self.shape.add(&other.shape);
+        if let Some(other) = &other.shape {
+            self.shape.get_or_insert_default().add(other);
+        }
         self.samples += other.samples;
         self.squares += other.squares;
         for (sum, count) in self.histogram.iter_mut().zip(other.histogram.iter()) {
@@ -146,7 +139,6 @@ pub fn measure(
         Heights::F64(heights) => mesh.triangles.iter().for_each(|&t| meter.triangle(heights, mesh.corners(t))),
     }
     let mut stats = meter.stats;
-    *stats.shape = shape::shape(tile, mesh, scale);
     stats.worst = (origin.0 + meter.worst.0 as u64, origin.1 + meter.worst.1 as u64);
     assert_eq!(stats.samples, (owned.0 * owned.1) as u64, "samples covered of a tile at {origin:?}");
     if !tile.is_weighted() {

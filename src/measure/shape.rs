@@ -65,8 +65,9 @@ fn at_share(bins: &[u64], share: f64) -> usize {
     found.unwrap_or(bins.len() - 1)
 }
 
-/// Looks at every triangle and at every edge inside the tile once. `scale` is the tolerance, or what stands for it.
-pub(super) fn shape(tile: &Tile, mesh: &TileMesh, scale: f64) -> ShapeStats {
+/// Looks at every triangle and at every edge inside the tile once. `scale` is the tolerance, or what stands for it. Costs
+/// as much as measuring the errors.
+pub fn shape(tile: &Tile, mesh: &TileMesh, scale: f64) -> ShapeStats {
     let mut stats = ShapeStats::default();
     let tester = Tester::new(tile, scale, Feasibility::Strong);
     for &t in &mesh.triangles {

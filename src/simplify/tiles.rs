@@ -7,13 +7,13 @@ use super::engine::EngineScratch;
 use super::goal::Told;
 use super::in_order::{End, find_end};
 use super::pool::Pool;
-use super::{Error, Mesh, Params};
+use super::{Error, Mesh, Params, Quality};
 use crate::control::{Cancelled, Control, Stage};
 use crate::exact::MAX_TOLERANCE;
 use crate::faults::{self, Point};
 use crate::field::{Field, Tile};
 use crate::lattice::MAX_TILE_CELLS;
-use crate::measure::{Bound, measure};
+use crate::measure::{Bound, measure, shape};
 use crate::mesh::TileMesh;
 use crate::raster::{RasterError, Window};
 use crate::seam::{MinLink, Rim};
@@ -190,7 +190,14 @@ impl Workspace {
             Some(end) => clocks.engine.time(|| self.run_to(job, index, end))?,
         };
         let origin = (window.column as u64, window.row as u64);
-        let errors = clocks.measure.time(|| measure(&self.tile, &self.mesh, bound, origin, last));
+        let errors = clocks.measure.time(|| {
+            let mut errors = measure(&self.tile, &self.mesh, bound, origin, last);
+            // Whoever has no time for polishing has none for looking at it.
+            if params.quality != Quality::None {
+                errors.shape = Some(Box::new(shape(&self.tile, &self.mesh, tolerance(params))));
+            }
+            errors
+        });
         let samples = errors.samples;
         clocks.spool.time(|| {
             self.chunk.fill(index, &rim, &self.mesh, errors, self.tile.checksum());

@@ -64,7 +64,8 @@ fn encode_errors(errors: &ErrorStats, out: &mut Vec<u8>) {
     for count in errors.histogram.iter() {
         out.extend_from_slice(&count.to_le_bytes());
     }
-    let ShapeStats { angles, overshoots, overshoot_max } = &*errors.shape;
+    let ShapeStats { angles, overshoots, overshoot_max } = errors.shape.as_deref().unwrap_or(&ShapeStats::default());
+    out.extend_from_slice(&u64::from(errors.shape.is_some()).to_le_bytes());
     for word in angles.iter().chain(overshoots).chain([&overshoot_max.to_bits()]) {
         out.extend_from_slice(&word.to_le_bytes());
     }
@@ -153,13 +154,16 @@ fn decode_errors(reader: &mut Reader<'_>) -> Result<ErrorStats, Damage> {
     for bin in 0..BINS {
         errors.histogram[bin] = reader.u64()?;
     }
+    let has_shape = reader.u64()? == 1;
+    let mut shape = Box::<ShapeStats>::default();
     for bin in 0..ANGLES {
-        errors.shape.angles[bin] = reader.u64()?;
+        shape.angles[bin] = reader.u64()?;
     }
     for bin in 0..OVERSHOOTS {
-        errors.shape.overshoots[bin] = reader.u64()?;
+        shape.overshoots[bin] = reader.u64()?;
     }
-    errors.shape.overshoot_max = f64::from_bits(reader.u64()?);
+    shape.overshoot_max = f64::from_bits(reader.u64()?);
+    errors.shape = has_shape.then_some(shape);
     let is_there = reader.u64()? == 1;
     let weighted = WeightedStats { max: f64::from_bits(reader.u64()?), worst: (reader.u64()?, reader.u64()?) };
     errors.extended = is_there.then_some(weighted);
