@@ -64,7 +64,8 @@ fn encode_errors(errors: &ErrorStats, out: &mut Vec<u8>) {
     for count in errors.histogram.iter() {
         out.extend_from_slice(&count.to_le_bytes());
     }
-    let ShapeStats { angles, overshoots, overshoot_max } = errors.shape.as_deref().unwrap_or(&ShapeStats::default());
+    let nothing = ShapeStats::default();
+    let ShapeStats { angles, overshoots, overshoot_max } = errors.shape.as_deref().unwrap_or(&nothing);
     out.extend_from_slice(&u64::from(errors.shape.is_some()).to_le_bytes());
     for word in angles.iter().chain(overshoots).chain([&overshoot_max.to_bits()]) {
         out.extend_from_slice(&word.to_le_bytes());
