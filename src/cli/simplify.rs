@@ -43,8 +43,6 @@ pub(crate) struct SimplifyArgs {
     /// How much work goes into fewer triangles [default: balanced; none under --max-points, --max-triangles, --max-rms]
     #[arg(long, value_enum)]
     quality: Option<QualityArg>,
-    #[command(flatten)]
-    engine: EngineArgs,
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
     #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
@@ -88,6 +86,9 @@ pub(crate) struct SimplifyArgs {
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
+    // The last: its headings would be those of what follows.
+    #[command(flatten)]
+    engine: EngineArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
