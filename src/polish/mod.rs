@@ -12,6 +12,7 @@
 mod energy;
 mod fan;
 mod filling;
+mod fitting;
 mod hole;
 mod improve;
 mod journal;
@@ -21,16 +22,19 @@ mod order;
 mod removal;
 mod repair;
 mod schedule;
+mod star;
 
 #[cfg(test)]
 mod tests;
 
+use self::fitting::Fitting;
 use self::judge::Judge;
 use self::net::Net;
 use self::order::Order;
 use self::removal::Removal;
 use self::repair::Repair;
 use crate::control::Cancelled;
+use crate::lattice::STEPS;
 use crate::mesh::TileMesh;
 use crate::triangulate::Task;
 
@@ -47,11 +51,24 @@ pub enum Effort {
     Best,
 }
 
+/// What heights the vertices have that polishing moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Heights {
+    /// Those of the samples they stand on.
+    #[default]
+    Sampled,
+    /// Their own, fitted to the samples around: a quarter fewer triangles, with larger errors on average.
+    Fitted,
+}
+
 /// How to polish.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options {
     /// How much work to put in.
     pub effort: Effort,
+    /// What heights vertices have.
+    pub heights: Heights,
 }
 
 /// Memory that polishing reuses from tile to tile; it carries nothing from one to the next.
@@ -82,6 +99,7 @@ pub struct Scratch {
 /// If the mesh does not keep the contract.
 pub fn polish(task: &Task<'_>, options: &Options, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
     let mut judge = Judge::new(task);
+    judge.fitting = (options.heights == Heights::Fitted).then(|| Fitting::new(task.tolerance, STEPS));
     scratch.net.load(task.domain, mesh);
     scratch.order.reset(&scratch.net);
     scratch.work(options.effort, &mut judge)?;

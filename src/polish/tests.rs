@@ -20,7 +20,7 @@ fn cut(task: &Task<'_>) -> TileMesh {
 
 fn polished(task: &Task<'_>, effort: Effort, start: &TileMesh, scratch: &mut Scratch) -> TileMesh {
     let mut mesh = start.clone();
-    polish(task, &Options { effort }, scratch, &mut mesh).expect("nobody cancels");
+    polish(task, &Options { effort, ..Options::default() }, scratch, &mut mesh).expect("nobody cancels");
     mesh
 }
 
@@ -164,7 +164,10 @@ fn a_cancelled_polish_says_so() {
     let mut mesh = cut(&task);
     cancel.cancel();
     for effort in EFFORTS {
-        assert_eq!(polish(&task, &Options { effort }, &mut Scratch::default(), &mut mesh), Err(Cancelled));
+        assert_eq!(
+            polish(&task, &Options { effort, ..Options::default() }, &mut Scratch::default(), &mut mesh),
+            Err(Cancelled)
+        );
     }
 }
 

@@ -1,0 +1,69 @@
+//! Heights of their own: which ones there are, and where.
+
+use crate::exact::{self, MAX_HEIGHT};
+use crate::field::Tile;
+use crate::lattice::{Point, STEPS};
+use crate::mesh::Vertex;
+
+/// Heights are multiples of a power of two that is at most this share of the tolerance: finer ones save nothing, and
+/// short numbers keep exact tests quick and files small.
+const FINENESS: f64 = 1.0 / 1024.0;
+
+/// How vertices are fitted.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fitting {
+    tolerance: f64,
+    quantum: f64,
+    /// Places are multiples of this many lattice steps: samples, or every place there is.
+    pub(super) unit: i32,
+}
+
+impl Fitting {
+    /// For a tolerance that is a normal number.
+    pub(super) fn new(tolerance: f64, unit: i32) -> Fitting {
+        // The exponent alone: the largest power of two up to the tolerance.
+        let power = f64::from_bits(tolerance.to_bits() & (0x7ff << 52));
+        Fitting { tolerance, quantum: power * FINENESS, unit }
+    }
+
+    /// A vertex, `rise` tolerances higher and rounded: `None` where no height is near. Also says by how much it rose.
+    pub(super) fn raised(&self, from: Vertex, rise: f32) -> Option<(Vertex, f32)> {
+        let wanted = from.height + f64::from(rise) * self.tolerance;
+        // What is added makes a zero of either sign the positive one.
+        let height = (wanted / self.quantum).round() * self.quantum + 0.0;
+        let rise = ((height - from.height) / self.tolerance) as f32;
+        (height.abs() <= MAX_HEIGHT).then_some((Vertex { height, ..from }, rise))
+    }
+
+    /// The vertex some tolerances higher, as it comes.
+    pub(super) fn guess(&self, from: Vertex, at: Point, rise: f64) -> Vertex {
+        Vertex { at, height: from.height + rise * self.tolerance }
+    }
+}
+
+/// Whether a vertex between samples is within the tolerance of the bilinear surface of its cell, exactly. (At a sample, the
+/// triangles' own test says it.)
+///
+/// Along a grid line that surface is the line between two samples. Of the samples that have a part in it, the smallest limit
+/// holds.
+pub(super) fn near_surface(tile: &Tile, vertex: Vertex, tolerance: f64) -> bool {
+    let Point { x, y } = vertex.at;
+    let [(column, right), (row, lower)] = [x, y].map(|v| (v.div_euclid(STEPS), i64::from(v.rem_euclid(STEPS))));
+    let steps = i64::from(STEPS);
+    let (left, upper) = (steps - right, steps - lower);
+    if right == 0 && lower == 0 {
+        return true;
+    }
+    let mut limit = f64::INFINITY;
+    let mut terms = [(0, 0.0); 5];
+    let corners = [(0, 0, left * upper), (1, 0, right * upper), (0, 1, left * lower), (1, 1, right * lower)];
+    for (term, (i, j, weight)) in terms.iter_mut().zip(corners) {
+        if weight > 0 {
+            let (column, row) = ((column + i) as usize, (row + j) as usize);
+            *term = (weight, tile.at(column, row));
+            limit = limit.min(tile.limit(column, row, tolerance));
+        }
+    }
+    terms[4] = (-steps * steps, vertex.height);
+    exact::within(&terms, steps * steps, limit)
+}
