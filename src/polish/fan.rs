@@ -65,8 +65,8 @@ impl Fan {
         best
     }
 
-    /// One Gauss–Newton step of an apex that has a height of its own. Returns the best of where it leads to, part of the way
-    /// there, and the old place, each with the height that fits it best, if the energy falls below `share` of what it is;
+    /// One Gauss–Newton step of an apex that has a height of its own. Returns the best of the old place and where it
+    /// leads to, or else part of the way there, each with the height that fits it best, if the energy falls below `share` of what it is;
     /// else the apex itself.
     pub(super) fn step(&mut self, centre: Vertex, share: f32, judge: &Judge<'_>, fitting: &Fitting) -> Vertex {
         let mut limit = self.energy() * share;
@@ -95,8 +95,8 @@ impl Fan {
             let guess = fitting.guess(centre, place, rise * shorten * part);
             self.star.read(&self.ring, guess, &judge.meter);
             if let Some(apex) = self.raise(guess, limit, judge, fitting) {
-                limit = self.energy();
                 best = apex;
+                break;
             }
         }
         best
