@@ -1,5 +1,6 @@
-//! Polishing measured: `polish RASTER TOLERANCE [TILE [weak|strong [all|EFFORT [fitted]]]]` cuts a raster into tiles,
-//! triangulates each with greedy cuts and polishes it with every effort, or the one named, in one thread. Prints triangles, seconds of
+//! Polishing measured: `polish RASTER TOLERANCE [TILE [weak|strong [all|EFFORT [sampled|fitted [cuts|insertion]]]]]`
+//! cuts a raster into tiles, triangulates each with greedy cuts (or by greedy insertion) and polishes it with every effort,
+//! or the one named, in one thread. Prints triangles, seconds of
 //! processor time (Linux), and the root of the mean square error as a share of the tolerance.
 
 use std::path::Path;
@@ -13,6 +14,7 @@ use terrabite::raster::Raster;
 use terrabite::seam::{MinLink, Rim};
 use terrabite::tiling::TileGrid;
 use terrabite::triangulate::cuts::GreedyCuts;
+use terrabite::triangulate::insertion::GreedyInsertion;
 use terrabite::triangulate::{Engine, Feasibility, Task};
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
@@ -24,7 +26,7 @@ fn main() -> Outcome<()> {
     let argument = |i: usize| arguments.get(i).map(String::as_str);
     let (Some(raster), Some(tolerance)) = (argument(0), argument(1)) else {
         return Err(
-            "expected: polish RASTER TOLERANCE [TILE [weak|strong [all|fast|balanced|best [sampled|fitted]]]]".into()
+            "expected: polish RASTER TOLERANCE [TILE [weak|strong [all|fast|balanced|best [sampled|fitted [cuts|insertion]]]]]".into()
         );
     };
     let tolerance: f64 = tolerance.parse()?;
@@ -36,7 +38,8 @@ fn main() -> Outcome<()> {
     let raster = Raster::open(Path::new(raster), 1)?;
     let field = Field::open(&raster, &FieldOptions::default(), &Control::default())?;
     let grid = TileGrid::new(field.width(), field.height(), tile);
-    let (mut samples, mut engine, mut scratch) = (Tile::default(), Default::default(), Scratch::default());
+    let (mut samples, mut scratch) = (Tile::default(), Scratch::default());
+    let (mut engine, mut inserter) = (Default::default(), Default::default());
     let (mut cut, mut polished) = (TileMesh::default(), TileMesh::default());
     let (mut cuts, mut results) = ((0, 0.0), [(); 3].map(|()| (0, 0.0, ErrorStats::default())));
     let cancel = CancelToken::default();
@@ -47,7 +50,11 @@ fn main() -> Outcome<()> {
         let rim = Rim::new(&samples, tolerance, &[], last, &mut MinLink::default(), &cancel)?;
         let task = Task { tile: &samples, domain: &rim.domain, tolerance, feasibility, cancel: &cancel };
         let start = cpu_seconds()?;
-        GreedyCuts::PLAIN.triangulate(&task, &mut engine, &mut cut)?;
+        if argument(6) == Some("insertion") {
+            GreedyInsertion::default().triangulate(&task, &mut inserter, &mut cut)?;
+        } else {
+            GreedyCuts::PLAIN.triangulate(&task, &mut engine, &mut cut)?;
+        }
         cuts = (cuts.0 + cut.triangles.len(), cuts.1 + cpu_seconds()? - start);
         for (effort, result) in EFFORTS.into_iter().zip(&mut results) {
             if only.is_some_and(|name| name != format!("{effort:?}").to_lowercase()) {
@@ -61,7 +68,7 @@ fn main() -> Outcome<()> {
             result.2.add(&measure(&samples, &polished, tolerance, (0, 0), last));
         }
     }
-    println!("cuts: {} triangles, {:.3} s", cuts.0, cuts.1);
+    println!("start: {} triangles, {:.3} s", cuts.0, cuts.1);
     for (effort, (triangles, seconds, errors)) in EFFORTS.into_iter().zip(results) {
         println!("{effort:?}: {triangles} triangles, {seconds:.3} s, rms {:.12}", errors.rms() / tolerance);
     }

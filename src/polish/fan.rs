@@ -11,10 +11,11 @@ use crate::mesh::Vertex;
 /// The eight neighbours, in cells.
 const AROUND: [(i32, i32); 8] = [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
 
-/// Which parts of a Gauss–Newton step are tried. A step whose rounding leads nowhere goes to the neighbour, if it is longer
-/// than [`LEAST_STEP`] of the way; none is longer than [`FARTHEST`] of the way to the nearest vertex of the ring.
+/// Which parts of a Gauss–Newton step are tried.
 const PARTS: [f64; 2] = [1.0, 0.4];
+/// A step that rounding would lead nowhere goes to the neighbour, if it is longer than this, in lattice steps.
 const LEAST_STEP: f64 = 0.15;
+/// None is longer than this part of the way to the nearest vertex of the ring, or a cell.
 const FARTHEST: f64 = 0.7;
 
 /// Triangles from a ring to an apex inside it. Triangle i has edge i of the ring.
@@ -44,10 +45,10 @@ impl Fan {
         self.order.sort_by(|&a, &b| fits[b as usize].energy.total_cmp(&fits[a as usize].energy));
     }
 
-    /// How far the nearest vertex of the ring is from a place, in cells, by the longer coordinate.
+    /// How far the nearest vertex of the ring is from a place, in lattice steps, by the longer coordinate.
     pub(super) fn clearance(&self, from: Point) -> i32 {
         let distance = |r: &Vertex| (r.at.x - from.x).abs().max((r.at.y - from.y).abs());
-        self.ring.iter().map(distance).min().unwrap_or(0) / STEPS
+        self.ring.iter().map(distance).min().unwrap_or(0)
     }
 
     /// One round of the eight places `step` cells around an apex. Returns the best of those where the energy falls below
@@ -66,8 +67,8 @@ impl Fan {
     }
 
     /// One Gauss–Newton step of an apex that has a height of its own. Returns the best of the old place and where it
-    /// leads to, or else part of the way there, each with the height that fits it best, if the energy falls below `share` of what it is;
-    /// else the apex itself.
+    /// leads to, or else part of the way there, each with the height that fits it best, if the energy falls below `share`
+    /// of what it is; else the apex itself.
     pub(super) fn step(&mut self, centre: Vertex, share: f32, judge: &Judge<'_>, fitting: &Fitting) -> Vertex {
         let mut limit = self.energy() * share;
         let mut best = centre;
@@ -77,22 +78,16 @@ impl Fan {
             limit = self.energy();
             best = apex;
         }
-        let unit = f64::from(fitting.unit);
-        let length = x.abs().max(y.abs());
-        let farthest = (self.clearance(centre.at) * STEPS) as f64 * FARTHEST;
-        let shorten = (farthest.max(f64::from(STEPS)) / length).min(1.0);
+        let farthest = f64::from(self.clearance(centre.at)) * FARTHEST;
+        let shorten = (farthest.max(f64::from(STEPS)) / x.abs().max(y.abs())).min(1.0);
         let mut tried = centre.at;
-        for part in PARTS {
-            let mut go = [x, y].map(|d| (d * shorten * part / unit).round() as i32);
-            if go == [0, 0] && length > LEAST_STEP * unit {
-                go = if x.abs() > y.abs() { [x.signum() as i32, 0] } else { [0, y.signum() as i32] };
-            }
-            let place = Point { x: centre.at.x + go[0] * fitting.unit, y: centre.at.y + go[1] * fitting.unit };
+        for part in PARTS.map(|part| part * shorten) {
+            let place = stepped(centre.at, x * part, y * part);
             if place == tried || place == centre.at || !self.holds(place, &judge.meter) {
                 continue;
             }
             tried = place;
-            let guess = fitting.guess(centre, place, rise * shorten * part);
+            let guess = fitting.guess(centre, place, rise * part);
             self.star.read(&self.ring, guess, &judge.meter);
             if let Some(apex) = self.raise(guess, limit, judge, fitting) {
                 best = apex;
@@ -183,4 +178,13 @@ impl Fan {
     fn energy(&self) -> f32 {
         self.fits.iter().map(|f| f.energy).sum()
     }
+}
+
+/// The lattice's place next to where a step leads.
+fn stepped(from: Point, x: f64, y: f64) -> Point {
+    let [mut dx, mut dy] = [x, y].map(|d| d.round() as i32);
+    if (dx, dy) == (0, 0) && x.abs().max(y.abs()) > LEAST_STEP {
+        (dx, dy) = if x.abs() > y.abs() { (x.signum() as i32, 0) } else { (0, y.signum() as i32) };
+    }
+    Point { x: from.x + dx, y: from.y + dy }
 }

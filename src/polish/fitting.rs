@@ -9,21 +9,19 @@ use crate::mesh::Vertex;
 /// short numbers keep exact tests quick and files small.
 const FINENESS: f64 = 1.0 / 1024.0;
 
-/// How vertices are fitted.
+/// How vertices are fitted: they stand on any place of the lattice, near the ground.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fitting {
     tolerance: f64,
     quantum: f64,
-    /// Places are multiples of this many lattice steps: samples, or every place there is.
-    pub(super) unit: i32,
 }
 
 impl Fitting {
     /// For a tolerance that is a normal number.
-    pub(super) fn new(tolerance: f64, unit: i32) -> Fitting {
+    pub(super) fn new(tolerance: f64) -> Fitting {
         // The exponent alone: the largest power of two up to the tolerance.
         let power = f64::from_bits(tolerance.to_bits() & (0x7ff << 52));
-        Fitting { tolerance, quantum: power * FINENESS, unit }
+        Fitting { tolerance, quantum: power * FINENESS }
     }
 
     /// A vertex, `rise` tolerances higher and rounded: `None` where no height is near. Also says by how much it rose.
@@ -44,8 +42,8 @@ impl Fitting {
 /// Whether a vertex between samples is within the tolerance of the bilinear surface of its cell, exactly. (At a sample, the
 /// triangles' own test says it.)
 ///
-/// Along a grid line that surface is the line between two samples. Of the samples that have a part in it, the smallest limit
-/// holds.
+/// Along a grid line that surface is the line between two samples. Of the samples that have a part in it, the smallest
+/// limit holds.
 pub(super) fn near_surface(tile: &Tile, vertex: Vertex, tolerance: f64) -> bool {
     let Point { x, y } = vertex.at;
     let [(column, right), (row, lower)] = [x, y].map(|v| (v.div_euclid(STEPS), i64::from(v.rem_euclid(STEPS))));

@@ -5,6 +5,7 @@ use super::fitting::Fitting;
 use super::hole::Hole;
 use super::judge::Judge;
 use super::net::{NONE, Net, next, previous};
+use crate::lattice::STEPS;
 use crate::mesh::Vertex;
 
 /// An apex moves only where the energy falls below this share: smaller gains lead nowhere and take as long.
@@ -26,7 +27,7 @@ pub(super) enum Demand {
 /// The best place that is found: the first step is a quarter of the way to the nearest neighbour, and a step that leads
 /// nowhere is halved.
 fn search(fan: &mut Fan, centre: Vertex, rounds: u32, judge: &Judge<'_>) -> Vertex {
-    let (mut apex, mut step) = (centre, (fan.clearance(centre.at) / 4).max(1));
+    let (mut apex, mut step) = (centre, (fan.clearance(centre.at) / STEPS / 4).max(1));
     for _ in 0..rounds {
         let before = apex.at;
         apex = fan.look_around(apex, step, MOVE_SHARE, &judge.meter);

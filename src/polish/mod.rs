@@ -34,7 +34,6 @@ use self::order::Order;
 use self::removal::Removal;
 use self::repair::Repair;
 use crate::control::Cancelled;
-use crate::lattice::STEPS;
 use crate::mesh::TileMesh;
 use crate::triangulate::Task;
 
@@ -99,7 +98,7 @@ pub struct Scratch {
 /// If the mesh does not keep the contract.
 pub fn polish(task: &Task<'_>, options: &Options, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
     let mut judge = Judge::new(task);
-    judge.fitting = (options.heights == Heights::Fitted).then(|| Fitting::new(task.tolerance, STEPS));
+    judge.fitting = (options.heights == Heights::Fitted).then(|| Fitting::new(task.tolerance));
     scratch.net.load(task.domain, mesh);
     scratch.order.reset(&scratch.net);
     scratch.work(options.effort, &mut judge)?;
