@@ -20,7 +20,7 @@ const BACKTRACK: f32 = 0.3;
 /// Every sample of a star, once per triangle: error + share · rise is its error, in tolerances, when the apex is `rise`
 /// tolerances higher than it was when the star was read.
 ///
-/// Memory: 8 bytes per sample of the largest star.
+/// Memory: 10 bytes per sample of the largest star.
 #[derive(Debug, Default)]
 pub(super) struct Star {
     share: Vec<f32>,
@@ -225,8 +225,8 @@ impl Star {
 
     #[cold]
     fn grow(&mut self, len: usize) {
-        self.error.resize(len * 2, 0.0);
-        self.share.resize(len * 2, 0.0);
+        self.error.resize(len + len / 4, 0.0);
+        self.share.resize(len + len / 4, 0.0);
     }
 
     #[inline(always)]
@@ -299,4 +299,70 @@ fn totals(share: &[f32], error: &[f32], rise: f32) -> Totals {
         curve = std::array::from_fn(|i| curve[i] + (share[i] * share[i]) * (stiff[i] + 12.0 * PULL * (t[i] * t[i])));
     }
     Totals { energy: total(&e), worst: largest(&worst), slope: total(&slope), curve: total(&curve) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::Tile;
+    use crate::triangulate::Feasibility;
+    use crate::triangulate::feasible::Tester;
+
+    fn tile(weighted: bool) -> Tile {
+        let noise = |i: usize| ((i * 7919 % 101) as f64 * 0.07 - 3.0) * ((i / 23) as f64 * 0.2);
+        let tile = Tile::from_heights(23, 19, Heights::F64((0..23 * 19).map(noise).collect()));
+        let weights = (0..23 * 19).map(|i| (i % 4) as f64 * 0.5).collect();
+        if weighted { tile.with_weights(weights) } else { tile }
+    }
+
+    fn ring() -> Vec<Vertex> {
+        let places = [(2, 3), (40, 1), (84, 20), (80, 66), (31, 70), (1, 44)];
+        places.map(|(x, y)| Vertex { at: Point { x, y }, height: f64::from(x - y) * 0.01 }).to_vec()
+    }
+
+    /// The meter, which reads every triangle anew, is the oracle.
+    #[test]
+    fn a_star_read_once_knows_its_fits_at_every_height() {
+        let ring = ring();
+        for tile in [tile(false), tile(true)] {
+            let meter = Meter::new(Tester::new(&tile, 2.0, Feasibility::Weak), 2.0);
+            let apex = Vertex { at: Point { x: 45, y: 33 }, height: 0.3 };
+            let mut star = Star::default();
+            star.read(&ring, apex, &meter);
+            for rise in [-2.0f32, -0.3, 0.0, 0.7, 5.0] {
+                let raised = Vertex { height: apex.height + f64::from(rise) * 2.0, ..apex };
+                for i in 0..ring.len() {
+                    let corners = [raised, ring[i], ring[(i + 1) % ring.len()]];
+                    let (fit, known) = (meter.fit(corners, f32::INFINITY), star.fit(i, rise));
+                    assert!((fit.worst - known.worst).abs() <= 1e-4 * fit.worst, "{fit:?} {known:?}");
+                    assert!((fit.energy - known.energy).abs() <= 1e-3 * fit.energy, "{fit:?} {known:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_other_height_is_better_than_the_best_and_a_step_leads_down() {
+        let (ring, tile) = (ring(), tile(false));
+        let energy = |star: &Star, rise: f32| -> f32 { (0..ring.len()).map(|i| star.fit(i, rise).energy).sum() };
+        for feasibility in [Feasibility::Weak, Feasibility::Strong] {
+            let meter = Meter::new(Tester::new(&tile, 2.0, feasibility), 2.0);
+            let apex = Vertex { at: Point { x: 45, y: 33 }, height: 9.0 };
+            let mut star = Star::default();
+            star.read(&ring, apex, &meter);
+            let (rise, least) = star.best_rise();
+            let [x, y, up] = star.step();
+            assert!(rise < 0.0 && up < 0.0 && least < energy(&star, 0.0), "{rise} {least}");
+            if feasibility == Feasibility::Weak {
+                for other in [-0.1, -0.02, 0.02, 0.1] {
+                    assert!(least <= energy(&star, rise + other) * 1.001, "{rise} {least}");
+                }
+            }
+            let part = 0.3;
+            let at = Point { x: 45 + (x * part).round() as i32, y: 33 + (y * part).round() as i32 };
+            let before = energy(&star, 0.0);
+            star.read(&ring, Vertex { at, height: 9.0 + up * part * 2.0 }, &meter);
+            assert!(energy(&star, 0.0) < before);
+        }
+    }
 }

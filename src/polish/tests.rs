@@ -8,6 +8,7 @@ use crate::mesh::Domain;
 use crate::seam::{MinLink, Rim};
 use crate::triangulate::conformance::{check, domain, hole, holes_that_touch, ring, tile, tolerances};
 use crate::triangulate::cuts::GreedyCuts;
+use crate::triangulate::insertion::GreedyInsertion;
 use crate::triangulate::{Engine, Feasibility};
 
 const EFFORTS: [Effort; 3] = [Effort::Fast, Effort::Balanced, Effort::Best];
@@ -247,6 +248,27 @@ fn take_back(fitting: Option<Fitting>) {
         assert_eq!(state(&net), before, "vertex {v}");
     }
     assert!(flips > 10 && moves > 10, "{flips} {moves}");
+}
+
+#[test]
+fn fitted_heights_leave_points_and_rim_alone() {
+    let wave = |i: usize| ((i % 40) as f64 * 0.4).sin() * 5.0 + ((i / 40) as f64 * 0.3).cos() * 4.0;
+    let tile = Tile::from_heights(40, 40, Heights::F64((0..1600).map(wave).collect()));
+    let (cancel, points) = (CancelToken::default(), [(7, 3), (20, 15), (21, 15), (0, 9)]);
+    let rim = Rim::new(&tile, 0.7, &points, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+    assert_eq!(rim.domain.points.len(), 3);
+    let task = task(&tile, &rim.domain, 0.7, Feasibility::Weak, &cancel);
+    let mut start = TileMesh::default();
+    GreedyInsertion::default().triangulate(&task, &mut Default::default(), &mut start).expect("nobody cancels");
+    for effort in [Effort::Balanced, Effort::Best] {
+        let options = Options { effort, heights: super::Heights::Fitted };
+        let mesh = polished(&task, &options, &start, &mut Scratch::default());
+        check(&tile, &rim.domain, &mesh, 0.7);
+        let others = &mesh.vertices[rim.domain.fixed().count()..];
+        let is_sample = |v: &&crate::mesh::Vertex| v.at.sample().is_some_and(|(c, r)| tile.at(c, r) == v.height);
+        println!("{effort:?}: {} triangles, {} free vertices", mesh.triangles.len(), others.len());
+        assert!(others.iter().filter(is_sample).count() * 2 < others.len(), "most are fitted");
+    }
 }
 
 /// Energies are infinite or no numbers there; nothing may hang on them.
