@@ -1,4 +1,4 @@
-//! A vertex among the samples inside its ring: where its triangles fit best.
+//! A vertex inside its ring: where its triangles fit best.
 
 use super::energy::Meter;
 use super::fitting::{Fitting, near_surface};

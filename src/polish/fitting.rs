@@ -5,7 +5,7 @@ use crate::field::Tile;
 use crate::lattice::{Point, STEPS};
 use crate::mesh::Vertex;
 
-/// Heights are multiples of a power of two that is at most this share of the tolerance: finer ones save nothing, and
+/// Heights are multiples of a power of two that is this share of the tolerance or down to half of it: finer ones save nothing, and
 /// short numbers keep exact tests quick and files small.
 const FINENESS: f64 = 1.0 / 1024.0;
 

@@ -1,4 +1,4 @@
-//! Moves that keep the number of triangles: a vertex goes to another sample, an edge turns.
+//! Moves that keep the number of triangles: a vertex goes to another place or height, an edge turns.
 
 use super::fan::Fan;
 use super::fitting::Fitting;
@@ -67,8 +67,8 @@ impl Improver {
         &self.hole.ring
     }
 
-    /// Moves a free vertex over the samples around it, in `rounds` rounds, and to a height of its own where heights are
-    /// fitted. Returns whether it moved.
+    /// Moves a free vertex over the samples around it, in `rounds` rounds; where heights are fitted, over the places around
+    /// it and to a height of its own. Returns whether it moved.
     pub(super) fn relocate(&mut self, net: &mut Net, v: u32, rounds: u32, demand: Demand, judge: &Judge<'_>) -> bool {
         if !self.hole.around(net, v, LONGEST_RING) {
             return false;

@@ -94,27 +94,22 @@ impl Star {
                 }
             }
         }
-        for i in 0..3 {
-            curve[i][i] = curve[i][i] * (1.0 + DAMPING) + 1e-9;
+        for (i, row) in curve.iter_mut().enumerate() {
+            row[i] = row[i] * (1.0 + DAMPING) + 1e-9;
         }
         solve(curve, slope.map(|s| -s))
     }
 }
 
-/// Solves a system with a positive definite matrix, by elimination.
-fn solve(mut a: [[f64; 3]; 3], mut b: [f64; 3]) -> [f64; 3] {
-    for i in 0..3 {
-        for row in i + 1..3 {
-            let factor = a[row][i] / a[i][i];
-            for column in i..3 {
-                a[row][column] -= factor * a[i][column];
-            }
-            b[row] -= factor * b[i];
-        }
-    }
-    let z = b[2] / a[2][2];
-    let y = (b[1] - a[1][2] * z) / a[1][1];
-    [(b[0] - a[0][1] * y - a[0][2] * z) / a[0][0], y, z]
+/// Solves a system with a symmetric, positive definite matrix, by elimination.
+fn solve([[a, b, c], [_, d, e], [_, _, f]]: [[f64; 3]; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    let (p, q) = (b / a, c / a);
+    let (d, e, f, y, z) = (d - p * b, e - p * c, f - q * c, y - p * x, z - q * x);
+    let r = e / d;
+    let (f, z) = (f - r * e, z - r * y);
+    let z = z / f;
+    let y = (y - e * z) / d;
+    [(x - b * y - c * z) / a, y, z]
 }
 
 struct Read<'a, 'b, H> {
@@ -339,6 +334,15 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn three_equations() {
+        let matrix = [[4.0, 1.0, -2.0], [1.0, 9.0, 3.0], [-2.0, 3.0, 16.0]];
+        let [x, y, z] = [0.5, -2.0, 3.0];
+        let right = matrix.map(|[a, b, c]| a * x + b * y + c * z);
+        let solution = solve(matrix, right);
+        assert!(solution.iter().zip([x, y, z]).all(|(s, t)| (s - t).abs() < 1e-12), "{solution:?}");
     }
 
     #[test]
