@@ -1,14 +1,15 @@
-//! Polishing measured: `polish RASTER TOLERANCE [TILE [weak|strong [EFFORT|all [cuts|insertion]]]]` cuts a raster into
-//! tiles, triangulates each with greedy cuts, or by greedy insertion, and polishes it with every effort, or the one named,
-//! in one thread. Prints triangles and seconds of processor time (Linux).
+//! Polishing measured: `polish RASTER TOLERANCE [TILE [weak|strong [all|EFFORT [sampled|fitted [cuts|insertion]]]]]`
+//! cuts a raster into tiles, triangulates each with greedy cuts (or by greedy insertion) and polishes it with every effort,
+//! or the one named, in one thread. Prints triangles, seconds of
+//! processor time (Linux), and the root of the mean square error as a share of the tolerance.
 
 use std::path::Path;
 
 use terrabite::control::{CancelToken, Control};
 use terrabite::field::{Field, FieldOptions, Tile};
-use terrabite::measure::measure;
+use terrabite::measure::{ErrorStats, measure};
 use terrabite::mesh::TileMesh;
-use terrabite::polish::{Effort, Options, Scratch, polish};
+use terrabite::polish::{Effort, Heights, Options, Scratch, polish};
 use terrabite::raster::Raster;
 use terrabite::seam::{MinLink, Rim};
 use terrabite::tiling::TileGrid;
@@ -25,22 +26,22 @@ fn main() -> Outcome<()> {
     let argument = |i: usize| arguments.get(i).map(String::as_str);
     let (Some(raster), Some(tolerance)) = (argument(0), argument(1)) else {
         return Err(
-            "expected: polish RASTER TOLERANCE [TILE [weak|strong [fast|balanced|best|all [cuts|insertion]]]]".into()
+            "expected: polish RASTER TOLERANCE [TILE [weak|strong [all|fast|balanced|best [sampled|fitted [cuts|insertion]]]]]".into()
         );
     };
     let tolerance: f64 = tolerance.parse()?;
     let tile = argument(2).unwrap_or("512").parse()?;
     let feasibility = if argument(3) == Some("strong") { Feasibility::Strong } else { Feasibility::Weak };
     let only = argument(4).filter(|&name| name != "all");
-    let insertion = argument(5) == Some("insertion");
+    let heights = if argument(5) == Some("fitted") { Heights::Fitted } else { Heights::Sampled };
 
     let raster = Raster::open(Path::new(raster), 1)?;
     let field = Field::open(&raster, &FieldOptions::default(), &Control::default())?;
     let grid = TileGrid::new(field.width(), field.height(), tile);
     let (mut samples, mut scratch) = (Tile::default(), Scratch::default());
-    let (mut cutter, mut inserter) = Default::default();
+    let (mut engine, mut inserter) = (Default::default(), Default::default());
     let (mut cut, mut polished) = (TileMesh::default(), TileMesh::default());
-    let (mut cuts, mut results) = ((0, 0.0), [(0, 0.0); 3]);
+    let (mut cuts, mut results) = ((0, 0.0), [(); 3].map(|()| (0, 0.0, ErrorStats::default())));
     let cancel = CancelToken::default();
     for index in 0..grid.len() {
         let id = grid.tile(index);
@@ -49,10 +50,10 @@ fn main() -> Outcome<()> {
         let rim = Rim::new(&samples, tolerance, &[], last, &mut MinLink::default(), &cancel)?;
         let task = Task { tile: &samples, domain: &rim.domain, tolerance, feasibility, cancel: &cancel };
         let start = cpu_seconds()?;
-        if insertion {
+        if argument(6) == Some("insertion") {
             GreedyInsertion::default().triangulate(&task, &mut inserter, &mut cut)?;
         } else {
-            GreedyCuts::PLAIN.triangulate(&task, &mut cutter, &mut cut)?;
+            GreedyCuts::PLAIN.triangulate(&task, &mut engine, &mut cut)?;
         }
         cuts = (cuts.0 + cut.triangles.len(), cuts.1 + cpu_seconds()? - start);
         for (effort, result) in EFFORTS.into_iter().zip(&mut results) {
@@ -61,14 +62,15 @@ fn main() -> Outcome<()> {
             }
             polished.clone_from(&cut);
             let start = cpu_seconds()?;
-            polish(&task, &Options { effort }, &mut scratch, &mut polished)?;
-            *result = (result.0 + polished.triangles.len(), result.1 + cpu_seconds()? - start);
-            measure(&samples, &polished, tolerance, (0, 0), last);
+            polish(&task, &Options { effort, heights }, &mut scratch, &mut polished)?;
+            result.0 += polished.triangles.len();
+            result.1 += cpu_seconds()? - start;
+            result.2.add(&measure(&samples, &polished, tolerance, (0, 0), last));
         }
     }
     println!("start: {} triangles, {:.3} s", cuts.0, cuts.1);
-    for (effort, (triangles, seconds)) in EFFORTS.into_iter().zip(results) {
-        println!("{effort:?}: {triangles} triangles, {seconds:.3} s");
+    for (effort, (triangles, seconds, errors)) in EFFORTS.into_iter().zip(results) {
+        println!("{effort:?}: {triangles} triangles, {seconds:.3} s, rms {:.12}", errors.rms() / tolerance);
     }
     Ok(())
 }

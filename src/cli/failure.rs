@@ -113,6 +113,7 @@ impl From<Error> for Failure {
             Error::GoalWithPasses => {
                 Failure::usage(error).hint("leave --selection and --measure, or give --max-error alone")
             }
+            Error::FittedWithoutPolish => Failure::usage(error).hint("choose another --quality, or --heights sampled"),
             Error::GoalWithPolish { .. } => {
                 Failure::usage(error).hint("choose --quality none, or give --max-error alone")
             }

@@ -19,8 +19,8 @@ use crate::field::{Access, ChannelOptions, Choice, Field, FieldError, FieldOptio
 use crate::info::{DENSEST, Estimate, estimate};
 use crate::raster::{PointSource, Points, PointsError, Raster, Watch, bound_gdal_cache, read_points};
 use crate::simplify::{
-    DEFAULT_TILE, DiskUse, Error, Load, Params, Plan, Quality, check_disk, default_budget, grid, probe_density,
-    probe_field, triangulate, triangulate_into,
+    DEFAULT_TILE, DiskUse, Error, Load, Params, Plan, Quality, VertexHeights, check_disk, default_budget, grid,
+    probe_density, probe_field, triangulate, triangulate_into,
 };
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
@@ -43,6 +43,9 @@ pub(crate) struct SimplifyArgs {
     /// How much work goes into fewer triangles [default: balanced; none under --max-points, --max-triangles, --max-rms]
     #[arg(long, value_enum)]
     quality: Option<QualityArg>,
+    /// What heights vertices have where polishing has moved them: those of samples, or fitted to the samples around
+    #[arg(long, value_enum, default_value_t = HeightsArg::Sampled)]
+    heights: HeightsArg,
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
     #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
@@ -127,6 +130,14 @@ enum QualityArg {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum HeightsArg {
+    /// Vertices stand on samples and have their heights
+    Sampled,
+    /// Vertices stand where triangles fit best: the fewest triangles, larger errors on the whole, in twice the time
+    Fitted,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum FeasibilityArg {
     Weak,
     Strong,
@@ -144,6 +155,7 @@ impl From<FeasibilityArg> for Feasibility {
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let mut params = args.params()?;
     params.takes_goal()?;
+    params.takes_heights()?;
     if args.points.is_some() {
         params.takes_points()?;
     }
@@ -225,6 +237,10 @@ impl SimplifyArgs {
             tile: self.tile,
             engine: self.engine.choice(insertion)?,
             quality,
+            heights: match self.heights {
+                HeightsArg::Sampled => VertexHeights::Sampled,
+                HeightsArg::Fitted => VertexHeights::Fitted,
+            },
             goal: self.goal.goal(),
             ..Params::new(self.goal.tolerance())
         };

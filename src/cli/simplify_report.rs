@@ -10,7 +10,7 @@ use crate::info::Estimate;
 use crate::lattice::STEPS;
 use crate::measure::ShapeStats;
 use crate::raster::{PointCounts, Points};
-use crate::simplify::{EngineChoice, Mesh, Params, Plan, Quality, Summary, TileTimes};
+use crate::simplify::{EngineChoice, Mesh, Params, Plan, Quality, Summary, TileTimes, VertexHeights};
 use crate::triangulate::Feasibility;
 
 /// What `simplify` tells in the end.
@@ -31,6 +31,7 @@ pub(super) struct Report {
     goal: Option<GoalReport>,
     engine: EngineChoice,
     quality: Quality,
+    heights: VertexHeights,
     feasibility: Feasibility,
     relaxed_triangles: u64,
     tile_cells: usize,
@@ -190,6 +191,7 @@ impl Report {
             goal: mesh.outcome().map(|outcome| GoalReport::new(params.goal, params.max_error.is_finite(), outcome)),
             engine: params.engine,
             quality: params.quality,
+            heights: params.heights,
             feasibility: params.feasibility,
             relaxed_triangles: summary.relaxed,
             tile_cells: params.tile,

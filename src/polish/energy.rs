@@ -12,7 +12,7 @@ use crate::mesh::Vertex;
 use crate::triangulate::Feasibility;
 use crate::triangulate::feasible::{Plane, Spans, Tester};
 
-const LANES: usize = PADDING;
+pub(super) const LANES: usize = PADDING;
 const INDEX: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 /// Which of the lanes count, by how many samples are left of a row: factors, as branches would undo the lanes.
@@ -31,9 +31,9 @@ const COUNTS: [[f32; LANES]; LANES + 1] = {
 };
 
 /// Where violations begin to count, a little before they are some.
-const ONSET: f32 = 0.97;
+pub(super) const ONSET: f32 = 0.97;
 /// The weight of t⁴. Anything from 5·10⁻⁵ to 3·10⁻⁴ does; with 10⁻³ one per cent more triangles are left.
-const PULL: f32 = 1e-4;
+pub(super) const PULL: f32 = 1e-4;
 /// Rows between two looks whether the limit is passed.
 const ROWS_BETWEEN_LOOKS: i32 = 4;
 
@@ -61,10 +61,23 @@ impl<'a> Meter<'a> {
         self.tile
     }
 
+    pub(super) fn per_tolerance(&self) -> f64 {
+        self.per_tolerance
+    }
+
+    /// What measures edges, where they count.
+    pub(super) fn edges(&self) -> Option<&Tester<'a>> {
+        self.edges.as_ref()
+    }
+
     /// Measures a triangle with positive orientation. Stops once its energy is above `limit`; what it then returns is
     /// above it, too.
     pub(super) fn fit(&self, corners: [Vertex; 3], limit: f32) -> Fit {
-        let mut fit = self.fit_samples(corners, limit);
+        self.with_edges(self.fit_samples(corners, limit), corners, limit)
+    }
+
+    /// Adds a triangle's edges, where they count, to how its samples fit.
+    pub(super) fn with_edges(&self, mut fit: Fit, corners: [Vertex; 3], limit: f32) -> Fit {
         if let Some(tester) = &self.edges {
             let [a, b, c] = corners;
             for (p, q) in [(a, b), (b, c), (c, a)] {
@@ -97,7 +110,7 @@ impl<'a> Meter<'a> {
 }
 
 /// Heights as they are stored, brought to single precision relative to a corner.
-trait Sample: Copy {
+pub(super) trait Sample: Copy {
     fn of(height: f64) -> Self;
     fn to_f64(self) -> f64;
     fn above(self, reference: Self) -> f32;
@@ -220,7 +233,7 @@ impl<H: Sample> Scan<'_, H> {
 
 /// The energy of one error, as a share of the tolerance.
 #[inline(always)]
-fn energy(t: f32) -> f32 {
+pub(super) fn energy(t: f32) -> f32 {
     let (over, t2) = (t - ONSET, t * t);
     let over = if over > 0.0 { over } else { 0.0 };
     over * over + PULL * (t2 * t2)
@@ -228,12 +241,12 @@ fn energy(t: f32) -> f32 {
 
 /// A fixed tree of additions.
 #[inline(always)]
-fn total(&[a, b, c, d, e, f, g, h]: &[f32; LANES]) -> f32 {
+pub(super) fn total(&[a, b, c, d, e, f, g, h]: &[f32; LANES]) -> f32 {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
 #[inline(always)]
-fn largest(&[a, b, c, d, e, f, g, h]: &[f32; LANES]) -> f32 {
+pub(super) fn largest(&[a, b, c, d, e, f, g, h]: &[f32; LANES]) -> f32 {
     let max = |a: f32, b: f32| if b > a { b } else { a };
     max(max(max(a, e), max(c, g)), max(max(b, f), max(d, h)))
 }

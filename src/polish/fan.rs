@@ -1,13 +1,22 @@
-//! A vertex among the samples inside its ring: where its triangles fit best.
+//! A vertex inside its ring: where its triangles fit best.
 
 use super::energy::Meter;
+use super::fitting::{Fitting, near_surface};
 use super::judge::Judge;
 use super::net::Fit;
+use super::star::Star;
 use crate::lattice::{Point, STEPS, orient};
 use crate::mesh::Vertex;
 
 /// The eight neighbours, in cells.
 const AROUND: [(i32, i32); 8] = [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
+
+/// Which parts of a Gauss–Newton step are tried.
+const PARTS: [f64; 2] = [1.0, 0.4];
+/// A step that rounding would lead nowhere goes to the neighbour, if it is longer than this, in lattice steps.
+const LEAST_STEP: f64 = 0.15;
+/// None is longer than this part of the way to the nearest vertex of the ring, or a cell.
+const FARTHEST: f64 = 0.7;
 
 /// Triangles from a ring to an apex inside it. Triangle i has edge i of the ring.
 #[derive(Debug, Default)]
@@ -19,6 +28,7 @@ pub(super) struct Fan {
     /// In which order triangles are measured: those that have been worst come first, so that hopeless places are left
     /// early.
     order: Vec<u32>,
+    star: Star,
 }
 
 impl Fan {
@@ -35,10 +45,10 @@ impl Fan {
         self.order.sort_by(|&a, &b| fits[b as usize].energy.total_cmp(&fits[a as usize].energy));
     }
 
-    /// How far the nearest vertex of the ring is from a place, in cells, by the longer coordinate.
+    /// How far the nearest vertex of the ring is from a place, in lattice steps, by the longer coordinate.
     pub(super) fn clearance(&self, from: Point) -> i32 {
         let distance = |r: &Vertex| (r.at.x - from.x).abs().max((r.at.y - from.y).abs());
-        self.ring.iter().map(distance).min().unwrap_or(0) / STEPS
+        self.ring.iter().map(distance).min().unwrap_or(0)
     }
 
     /// One round of the eight places `step` cells around an apex. Returns the best of those where the energy falls below
@@ -56,17 +66,77 @@ impl Fan {
         best
     }
 
-    /// The sample at a place, if the energy is below `limit` there: then the fits are those it gives.
-    fn try_at(&mut self, place: Point, limit: f32, meter: &Meter<'_>) -> Option<Vertex> {
+    /// One Gauss–Newton step of an apex that has a height of its own. Returns the best of the old place and where it
+    /// leads to, or else part of the way there, each with the height that fits it best, if the energy falls below `share`
+    /// of what it is; else the apex itself.
+    pub(super) fn step(&mut self, centre: Vertex, share: f32, judge: &Judge<'_>, fitting: &Fitting) -> Vertex {
+        let mut limit = self.energy() * share;
+        let mut best = centre;
+        self.star.read(&self.ring, centre, &judge.meter);
+        let [x, y, rise] = self.star.step();
+        if let Some(apex) = self.raise(centre, limit, judge, fitting) {
+            limit = self.energy();
+            best = apex;
+        }
+        let farthest = f64::from(self.clearance(centre.at)) * FARTHEST;
+        let shorten = (farthest.max(f64::from(STEPS)) / x.abs().max(y.abs())).min(1.0);
+        let mut tried = centre.at;
+        for part in PARTS.map(|part| part * shorten) {
+            let place = stepped(centre.at, x * part, y * part);
+            if place == tried || place == centre.at || !self.holds(place, &judge.meter) {
+                continue;
+            }
+            tried = place;
+            let guess = fitting.guess(centre, place, rise * part);
+            self.star.read(&self.ring, guess, &judge.meter);
+            if let Some(apex) = self.raise(guess, limit, judge, fitting) {
+                best = apex;
+                break;
+            }
+        }
+        best
+    }
+
+    /// The apex whose star has been read, at the height that fits best, if the energy is below `limit` there: then the
+    /// fits are those it gives.
+    fn raise(&mut self, from: Vertex, limit: f32, judge: &Judge<'_>, fitting: &Fitting) -> Option<Vertex> {
+        let (rise, energy) = self.star.best_rise();
+        let hopeful = energy < limit;
+        if !hopeful {
+            return None;
+        }
+        let (apex, rise) = fitting.raised(from, rise)?;
+        let mut sum = 0.0;
+        for i in 0..self.ring.len() {
+            let corners = self.triangle(apex, i);
+            self.trial[i] = judge.meter.with_edges(self.star.fit(i, rise), corners, limit - sum);
+            sum += self.trial[i].energy;
+        }
+        let below = sum < limit;
+        if !below || !near_surface(judge.meter.tile(), apex, judge.tolerance()) {
+            return None;
+        }
+        std::mem::swap(&mut self.fits, &mut self.trial);
+        Some(apex)
+    }
+
+    /// Whether a place is inside the ring, and on the tile.
+    fn holds(&self, place: Point, meter: &Meter<'_>) -> bool {
         let far = meter.tile().far_corner();
         if place.x < 0 || place.y < 0 || place.x > far.x || place.y > far.y {
-            return None;
+            return false;
         }
         let k = self.ring.len();
         let inside = |i: usize| orient(self.ring[i].at, self.ring[(i + 1) % k].at, place) > 0;
-        if !(0..k).all(inside) {
+        (0..k).all(inside)
+    }
+
+    /// The sample at a place, if the energy is below `limit` there: then the fits are those it gives.
+    fn try_at(&mut self, place: Point, limit: f32, meter: &Meter<'_>) -> Option<Vertex> {
+        if !self.holds(place, meter) {
             return None;
         }
+        let k = self.ring.len();
         let (column, row) = (place.x / STEPS, place.y / STEPS);
         let apex = Vertex { at: place, height: meter.tile().at(column as usize, row as usize) };
         let mut sum = 0.0;
@@ -108,4 +178,13 @@ impl Fan {
     fn energy(&self) -> f32 {
         self.fits.iter().map(|f| f.energy).sum()
     }
+}
+
+/// The lattice's place next to where a step leads.
+fn stepped(from: Point, x: f64, y: f64) -> Point {
+    let [mut dx, mut dy] = [x, y].map(|d| d.round() as i32);
+    if (dx, dy) == (0, 0) && x.abs().max(y.abs()) > LEAST_STEP {
+        (dx, dy) = if x.abs() > y.abs() { (x.signum() as i32, 0) } else { (0, y.signum() as i32) };
+    }
+    Point { x: from.x + dx, y: from.y + dy }
 }

@@ -1,9 +1,12 @@
-//! Moves that keep the number of triangles: a vertex goes to another sample, an edge turns.
+//! Moves that keep the number of triangles: a vertex goes to another place or height, an edge turns.
 
 use super::fan::Fan;
+use super::fitting::Fitting;
 use super::hole::Hole;
 use super::judge::Judge;
 use super::net::{NONE, Net, next, previous};
+use crate::lattice::STEPS;
+use crate::mesh::Vertex;
 
 /// An apex moves only where the energy falls below this share: smaller gains lead nowhere and take as long.
 const MOVE_SHARE: f32 = 0.98;
@@ -21,6 +24,36 @@ pub(super) enum Demand {
     Feasible,
 }
 
+/// The best place that is found: the first step is a quarter of the way to the nearest neighbour, and a step that leads
+/// nowhere is halved.
+fn search(fan: &mut Fan, centre: Vertex, rounds: u32, judge: &Judge<'_>) -> Vertex {
+    let (mut apex, mut step) = (centre, (fan.clearance(centre.at) / STEPS / 4).max(1));
+    for _ in 0..rounds {
+        let before = apex.at;
+        apex = fan.look_around(apex, step, MOVE_SHARE, &judge.meter);
+        if apex.at == before {
+            if step == 1 {
+                break;
+            }
+            step /= 2;
+        }
+    }
+    apex
+}
+
+/// The best place and height that is found.
+fn fit(fan: &mut Fan, centre: Vertex, rounds: u32, judge: &Judge<'_>, fitting: &Fitting) -> Vertex {
+    let mut apex = centre;
+    for _ in 0..rounds {
+        let before = apex;
+        apex = fan.step(apex, MOVE_SHARE, judge, fitting);
+        if apex == before {
+            break;
+        }
+    }
+    apex
+}
+
 /// The memory of the moves.
 #[derive(Debug, Default)]
 pub(super) struct Improver {
@@ -34,8 +67,8 @@ impl Improver {
         &self.hole.ring
     }
 
-    /// Moves a free vertex over the samples around it, in `rounds` rounds: the first step is a quarter of the way to its
-    /// nearest neighbour, and a step that leads nowhere is halved. Returns whether it moved.
+    /// Moves a free vertex over the samples around it, in `rounds` rounds; where heights are fitted, over the places around
+    /// it and to a height of its own. Returns whether it moved.
     pub(super) fn relocate(&mut self, net: &mut Net, v: u32, rounds: u32, demand: Demand, judge: &Judge<'_>) -> bool {
         if !self.hole.around(net, v, LONGEST_RING) {
             return false;
@@ -44,18 +77,11 @@ impl Improver {
         let centre = net.vertex(v);
         let fits = hole.triangles.iter().map(|&t| net.triangles[t as usize].fit);
         fan.reset(hole.ring.iter().map(|&r| net.vertex(r)), fits);
-        let (mut apex, mut step) = (centre, (fan.clearance(centre.at) / 4).max(1));
-        for _ in 0..rounds {
-            let before = apex.at;
-            apex = fan.look_around(apex, step, MOVE_SHARE, &judge.meter);
-            if apex.at == before {
-                if step == 1 {
-                    break;
-                }
-                step /= 2;
-            }
-        }
-        if apex.at == centre.at {
+        let apex = match &judge.fitting {
+            None => search(fan, centre, rounds, judge),
+            Some(fitting) => fit(fan, centre, rounds, judge, fitting),
+        };
+        if apex == centre {
             return false;
         }
         let within = fan.settle(apex, judge);

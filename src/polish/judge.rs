@@ -1,6 +1,7 @@
 //! Whether a triangle may be used, with a memory of what spoke against its like.
 
 use super::energy::Meter;
+use super::fitting::Fitting;
 use super::net::Fit;
 use crate::control::CancelToken;
 use crate::lattice::{Point, orient};
@@ -21,6 +22,8 @@ pub(super) struct Judge<'a> {
     tester: Tester<'a>,
     pub(super) meter: Meter<'a>,
     pub(super) cancel: &'a CancelToken,
+    /// How vertices are fitted that move; else they stand on samples.
+    pub(super) fitting: Option<Fitting>,
     tolerance: f64,
     /// Place, height and limit.
     witnesses: [(Point, f64, f64); WITNESSES],
@@ -32,7 +35,12 @@ impl<'a> Judge<'a> {
         let tester = Tester::new(task.tile, task.tolerance, task.feasibility);
         let meter = Meter::new(tester, task.tolerance);
         let witnesses = [(Point { x: 0, y: 0 }, 0.0, 0.0); WITNESSES];
-        Judge { tester, meter, cancel: task.cancel, tolerance: task.tolerance, witnesses, known: 0 }
+        let (cancel, tolerance) = (task.cancel, task.tolerance);
+        Judge { tester, meter, cancel, fitting: None, tolerance, witnesses, known: 0 }
+    }
+
+    pub(super) fn tolerance(&self) -> f64 {
+        self.tolerance
     }
 
     /// Forgets the witnesses: another hole follows.

@@ -8,15 +8,20 @@ use crate::control::Cancelled;
 /// Sweeps of removal before and after vertices move: a sweep costs a third of the one before, as few vertices are due.
 const FAST_SWEEPS: usize = 2;
 
-/// Passes of remove-and-repair, and how far each attempt goes. 72 % of the successes need at most two rounds.
-const BALANCED_PASSES: usize = 3;
-const BALANCED: Patience = Patience { cap: 1.0, rounds: 3, shrink: 0.8, steps: 2 };
+/// The caps of the passes of remove-and-repair, and how far each attempt goes. 72 % of the successes need at most two
+/// rounds.
+const BALANCED_CAPS: [f32; 3] = [1.0, 1.0, 1.0];
+const BALANCED: Patience = Patience { cap: 0.0, rounds: 3, shrink: 0.8, steps: 2 };
+/// With fitted heights a move is a step towards a minimum: one at a time, and more rounds.
+const FITTED_CAPS: [f32; 3] = [1.0, 2.0, 2.0];
+const FITTED: Patience = Patience { cap: 0.0, rounds: 12, shrink: 0.85, steps: 1 };
 
 /// The caps of the first passes, cheap removals first; the last one is the rest's. Other than with balanced effort,
 /// vertices that have been tried with a lower cap are tried again.
 const BEST_CAPS: [f32; 5] = [0.3, 1.0, 3.0, 6.0, 10.0];
 const BEST_PASSES: usize = 10;
 const BEST: Patience = Patience { cap: 0.0, rounds: 8, shrink: 0.9, steps: 3 };
+const BEST_FITTED: Patience = Patience { cap: 0.0, rounds: 12, shrink: 0.85, steps: 2 };
 /// The last passes end when fewer than one in so many vertices go.
 const BEST_YIELD: usize = 500;
 
@@ -50,8 +55,10 @@ impl Scratch {
         removal.sweeps(usize::MAX, net, order, judge)?;
         Repair::measure(net, judge);
         order.make_all_due();
-        for _ in 0..BALANCED_PASSES {
-            repair.sweep(net, order, judge, BALANCED)?;
+        let fitted = judge.fitting.is_some();
+        let (caps, patience) = if fitted { (FITTED_CAPS, FITTED) } else { (BALANCED_CAPS, BALANCED) };
+        for cap in caps {
+            repair.sweep(net, order, judge, Patience { cap, ..patience })?;
             repair.relax(net, order, judge, 1)?;
         }
         Ok(())
@@ -61,11 +68,12 @@ impl Scratch {
         let Scratch { net, order, removal, repair } = self;
         removal.sweeps(usize::MAX, net, order, judge)?;
         Repair::measure(net, judge);
+        let patience = if judge.fitting.is_some() { BEST_FITTED } else { BEST };
         for pass in 0..BEST_PASSES {
             let cap = BEST_CAPS[pass.min(BEST_CAPS.len() - 1)];
             order.make_all_due();
-            let gone = repair.sweep(net, order, judge, Patience { cap, ..BEST })?;
-            repair.relax(net, order, judge, BEST.steps)?;
+            let gone = repair.sweep(net, order, judge, Patience { cap, ..patience })?;
+            repair.relax(net, order, judge, patience.steps)?;
             if pass >= BEST_CAPS.len() && gone * BEST_YIELD < order.raster.len() {
                 break;
             }

@@ -1,5 +1,6 @@
 use proptest::prelude::*;
 
+use super::fitting::near_surface;
 use super::*;
 use crate::control::CancelToken;
 use crate::field::{Heights, Tile};
@@ -7,9 +8,11 @@ use crate::mesh::Domain;
 use crate::seam::{MinLink, Rim};
 use crate::triangulate::conformance::{check, domain, hole, holes_that_touch, ring, tile, tolerances};
 use crate::triangulate::cuts::GreedyCuts;
+use crate::triangulate::insertion::GreedyInsertion;
 use crate::triangulate::{Engine, Feasibility};
 
 const EFFORTS: [Effort; 3] = [Effort::Fast, Effort::Balanced, Effort::Best];
+const HEIGHTS: [super::Heights; 2] = [super::Heights::Sampled, super::Heights::Fitted];
 const FEASIBILITIES: [Feasibility; 2] = [Feasibility::Weak, Feasibility::Strong];
 
 fn cut(task: &Task<'_>) -> TileMesh {
@@ -18,10 +21,14 @@ fn cut(task: &Task<'_>) -> TileMesh {
     mesh
 }
 
-fn polished(task: &Task<'_>, effort: Effort, start: &TileMesh, scratch: &mut Scratch) -> TileMesh {
+fn polished(task: &Task<'_>, options: &Options, start: &TileMesh, scratch: &mut Scratch) -> TileMesh {
     let mut mesh = start.clone();
-    polish(task, &Options { effort }, scratch, &mut mesh).expect("nobody cancels");
+    polish(task, options, scratch, &mut mesh).expect("nobody cancels");
     mesh
+}
+
+fn all_options() -> impl Iterator<Item = Options> {
+    HEIGHTS.into_iter().flat_map(|heights| EFFORTS.map(|effort| Options { effort, heights }))
 }
 
 fn task<'a>(
@@ -34,23 +41,31 @@ fn task<'a>(
     Task { tile, domain, tolerance, feasibility, cancel }
 }
 
-/// Polishes greedy cuts with every effort and both feasibilities, and checks everything that is promised.
+/// Polishes greedy cuts with all options and both feasibilities, and checks everything that is promised.
 fn check_all(tile: &Tile, domain: &Domain, tolerance: f64) {
     let (mut scratch, cancel) = (Scratch::default(), CancelToken::default());
     for feasibility in FEASIBILITIES {
         let task = task(tile, domain, tolerance, feasibility, &cancel);
         let start = cut(&task);
-        for effort in EFFORTS {
-            let mesh = polished(&task, effort, &start, &mut scratch);
+        for options in all_options() {
+            let mesh = polished(&task, &options, &start, &mut scratch);
             check(tile, domain, &mesh, tolerance);
             assert_eq!(mesh.vertices[..domain.vertices.len()], domain.vertices, "the rim stays");
-            assert!(mesh.triangles.len() <= start.triangles.len(), "{effort:?}");
-            for v in &mesh.vertices {
-                let (column, row) = v.at.sample().expect("vertices stand on samples");
-                assert_eq!(v.height, tile.at(column, row));
-            }
+            assert!(mesh.triangles.len() <= start.triangles.len(), "{options:?}");
+            check_heights(tile, &mesh, tolerance, options.heights);
             check_relaxed(&task, &start, &mesh);
-            assert_eq!(mesh, polished(&task, effort, &start, &mut Scratch::default()), "memory carries nothing over");
+            assert_eq!(mesh, polished(&task, &options, &start, &mut Scratch::default()), "memory carries nothing over");
+        }
+    }
+}
+
+fn check_heights(tile: &Tile, mesh: &TileMesh, tolerance: f64, heights: super::Heights) {
+    for &v in &mesh.vertices {
+        match (v.at.sample(), heights) {
+            (Some((column, row)), super::Heights::Sampled) => assert_eq!(v.height, tile.at(column, row)),
+            (None, super::Heights::Sampled) => panic!("{v:?} is on no sample"),
+            // At samples the triangles speak for the vertices.
+            (_, super::Heights::Fitted) => assert!(near_surface(tile, v, tolerance), "{v:?}"),
         }
     }
 }
@@ -148,10 +163,10 @@ fn flat_ground_at_tolerance_0_keeps_points_and_no_other_interior_vertex() {
     check(&tile, &domain, &start, 0.0);
     let cancel = CancelToken::default();
     let task = task(&tile, &domain, 0.0, Feasibility::Strong, &cancel);
-    for effort in EFFORTS {
-        let mesh = polished(&task, effort, &start, &mut Scratch::default());
+    for options in all_options() {
+        let mesh = polished(&task, &options, &start, &mut Scratch::default());
         check(&tile, &domain, &mesh, 0.0);
-        assert!(mesh.vertices.iter().copied().eq(domain.fixed()), "{effort:?}");
+        assert!(mesh.vertices.iter().copied().eq(domain.fixed()), "{options:?}");
     }
 }
 
@@ -164,7 +179,10 @@ fn a_cancelled_polish_says_so() {
     let mut mesh = cut(&task);
     cancel.cancel();
     for effort in EFFORTS {
-        assert_eq!(polish(&task, &Options { effort }, &mut Scratch::default(), &mut mesh), Err(Cancelled));
+        assert_eq!(
+            polish(&task, &Options { effort, ..Options::default() }, &mut Scratch::default(), &mut mesh),
+            Err(Cancelled)
+        );
     }
 }
 
@@ -190,11 +208,17 @@ fn state(net: &Net) -> State {
 
 #[test]
 fn a_journal_takes_back_removals_flips_and_moves_bit_for_bit() {
+    take_back(None);
+    take_back(Some(Fitting::new(2.0)));
+}
+
+fn take_back(fitting: Option<Fitting>) {
     let tile = tile(25, 25, 9, 0);
     let cancel = CancelToken::default();
     let rim = Rim::new(&tile, 2.0, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
     let task = task(&tile, &rim.domain, 2.0, Feasibility::Weak, &cancel);
-    let (judge, mut net) = (Judge::new(&task), Net::default());
+    let (mut judge, mut net) = (Judge::new(&task), Net::default());
+    judge.fitting = fitting;
     net.load(&rim.domain, &cut(&task));
     Repair::measure(&mut net, &judge);
     let (mut hole, mut filler) = (super::hole::Hole::default(), super::filling::Filler::default());
@@ -226,6 +250,27 @@ fn a_journal_takes_back_removals_flips_and_moves_bit_for_bit() {
     assert!(flips > 10 && moves > 10, "{flips} {moves}");
 }
 
+#[test]
+fn fitted_heights_leave_points_and_rim_alone() {
+    let wave = |i: usize| ((i % 40) as f64 * 0.4).sin() * 5.0 + ((i / 40) as f64 * 0.3).cos() * 4.0;
+    let tile = Tile::from_heights(40, 40, Heights::F64((0..1600).map(wave).collect()));
+    let (cancel, points) = (CancelToken::default(), [(7, 3), (20, 15), (21, 15), (0, 9)]);
+    let rim = Rim::new(&tile, 0.7, &points, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+    assert_eq!(rim.domain.points.len(), 3);
+    let task = task(&tile, &rim.domain, 0.7, Feasibility::Weak, &cancel);
+    let mut start = TileMesh::default();
+    GreedyInsertion::default().triangulate(&task, &mut Default::default(), &mut start).expect("nobody cancels");
+    for effort in [Effort::Balanced, Effort::Best] {
+        let options = Options { effort, heights: super::Heights::Fitted };
+        let mesh = polished(&task, &options, &start, &mut Scratch::default());
+        check(&tile, &rim.domain, &mesh, 0.7);
+        let others = &mesh.vertices[rim.domain.fixed().count()..];
+        let is_sample = |v: &&crate::mesh::Vertex| v.at.sample().is_some_and(|(c, r)| tile.at(c, r) == v.height);
+        println!("{effort:?}: {} triangles, {} free vertices", mesh.triangles.len(), others.len());
+        assert!(others.iter().filter(is_sample).count() * 2 < others.len(), "most are fitted");
+    }
+}
+
 /// Energies are infinite or no numbers there; nothing may hang on them.
 #[test]
 fn heights_and_tolerances_beyond_single_precision() {
@@ -251,9 +296,13 @@ fn more_effort_leaves_fewer_triangles() {
     let rim = Rim::new(&tile, 0.5, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
     let task = task(&tile, &rim.domain, 0.5, Feasibility::Weak, &cancel);
     let start = cut(&task);
-    let counts = EFFORTS.map(|effort| polished(&task, effort, &start, &mut Scratch::default()).triangles.len());
-    println!("{} {counts:?}", start.triangles.len());
-    let [fast, balanced, best] = counts;
+    let count = |effort, heights| {
+        polished(&task, &Options { effort, heights }, &start, &mut Scratch::default()).triangles.len()
+    };
+    let [sampled, fitted] = HEIGHTS.map(|heights| EFFORTS.map(|effort| count(effort, heights)));
+    println!("{} {sampled:?} {fitted:?}", start.triangles.len());
+    assert!(fitted[1] * 10 < sampled[1] * 9 && fitted[2] < fitted[1], "{sampled:?} {fitted:?}");
+    let (counts, [fast, balanced, best]) = (sampled, sampled);
     assert!(fast * 10 < start.triangles.len() * 7 && balanced * 10 < fast * 8 && best < balanced, "{counts:?}");
 }
 

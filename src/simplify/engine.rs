@@ -2,7 +2,7 @@ use serde::Serialize;
 
 use crate::control::Cancelled;
 use crate::mesh::TileMesh;
-use crate::polish::{self, Effort};
+use crate::polish::{self, Effort, Heights as VertexHeights};
 use crate::triangulate::cuts::{Cuts, GreedyCuts};
 use crate::triangulate::insertion::{GreedyInsertion, InsertionOptions};
 use crate::triangulate::{Engine, Task};
@@ -137,9 +137,15 @@ impl EngineScratch {
     }
 
     /// Polishes the mesh of whichever engine.
-    pub(super) fn polish(&mut self, quality: Quality, task: &Task<'_>, mesh: &mut TileMesh) -> Result<(), Cancelled> {
+    pub(super) fn polish(
+        &mut self,
+        quality: Quality,
+        heights: VertexHeights,
+        task: &Task<'_>,
+        mesh: &mut TileMesh,
+    ) -> Result<(), Cancelled> {
         let Some(effort) = quality.effort() else { return Ok(()) };
-        polish::polish(task, &polish::Options { effort }, &mut self.polish, mesh)
+        polish::polish(task, &polish::Options { effort, heights }, &mut self.polish, mesh)
     }
 
     /// The memory of greedy insertion.

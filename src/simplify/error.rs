@@ -73,6 +73,9 @@ pub enum Error {
         "expected sequential insertion by local error, to end at a budget or a root mean square, found another variant"
     )]
     GoalWithPasses,
+    /// Heights are fitted by polishing.
+    #[error("expected polishing, to fit heights, found quality none")]
+    FittedWithoutPolish,
     /// What is polished has other vertices and errors than the engine ended with.
     #[error("expected no polishing, to end at a budget or a root mean square, found quality {quality}")]
     GoalWithPolish {

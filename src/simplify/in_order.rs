@@ -30,6 +30,7 @@ pub(super) struct End {
 pub(super) fn find_end(job: &Job<'_>, workspaces: &Pool<Workspace>) -> Result<Option<End>, Error> {
     let Job { field, params, grid, control, .. } = *job;
     params.takes_goal()?;
+    params.takes_heights()?;
     let EngineChoice::GreedyInsertion(options) = params.engine else { return Ok(None) };
     if params.goal.is_none() {
         return Ok(None);

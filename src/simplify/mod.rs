@@ -16,6 +16,7 @@ mod pool;
 mod probe;
 mod tiles;
 
+pub use crate::polish::Heights as VertexHeights;
 pub use budget::{BudgetTooSmall, Load, Plan, default_budget};
 pub use disk::{DiskTooSmall, DiskUse, check_disk};
 pub use engine::{EngineChoice, Quality};
@@ -53,6 +54,8 @@ pub struct Params {
     /// How much work goes into fewer triangles once the engine is done. Without a goal only: a mesh that ends at a budget or
     /// a root mean square would not keep to it. Nor with channels ([`Params::takes_channels`]).
     pub quality: Quality,
+    /// What heights the vertices have that polishing moves.
+    pub heights: VertexHeights,
     /// What ends the refinement beside the tolerance. Only for engines that refine ([`Params::takes_goal`]).
     pub goal: Goal,
     /// A tile's side in cells; 0 makes one tile of the whole raster.
@@ -74,6 +77,7 @@ impl Params {
             feasibility: Feasibility::default(),
             engine: EngineChoice::default(),
             quality: Quality::default(),
+            heights: VertexHeights::default(),
             goal: Goal::default(),
             tile: DEFAULT_TILE,
             points: None,
@@ -106,6 +110,15 @@ impl Params {
         if self.quality == Quality::None { Ok(()) } else { Err(Error::PolishWithChannels { quality }) }
     }
 
+    /// Makes sure that fitted heights have somebody who fits them.
+    ///
+    /// # Errors
+    /// [`Error::FittedWithoutPolish`].
+    pub fn takes_heights(&self) -> Result<(), Error> {
+        let unpolished = self.quality == Quality::None && self.heights == VertexHeights::Fitted;
+        if unpolished { Err(Error::FittedWithoutPolish) } else { Ok(()) }
+    }
+
     /// Makes sure that the engine can end where the goal says.
     ///
     /// # Errors
@@ -133,6 +146,9 @@ impl Params {
             ("engine", self.engine.named()),
             ("quality", self.quality.name().to_string()),
         ];
+        if self.heights != VertexHeights::default() {
+            named.push(("heights", format!("{:?}", self.heights).to_lowercase()));
+        }
         if !self.goal.is_none() {
             named.push(("goal", self.goal.named()));
         }

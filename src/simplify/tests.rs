@@ -94,6 +94,7 @@ proptest! {
         tile in prop_oneof![Just(0usize), 1usize..12, Just(16), Just(512)], strong in any::<bool>(),
         engine in prop::sample::select(engines()),
         quality in prop::sample::select(vec![Quality::None, Quality::Fast, Quality::Balanced, Quality::Best]),
+        fitted in any::<bool>(),
     ) {
         let noise = |i: usize| (i as u64 + 1).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 48;
         let heights = match kind {
@@ -103,7 +104,9 @@ proptest! {
             _ => vec![-11.5; width * height],
         };
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
-        certify(width, height, &heights, &Params { feasibility, tile, engine, quality, ..Params::new(max_error) });
+        let vertices = if fitted && quality != Quality::None { VertexHeights::Fitted } else { VertexHeights::Sampled };
+        let params = Params { feasibility, tile, engine, quality, heights: vertices, ..Params::new(max_error) };
+        certify(width, height, &heights, &params);
     }
 }
 
@@ -153,7 +156,10 @@ fn neither_the_order_of_tiles_nor_threads_change_what_is_written() {
         the_same_on_any_number_of_threads(&heights, &params);
     }
     for quality in [Quality::Fast, Quality::Balanced, Quality::Best] {
-        the_same_on_any_number_of_threads(&heights, &Params { tile: 32, quality, ..Params::new(4.0) });
+        for vertices in [VertexHeights::Sampled, VertexHeights::Fitted] {
+            let params = Params { tile: 32, quality, heights: vertices, ..Params::new(4.0) };
+            the_same_on_any_number_of_threads(&heights, &params);
+        }
     }
 }
 

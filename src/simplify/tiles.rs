@@ -253,7 +253,7 @@ impl Workspace {
             feasibility: params.feasibility,
             cancel: &control.cancel,
         };
-        self.engine.polish(params.quality, &task, &mut self.mesh)
+        self.engine.polish(params.quality, params.heights, &task, &mut self.mesh)
     }
 }
 

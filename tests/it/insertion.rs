@@ -33,6 +33,8 @@ fn every_variant_passes() {
         vec!["--quality", "none"],
         vec!["--quality", "fast"],
         vec!["--quality", "best"],
+        vec!["--heights", "fitted"],
+        vec!["--quality", "fast", "--heights", "fitted", "--feasibility", "strong"],
     ] {
         for tile in ["0", "32"] {
             let options: Vec<&str> = options.iter().copied().chain(["--max-error", "2", "--tile", tile]).collect();
@@ -55,6 +57,7 @@ fn options_that_mean_nothing_are_usage_errors() {
     let cuts = |more: &[&'static str]| cuts.iter().copied().chain(more.iter().copied()).collect::<Vec<_>>();
     fails(&cuts(&["--swap", "delaunay"]), &["--swap", "--engine greedy-insertion"]);
     fails(&cuts(&["--max-points", "9"]), &["greedy cuts", "--engine greedy-insertion"]);
+    fails(&["--max-error", "1", "--quality", "none", "--heights", "fitted"], &["fit heights", "--heights sampled"]);
     fails(&["--max-points", "9", "--quality", "fast"], &["quality fast", "--quality none"]);
     fails(
         &["--max-error", "1", "--engine", "greedy-insertion", "--cuts", "plain"],

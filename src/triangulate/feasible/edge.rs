@@ -41,6 +41,8 @@ struct Crossing {
     scale: i64,
     /// Columns and rows of the two samples of the grid's edge.
     between: [(usize, usize); 2],
+    /// Whether the third term is the edge's first end, and the fourth the second, or the other way round.
+    near_is_p: bool,
 }
 
 impl Crossing {
@@ -78,6 +80,26 @@ pub(super) fn deviation(tile: &Tile, p: Vertex, q: Vertex) -> f64 {
     largest
 }
 
+/// The largest signed distances of the line p–q above and below the grid surface between samples, rounded, with the share
+/// that p has in the line's height there; both times the weight.
+pub(super) fn extremes(tile: &Tile, p: Vertex, q: Vertex) -> [(f64, f64); 2] {
+    let mut extremes = [(0.0f64, 0.0f64); 2];
+    crossings(tile, p, q, |c| {
+        let weight = c.weight(tile);
+        let sum: f64 = c.terms.iter().map(|&(w, z)| w as f64 * z).sum();
+        let above = -sum / c.scale as f64 * weight;
+        let [near, far] = [2, 3].map(|i| -c.terms[i].0 as f64 / c.scale as f64);
+        let share = if c.near_is_p { near } else { far } * weight;
+        if above > extremes[0].0 {
+            extremes[0] = (above, share);
+        } else if above < extremes[1].0 {
+            extremes[1] = (above, share);
+        }
+        true
+    });
+    extremes
+}
+
 /// Visits the crossings until `visit` says no; returns whether it never did.
 fn crossings(tile: &Tile, p: Vertex, q: Vertex, mut visit: impl FnMut(Crossing) -> bool) -> bool {
     for family in [Family::Vertical, Family::Horizontal, Family::Diagonal] {
@@ -111,6 +133,7 @@ fn crossings(tile: &Tile, p: Vertex, q: Vertex, mut visit: impl FnMut(Crossing) 
                 ],
                 scale: cell,
                 between,
+                near_is_p: line_p <= line_q,
             };
             if !visit(crossing) {
                 return false;

@@ -50,6 +50,19 @@ impl Plane {
         (wb * self.rise[0] + wc * self.rise[1]) * self.inverse * f64::from(STEPS)
     }
 
+    /// The weight of corner a at a place inside the triangle, as a share of all three.
+    #[inline(always)]
+    pub(crate) fn share_of_a(&self, p: Point) -> f64 {
+        let [_, b, c] = self.corners.map(|v| v.at);
+        orient(b, c, p) as f64 * self.inverse
+    }
+
+    /// By how much it grows from one sample to the next of a row.
+    pub(crate) fn share_step(&self) -> f64 {
+        let [_, b, c] = self.corners.map(|v| v.at);
+        f64::from(b.y - c.y) * self.inverse * f64::from(STEPS)
+    }
+
     /// Rise per lattice step across and down. On a sliver nearly infinite: for estimates.
     pub(crate) fn gradient(&self) -> [f64; 2] {
         let [a, b, c] = self.corners.map(|v| v.at);

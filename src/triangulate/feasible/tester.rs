@@ -85,6 +85,13 @@ impl<'a> Tester<'a> {
     pub fn edge_deviation(&self, p: Vertex, q: Vertex) -> f64 {
         edge::deviation(self.tile, p, q)
     }
+
+    /// Where between samples an edge is farthest above and below the grid surface: by how much, signed and weighted like
+    /// [`Tester::edge_deviation`], and the share that p has in the height of the edge there times the weight. Zeros where
+    /// it is nowhere above, or nowhere below.
+    pub fn edge_extremes(&self, p: Vertex, q: Vertex) -> [(f64, f64); 2] {
+        edge::extremes(self.tile, p, q)
+    }
 }
 
 /// A precision that rows are compared in.
