@@ -4,7 +4,7 @@ use gdal::DriverManager;
 use gdal::raster::Buffer;
 use proptest::prelude::*;
 
-use super::tests::{Told, certify_weighted, geotiff, terrain, told};
+use super::tests::{Told, certify_weighted, engines, geotiff, qualities, terrain, told};
 use super::*;
 use crate::control::Control;
 use crate::field::{Choice, Field, FieldError, FieldOptions, Heights};
@@ -47,6 +47,7 @@ proptest! {
         seed in any::<u64>(), kind in 0u8..4,
         max_error in prop_oneof![Just(0.0), Just(1.0), Just(2.5), 0.0f64..6.0, Just(1e6), Just(1e-250)],
         tile in prop_oneof![Just(0usize), 1usize..12, Just(16), Just(512)], strong in any::<bool>(),
+        engine in prop::sample::select(engines()), (quality, vertices) in prop::sample::select(qualities()),
     ) {
         let noise = |i: usize| (i as u64 + 1).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 48;
         let heights: Vec<f64> = match kind {
@@ -56,7 +57,7 @@ proptest! {
             _ => vec![-11.5; width * height],
         };
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
-        let params = Params { feasibility, tile, ..Params::new(max_error) };
+        let params = Params { feasibility, tile, engine, quality, heights: vertices, ..Params::new(max_error) };
         certify_weighted(width, height, &heights, Some(&weights), &params);
     }
 }

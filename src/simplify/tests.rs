@@ -67,7 +67,7 @@ pub(super) fn certify_weighted(width: usize, height: usize, heights: &[f64], wei
 }
 
 /// Every engine, and every variant of it.
-fn engines() -> Vec<EngineChoice> {
+pub(super) fn engines() -> Vec<EngineChoice> {
     let default = InsertionOptions::default();
     let swaps = [
         Swap::Delaunay,
@@ -84,6 +84,13 @@ fn engines() -> Vec<EngineChoice> {
     [Cuts::Plain, Cuts::Improved].map(EngineChoice::GreedyCuts).into_iter().chain(insertion).collect()
 }
 
+/// Every quality, with heights of both kinds.
+pub(super) fn qualities() -> Vec<(Quality, VertexHeights)> {
+    let polished = [Quality::Fast, Quality::Balanced, Quality::Best];
+    let all = polished.into_iter().flat_map(|q| [VertexHeights::Sampled, VertexHeights::Fitted].map(|h| (q, h)));
+    std::iter::once((Quality::None, VertexHeights::Sampled)).chain(all).collect()
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(192))]
 
@@ -93,8 +100,7 @@ proptest! {
         max_error in prop_oneof![Just(0.0), Just(1.0), Just(2.5), 0.0f64..6.0, Just(1e6)],
         tile in prop_oneof![Just(0usize), 1usize..12, Just(16), Just(512)], strong in any::<bool>(),
         engine in prop::sample::select(engines()),
-        quality in prop::sample::select(vec![Quality::None, Quality::Fast, Quality::Balanced, Quality::Best]),
-        fitted in any::<bool>(),
+        (quality, vertices) in prop::sample::select(qualities()),
     ) {
         let noise = |i: usize| (i as u64 + 1).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 48;
         let heights = match kind {
@@ -104,7 +110,6 @@ proptest! {
             _ => vec![-11.5; width * height],
         };
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
-        let vertices = if fitted && quality != Quality::None { VertexHeights::Fitted } else { VertexHeights::Sampled };
         let params = Params { feasibility, tile, engine, quality, heights: vertices, ..Params::new(max_error) };
         certify(width, height, &heights, &params);
     }
