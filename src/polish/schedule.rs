@@ -21,9 +21,11 @@ const FITTED: Patience = Patience { cap: 0.0, rounds: 12, shrink: 0.85, steps: 1
 const BEST_CAPS: [f32; 5] = [0.3, 1.0, 3.0, 6.0, 10.0];
 const BEST_PASSES: usize = 10;
 const BEST: Patience = Patience { cap: 0.0, rounds: 8, shrink: 0.9, steps: 3 };
+const BEST_FITTED_CAPS: [f32; 4] = [1.0, 2.0, 5.0, 10.0];
 const BEST_FITTED: Patience = Patience { cap: 0.0, rounds: 12, shrink: 0.85, steps: 2 };
 /// The last passes end when fewer than one in so many vertices go.
 const BEST_YIELD: usize = 500;
+const BEST_FITTED_YIELD: usize = 1000;
 
 impl Scratch {
     /// Does what an effort asks for, on a net that has been loaded.
@@ -68,13 +70,18 @@ impl Scratch {
         let Scratch { net, order, removal, repair } = self;
         removal.sweeps(usize::MAX, net, order, judge)?;
         Repair::measure(net, judge);
-        let patience = if judge.fitting.is_some() { BEST_FITTED } else { BEST };
+        let fitted = judge.fitting.is_some();
+        let (caps, patience, least) = if fitted {
+            (&BEST_FITTED_CAPS[..], BEST_FITTED, BEST_FITTED_YIELD)
+        } else {
+            (&BEST_CAPS[..], BEST, BEST_YIELD)
+        };
         for pass in 0..BEST_PASSES {
-            let cap = BEST_CAPS[pass.min(BEST_CAPS.len() - 1)];
+            let cap = caps[pass.min(caps.len() - 1)];
             order.make_all_due();
             let gone = repair.sweep(net, order, judge, Patience { cap, ..patience })?;
             repair.relax(net, order, judge, patience.steps)?;
-            if pass >= BEST_CAPS.len() && gone * BEST_YIELD < order.raster.len() {
+            if pass >= caps.len() && gone * least < order.raster.len() {
                 break;
             }
         }
