@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::goal::{Base, Cost, Curves, Floor, Outcome, Told, find_cut};
 use super::pool::Pool;
-use super::tiles::{Job, Workspace, tolerance};
+use super::tiles::{Job, Workspace, task, tolerance};
 use super::{EngineChoice, Error};
 use crate::control::Stage;
 use crate::lattice::Point;
@@ -12,7 +12,6 @@ use crate::measure::Bound;
 use crate::seam::{Rim, Side, SideVertex};
 use crate::spool::SpoolError;
 use crate::tiling::{TileGrid, TileId};
-use crate::triangulate::Task;
 use crate::triangulate::insertion::{GreedyInsertion, InsertionOptions, Key, Order};
 
 /// Where all tiles end.
@@ -139,13 +138,7 @@ impl Workspace {
         let told = &mut self.told;
         let from_the_start = Cost { points: inside, triangles: 2 * inside };
         told.push(Told { key: Key::FIRST, cost: from_the_start, squares: 0.0 });
-        let task = Task {
-            tile: &self.tile,
-            domain: &rim.domain,
-            tolerance: lowest,
-            feasibility: job.params.feasibility,
-            cancel: &job.control.cancel,
-        };
+        let task = task(&self.tile, &rim, lowest, job);
         GreedyInsertion { options }.triangulate_in_order(
             &task,
             order,
@@ -174,13 +167,7 @@ impl Workspace {
         let (rim, keyed) = self.begin(job, index, end.lowest, end.cut)?;
         let keys: Vec<Key> = keyed.into_iter().map(|(key, _)| key).collect();
         let order = Order { keys: &keys, tile: index as u64, cut: end.cut, most: u64::MAX, squares: None };
-        let task = Task {
-            tile: &self.tile,
-            domain: &rim.domain,
-            tolerance: end.lowest,
-            feasibility: job.params.feasibility,
-            cancel: &job.control.cancel,
-        };
+        let task = task(&self.tile, &rim, end.lowest, job);
         GreedyInsertion { options }.triangulate_in_order(
             &task,
             order,

@@ -175,7 +175,7 @@ impl Workspace {
 
     /// Takes one tile from its samples to the spool. Returns how many samples the tile owns.
     fn run(&mut self, job: &Job<'_>, index: usize, spool: &Spool, clocks: &Clocks) -> Result<u64, Error> {
-        let Job { field, params, grid, control, .. } = *job;
+        let Job { field, params, grid, .. } = *job;
         let id = grid.tile(index);
         let last = (grid.is_last_column(id), grid.is_last_row(id));
         let window = grid.window(id);
@@ -183,8 +183,8 @@ impl Workspace {
             None => {
                 clocks.load.time(|| field.load(window, &mut self.tile))?;
                 let rim = clocks.seams.time(|| self.rim(job, window, last))?;
-                clocks.engine.time(|| self.cut(params, &rim, control))?;
-                clocks.polish.time(|| self.polish(params, &rim, control))?;
+                clocks.engine.time(|| self.cut(job, &rim))?;
+                clocks.polish.time(|| self.polish(job, &rim))?;
                 (rim, Bound::Within(tolerance(params)))
             }
             Some(end) => clocks.engine.time(|| self.run_to(job, index, end))?,
@@ -214,8 +214,8 @@ impl Workspace {
         let window = job.grid.window(id);
         job.field.load(window, &mut self.tile)?;
         let rim = self.rim(job, window, (true, true))?;
-        self.cut(job.params, &rim, job.control)?;
-        self.polish(job.params, &rim, job.control)?;
+        self.cut(job, &rim)?;
+        self.polish(job, &rim)?;
         Ok((self.tile.width() * self.tile.height(), self.mesh.triangles.len()))
     }
 
@@ -234,27 +234,21 @@ impl Workspace {
         }
     }
 
-    fn cut(&mut self, params: &Params, rim: &Rim, control: &Control<'_>) -> Result<(), Cancelled> {
-        let task = Task {
-            tile: &self.tile,
-            domain: &rim.domain,
-            tolerance: tolerance(params),
-            feasibility: params.feasibility,
-            cancel: &control.cancel,
-        };
-        self.engine.triangulate(params.engine, &task, &mut self.mesh)
+    fn cut(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {
+        let task = task(&self.tile, rim, tolerance(job.params), job);
+        self.engine.triangulate(job.params.engine, &task, &mut self.mesh)
     }
 
-    fn polish(&mut self, params: &Params, rim: &Rim, control: &Control<'_>) -> Result<(), Cancelled> {
-        let task = Task {
-            tile: &self.tile,
-            domain: &rim.domain,
-            tolerance: tolerance(params),
-            feasibility: params.feasibility,
-            cancel: &control.cancel,
-        };
-        self.engine.polish(params.quality, params.heights, &task, &mut self.mesh)
+    fn polish(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {
+        let task = task(&self.tile, rim, tolerance(job.params), job);
+        self.engine.polish(job.params.quality, job.params.heights, &task, &mut self.mesh)
     }
+}
+
+/// What engines and polishing are given of a tile.
+pub(super) fn task<'a>(tile: &'a Tile, rim: &'a Rim, tolerance: f64, job: &Job<'a>) -> Task<'a> {
+    let (feasibility, cancel) = (job.params.feasibility, &job.control.cancel);
+    Task { tile, domain: &rim.domain, tolerance, feasibility, cancel }
 }
 
 /// The tolerance that tiles work with: larger ones than heights can need change nothing, and would overflow. (Where errors
