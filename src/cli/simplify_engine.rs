@@ -13,7 +13,7 @@ pub(super) struct EngineArgs {
     #[arg(long, value_enum)]
     engine: Option<EngineArg>,
     /// The order of greedy cuts: the paper's own, or the largest first, which is slower and takes fewer triangles. Polishing
-    /// comes to the same from both [default: plain]
+    /// comes to about the same from both [default: plain]
     #[arg(long, value_enum, help_heading = "Options of --engine greedy-cuts")]
     cuts: Option<CutsArg>,
     #[command(flatten)]
