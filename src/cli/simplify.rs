@@ -361,8 +361,7 @@ impl Job<'_> {
         let opened = Instant::now();
         let mesh = match kept {
             Some(kept) => {
-                let grid = grid(field.width(), field.height(), &self.params)?;
-                triangulate_into(kept.spool(grid)?, &field, &self.params, self.control)?
+                triangulate_into(&|grid, pass| kept.spool(grid, pass), &field, &self.params, self.control)?
             }
             None => triangulate(&field, &self.params, self.control)?,
         };

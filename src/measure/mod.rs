@@ -192,7 +192,8 @@ impl Meter<'_> {
         let (right_rim, lower_rim) = (self.tile.width as i32 - 1, self.tile.height as i32 - 1);
         for row in spans.rows() {
             let (first, last) = spans.own_columns(row, right_rim, lower_rim);
-            let last = last.min(self.owned.0 as i32 - 1);
+            // Triangles may reach beyond the tile.
+            let (first, last) = (first.max(0), last.min(self.owned.0 as i32 - 1));
             if first > last || row as usize >= self.owned.1 {
                 continue;
             }

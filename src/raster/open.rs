@@ -37,7 +37,7 @@ pub enum Nodata {
 }
 
 /// A rectangle of samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Window {
     /// First column.
     pub column: usize,

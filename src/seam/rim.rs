@@ -57,6 +57,15 @@ pub enum Foreign {
     East(u32),
     /// On the south side: the north side of the tile below.
     South(u32),
+    /// At a place of a tile so many columns and rows further, in that tile's lattice.
+    At {
+        /// Columns of tiles to the right, -1 for the left.
+        across: i32,
+        /// Rows of tiles down.
+        down: u32,
+        /// Where.
+        at: Point,
+    },
 }
 
 impl Rim {

@@ -14,6 +14,7 @@ mod in_order;
 mod mesh;
 mod pool;
 mod probe;
+mod shifted;
 mod tiles;
 
 pub use crate::polish::Heights as VertexHeights;
@@ -24,7 +25,7 @@ pub use error::Error;
 pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
 pub use mesh::{Mesh, Summary};
 pub use probe::{probe_density, probe_field};
-pub use tiles::{TileTimes, grid, triangulate, triangulate_into};
+pub use tiles::{MakeSpool, Pass, TileTimes, grid, triangulate, triangulate_into};
 
 use std::path::PathBuf;
 use std::sync::Arc;

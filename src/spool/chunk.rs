@@ -6,6 +6,9 @@ use crate::seam::{Foreign, Rim, RimCounts};
 ///
 /// Triangles number vertices in this order: those owned on the rim, those borrowed, those inside. `vertices` holds the
 /// owned ones (rim, then inside) with tile-local places; of those inside the domain's points come first.
+///
+/// The tiles of a shifted grid ([`crate::tiling::TileGrid::shifted`]) have no rim: what stands in its place are the
+/// vertices that others borrow ([`Foreign::At`]), by their places, rows first.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Chunk {
     /// The tile's number in its grid.
@@ -14,8 +17,12 @@ pub struct Chunk {
     pub rim: RimCounts,
     /// The vertices the tile owns.
     pub vertices: Vec<Vertex>,
-    /// The rim vertices its neighbours own.
+    /// Owned vertices that others find by their places, instead of a rim.
+    pub shared: u32,
+    /// The vertices its neighbours own.
     pub foreign: Vec<Foreign>,
+    /// Those vertices themselves, with places of this tile; nothing where nobody is to work on the chunk.
+    pub borrowed: Vec<Vertex>,
     /// Triangles, with positive orientation on the lattice.
     pub triangles: Vec<[u32; 3]>,
     /// Further values at the owned vertices, by name.
@@ -26,8 +33,6 @@ pub struct Chunk {
     pub relaxed: u64,
     /// The checksum of the heights and weights it was made from ([`crate::field::Tile::checksum`]).
     pub samples_checksum: u32,
-    /// How often the tile was rewritten by a later pass: 0 as it comes from the engine.
-    pub generation: u32,
 }
 
 /// A named value at every owned vertex of a chunk.
@@ -44,6 +49,8 @@ pub struct Attribute {
 pub struct ChunkCounts {
     /// Owned rim vertices, by kind.
     pub rim: RimCounts,
+    /// [`Chunk::shared`].
+    pub shared: u32,
     /// Owned vertices, rim and inside.
     pub vertices: u64,
     /// Triangles.
@@ -60,13 +67,20 @@ impl Chunk {
         self.vertices.clear();
         self.vertices.extend_from_slice(&mesh.vertices[..rim.owned.total() as usize]);
         self.vertices.extend_from_slice(&mesh.vertices[rim_vertices..]);
+        self.shared = 0;
         self.foreign.clone_from(&rim.foreign);
+        self.borrowed.clear();
+        self.borrowed.extend_from_slice(&mesh.vertices[rim.owned.total() as usize..rim_vertices]);
         self.triangles.clone_from(&mesh.triangles);
         self.attributes.clear();
         self.errors = errors;
         self.relaxed = mesh.relaxed;
         self.samples_checksum = samples_checksum;
-        self.generation = 0;
+    }
+
+    /// How many of its own vertices come before those it borrows.
+    pub fn before_borrowed(&self) -> usize {
+        (self.rim.total() + self.shared) as usize
     }
 
     /// Gives the owned vertices the attributes `names`; `value` is that of one of them at a vertex. To be called after
@@ -87,6 +101,7 @@ impl Chunk {
 
     /// The counts that numbering needs.
     pub fn counts(&self) -> ChunkCounts {
-        ChunkCounts { rim: self.rim, vertices: self.vertices.len() as u64, triangles: self.triangles.len() as u64 }
+        let (vertices, triangles) = (self.vertices.len() as u64, self.triangles.len() as u64);
+        ChunkCounts { rim: self.rim, shared: self.shared, vertices, triangles }
     }
 }
