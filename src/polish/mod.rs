@@ -151,10 +151,13 @@ impl Scratch {
         self.work(options.effort, visit, &mut judge)?;
         let relaxed = mesh.relaxed;
         self.net.store(mesh);
-        // A part is not told how many there are.
-        if relaxed > 0 || visit != Visit::All {
-            mesh.relaxed = count_relaxed(task.tile, mesh, task.tolerance, |_| task.feasibility == Feasibility::Strong);
-        }
+        // A part does not know how many of its triangles are.
+        let most = if visit == Visit::All { relaxed } else { u64::MAX };
+        let is_strong = task.feasibility == Feasibility::Strong;
+        mesh.relaxed = match most {
+            0 => 0,
+            most => most.min(count_relaxed(task.tile, mesh, task.tolerance, |_| is_strong)),
+        };
         Ok(())
     }
 }
