@@ -360,9 +360,7 @@ impl Job<'_> {
         }
         let opened = Instant::now();
         let mesh = match kept {
-            Some(kept) => {
-                triangulate_into(&|grid, pass| kept.spool(grid, pass), &field, &self.params, self.control)?
-            }
+            Some(kept) => triangulate_into(&|grid, pass| kept.spool(grid, pass), &field, &self.params, self.control)?,
             None => triangulate(&field, &self.params, self.control)?,
         };
         watches.iter().try_for_each(Watch::check)?;

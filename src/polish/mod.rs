@@ -163,12 +163,7 @@ impl Scratch {
 }
 
 /// How many of the triangles that are wanted have an edge that fails the strong test.
-pub(crate) fn count_relaxed(
-    tile: &Tile,
-    mesh: &TileMesh,
-    tolerance: f64,
-    wanted: impl Fn([Point; 3]) -> bool,
-) -> u64 {
+pub(crate) fn count_relaxed(tile: &Tile, mesh: &TileMesh, tolerance: f64, wanted: impl Fn([Point; 3]) -> bool) -> u64 {
     let tester = Tester::new(tile, tolerance, Feasibility::Strong);
     let fails = |&t: &[u32; 3]| {
         let [a, b, c] = mesh.corners(t);

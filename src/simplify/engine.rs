@@ -144,12 +144,7 @@ impl EngineScratch {
     }
 
     /// Polishes the mesh of whichever engine.
-    pub(super) fn polish(
-        &mut self,
-        params: &Params,
-        task: &Task<'_>,
-        mesh: &mut TileMesh,
-    ) -> Result<(), Cancelled> {
+    pub(super) fn polish(&mut self, params: &Params, task: &Task<'_>, mesh: &mut TileMesh) -> Result<(), Cancelled> {
         let Some(options) = polishing(params) else { return Ok(()) };
         polish::polish(task, &options, &mut self.polish, mesh)
     }

@@ -71,7 +71,7 @@ impl Mesh {
         self.times
     }
 
-    /// How many tiles the spool had already.
+    /// How many tiles of [`Mesh::grid`] the spool had already.
     pub fn tiles_found(&self) -> u64 {
         self.found
     }

@@ -16,9 +16,9 @@ use crate::field::{Field, Tile};
 use crate::lattice::{self, MAX_TILE_CELLS};
 use crate::measure::{Bound, ErrorStats, measure, shape};
 use crate::mesh::TileMesh;
+use crate::polish::count_relaxed;
 use crate::raster::{RasterError, Window};
 use crate::seam::{MinLink, Rim};
-use crate::polish::count_relaxed;
 use crate::spool::{Chunk, Spool, SpoolError};
 use crate::tiling::{TileGrid, TileId};
 use crate::triangulate::Task;
@@ -124,13 +124,13 @@ pub fn triangulate_into(
     })?;
     control.progress.end(Stage::Triangulate);
     drop(workspaces);
-    let mut found = found.into_inner();
+    let found = found.into_inner();
     let (spool, chunks, first_bytes) = match job.shifted {
         None => (spool, grid, 0),
         Some(shifted) => {
             let second = make_spool(shifted, Pass::Seams)?;
             assert_eq!(second.tiles(), shifted.len(), "chunks of a spool for this grid");
-            found += polish_shifted(&job, shifted, &spool, &second, &clocks)?;
+            polish_shifted(&job, shifted, &spool, &second, &clocks)?;
             (second, shifted, spool.bytes())
         }
     };

@@ -82,7 +82,8 @@ impl<'a> Ids<'a> {
             Foreign::At { across, down, at } => {
                 let owner = self.owner(tile.column.wrapping_add_signed(across as isize), tile.row + down as usize);
                 let found = owner.shared.binary_search_by_key(&(at.y, at.x), |p| (p.y, p.x));
-                owner.first + found.unwrap_or_else(|_| panic!("tile {tile:?} borrows {at:?}, which is not shared")) as u64
+                owner.first
+                    + found.unwrap_or_else(|_| panic!("tile {tile:?} borrows {at:?}, which is not shared")) as u64
             }
         }
     }

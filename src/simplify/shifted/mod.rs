@@ -18,8 +18,6 @@ mod tests;
 
 pub(super) use lines::Lines;
 
-use std::sync::atomic::{AtomicU64, Ordering};
-
 use rayon::prelude::*;
 
 use self::region::Region;
@@ -36,8 +34,7 @@ use crate::spool::{Chunk, Spool};
 use crate::tiling::{TileGrid, TileId};
 use crate::triangulate::Task;
 
-/// Polishes what the first pass has left in `tiles` once more, by the tiles of the shifted grid, into `spool`. Returns how
-/// many of them the spool had already.
+/// Polishes what the first pass has left in `tiles` once more, by the tiles of the shifted grid, into `spool`.
 ///
 /// Memory: a [`Region`], a tile and what polishing needs, per busy thread.
 ///
@@ -49,9 +46,8 @@ pub(super) fn polish_shifted(
     tiles: &Spool,
     spool: &Spool,
     clocks: &Clocks,
-) -> Result<u64, Error> {
+) -> Result<(), Error> {
     let Job { field, control, .. } = *job;
-    let found = AtomicU64::new(0);
     let workspaces = Pool::default();
     control.progress.begin(Stage::Seams, shifted.len() as u64, field.width() as u64 * field.height() as u64);
     (0..shifted.len()).into_par_iter().try_for_each(|index| {
@@ -60,7 +56,6 @@ pub(super) fn polish_shifted(
         let run = Run { job, shifted, tiles, spool, clocks };
         let (samples, was_there) = workspaces.with(|w: &mut Workspace| w.provide(&run, index))?;
         if was_there {
-            found.fetch_add(1, Ordering::Relaxed);
             control.progress.found(Stage::Seams, samples);
         } else {
             control.progress.step(Stage::Seams, samples);
@@ -68,7 +63,7 @@ pub(super) fn polish_shifted(
         Ok::<(), Error>(())
     })?;
     control.progress.end(Stage::Seams);
-    Ok(found.into_inner())
+    Ok(())
 }
 
 struct Run<'a> {

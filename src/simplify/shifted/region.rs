@@ -149,10 +149,7 @@ impl Region {
         let new = || {
             let theirs = shifted.window(owner);
             let local = |at: i32, here: usize, there: usize| at + (here as i64 - there as i64) as i32 * STEPS;
-            let at = Point {
-                x: local(at.x, window.column, theirs.column),
-                y: local(at.y, window.row, theirs.row),
-            };
+            let at = Point { x: local(at.x, window.column, theirs.column), y: local(at.y, window.row, theirs.row) };
             let across = owner.column as i64 - id.column as i64;
             foreign.push(Foreign::At { across: across as i32, down: (owner.row - id.row) as u32, at });
             foreign.len() as u32 - 1
@@ -176,7 +173,9 @@ impl Region {
         let Region { mesh, scratch: Scratch { kinds, numbers, order, on_lines, .. }, .. } = self;
         for (vertex, kind) in mesh.vertices.iter().zip(kinds.iter_mut()) {
             let sample = vertex.at.sample();
-            if *kind == Kind::Free && sample.is_some_and(|(x, y)| points.binary_search_by_key(&(y, x), |p| (p.1, p.0)).is_ok()) {
+            if *kind == Kind::Free
+                && sample.is_some_and(|(x, y)| points.binary_search_by_key(&(y, x), |p| (p.1, p.0)).is_ok())
+            {
                 *kind = Kind::Locked;
             }
         }
