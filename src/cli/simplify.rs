@@ -295,10 +295,13 @@ impl Job<'_> {
 
     fn estimate(&self, density: f64) -> Estimate {
         let heights = estimate(&self.raster, self.importance.as_ref(), density);
-        match &self.channels {
+        let once = match &self.channels {
             None => heights,
             Some(options) => heights.with_channels(&self.bands, options.planar),
-        }
+        };
+        // A tile too long is told of later.
+        let passes = grid(self.raster.width(), self.raster.height(), &self.params).map_or(1, |g| self.params.passes(g));
+        Estimate { spool_bytes: once.spool_bytes * passes, ..once }
     }
 
     /// The channels and their ranges, where there are some. Finding the ranges may take long, so an output that cannot

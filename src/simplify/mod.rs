@@ -31,6 +31,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::raster::{PointSet, exact};
+use crate::tiling::TileGrid;
 use crate::triangulate::Feasibility;
 
 #[cfg(test)]
@@ -132,6 +133,11 @@ impl Params {
             EngineChoice::GreedyInsertion(_) => Err(Error::GoalWithPasses),
             EngineChoice::GreedyCuts(_) => Err(Error::NoGoal { engine: self.engine.name() }),
         }
+    }
+
+    /// How many passes a run makes over the tiles of a grid, each of which keeps its chunks until the end.
+    pub fn passes(&self, grid: TileGrid) -> u64 {
+        if tiles::shifted(grid, self).is_some() { 2 } else { 1 }
     }
 
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.

@@ -34,7 +34,7 @@ pub(super) fn geotiff(path: &Path, width: usize, height: usize, heights: &[f64])
     dataset.close().expect("closed");
 }
 
-fn mesh(width: usize, height: usize, heights: Vec<f64>, params: &Params) -> Mesh {
+pub(super) fn mesh(width: usize, height: usize, heights: Vec<f64>, params: &Params) -> Mesh {
     let field = Field::from_heights(width, height, Heights::F64(heights)).expect("a field");
     triangulate(&field, params, &Control::default()).expect("a mesh")
 }

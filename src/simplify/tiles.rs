@@ -300,7 +300,7 @@ pub(super) fn tolerance(params: &Params) -> f64 {
 }
 
 /// The grid of the second pass, where polishing is worth one.
-fn shifted(grid: TileGrid, params: &Params) -> Option<TileGrid> {
+pub(super) fn shifted(grid: TileGrid, params: &Params) -> Option<TileGrid> {
     match params.quality {
         Quality::None | Quality::Fast => None,
         Quality::Balanced | Quality::Best => grid.shifted(),
