@@ -87,12 +87,13 @@ impl Ground {
 }
 
 /// Whether a sample on the ground is the tile's to measure. Of the tiles around it that have ground at it, it belongs to
-/// that to the lower right, else to the lower left, upper left or upper right: to the first in the order of
-/// [`Validity::touches`](crate::field::Validity::touches).
+/// that to the lower right, else to the lower left, the upper right or the upper left: on whole ground, rims of the raster
+/// among it, that is the one that owns it anyway.
 fn owns(tile: &Tile, column: usize, row: usize) -> bool {
     let (right, bottom) = (tile.width - 1, tile.height - 1);
     // Which quadrants of the sample lie in the tile.
     let ours = [(column < right, row < bottom), (column > 0, row < bottom), (column > 0, row > 0), (column < right, row > 0)];
-    let first = (0..4).find(|&quadrant| tile.validity.touches(column as i32, row as i32, quadrant));
+    let mut quadrants = [0, 1, 3, 2].into_iter();
+    let first = quadrants.find(|&quadrant| tile.validity.touches(column as i32, row as i32, quadrant));
     first.is_some_and(|quadrant| ours[quadrant] == (true, true))
 }

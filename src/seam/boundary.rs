@@ -188,7 +188,7 @@ mod tests {
     #[test]
     fn octants_of_a_sample() {
         let tile = tile(3, &["xxx", "xx.", "xxx"]);
-        assert_eq!(octants(tile.validity(), 1, 1), 0b0011_1100);
+        assert_eq!(octants(tile.validity(), 1, 1), 0b0111_1110);
         assert_eq!(octants(tile.validity(), 2, 2), 0b0001_0000);
         assert_eq!(octants(tile.validity(), 2, 0), 0b0000_1000);
         assert_eq!(octants(tile.validity(), 2, 1), 0);
