@@ -7,10 +7,19 @@ fn window(column: usize, row: usize, width: usize, height: usize) -> Window {
 }
 
 #[test]
-fn refuses_nan_infinite_and_misshapen() {
+fn marks_nan_and_refuses_infinite_and_misshapen() {
     let field = |v: Vec<f64>| Field::from_heights(2, 2, Heights::F64(v));
     let load = |v| field(v).expect("a shape").load(window(0, 0, 2, 2), &mut Tile::default());
-    assert!(matches!(load(vec![0.0, 1.0, f64::NAN, 0.0]), Err(FieldError::Nodata { column: 0, row: 1, .. })));
+    let mut tile = Tile::default();
+    let hole = field(vec![-7.0, 1.0, f64::NAN, 2.0]).expect("a shape");
+    hole.load(window(0, 0, 2, 2), &mut tile).expect("a hole");
+    assert!(!tile.validity().is_whole() && !tile.validity().is_valid(0, 1) && tile.validity().is_valid(1, 1));
+    assert_eq!((tile.at(0, 1), tile.at(0, 0), tile.at(1, 1)), (0.0, -7.0, 2.0));
+    // Where it lies beside the window, the window is whole in itself only.
+    hole.load(window(0, 0, 2, 1), &mut tile).expect("heights");
+    assert!(!tile.validity().is_whole() && tile.validity().row(0) == [true, true]);
+    field(vec![0.0; 4]).expect("a shape").load(window(0, 0, 2, 2), &mut tile).expect("heights");
+    assert!(tile.validity().is_whole());
     assert!(matches!(load(vec![0.0, -f64::INFINITY, 0.0, 0.0]), Err(FieldError::NotAHeight { column: 1, row: 0, .. })));
     assert!(matches!(load(vec![0.0, 0.0, 0.0, 2e30]), Err(FieldError::NotAHeight { column: 1, row: 1, .. })));
     assert!(matches!(field(vec![0.0; 3]), Err(FieldError::Shape { found: 3, .. })));
