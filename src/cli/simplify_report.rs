@@ -244,9 +244,7 @@ impl Report {
     pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
         let Seconds { total, open, tiles, write, threads: t } = self.seconds;
         let e = &self.error;
-        let mut lines = vec![
-            ("samples", format!("{}, {}", grouped(self.samples), access(&self.access))),
-        ];
+        let mut lines = vec![("samples", format!("{}, {}", grouped(self.samples), access(&self.access)))];
         if self.nodata_samples > 0 {
             lines.push(("nodata", self.nodata()));
         }

@@ -83,11 +83,7 @@ pub(super) struct Decoded {
 }
 
 /// Decodes all samples, in parallel, and the mask beside them.
-pub(super) fn decode(
-    raster: &Raster,
-    options: &FieldOptions,
-    control: &Control<'_>,
-) -> Result<Decoded, FieldError> {
+pub(super) fn decode(raster: &Raster, options: &FieldOptions, control: &Control<'_>) -> Result<Decoded, FieldError> {
     let (folder, bytes) = (options.temp_dir.as_path(), decoded_bytes(raster));
     let failed = |source| FieldError::Temporary { dir: options.temp_dir.clone(), bytes, source };
     let samples = Decoding::new(raster, raster.sample_type().bytes(), folder).map_err(failed)?;

@@ -137,7 +137,9 @@ mod tests {
         validity.reset(Window { column: 0, row: 0, width: 3, height: 2 }, (4, 2));
         assert!(validity.is_whole());
         validity.mark(1, 0);
-        assert!(!validity.is_whole() && validity.is_valid(3, 1) && !validity.is_valid(-1, 0) && !validity.is_valid(3, 2));
+        assert!(
+            !validity.is_whole() && validity.is_valid(3, 1) && !validity.is_valid(-1, 0) && !validity.is_valid(3, 2)
+        );
         assert_eq!([0, 1, 2].map(|c| validity.cell(c, 0)), [Cell::Without(1), Cell::Without(0), Cell::Whole]);
         assert_eq!(validity.cell(0, 1), Cell::Empty);
         assert!(validity.is_ground(0, 0) && !validity.is_ground(1, 0) && validity.is_ground(2, 0));

@@ -39,11 +39,7 @@ impl Ground {
     ///
     /// # Panics
     /// If a sample is missing.
-    pub(super) fn for_each_run(
-        &mut self,
-        spans: &Spans,
-        mut visit: impl FnMut(RangeInclusive<usize>, (usize, usize)),
-    ) {
+    pub(super) fn for_each_run(&mut self, spans: &Spans, mut visit: impl FnMut(RangeInclusive<usize>, (usize, usize))) {
         for row in spans.rows() {
             let (first, last) = spans.columns(row);
             let base = row as usize * self.width;
@@ -51,7 +47,10 @@ impl Ground {
             for column in first..=last {
                 let (column, row) = (column as usize, row as usize);
                 let sample = &mut self.samples[base + column];
-                assert!(*sample != Sample::Missing, "a triangle touches the missing sample {column}, {row} of the tile");
+                assert!(
+                    *sample != Sample::Missing,
+                    "a triangle touches the missing sample {column}, {row} of the tile"
+                );
                 let is_due = *sample == Sample::Due;
                 if is_due {
                     *sample = Sample::Seen;
@@ -72,7 +71,11 @@ impl Ground {
     /// If a sample is still due.
     pub(super) fn finish(&self, tile: &Tile, owned: (usize, usize)) -> (u64, u64) {
         let due = self.samples.iter().position(|s| *s == Sample::Due);
-        assert!(due.is_none(), "no triangle covers sample {:?} of the tile", due.map(|i| (i % self.width, i / self.width)));
+        assert!(
+            due.is_none(),
+            "no triangle covers sample {:?} of the tile",
+            due.map(|i| (i % self.width, i / self.width))
+        );
         let (mut missing, mut stray) = (0, 0);
         for (i, sample) in self.samples.iter().enumerate() {
             let (column, row) = (i % self.width, i / self.width);
@@ -92,7 +95,8 @@ impl Ground {
 fn owns(tile: &Tile, column: usize, row: usize) -> bool {
     let (right, bottom) = (tile.width - 1, tile.height - 1);
     // Which quadrants of the sample lie in the tile.
-    let ours = [(column < right, row < bottom), (column > 0, row < bottom), (column > 0, row > 0), (column < right, row > 0)];
+    let ours =
+        [(column < right, row < bottom), (column > 0, row < bottom), (column > 0, row > 0), (column < right, row > 0)];
     let mut quadrants = [0, 1, 3, 2].into_iter();
     let first = quadrants.find(|&quadrant| tile.validity.touches(column as i32, row as i32, quadrant));
     first.is_some_and(|quadrant| ours[quadrant] == (true, true))

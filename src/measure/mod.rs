@@ -147,7 +147,8 @@ pub fn measure(
     let owned = (tile.width - usize::from(!last_column), tile.height - usize::from(!last_row));
     let bins_per_error = if scale > 0.0 { BINS as f64 / scale } else { 0.0 };
     let ground = (!tile.validity.is_whole()).then(|| Ground::new(tile));
-    let mut meter = Meter { tile, tolerance, bins_per_error, owned, ground, stats: ErrorStats::default(), worst: (0, 0) };
+    let mut meter =
+        Meter { tile, tolerance, bins_per_error, owned, ground, stats: ErrorStats::default(), worst: (0, 0) };
     match &tile.heights {
         Heights::F32(heights) => mesh.triangles.iter().for_each(|&t| meter.triangle(heights, mesh.corners(t))),
         Heights::F64(heights) if tile.is_weighted() => {

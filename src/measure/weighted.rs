@@ -31,7 +31,8 @@ pub(super) fn measure_weighted(
         surfaces.set(tile, [a, b, c]);
         let spans = Spans::new(a.at, b.at, c.at);
         for row in spans.rows().take_while(|&row| (row as usize) < owned.1) {
-            let (first, last) = if is_whole { spans.own_columns(row, right_rim, lower_rim) } else { spans.columns(row) };
+            let (first, last) =
+                if is_whole { spans.own_columns(row, right_rim, lower_rim) } else { spans.columns(row) };
             for column in first..=last.min(owned.0 as i32 - 1) {
                 let weighted = surfaces.weighted(tile, error, (column as usize, row as usize));
                 // Not a number counts as the largest.

@@ -170,9 +170,12 @@ mod tests {
 
     #[test]
     fn half_cells_are_cut_along_their_third_side() {
-        for (rows, triangle) in
-            [([".x", "xx"], vec![1, 3, 2]), (["x.", "xx"], vec![0, 3, 2]), (["xx", "x."], vec![0, 1, 2]), (["xx", ".x"], vec![0, 1, 3])]
-        {
+        for (rows, triangle) in [
+            ([".x", "xx"], vec![1, 3, 2]),
+            (["x.", "xx"], vec![0, 3, 2]),
+            (["xx", "x."], vec![0, 1, 2]),
+            (["xx", ".x"], vec![0, 1, 3]),
+        ] {
             assert_eq!(loops(&tile(2, &rows)), [triangle]);
         }
     }

@@ -197,7 +197,11 @@ impl Rim {
         }
         let owned = |i: usize| if features[i].owned { features[i].vertices.len() as u32 } else { 0 };
         let owned = RimCounts {
-            corners: Corner::ALL.into_iter().filter(|c| c.name((last_column, last_row)).is_none()).map(Corner::bit).sum(),
+            corners: Corner::ALL
+                .into_iter()
+                .filter(|c| c.name((last_column, last_row)).is_none())
+                .map(Corner::bit)
+                .sum(),
             north: owned(4),
             west: owned(5),
             east: owned(6),

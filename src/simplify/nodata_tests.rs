@@ -189,7 +189,9 @@ proptest! {
 fn larger_grounds_with_many_holes() {
     for holes in 0..5 {
         for engine in [EngineChoice::default(), EngineChoice::GreedyCuts(Cuts::Improved)] {
-            for (quality, heights) in [(Quality::None, VertexHeights::Sampled), (Quality::Balanced, VertexHeights::Fitted)] {
+            for (quality, heights) in
+                [(Quality::None, VertexHeights::Sampled), (Quality::Balanced, VertexHeights::Fitted)]
+            {
                 let params = Params { engine, quality, heights, tile: 24, ..Params::new(3.0) };
                 scene(70, 60, 5, 1, holes).check(&params);
             }
