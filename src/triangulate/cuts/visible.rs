@@ -73,7 +73,10 @@ impl Front {
             occupied = true;
             if self.wedge_contains(node, ap) && self.wedge_contains(node, bp) {
                 let beside = self.next(node) == a || self.prev(node) == b;
-                return (!beside).then_some(Apex::Node(node));
+                // Both ends may lie in the wedge, and a hole that begins at this very node between them.
+                let between = |p: Point| orient(v.at, ap, p) > 0 && orient(bp, v.at, p) > 0;
+                let reaches_in = between(self.at(self.next(node))) || between(self.at(self.prev(node)));
+                return (!beside && !reaches_in).then_some(Apex::Node(node));
             }
         }
         (!occupied).then_some(Apex::New(v))
