@@ -1,15 +1,18 @@
 //! Rasters with missing samples: what is written is held against the ground by brute force.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use proptest::prelude::*;
 
 use super::tests::{Told, engines, qualities, told};
 use super::*;
+use crate::channels::{Channel, ChannelError, Number, Range, Ranges};
 use crate::control::Control;
 use crate::exact;
-use crate::field::{Field, Heights};
+use crate::field::{Field, FieldError, Heights};
 use crate::lattice::{Point, orient};
+use crate::raster::PointSet;
 use crate::triangulate::cuts::Cuts;
 
 type Place = (i32, i32);
@@ -19,6 +22,9 @@ struct Scene {
     width: usize,
     height: usize,
     heights: Vec<f64>,
+    /// Weights of errors and the values of a channel: neither where the height is missing, or no weights or channel at all.
+    weights: Vec<f64>,
+    channel: Vec<f64>,
 }
 
 impl Scene {
@@ -48,7 +54,25 @@ impl Scene {
     }
 
     fn field(&self) -> Field {
-        Field::from_heights(self.width, self.height, Heights::F64(self.heights.clone())).expect("a field")
+        let of = |values: &[f64]| {
+            Field::from_heights(self.width, self.height, Heights::F64(values.to_vec())).expect("a field")
+        };
+        let field = of(&self.heights);
+        if !self.weights.is_empty() {
+            return field.with_importance(of(&self.weights)).expect("weights");
+        }
+        if self.channel.is_empty() {
+            return field;
+        }
+        let range = Range { min: 0.0, max: 10.0 };
+        let error = ChannelError::new(0.5, &Ranges { heights: range, channels: vec![range], unit: 10.0 });
+        let channel = Channel { name: "red".to_string(), number: Number::F64 };
+        field.with_channels(vec![(of(&self.channel), channel)], error)
+    }
+
+    fn limit(&self, (column, row): Place, tolerance: f64) -> f64 {
+        let weight = self.weights.get(row as usize * self.width + column as usize);
+        weight.map_or(tolerance, |&weight| exact::limit(weight, tolerance))
     }
 
     fn mesh(&self, params: &Params, threads: usize) -> Result<Mesh, Error> {
@@ -108,7 +132,8 @@ impl Scene {
                 let Some(height) = self.at((column, row)) else { panic!("sample {column}, {row} is covered") };
                 let z = [a, b, c].map(|v| told.vertices[v as usize][2]);
                 let terms = [(w[0], z[0]), (w[1], z[1]), (w[2], z[2]), (-o, height)];
-                assert!(exact::within(&terms, o, params.max_error), "sample {column}, {row}");
+                let limit = self.limit((column, row), params.max_error);
+                assert!(exact::within(&terms, o, limit), "sample {column}, {row}");
                 covered.insert((column, row));
             }
         }
@@ -131,6 +156,9 @@ impl Scene {
         assert_eq!(used.len(), told.vertices.len(), "vertices in use");
         let places: BTreeMap<Point, u64> = used.iter().map(|&v| (at(v), v)).collect();
         assert_eq!(places.len(), used.len(), "two vertices at one place");
+        for (column, row) in params.points.iter().flat_map(|points| points.iter()) {
+            assert!(places.contains_key(&Point::of_sample(column as i32, row as i32)), "point {column}, {row}");
+        }
         if params.heights == VertexHeights::Sampled {
             for (p, &v) in &places {
                 assert_eq!(self.at((p.x / 4, p.y / 4)), Some(told.vertices[v as usize][2]));
@@ -165,7 +193,7 @@ fn scene(width: usize, height: usize, seed: u64, kind: u8, holes: u8) -> Scene {
             _ => 7.0,
         }
     });
-    Scene { width, height, heights: heights.collect() }
+    Scene { width, height, heights: heights.collect(), weights: Vec::new(), channel: Vec::new() }
 }
 
 proptest! {
@@ -183,6 +211,61 @@ proptest! {
         let params = Params { feasibility, tile, engine, quality, heights, ..Params::new(max_error) };
         scene(width, height, seed, kind, holes).check(&params);
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn with_weights_and_points(
+        (width, height) in (3usize..=12, 3usize..=12), seed in any::<u64>(), kind in 0u8..4, holes in 0u8..5,
+        tile in prop_oneof![Just(0usize), 2usize..=5], max_error in prop_oneof![Just(1.0), 0.0f64..6.0],
+        weighted in any::<bool>(), points in prop::collection::vec(0usize..144, 0..12),
+        (quality, heights) in prop::sample::select(qualities()),
+    ) {
+        let mut scene = scene(width, height, seed, kind, holes);
+        if weighted {
+            let weight = |(i, z): (usize, &f64)| if z.is_nan() { f64::NAN } else { [0.0, 0.5, 1.0, 3.0][i * 7 % 4] };
+            scene.weights = scene.heights.iter().enumerate().map(weight).collect();
+        }
+        let ground: BTreeSet<Place> = scene.cells().into_iter().flatten().collect();
+        let places = points.into_iter().map(|i| (i % width, i / width));
+        let points = PointSet::new(places.filter(|&(c, r)| ground.contains(&(c as i32, r as i32))));
+        let params = Params { tile, quality, heights, points: Some(Arc::new(points)), ..Params::new(max_error) };
+        scene.check(&params);
+    }
+
+    #[test]
+    fn with_a_channel(
+        (width, height) in (3usize..=12, 3usize..=12), seed in any::<u64>(), kind in 0u8..4, holes in 0u8..5,
+        tile in prop_oneof![Just(0usize), 2usize..=5], max_error in prop_oneof![Just(1.0), 0.0f64..6.0],
+    ) {
+        let mut scene = scene(width, height, seed, kind, holes);
+        let red = |(i, z): (usize, &f64)| if z.is_nan() { f64::NAN } else { (i * 31 % 10) as f64 };
+        scene.channel = scene.heights.iter().enumerate().map(red).collect();
+        scene.check(&Params { tile, quality: Quality::None, ..Params::new(max_error) });
+    }
+}
+
+#[test]
+fn what_cannot_be_without_heights_says_so() {
+    let scene = scene(12, 12, 5, 0, 1);
+    let missing = scene.places().find(|&p| scene.at(p).is_none()).expect("a hole");
+    let points = PointSet::new([(missing.0 as usize, missing.1 as usize)]);
+    let pointed = Params { points: Some(Arc::new(points)), ..Params::new(1.0) };
+    let off = scene.mesh(&pointed, 1);
+    assert!(
+        matches!(off, Err(Error::PointOffGround { column, row }) if (column as i32, row as i32) == missing),
+        "{off:?}"
+    );
+    let goal = Goal { max_points: Some(50), ..Goal::default() };
+    let ended = scene.mesh(&Params { goal, quality: Quality::None, ..Params::new(1.0) }, 1);
+    assert!(matches!(ended, Err(Error::GoalWithNodata { .. })), "{ended:?}");
+    // A weight is missing where there is a height.
+    let there = scene.heights.iter().position(|z| !z.is_nan()).expect("a height");
+    let weights = (0..144).map(|i| if i == there { f64::NAN } else { 1.0 }).collect();
+    let unweighted = Scene { weights, ..scene }.mesh(&Params::new(1.0), 1);
+    assert!(matches!(unweighted, Err(Error::Field(FieldError::NotAWeight { .. }))), "{unweighted:?}");
 }
 
 #[test]
@@ -204,7 +287,8 @@ fn larger_grounds_with_many_holes() {
 fn every_small_ground() {
     for pattern in 0u32..512 {
         let height = |i: usize| if pattern >> i & 1 == 1 { (i * i % 5) as f64 } else { f64::NAN };
-        let scene = Scene { width: 3, height: 3, heights: (0..9).map(height).collect() };
+        let heights = (0..9).map(height).collect();
+        let scene = Scene { width: 3, height: 3, heights, weights: Vec::new(), channel: Vec::new() };
         for (tile, cuts) in [(0, false), (1, false), (1, true)] {
             let engine = if cuts { EngineChoice::GreedyCuts(Cuts::Plain) } else { EngineChoice::default() };
             let params = Params { tile, engine, quality: Quality::None, ..Params::new(1.0) };
