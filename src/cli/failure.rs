@@ -65,6 +65,7 @@ impl From<RasterError> for Failure {
             RasterError::GeoTransform { .. } => failure.hint("gdal_edit.py -a_gt or gdalwarp can set another one"),
             RasterError::OtherGrid { .. } => failure
                 .hint("gdalwarp -te … -ts WIDTH HEIGHT brings it onto that grid, gdal_edit.py corrects its place"),
+            RasterError::NodataValue { .. } => Failure::usage(&error).hint("choose another one with --nodata"),
             RasterError::Scaling { .. } => failure.hint("gdal_edit.py -scale and -offset can set them"),
             _ => failure,
         }
@@ -110,6 +111,9 @@ impl From<Error> for Failure {
             Error::NoGoal { .. } => {
                 Failure::usage(error).hint("--max-points, --max-triangles and --max-rms need --engine greedy-insertion")
             }
+            Error::GoalWithNodata { .. } => Failure::usage(error)
+                .hint("leave --max-points, --max-triangles and --max-rms, or fill them first (gdal_fillnodata)"),
+            Error::PointOffGround { .. } => Failure::usage(error).hint("take it out of the layer of --points"),
             Error::GoalWithPasses => {
                 Failure::usage(error).hint("leave --selection and --measure, or give --max-error alone")
             }

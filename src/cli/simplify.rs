@@ -52,6 +52,9 @@ pub(crate) struct SimplifyArgs {
     /// The band, counted from 1
     #[arg(long, value_name = "N", default_value_t = 1)]
     band: usize,
+    /// The stored value of samples that are no heights, instead of what the raster says
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true, conflicts_with = "planar")]
+    nodata: Option<String>,
     #[command(flatten)]
     channels: ChannelArgs,
     #[command(flatten)]
@@ -159,7 +162,10 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     if args.points.is_some() {
         params.takes_points()?;
     }
-    let (raster, channels) = args.channels.open(&args.input, args.band)?;
+    let (mut raster, channels) = args.channels.open(&args.input, args.band)?;
+    if let Some(value) = &args.nodata {
+        raster = raster.with_nodata(value)?;
+    }
     if channels.is_some() {
         params.takes_channels()?;
     }
@@ -319,6 +325,7 @@ impl Job<'_> {
         let watches: Vec<Watch> = rasters.map(Watch::new).collect::<Result<_, _>>()?;
         let extended = self.extended()?;
         let mut named = self.params.named();
+        named.extend(self.args.nodata.as_ref().map(|_| ("nodata", format!("{:?}", self.raster.nodata()))));
         named.extend(extended.iter().flat_map(Extended::named));
         let open = |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &watches, named.clone());
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
@@ -422,6 +429,7 @@ fn comments(raster: &Raster, args: &SimplifyArgs) -> Vec<String> {
         format!("crs {}", raster.crs_name()),
     ];
     comments.extend(args.goal.comments());
+    comments.extend(args.nodata.as_ref().map(|value| format!("nodata {value}")));
     comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));
     comments.extend(args.points.iter().map(|points| format!("points {}", name(points))));
     comments

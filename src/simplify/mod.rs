@@ -39,6 +39,8 @@ mod channel_tests;
 #[cfg(test)]
 mod importance_tests;
 #[cfg(test)]
+mod nodata_tests;
+#[cfg(test)]
 mod points_tests;
 #[cfg(test)]
 mod tests;

@@ -41,7 +41,8 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
             triangles += counted.1;
         }
     }
-    Ok(samples as f64 / triangles as f64)
+    // Where the tiles that were tried have no ground, it is as if they had one triangle.
+    Ok(samples as f64 / triangles.max(1) as f64)
 }
 
 /// Up to [`TRIED`] places in the middle of even parts.

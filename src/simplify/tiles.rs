@@ -124,6 +124,9 @@ pub fn triangulate_into(
     })?;
     control.progress.end(Stage::Triangulate);
     drop(workspaces);
+    if !has_ground(&spool, grid)? {
+        return Err(Error::NoGround { path: field.name().to_path_buf() });
+    }
     let found = found.into_inner();
     let (spool, chunks, first_bytes) = match job.shifted {
         None => (spool, grid, 0),
@@ -148,6 +151,17 @@ pub fn triangulate_into(
         other_bytes: first_bytes + job.end.map_or(0, |end| end.survey_bytes),
         found,
     })
+}
+
+/// Whether any tile has a triangle.
+fn has_ground(spool: &Spool, grid: TileGrid) -> Result<bool, Error> {
+    let columns = grid.columns();
+    for row in 0..grid.rows() {
+        if spool.counts(row * columns..(row + 1) * columns)?.iter().any(|c| c.triangles > 0) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// What all tiles of a run have in common.
@@ -195,7 +209,7 @@ impl Workspace {
         if spool.check_samples() {
             check_samples(job.field, job.grid.window(job.grid.tile(index)), &self.chunk, &mut self.tile)?;
         }
-        Ok(Some(self.chunk.errors.samples))
+        Ok(Some(self.chunk.errors.all_samples()))
     }
 
     /// Takes one tile from its samples to the spool. Returns how many samples the tile owns.
@@ -215,7 +229,7 @@ impl Workspace {
             Some(end) => clocks.engine.time(|| self.run_to(job, index, end))?,
         };
         let errors = clocks.measure.time(|| self.measure(job, id, bound));
-        let samples = errors.samples;
+        let samples = errors.all_samples();
         clocks.spool.time(|| {
             self.chunk.fill(index, &rim, &self.mesh, errors, self.tile.checksum());
             let names = field.channels().iter().map(|c| c.name.as_str());
@@ -262,26 +276,41 @@ impl Workspace {
     }
 
     /// The rim of the tile that is loaded, and the points inside it.
-    fn rim(&mut self, job: &Job<'_>, window: Window, last: (bool, bool)) -> Result<Rim, Cancelled> {
-        self.find_points(job, window);
+    fn rim(&mut self, job: &Job<'_>, window: Window, last: (bool, bool)) -> Result<Rim, Error> {
+        self.find_points(job, window)?;
         let tolerance = tolerance(job.params);
-        Rim::new(&self.tile, tolerance, &self.points, last, &mut self.min_link, &job.control.cancel)
+        Ok(Rim::new(&self.tile, tolerance, &self.points, last, &mut self.min_link, &job.control.cancel)?)
     }
 
     /// Finds the points of the tile that is loaded.
-    pub(super) fn find_points(&mut self, job: &Job<'_>, window: Window) {
+    pub(super) fn find_points(&mut self, job: &Job<'_>, window: Window) -> Result<(), Error> {
         self.points.clear();
         if let Some(points) = &job.params.points {
             points.within(window, &mut self.points);
         }
+        let validity = self.tile.validity();
+        let off_ground = |&&(column, row): &&(usize, usize)| !validity.is_ground(column as i32, row as i32);
+        match self.points.iter().find(off_ground).filter(|_| !validity.is_whole()) {
+            Some(&(column, row)) => {
+                Err(Error::PointOffGround { column: window.column + column, row: window.row + row })
+            }
+            None => Ok(()),
+        }
     }
 
     fn cut(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {
+        if rim.domain.loops.is_empty() {
+            self.mesh.clear();
+            return Ok(());
+        }
         let task = task(&self.tile, rim, tolerance(job.params), job);
         self.engine.triangulate(job.params.engine, &task, &mut self.mesh)
     }
 
     fn polish(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {
+        if rim.domain.loops.is_empty() {
+            return Ok(());
+        }
         let task = task(&self.tile, rim, tolerance(job.params), job);
         self.engine.polish(job.params, &task, &mut self.mesh)
     }

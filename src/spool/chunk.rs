@@ -5,7 +5,8 @@ use crate::seam::{Foreign, Rim, RimCounts};
 /// One finished tile: what it owns, and references to what it borrows. Immutable once written.
 ///
 /// Triangles number vertices in this order: those owned on the rim, those borrowed, those inside. `vertices` holds the
-/// owned ones (rim, then inside) with tile-local places; of those inside the domain's points come first.
+/// owned ones (rim, then inside) with tile-local places; of those inside the vertices of the domain's loops come first, then
+/// its points. On the rim there may be vertices that only neighbours have triangles at.
 ///
 /// The tiles of a shifted grid ([`crate::tiling::TileGrid::shifted`]) have no rim: what stands in its place are the
 /// vertices that others borrow ([`Foreign::At`]), by their places, rows first.
@@ -60,18 +61,29 @@ pub struct ChunkCounts {
 impl Chunk {
     /// Fills the chunk with a tile mesh over `rim`, made from samples of this checksum, reusing its memory.
     pub fn fill(&mut self, tile: usize, rim: &Rim, mesh: &TileMesh, errors: ErrorStats, samples_checksum: u32) {
-        // Points of the domain follow those of its loops and are the tile's own, as all that is inside.
-        let rim_vertices = rim.domain.vertices.len();
+        // Vertices of loops inside and points of the domain are the tile's own, as all that is inside.
+        let used = rim.owned.total() as usize - rim.idle.len();
+        let inside = used + rim.foreign.len();
         self.tile = tile;
         self.rim = rim.owned;
         self.vertices.clear();
-        self.vertices.extend_from_slice(&mesh.vertices[..rim.owned.total() as usize]);
-        self.vertices.extend_from_slice(&mesh.vertices[rim_vertices..]);
+        self.vertices.extend_from_slice(&mesh.vertices[..used]);
+        for &(place, vertex) in &rim.idle {
+            self.vertices.insert(place as usize, vertex);
+        }
+        self.vertices.extend_from_slice(&mesh.vertices[inside..]);
         self.shared = 0;
         self.foreign.clone_from(&rim.foreign);
         self.borrowed.clear();
-        self.borrowed.extend_from_slice(&mesh.vertices[rim.owned.total() as usize..rim_vertices]);
+        self.borrowed.extend_from_slice(&mesh.vertices[used..inside]);
         self.triangles.clone_from(&mesh.triangles);
+        if !rim.idle.is_empty() {
+            let idle: Vec<u32> = rim.idle.iter().map(|(place, _)| *place).collect();
+            let in_use = (0..rim.owned.total()).filter(|place| idle.binary_search(place).is_err());
+            let behind = (rim.owned.total()..).take(mesh.vertices.len() - used);
+            let numbers: Vec<u32> = in_use.chain(behind).collect();
+            self.triangles.as_flattened_mut().iter_mut().for_each(|i| *i = numbers[*i as usize]);
+        }
         self.attributes.clear();
         self.errors = errors;
         self.relaxed = mesh.relaxed;

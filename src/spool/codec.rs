@@ -60,7 +60,8 @@ pub(super) fn encode(chunk: &Chunk, out: &mut Vec<u8>) {
 
 fn encode_errors(errors: &ErrorStats, out: &mut Vec<u8>) {
     let numbers = [errors.max, errors.weighted_max, errors.squares].map(f64::to_bits);
-    for word in [errors.samples, errors.worst.0, errors.worst.1].into_iter().chain(numbers) {
+    let counts = [errors.samples, errors.nodata, errors.stray, errors.worst.0, errors.worst.1];
+    for word in counts.into_iter().chain(numbers) {
         out.extend_from_slice(&word.to_le_bytes());
     }
     for count in errors.histogram.iter() {
@@ -155,6 +156,8 @@ pub(super) fn decode(bytes: &[u8], chunk: &mut Chunk) -> Result<(), Damage> {
 fn decode_errors(reader: &mut Reader<'_>) -> Result<ErrorStats, Damage> {
     let mut errors = ErrorStats {
         samples: reader.u64()?,
+        nodata: reader.u64()?,
+        stray: reader.u64()?,
         worst: (reader.u64()?, reader.u64()?),
         max: f64::from_bits(reader.u64()?),
         weighted_max: f64::from_bits(reader.u64()?),

@@ -70,11 +70,11 @@ impl<'a> Ids<'a> {
         match foreign {
             Foreign::East(ordinal) => {
                 let Owner { first, counts, .. } = self.owner(right, tile.row);
-                first + u64::from(counts.rim.corners + counts.rim.north + ordinal)
+                first + u64::from(counts.rim.before_west() + ordinal)
             }
             Foreign::South(ordinal) => {
                 let Owner { first, counts, .. } = self.owner(tile.column, below);
-                first + u64::from(counts.rim.corners + ordinal)
+                first + u64::from(counts.rim.before_north() + ordinal)
             }
             Foreign::NorthEast => self.of_corner(right, tile.row),
             Foreign::SouthWest => self.of_corner(tile.column, below),
@@ -91,21 +91,9 @@ impl<'a> Ids<'a> {
     /// The number of the corner between tiles: that of the tile to its lower right, or of the last one there is.
     fn of_corner(&self, column: usize, row: usize) -> u64 {
         let (last_column, last_row) = (self.grid.columns() - 1, self.grid.rows() - 1);
-        let first = self.owner(column.min(last_column), row.min(last_row)).first;
-        // A tile's corners: north-west; north-east if it is in the last column; south-west if in the last row; …
-        let ordinal = match (column > last_column, row > last_row) {
-            (false, false) => 0,
-            (true, false) => 1,
-            (false, true) => {
-                if column == last_column {
-                    2
-                } else {
-                    1
-                }
-            }
-            (true, true) => 3,
-        };
-        first + ordinal
+        let Owner { first, counts, .. } = self.owner(column.min(last_column), row.min(last_row));
+        let bit = 1 << (u32::from(column > last_column) + 2 * u32::from(row > last_row));
+        first + u64::from(counts.rim.corner(bit))
     }
 
     fn owner(&self, column: usize, row: usize) -> &Owner {
