@@ -14,6 +14,7 @@
 //!
 //! Architecture invariant: nothing here imports an engine, a spool or a sink.
 
+mod boundary;
 mod corners;
 mod edges;
 mod error;
@@ -21,11 +22,13 @@ mod exact;
 mod faces;
 mod finding;
 mod grid;
+mod ground;
 mod pace;
 mod plane;
 mod ranges;
 mod samples;
 mod scratch;
+mod segments;
 mod sort;
 mod surface;
 mod sweep;
@@ -44,10 +47,11 @@ use crate::ply::PlyFile;
 use crate::raster::Raster;
 
 pub use error::VerifyError;
-pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, VertexPlace};
+pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
 pub use verdict::{Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedOptions, WeightedVerdict, WorstWeighted};
 
+use boundary::Boundary;
 use corners::{VertexFindings, read_vertices};
 use edges::{EdgeFindings, match_edges};
 use faces::{FaceFindings, FaceSorts, read_faces};
@@ -133,18 +137,19 @@ fn judge(
     let (face_findings, FaceSorts { triangles: by_row, edges, uses }) =
         read_faces(&mut mesh, &mut store, &grid, &scratch, &mut pace)?;
     corner_findings.find_unused(&grid, &mut store, uses, &mut pace)?;
-    let edge_findings = match_edges(edges, &mut store, &grid, &scratch, &mut pace)?;
+    let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, &scratch, &mut pace)?;
     drop(store);
     pace.end()?;
 
     let planar = channels.is_some_and(|c| c.planar);
-    let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster)? };
-    let comparison = sweep(Bands::new(reader, options.importance)?, grid, by_row, tolerance, &scratch, control)?;
+    let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster) };
+    let (bands, boundary) = (Bands::new(reader, options.importance), Boundary::new(grid, boundary, &scratch));
+    let comparison = sweep(bands, grid, by_row, boundary, tolerance, &scratch, control)?;
     let of_channels = |c| judge_weighted(raster, &mut mesh, tolerance, c, &scratch, control);
     let extended = channels.map(of_channels).transpose()?;
     let samples = raster.width() as u64 * raster.height() as u64;
     let sizes = Sizes { samples, vertices, triangles };
-    let verdict = verdict(tolerance, sizes, &grid, comparison, face_findings, edge_findings, corner_findings);
+    let verdict = verdict(tolerance, sizes, comparison, face_findings, edge_findings, corner_findings);
     Ok(Verdict { extended, ..verdict })
 }
 
@@ -157,35 +162,38 @@ struct Sizes {
 fn verdict(
     tolerance: f64,
     sizes: Sizes,
-    grid: &Grid,
     comparison: Comparison,
     faces: FaceFindings,
     edges: EdgeFindings,
     corners: VertexFindings,
 ) -> Verdict {
-    let covered = sizes.samples - comparison.uncovered.count;
+    let ground = comparison.ground;
     Verdict {
         tolerance,
         weighted: comparison.weighted,
         samples: sizes.samples,
+        checked: ground.checked,
+        nodata: ground.nodata,
+        without_ground: ground.without_ground,
         vertices: sizes.vertices,
         triangles: sizes.triangles,
         worst: comparison.worst,
         weighted_worst: comparison.weighted_worst,
-        rms_error: (comparison.sum_of_squares / covered.max(1) as f64).sqrt(),
+        rms_error: (comparison.sum_of_squares / comparison.covered.max(1) as f64).sqrt(),
         above_tolerance: comparison.above,
-        uncovered: comparison.uncovered,
+        uncovered: ground.uncovered,
         overlapped: comparison.overlapped,
+        touched_nodata: comparison.touched,
         clockwise: faces.clockwise,
         degenerate: faces.degenerate,
         unplaced: faces.unplaced,
         double_area: faces.double_area,
-        expected_double_area: grid.double_area(),
-        unmatched_edges: edges.unmatched,
+        expected_double_area: ground.double_area,
+        unmatched_edges: edges.unmatched.and(comparison.astray),
         overused_edges: edges.overused,
         same_direction_edges: edges.same_direction,
-        rim_gaps: edges.rim_gaps,
-        rim_doubled: edges.rim_doubled,
+        boundary_gaps: comparison.boundary.gaps,
+        boundary_doubled: comparison.boundary.doubled,
         duplicate_vertices: corners.duplicate,
         unused_vertices: corners.unused,
         off_lattice: corners.off_lattice,
