@@ -18,7 +18,7 @@ pub struct Raster {
     height: usize,
     sample_type: SampleType,
     scaling: Scaling,
-    nodata: Nodata,
+    pub(super) nodata: Nodata,
     geo_transform: Option<GeoTransform>,
 }
 
@@ -188,13 +188,6 @@ impl Raster {
     /// The mark of samples without a height.
     pub fn nodata(&self) -> Nodata {
         self.nodata
-    }
-
-    /// The same raster, with this mark of samples without a height in place of its own. A mask or alpha band stays in
-    /// force.
-    #[must_use]
-    pub fn with_nodata(self, nodata: Nodata) -> Raster {
-        Raster { nodata, ..self }
     }
 
     /// The raster's geotransform, or the default one where it has none.

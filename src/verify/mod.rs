@@ -86,7 +86,7 @@ pub fn verify(
     options: &VerifyOptions<'_>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
-    judge(raster, mesh, options, None, control)
+    judge(raster, mesh, options, None, None, control)
 }
 
 /// Does what [`verify`] does, and judges the weighted error of heights and channels as well.
@@ -108,14 +108,16 @@ pub fn verify_with_channels(
     if !(0.0..=1.0).contains(&channels.emphasis) {
         return Err(VerifyError::Emphasis { found: channels.emphasis });
     }
-    judge(raster, mesh, options, Some(channels), control)
+    judge(raster, mesh, options, Some(channels), None, control)
 }
 
+/// The raster passes in bands of so many rows, where a number is given.
 fn judge(
     raster: &Raster,
     mesh: &Path,
     options: &VerifyOptions<'_>,
     channels: Option<&WeightedOptions>,
+    band_rows: Option<usize>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
     let tolerance = options.max_error;
@@ -143,6 +145,10 @@ fn judge(
 
     let planar = channels.is_some_and(|c| c.planar);
     let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster) };
+    let reader = match band_rows {
+        Some(rows) => reader.by(rows),
+        None => reader,
+    };
     let (bands, boundary) = (Bands::new(reader, options.importance), Boundary::new(grid, boundary, &scratch));
     let comparison = sweep(bands, grid, by_row, boundary, tolerance, &scratch, control)?;
     let of_channels = |c| judge_weighted(raster, &mut mesh, tolerance, c, &scratch, control);
