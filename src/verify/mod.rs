@@ -1,16 +1,44 @@
 //! Judges a written mesh against its raster, sharing no code with whatever made it.
 //!
-//! In comes a raster and a path; out comes a [`Verdict`]: is the surface within the tolerance at every sample (with an
-//! importance raster: is error × weight), and is it one surface, without cracks, T-junctions, folds or overlaps? Places are recovered on the lattice of quarter cells,
-//! where all geometry is exact; near ties with the tolerance are settled by exact arithmetic.
+//! In comes a raster and a path; out comes a [`Verdict`]: is the surface within the tolerance at every sample of the
+//! ground (with an importance raster: is error × weight), and is it one surface over exactly the ground, without cracks,
+//! T-junctions, folds or overlaps? Places are recovered on the lattice of quarter cells, where all geometry is exact; near
+//! ties with the tolerance are settled by exact arithmetic.
 //!
-//! Two passes over the file put vertices, triangles, edges and corners in order by external sorts (`sort`); then the
-//! triangles sweep over the raster from the first row to the last (`sweep`). Memory is bounded whatever the raster and
-//! the mesh, by about 64 MiB (8 more with an importance raster) beside GDAL's own cache: every type that buffers says how much.
+//! The *ground* is known from the raster alone: every closed cell with four heights, and of every cell with three the closed
+//! triangle of the three (a half cell). A sample has a height unless its stored value is the nodata mark or NaN, or a
+//! mask or alpha band says that it has none ([`Raster::read_valid_heights`]). Where all samples have one, the ground is the
+//! rectangle of their centres.
 //!
-//! Why that is enough: if every face turns counter-clockwise, every edge inside is shared by two faces in opposite
-//! directions and the remaining edges run once around the rim, then the faces cover each point of the domain exactly
-//! once. The area and the coverage of the samples follow from it; they are counted all the same, by other code.
+//! Two passes over the file put vertices, triangles, edges and corners in order by external sorts (`sort`); then
+//! triangles, and edges of one face, sweep over the raster from the first row to the last (`sweep`, `ground`,
+//! `boundary`). Memory is bounded whatever the raster and the mesh, by about 70 MiB (8 more with an importance raster)
+//! beside GDAL's own cache: every type that buffers says how much.
+//!
+//! # Why that is enough
+//!
+//! Let the faces be free of three faults:
+//!
+//! 1. Every face turns counter-clockwise and has an area (`faces`).
+//! 2. Every edge has two faces that run along it in opposite directions, or one (`edges`). Edges are pairs of vertices.
+//! 3. The edges of one face, directed as their faces are, make up the directed boundary of the ground: each of them runs
+//!    along sides and diagonals of cells that have ground on one side alone, the same side as its face, and each quarter
+//!    of each such side or diagonal belongs to one edge (`segments`).
+//!
+//! Then the faces cover each point of the ground exactly once, and no other point. For let f(p) be the number of faces with
+//! the point p inside; by (1) all of them count the same way, so none can make up for another. Where p crosses edges, f
+//! changes by the number of those that run one way less that of those that run the other way. In this the edges of two faces
+//! cancel out by (2). So f changes only where edges of one face run, and there, by (3), just as the number does that is 1 in
+//! the ground and 0 elsewhere. Both are 0 far away, so they are the same.
+//!
+//! All else follows. Closed faces are in the ground, so none touches a sample without a height. The area is that of the
+//! ground, and every sample of it is covered. There is no crack: an edge inside the ground has two faces of the same two
+//! vertices. There is no T-junction: a vertex in the midst of an edge would have faces around it that overlap with those of
+//! the edge; nor on the boundary, where ground meets ground at a point alone (a *pinch*) only at a sample without a height
+//! to its left and to its right, or above and below, and there each part is a wedge of at most a right angle, so no edge
+//! passes through. What follows is counted all the same, by other code, and says better what is wrong with a mesh.
+//! Beside that, two vertices at one place are a fault, which makes the parts of a pinch share theirs, and vertices in no
+//! face are.
 //!
 //! Architecture invariant: nothing here imports an engine, a spool or a sink.
 
@@ -78,8 +106,9 @@ pub struct VerifyOptions<'a> {
 /// The verdict depends on the two files and the tolerance alone, not on the number of threads.
 ///
 /// # Errors
-/// [`VerifyError`] when either cannot be read or is damaged, when the raster has samples without a height, when the
-/// importance raster has another grid or samples that are no weights, when temporary files fail, or on cancellation. A mesh that is merely wrong is a verdict.
+/// [`VerifyError`] when either cannot be read or is damaged, when the raster has infinite heights, when the importance raster
+/// has another grid or anything but weights where there are heights, when temporary files fail, or on cancellation. A mesh
+/// that is merely wrong is a verdict.
 pub fn verify(
     raster: &Raster,
     mesh: &Path,

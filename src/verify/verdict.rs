@@ -171,10 +171,13 @@ impl std::fmt::Display for Verdict {
         writeln!(f, "{} samples, {} vertices, {} triangles", self.samples, self.vertices, self.triangles)?;
         if self.nodata > 0 {
             let Verdict { checked, nodata, without_ground, .. } = self;
-            write!(f, "ground: {checked} samples; {nodata} samples are nodata")?;
-            match without_ground.count {
-                0 => writeln!(f)?,
-                count => writeln!(f, ", {count} with a height are without ground (in no cell with three)")?,
+            write!(f, "ground: {checked} samples; nodata: {nodata}")?;
+            match without_ground.first {
+                None => writeln!(f)?,
+                Some(first) => {
+                    let count = without_ground.count;
+                    writeln!(f, "; without ground, in no cell with three heights: {count}, the first: {first}")?;
+                }
             }
         }
         if let Some(w) = &self.worst {
