@@ -61,8 +61,9 @@ pub(super) struct Boundary<'s> {
     coming: Peekable<Sorted<'s, EDGE_WORDS>>,
     waiting: Queue<'s, EDGE_WORDS>,
     pub(super) found: BoundaryFindings,
-    /// Edges that do not run along the ground's boundary, or with their face on the wrong side of it.
-    pub(super) astray: Finding<EdgePlace>,
+    /// Edges that do not run along the ground's boundary, or with their face on the wrong side of it: how many, and the
+    /// least record. Which is found first depends on the bands.
+    astray: (u64, Option<EdgeWords>),
 }
 
 impl<'s> Boundary<'s> {
@@ -73,8 +74,14 @@ impl<'s> Boundary<'s> {
             coming: edges.peekable(),
             waiting: Queue::new(scratch),
             found: BoundaryFindings::default(),
-            astray: Finding::default(),
+            astray: (0, None),
         }
+    }
+
+    /// The edges found astray.
+    pub(super) fn astray(&self) -> Finding<EdgePlace> {
+        let (count, first) = self.astray;
+        Finding { count, first: first.map(|words| BoundaryEdge::from_words(&words).0.place(&self.grid)) }
     }
 
     /// Lays what there is of edges in the next rows.
@@ -90,7 +97,7 @@ impl<'s> Boundary<'s> {
             self.lay(&words?, &mut rows, &mut next)?;
         }
         self.waiting = next;
-        rows.find_gaps(&mut self.found);
+        rows.tell(&mut self.found);
         Ok(())
     }
 
@@ -101,9 +108,10 @@ impl<'s> Boundary<'s> {
         next: &mut Queue<'_, EDGE_WORDS>,
     ) -> Result<(), VerifyError> {
         let (edge, known) = BoundaryEdge::from_words(words);
-        let astray = rows.lay(&edge.track, &mut self.found);
+        let astray = rows.lay(&edge.track);
         if astray && !known {
-            self.astray.add(|| edge.place(&self.grid));
+            let (count, first) = self.astray;
+            self.astray = (count + 1, Some(first.map_or(*words, |first| first.min(*words))));
         }
         if edge.track.rows().1 >= rows.first + rows.rows {
             next.push(edge.words(astray || known))?;

@@ -23,6 +23,7 @@ impl Segment {
     const QUARTERS: u8 = 0x0f;
     const FORWARD: u8 = 0x10;
     const BACKWARD: u8 = 0x20;
+    const DOUBLED: u8 = 0x40;
 
     /// A segment with ground to either side: to the positive one (where the rows lie for somebody who walks along the
     /// columns: in (column, row) that is a positive turn), or to the other.
@@ -34,30 +35,29 @@ impl Segment {
         }
     }
 
-    /// Lays an edge along some quarters, with its face on the side that its direction tells.
-    fn lay(&mut self, quarters: u8, forward: bool) -> Laid {
+    /// Lays an edge along some quarters, with its face on the side that its direction tells. False where the ground does not
+    /// end, or not on that side.
+    fn lay(&mut self, quarters: u8, forward: bool) -> bool {
         let side = if forward { Segment::FORWARD } else { Segment::BACKWARD };
         if self.0 & side == 0 {
-            return Laid::Astray;
+            return false;
         }
-        let before = self.0;
+        if self.0 & quarters != quarters {
+            self.0 |= Segment::DOUBLED;
+        }
         self.0 &= !quarters;
-        if before & quarters == quarters { Laid::First } else { Laid::Again }
+        true
     }
 
     /// Whether some of it has not been followed.
     fn is_open(self) -> bool {
         self.0 & Segment::QUARTERS != 0
     }
-}
 
-enum Laid {
-    /// The ground does not end here, or on the other side.
-    Astray,
-    /// As it should be.
-    First,
-    /// Another edge has been here.
-    Again,
+    /// Whether some of it has been followed more than once.
+    fn is_doubled(self) -> bool {
+        self.0 & Segment::DOUBLED != 0
+    }
 }
 
 /// How the edges of one face follow the ground's boundary.
@@ -143,7 +143,7 @@ impl Track {
 
 impl SegmentRows<'_> {
     /// Lays a track along its segments in these rows. True where the ground's boundary does not run along all of it.
-    pub(super) fn lay(&mut self, track: &Track, found: &mut BoundaryFindings) -> bool {
+    pub(super) fn lay(&mut self, track: &Track) -> bool {
         let (mut step, after) = track.within(self.first, self.first + self.rows);
         let mut astray = false;
         while step < after {
@@ -151,21 +151,18 @@ impl SegmentRows<'_> {
             let steps = (STEPS - quarter).min(after - step);
             let quarters = ((1u8 << steps) - 1) << quarter;
             let index = ((row - self.first) * self.grid.width + column) as usize;
-            match self.segments[index][track.kind].lay(quarters, track.forward) {
-                Laid::First => {}
-                Laid::Again => found.doubled.add(|| self.place(index, track.kind)),
-                Laid::Astray => astray = true,
-            }
+            astray |= !self.segments[index][track.kind].lay(quarters, track.forward);
             step += steps;
         }
         astray
     }
 
-    /// Finds the segments of the boundary that no edge has followed.
-    pub(super) fn find_gaps(&self, found: &mut BoundaryFindings) {
+    /// Finds the segments of the boundary that no edge has followed, and those that several have.
+    pub(super) fn tell(&self, found: &mut BoundaryFindings) {
         for (index, segments) in self.segments.iter().enumerate().filter(|(_, s)| **s != [Segment(0); 4]) {
-            for kind in (0..segments.len()).filter(|&kind| segments[kind].is_open()) {
-                found.gaps.add(|| self.place(index, kind));
+            for (kind, segment) in segments.iter().enumerate() {
+                found.gaps.add_all(u64::from(segment.is_open()), || self.place(index, kind));
+                found.doubled.add_all(u64::from(segment.is_doubled()), || self.place(index, kind));
             }
         }
     }

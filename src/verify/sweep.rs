@@ -126,7 +126,7 @@ pub(super) fn sweep(
         control.progress.step(Stage::Compare, band.samples.heights.len() as u64);
     }
     control.progress.end(Stage::Compare);
-    Ok(Comparison { ground: ground.found, boundary: boundary.found, astray: boundary.astray, ..comparison })
+    Ok(Comparison { ground: ground.found, astray: boundary.astray(), boundary: boundary.found, ..comparison })
 }
 
 /// Some rows of samples and what is known about them.
