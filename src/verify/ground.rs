@@ -55,13 +55,16 @@ impl Ground {
 
     /// Takes the next rows: heights, NaN where there are none, and whether a triangle touches the sample. Gives the
     /// segments of the rows that are settled by that, for edges to be laid along.
-    pub(super) fn settle(&mut self, heights: &[f64], covered: impl Fn(usize) -> bool) -> SegmentRows<'_> {
+    pub(super) fn settle(&mut self, heights: &[f64], covered: impl Fn(usize) -> bool + Sync) -> SegmentRows<'_> {
         let width = self.grid.width as usize;
-        let states = heights.iter().enumerate().map(|(i, height)| {
-            let valid = if height.is_nan() { 0 } else { VALID };
-            if covered(i) { valid | COVERED } else { valid }
-        });
-        self.states.extend(states);
+        let held = self.states.len();
+        self.states.resize(held + heights.len(), 0);
+        self.states[held..].par_iter_mut().with_min_len(1 << 14).zip(heights).enumerate().for_each(
+            |(i, (state, height))| {
+                let valid = if height.is_nan() { 0 } else { VALID };
+                *state = if covered(i) { valid | COVERED } else { valid };
+            },
+        );
         let last = self.row + (self.states.len() / width) as i64 - 1 == self.grid.height;
         if last {
             self.states.extend(std::iter::repeat_n(0, width));

@@ -185,7 +185,9 @@ mod tests {
         assert_eq!(track((8, 12), (8, 3)), Some((ALONG_COLUMN, (8, 3), 9, false, (0, 2))));
         assert_eq!(track((5, 1), (9, 5)), Some((FALLING, (5, 1), 4, true, (0, 1))));
         assert_eq!(track((9, 3), (4, 8)), Some((RISING, (4, 8), 5, false, (0, 1))));
-        for (from, to) in [((3, 5), (9, 5)), ((3, 1), (3, 9)), ((0, 0), (8, 4)), ((1, 0), (5, 4)), ((1, 4), (5, 0)), ((4, 4), (4, 4))] {
+        for (from, to) in
+            [((3, 5), (9, 5)), ((3, 1), (3, 9)), ((0, 0), (8, 4)), ((1, 0), (5, 4)), ((1, 4), (5, 0)), ((4, 4), (4, 4))]
+        {
             assert_eq!(track(from, to), None, "{from:?} {to:?}");
         }
     }

@@ -131,9 +131,7 @@ impl Verdict {
         list(&mut out, &self.unplaced, "face has", "faces have", "a corner nowhere near the raster");
         if self.double_area != self.expected_double_area {
             let (found, expected) = (self.double_area, self.expected_double_area);
-            out.push(format!(
-                "twice the area is {found} squared quarter cells where that of the ground is {expected}"
-            ));
+            out.push(format!("twice the area is {found} squared quarter cells where that of the ground is {expected}"));
         }
         list(
             &mut out,

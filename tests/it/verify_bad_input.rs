@@ -85,9 +85,8 @@ fn with_a_gap() -> (Folder, String, String) {
 #[test]
 fn the_mark_of_nodata_can_be_given() {
     let (folder, dem, tin) = with_a_gap();
-    let verify = |tin: &str, nodata: &str| {
-        terrabite(["verify", &dem, tin, "--max-error", "0", "--nodata", nodata, "--json"])
-    };
+    let verify =
+        |tin: &str, nodata: &str| terrabite(["verify", &dem, tin, "--max-error", "0", "--nodata", nodata, "--json"]);
     let report = verify(&tin, "-7").succeeds().json();
     let count = |name: &str| report[name].as_u64();
     assert_eq!((count("samples"), count("checked"), count("nodata")), (Some(12), Some(11), Some(1)));

@@ -108,7 +108,12 @@ fn a_mesh_of_exactly_the_ground_passes_whatever_its_shape() {
 fn the_verdict_tells_what_was_asked_of_the_mesh() {
     let verdict = scene(&["##..", "##..", "...#"]).judge(0.0).unwrap();
     let text = verdict.to_string();
-    assert!(text.contains("ground: 4 samples; nodata: 7; without ground, in no cell with three heights: 1, the first: column 3, row 2"), "{text}");
+    assert!(
+        text.contains(
+            "ground: 4 samples; nodata: 7; without ground, in no cell with three heights: 1, the first: column 3, row 2"
+        ),
+        "{text}"
+    );
     assert!(text.contains("at every sample of the ground"), "{text}");
     let first = verdict.without_ground.first.unwrap();
     assert_eq!((first.column, first.row), (3, 2));
@@ -182,7 +187,8 @@ fn ground_that_is_exceeded_without_touching_a_sample_is_found() {
 
 #[test]
 fn a_missing_half_cell_is_found_each_way() {
-    let corners = [[(1, 0), (0, 1), (1, 1)], [(2, 0), (2, 1), (3, 1)], [(0, 2), (1, 2), (1, 3)], [(2, 2), (3, 2), (2, 3)]];
+    let corners =
+        [[(1, 0), (0, 1), (1, 1)], [(2, 0), (2, 1), (3, 1)], [(0, 2), (1, 2), (1, 3)], [(2, 2), (3, 2), (2, 3)]];
     for corners in corners {
         let verdict = spoilt(pattern("half cells, each way"), |s| {
             let at = corners.map(|(c, r)| s.mesh.at(c, r));
@@ -265,7 +271,11 @@ fn a_pinch_of_two_vertices_is_found() {
 fn an_edge_along_a_coast_may_span_several_cells_and_end_between_samples() {
     let rows = ["#####", "#####", "....."];
     let mut scene = scene(&rows);
-    let flat = |height: &mut f64| if !height.is_nan() { *height = 0.0 };
+    let flat = |height: &mut f64| {
+        if !height.is_nan() {
+            *height = 0.0
+        }
+    };
     scene.samples.iter_mut().for_each(flat);
     scene.mesh = Mesh::rectangle(5, 2);
     scene.mesh.insert((7, 4), 0.0);
