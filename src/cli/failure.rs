@@ -65,6 +65,7 @@ impl From<RasterError> for Failure {
             RasterError::GeoTransform { .. } => failure.hint("gdal_edit.py -a_gt or gdalwarp can set another one"),
             RasterError::OtherGrid { .. } => failure
                 .hint("gdalwarp -te … -ts WIDTH HEIGHT brings it onto that grid, gdal_edit.py corrects its place"),
+            RasterError::NodataValue { .. } => Failure::usage(&error).hint("choose another one with --nodata"),
             RasterError::Scaling { .. } => failure.hint("gdal_edit.py -scale and -offset can set them"),
             _ => failure,
         }

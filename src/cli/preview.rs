@@ -7,7 +7,7 @@ use super::progress::Bars;
 use super::values::Size;
 use super::{Failure, GDAL_CACHE, print, values};
 use crate::preview::{Mode, PreviewOptions};
-use crate::raster::{Nodata, Window, bound_gdal_cache};
+use crate::raster::{Window, bound_gdal_cache};
 
 /// Draw a mesh above its raster
 ///
@@ -36,8 +36,8 @@ pub(crate) struct PreviewArgs {
     #[arg(long, default_value_t = 1, value_name = "N")]
     band: usize,
     /// The stored value of samples without a height, in place of the raster's nodata tag
-    #[arg(long, value_name = "V", value_parser = values::nodata, allow_hyphen_values = true)]
-    nodata: Option<Nodata>,
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    nodata: Option<String>,
     /// The tolerance: the end of the colour scale of `--mode error`
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_error: Option<f64>,
@@ -77,7 +77,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
             ModeArg::Colour => Mode::Colour,
         },
         band: args.band,
-        nodata: args.nodata,
+        nodata: args.nodata.clone(),
         size: (args.size.width, args.size.height),
         window: args.window,
         max_error: args.max_error,

@@ -4,7 +4,7 @@
 
 use std::num::NonZeroUsize;
 
-use crate::raster::{Nodata, Window};
+use crate::raster::Window;
 
 /// A width and a height, in samples or pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,11 +53,6 @@ pub(crate) fn share(text: &str) -> Result<f64, String> {
 pub(crate) fn smoothing(text: &str) -> Result<f64, String> {
     let cells = text.parse().ok().filter(|&s: &f64| s > 0.0 && s <= 64.0);
     cells.ok_or_else(|| "expected a number of cells above 0, at most 64".to_string())
-}
-
-/// The mark of samples without a height.
-pub(crate) fn nodata(text: &str) -> Result<Nodata, String> {
-    Nodata::parse(text).ok_or_else(|| "expected a number as it is stored, such as -9999, or nan".to_string())
 }
 
 /// `WIDTHxHEIGHT`, both at least 1.
@@ -135,13 +130,6 @@ mod tests {
         for wrong in ["1,2,3", "1,2,3,0", "1,2,3,4,5", "-1,2,3,4", "18446744073709551615,0,1,1"] {
             assert!(window(wrong).is_err(), "{wrong}");
         }
-    }
-
-    #[test]
-    fn marks_of_nodata() {
-        assert_eq!(nodata("-32768"), Ok(Nodata::I64(-32768)));
-        assert_eq!(nodata("-3.4e38"), Ok(Nodata::Real(-3.4e38)));
-        assert!(nodata("NaN").is_ok() && nodata("none").is_err());
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::importance::ImportanceArgs;
 use super::progress::Bars;
 use super::{Failure, GDAL_CACHE, print, values};
 use crate::field::ChannelOptions;
-use crate::raster::{Nodata, bound_gdal_cache};
+use crate::raster::bound_gdal_cache;
 use crate::verify::{Verdict, VerifyOptions, WeightedOptions, verify, verify_with_channels};
 
 /// Judge a mesh against its raster: vertical errors, coverage, cracks, folds.
@@ -27,8 +27,8 @@ pub(crate) struct VerifyArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     band: usize,
     /// The stored value of samples without a height, in place of the raster's nodata tag
-    #[arg(long, value_name = "V", value_parser = values::nodata, allow_hyphen_values = true)]
-    nodata: Option<Nodata>,
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true, conflicts_with = "planar")]
+    nodata: Option<String>,
     #[command(flatten)]
     channels: ChannelArgs,
     #[command(flatten)]
@@ -56,8 +56,8 @@ struct Report<'a> {
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     bound_gdal_cache(GDAL_CACHE);
     let (raster, channels) = args.channels.open(&args.raster, args.band)?;
-    let raster = match args.nodata {
-        Some(nodata) => raster.with_nodata(nodata),
+    let raster = match &args.nodata {
+        Some(value) => raster.with_nodata(value)?,
         None => raster,
     };
     let importance = args.importance.open(&raster)?;

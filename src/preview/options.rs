@@ -1,4 +1,4 @@
-use crate::raster::{Nodata, Window};
+use crate::raster::Window;
 
 /// What is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -24,7 +24,7 @@ pub struct PreviewOptions {
     /// The band of the raster, from 1.
     pub band: usize,
     /// The stored value of samples without a height, in place of the raster's tag; `None` keeps the tag.
-    pub nodata: Option<Nodata>,
+    pub nodata: Option<String>,
     /// The picture is as large as fits in so many pixels across and down; a legend comes on top of it.
     pub size: (usize, usize),
     /// The samples that are drawn; all where `None`.

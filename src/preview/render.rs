@@ -47,8 +47,8 @@ pub fn preview(
     check(options)?;
     let staged = StagedFile::create(out, options.overwrite, &[raster, mesh])?;
     let raster = Raster::open(raster, options.band)?;
-    let raster = match options.nodata {
-        Some(nodata) => raster.with_nodata(nodata),
+    let raster = match &options.nodata {
+        Some(value) => raster.with_nodata(value)?,
         None => raster,
     };
     let window = window(&raster, options)?;

@@ -7,7 +7,7 @@ use crate::raster::{Raster, Window};
 pub(super) struct Samples {
     pub(super) across: usize,
     pub(super) down: usize,
-    /// Row by row; NaN where there is no height.
+    /// Row by row; NaN where there is no height, or no ground.
     pub(super) heights: Vec<f64>,
 }
 
@@ -28,7 +28,28 @@ impl Samples {
             control.progress.step(Stage::Rows, view.window.width as u64);
         }
         control.progress.end(Stage::Rows);
-        Ok(Samples { across, down, heights })
+        let mut samples = Samples { across, down, heights };
+        if view.stride == 1 {
+            samples.leave_out_those_without_ground();
+        }
+        Ok(samples)
+    }
+
+    /// A sample in no cell with three heights is to have no surface. At the rim of the window its cells are not all known.
+    fn leave_out_those_without_ground(&mut self) {
+        let (across, down) = (self.across, self.down);
+        let cell = |i: usize, j: usize| {
+            let corners = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)];
+            corners.iter().filter(|&&(i, j)| !self.at(i, j).is_nan()).count() >= 3
+        };
+        let inner = (1..down - 1).flat_map(|j| (1..across - 1).map(move |i| (i, j)));
+        let bare = inner.filter(|&(i, j)| !self.at(i, j).is_nan());
+        let around = |i: usize, j: usize| [(i - 1, j - 1), (i, j - 1), (i - 1, j), (i, j)];
+        let bare: Vec<usize> = bare
+            .filter(|&(i, j)| !around(i, j).iter().any(|&(i, j)| cell(i, j)))
+            .map(|(i, j)| j * across + i)
+            .collect();
+        bare.into_iter().for_each(|k| self.heights[k] = f64::NAN);
     }
 
     pub(super) fn at(&self, i: usize, j: usize) -> f64 {

@@ -42,6 +42,16 @@ pub enum RasterError {
         /// GDAL's name of the type.
         found: String,
     },
+    /// No sample can be equal to the nodata value that was given.
+    #[error("{}: expected a nodata value that a sample of type {sample_type} can hold, found {found}", path.display())]
+    NodataValue {
+        /// The raster.
+        path: PathBuf,
+        /// The value.
+        found: String,
+        /// The type of the samples.
+        sample_type: &'static str,
+    },
     /// A surface needs two samples each way.
     #[error("{}: expected at least 2 × 2 samples, found {width} × {height}: there is no surface to triangulate", path.display())]
     TooSmall {

@@ -19,7 +19,7 @@ const RUN: usize = 1024;
 /// [`RasterError::Read`].
 pub fn identity(raster: &Raster) -> Result<Vec<(&'static str, String)>, RasterError> {
     let scaling = raster.scaling();
-    let nodata = match raster.nodata() {
+    let nodata = match raster.nodata {
         Nodata::None => "none".to_string(),
         Nodata::Real(value) => exact(value),
         Nodata::I64(value) => value.to_string(),

@@ -6,7 +6,7 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
 use super::error::reason;
 use super::sample_type::with_sample_type;
-use super::{GeoTransform, RasterError, SampleType, Scaling};
+use super::{GeoTransform, Nodata, RasterError, SampleType, Scaling};
 
 /// One band of an open raster. Not shared between threads: each opens its own.
 #[derive(Debug)]
@@ -18,22 +18,11 @@ pub struct Raster {
     height: usize,
     sample_type: SampleType,
     scaling: Scaling,
+    /// What the raster's tag says.
     pub(super) nodata: Nodata,
+    /// What the caller says.
+    pub(super) given_nodata: Option<Nodata>,
     geo_transform: Option<GeoTransform>,
-}
-
-/// The value that marks samples without a height, in the type it is stored in.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-#[serde(untagged)]
-pub enum Nodata {
-    /// The raster has no such value.
-    None,
-    /// Compared with the stored value as a double; NaN marks NaN.
-    Real(f64),
-    /// For 64-bit signed samples.
-    I64(i64),
-    /// For 64-bit unsigned samples.
-    U64(u64),
 }
 
 /// A rectangle of samples.
@@ -130,6 +119,7 @@ impl Raster {
             sample_type,
             scaling,
             nodata,
+            given_nodata: None,
             geo_transform,
         })
     }
@@ -185,9 +175,9 @@ impl Raster {
         self.scaling
     }
 
-    /// The mark of samples without a height.
+    /// The mark of samples without a height: what the raster says, unless the caller has said otherwise.
     pub fn nodata(&self) -> Nodata {
-        self.nodata
+        self.given_nodata.unwrap_or(self.nodata)
     }
 
     /// The raster's geotransform, or the default one where it has none.

@@ -45,40 +45,6 @@ impl Raster {
     }
 }
 
-impl Raster {
-    /// The same raster, with this mark of samples without a height in place of its own tag. A mask or alpha band stays in
-    /// force. A mark that the type of the samples cannot hold marks none.
-    #[must_use]
-    pub fn with_nodata(mut self, nodata: Nodata) -> Raster {
-        self.nodata = nodata.of_type(self.sample_type());
-        self
-    }
-}
-
-impl Nodata {
-    /// The mark that a text stands for: a number, or "nan". `None` where it is neither.
-    pub fn parse(text: &str) -> Option<Nodata> {
-        let text = text.trim();
-        let whole = text.parse().map(Nodata::I64).or_else(|_| text.parse().map(Nodata::U64));
-        whole.or_else(|_| text.parse().map(Nodata::Real)).ok()
-    }
-
-    /// The same mark as samples of this type are compared with it.
-    fn of_type(self, sample_type: SampleType) -> Nodata {
-        let (whole, real) = match self {
-            Nodata::None => return self,
-            Nodata::I64(v) => (Some(i128::from(v)), v as f64),
-            Nodata::U64(v) => (Some(i128::from(v)), v as f64),
-            Nodata::Real(v) => (Some(v as i128).filter(|whole| *whole as f64 == v), v),
-        };
-        match sample_type {
-            SampleType::I64 => whole.and_then(|v| v.try_into().ok()).map_or(Nodata::None, Nodata::I64),
-            SampleType::U64 => whole.and_then(|v| v.try_into().ok()).map_or(Nodata::None, Nodata::U64),
-            _ => Nodata::Real(real),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use gdal::DriverManager;
@@ -146,23 +112,7 @@ mod tests {
         });
         assert_eq!(valid(heights), [true, true, true, true, true, false]);
         let mut out = [0.0; 6];
-        raster.with_nodata(Nodata::I64(2)).read_valid_heights(WINDOW, &mut out).expect("read");
+        raster.with_nodata("2").expect("a mark").read_valid_heights(WINDOW, &mut out).expect("read");
         assert_eq!(valid(out), [true, false, true, false, true, false]);
-    }
-
-    #[test]
-    fn texts_are_marks_whatever_the_type() {
-        let mark = |text, sample_type| Nodata::parse(text).map(|n| n.of_type(sample_type));
-        assert_eq!(mark("-9999", SampleType::I16), Some(Nodata::Real(-9999.0)));
-        assert_eq!(mark(" 9007199254740993", SampleType::I64), Some(Nodata::I64((1 << 53) + 1)));
-        assert_eq!(mark("-1e3", SampleType::I64), Some(Nodata::I64(-1000)));
-        assert_eq!(mark("18446744073709551615", SampleType::U64), Some(Nodata::U64(u64::MAX)));
-        for unheld in ["-1", "0.5", "1e30", "nan"] {
-            assert_eq!(mark(unheld, SampleType::U64), Some(Nodata::None), "{unheld}");
-        }
-        assert!(matches!(mark("nan", SampleType::F32), Some(Nodata::Real(v)) if v.is_nan()));
-        for wrong in ["none", "", "1,5", "0x10"] {
-            assert_eq!(Nodata::parse(wrong), None, "{wrong}");
-        }
     }
 }
