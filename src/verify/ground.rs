@@ -58,6 +58,8 @@ impl Ground {
     pub(super) fn settle(&mut self, heights: &[f64], covered: impl Fn(usize) -> bool + Sync) -> SegmentRows<'_> {
         let width = self.grid.width as usize;
         let held = self.states.len();
+        // Room for the row below the last one; growing by doubling would take twice as much.
+        self.states.reserve_exact(heights.len() + width);
         self.states.resize(held + heights.len(), 0);
         self.states[held..].par_iter_mut().with_min_len(1 << 14).zip(heights).enumerate().for_each(
             |(i, (state, height))| {
@@ -71,6 +73,7 @@ impl Ground {
         }
         let rows = (self.states.len() / width).saturating_sub(2);
         self.segments.clear();
+        self.segments.reserve_exact(rows * width);
         self.segments.resize(rows * width, [Segment::default(); 4]);
         let full: Vec<bool> = self.states.par_chunks(width).map(|row| row.iter().all(|s| s & VALID != 0)).collect();
         let states = &self.states;
