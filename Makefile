@@ -54,7 +54,7 @@ paper: setup
 	@python3 scripts/paper.py
 
 accept: setup
-	$(CARGO) build --release --locked
+	$(CARGO) build --release --locked --bin terrabite --example cells
 	scripts/accept.sh
 
 fmt:

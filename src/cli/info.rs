@@ -63,13 +63,17 @@ fn heights(info: &Info) -> String {
 }
 
 fn nodata(info: &Info) -> String {
-    let value = match &info.nodata {
-        Value::Null => "none".to_string(),
-        Value::String(word) => word.clone(),
+    let tag = match &info.nodata {
+        Value::Null => None,
+        Value::String(word) => Some(word.clone()),
         // Whole numbers are stored as doubles: -32768, not -32768.0.
-        number => number.as_f64().filter(|_| number.is_f64()).map_or(number.to_string(), |v| v.to_string()),
+        number => Some(number.as_f64().filter(|_| number.is_f64()).map_or(number.to_string(), |v| v.to_string())),
     };
-    if info.mask { format!("{value}, and a mask or alpha band") } else { value }
+    let tagged_nan = tag.as_deref() == Some("nan");
+    let nan = (info.nan_possible && !tagged_nan).then(|| "NaN where it occurs".to_string());
+    let mask = info.mask.then(|| "what a mask or alpha band says".to_string());
+    let kinds: Vec<String> = [tag, nan, mask].into_iter().flatten().collect();
+    if kinds.is_empty() { "none".to_string() } else { kinds.join(", ") }
 }
 
 fn geotransform(info: &Info) -> String {

@@ -35,6 +35,9 @@ pub(crate) struct PreviewArgs {
     /// The band of the raster
     #[arg(long, default_value_t = 1, value_name = "N")]
     band: usize,
+    /// The stored value of samples without a height, in place of the raster's nodata tag
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    nodata: Option<String>,
     /// The tolerance: the end of the colour scale of `--mode error`
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_error: Option<f64>,
@@ -74,6 +77,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
             ModeArg::Colour => Mode::Colour,
         },
         band: args.band,
+        nodata: args.nodata.clone(),
         size: (args.size.width, args.size.height),
         window: args.window,
         max_error: args.max_error,

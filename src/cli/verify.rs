@@ -11,7 +11,9 @@ use crate::verify::{Verdict, VerifyOptions, WeightedOptions, verify, verify_with
 
 /// Judge a mesh against its raster: vertical errors, coverage, cracks, folds.
 ///
-/// Reads the raster and the written file, and nothing else. Exit code 0: the mesh passes, 1: it fails.
+/// Reads the raster and the written file, and nothing else. Where the raster has samples without a height (its nodata
+/// tag, NaN, a mask or alpha band), the mesh must cover exactly the cells with four heights and half of those with three.
+/// Exit code 0: the mesh passes, 1: it fails.
 #[derive(Debug, clap::Args)]
 pub(crate) struct VerifyArgs {
     /// The raster the mesh was made from
@@ -24,6 +26,9 @@ pub(crate) struct VerifyArgs {
     /// Raster band, from 1
     #[arg(long, value_name = "N", default_value_t = 1)]
     band: usize,
+    /// The stored value of samples without a height, in place of the raster's nodata tag
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true, conflicts_with = "planar")]
+    nodata: Option<String>,
     #[command(flatten)]
     channels: ChannelArgs,
     #[command(flatten)]
@@ -51,6 +56,10 @@ struct Report<'a> {
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     bound_gdal_cache(GDAL_CACHE);
     let (raster, channels) = args.channels.open(&args.raster, args.band)?;
+    let raster = match &args.nodata {
+        Some(value) => raster.with_nodata(value)?,
+        None => raster,
+    };
     let importance = args.importance.open(&raster)?;
     let options =
         VerifyOptions { max_error: args.max_error, importance: importance.as_ref(), temp_dir: args.temp_dir.clone() };

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 pub use estimate::{DENSEST, Estimate, SAMPLES_PER_TRIANGLE, estimate};
 
 use crate::field::suits_windows;
-use crate::raster::{Nodata, Raster, RasterError, plain_layout};
+use crate::raster::{Nodata, Raster, RasterError, SampleType, plain_layout};
 use crate::simplify::{DEFAULT_TILE, Load, Plan, default_budget};
 use crate::tiling::TileGrid;
 
@@ -37,6 +37,8 @@ pub struct Info {
     pub scale: f64,
     /// See `scale`.
     pub offset: f64,
+    /// Whether samples may be NaN, which have no height either, tagged or not: real types have NaN.
+    pub nan_possible: bool,
     /// Whether a mask or alpha band marks samples invalid.
     pub mask: bool,
     /// The coordinate reference system in one line; "none" where there is none.
@@ -83,6 +85,7 @@ impl Info {
             nodata: nodata(raster.nodata()),
             scale: scaling.scale,
             offset: scaling.offset,
+            nan_possible: matches!(raster.sample_type(), SampleType::F32 | SampleType::F64),
             mask: raster.has_mask()?,
             crs: raster.crs_name(),
             crs_wkt: raster.crs_wkt(),

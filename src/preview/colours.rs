@@ -1,8 +1,8 @@
 /// Samples beyond the tolerance.
 pub(super) const EXCEEDED: [u8; 3] = [255, 0, 60];
-/// Samples with a height and no surface.
+/// Samples of the ground without a surface.
 pub(super) const UNCOVERED: [u8; 3] = [0, 190, 255];
-/// No height.
+/// No height, or none around.
 pub(super) const NO_GROUND: [u8; 3] = [70, 70, 78];
 
 /// An error as a share of the scale's end. Cividis: even to the eye, also to colour-blind ones, and without red.

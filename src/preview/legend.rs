@@ -41,7 +41,7 @@ pub(super) fn with_scale(
         text::draw(&mut page, MARGIN, first + k * (text::LINE + 4), line, INK);
     }
     let mut left = MARGIN;
-    let marks = [(EXCEEDED, "beyond tolerance"), (UNCOVERED, "no surface"), (NO_GROUND, "nodata")];
+    let marks = [(EXCEEDED, "beyond tolerance"), (UNCOVERED, "no surface"), (NO_GROUND, "no ground")];
     for (colour, label) in marks.into_iter().skip(usize::from(tolerance.is_none())) {
         let y = first + lines.len() * (text::LINE + 4);
         page.paste(&Canvas::filled(12, 12, colour), left, y + 2);

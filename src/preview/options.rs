@@ -23,6 +23,8 @@ pub struct PreviewOptions {
     pub mode: Mode,
     /// The band of the raster, from 1.
     pub band: usize,
+    /// The stored value of samples without a height, in place of the raster's tag; `None` keeps the tag.
+    pub nodata: Option<String>,
     /// The picture is as large as fits in so many pixels across and down; a legend comes on top of it.
     pub size: (usize, usize),
     /// The samples that are drawn; all where `None`.
@@ -40,6 +42,7 @@ impl Default for PreviewOptions {
         PreviewOptions {
             mode: Mode::default(),
             band: 1,
+            nodata: None,
             size: (1024, 1024),
             window: None,
             max_error: None,

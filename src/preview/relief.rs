@@ -88,19 +88,34 @@ fn ground(light: f32) -> [f32; 3] {
     [12.0 + 240.0 * light, 12.0 + 238.0 * light, 14.0 + 232.0 * light]
 }
 
-/// The raster itself, shaded by the cell under every pixel.
+/// The raster itself, shaded by the cell under every pixel: half of it where it has three heights, none where it has fewer.
 pub(super) fn shaded_samples(samples: &Samples, view: View, light: &Light) -> Canvas {
     let stride = view.stride as f64;
     Canvas::from_fn(view.width, view.height, |x, y| {
         let node = |at: usize, pixels: usize, nodes: usize| {
-            (((at as f64 + 0.5) / pixels as f64 * (nodes - 1) as f64) as usize).min(nodes - 2)
+            let place = (at as f64 + 0.5) / pixels as f64 * (nodes - 1) as f64;
+            let first = (place as usize).min(nodes - 2);
+            (first, place - first as f64)
         };
-        let (i, j) = (node(x, view.width, samples.across), node(y, view.height, samples.down));
+        let ((i, u), (j, v)) = (node(x, view.width, samples.across), node(y, view.height, samples.down));
         let (a, b) = (samples.at(i, j), samples.at(i + 1, j));
         let (c, d) = (samples.at(i, j + 1), samples.at(i + 1, j + 1));
+        let [a, b, c, d] = with_half_cells([a, b, c, d], (u, v));
         let across = 0.5 * ((b - a) + (d - c)) / stride;
         let down = 0.5 * ((c - a) + (d - b)) / stride;
         let colour = if across.is_nan() { EMPTY } else { ground(light.shade(across, down)) };
         colour.map(|c| c.round() as u8)
     })
+}
+
+/// The heights of a cell (upper left and right, lower left and right) with the one that is missing put onto the plane of
+/// the other three, if the place, from 0 to 1 across and down, lies in their triangle.
+fn with_half_cells([a, b, c, d]: [f64; 4], (u, v): (f64, f64)) -> [f64; 4] {
+    match [a, b, c, d].map(f64::is_nan) {
+        [true, false, false, false] if u + v >= 1.0 => [b + c - d, b, c, d],
+        [false, true, false, false] if u <= v => [a, a + d - c, c, d],
+        [false, false, true, false] if u >= v => [a, b, a + d - b, d],
+        [false, false, false, true] if u + v <= 1.0 => [a, b, c, b + c - a],
+        _ => [a, b, c, d],
+    }
 }

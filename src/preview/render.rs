@@ -47,6 +47,10 @@ pub fn preview(
     check(options)?;
     let staged = StagedFile::create(out, options.overwrite, &[raster, mesh])?;
     let raster = Raster::open(raster, options.band)?;
+    let raster = match &options.nodata {
+        Some(value) => raster.with_nodata(value)?,
+        None => raster,
+    };
     let window = window(&raster, options)?;
     let mut job = Job {
         light: Light::over(&raster, options.exaggeration),

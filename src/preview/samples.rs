@@ -1,13 +1,13 @@
 use super::PreviewError;
 use super::view::View;
 use crate::control::{Control, Stage};
-use crate::raster::{Nodata, Raster, SampleType, Window};
+use crate::raster::{Raster, Window};
 
 /// The looked-at samples of the window.
 pub(super) struct Samples {
     pub(super) across: usize,
     pub(super) down: usize,
-    /// Row by row; NaN where there is no height.
+    /// Row by row; NaN where there is no height, or no ground.
     pub(super) heights: Vec<f64>,
 }
 
@@ -15,42 +15,44 @@ impl Samples {
     /// Reads one row of the raster at a time.
     pub(super) fn read(raster: &Raster, view: &View, control: &Control) -> Result<Samples, PreviewError> {
         let (across, down) = view.looked_at();
-        let masked = raster.has_mask()?;
         let mut heights = Vec::with_capacity(across * down);
-        let (mut line, mut mask) = (vec![0.0; view.window.width], vec![255u8; view.window.width]);
+        let mut line = vec![0.0; view.window.width];
         control.progress.begin(Stage::Rows, down as u64, view.window.len() as u64);
         for j in 0..down {
             control.cancel.check()?;
             let row = Window { row: view.window.row + j * view.stride, height: 1, ..view.window };
-            raster.read_heights(row, &mut line)?;
-            if masked {
-                raster.read_mask(row, &mut mask)?;
-            }
-            let valid = |h: f64, m: u8| if m == 0 || is_nodata(raster, h) { f64::NAN } else { h };
-            heights.extend(line.iter().zip(&mask).step_by(view.stride).map(|(&h, &m)| valid(h, m)));
+            raster.read_valid_heights(row, &mut line)?;
+            // Nothing can be drawn of an infinite height.
+            let drawn = |&h: &f64| if h.is_finite() { h } else { f64::NAN };
+            heights.extend(line.iter().step_by(view.stride).map(drawn));
             control.progress.step(Stage::Rows, view.window.width as u64);
         }
         control.progress.end(Stage::Rows);
-        Ok(Samples { across, down, heights })
+        let mut samples = Samples { across, down, heights };
+        if view.stride == 1 {
+            samples.leave_out_those_without_ground();
+        }
+        Ok(samples)
+    }
+
+    /// A sample in no cell with three heights is to have no surface. At the rim of the window its cells are not all known.
+    fn leave_out_those_without_ground(&mut self) {
+        let (across, down) = (self.across, self.down);
+        let cell = |i: usize, j: usize| {
+            let corners = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)];
+            corners.iter().filter(|&&(i, j)| !self.at(i, j).is_nan()).count() >= 3
+        };
+        let inner = (1..down - 1).flat_map(|j| (1..across - 1).map(move |i| (i, j)));
+        let bare = inner.filter(|&(i, j)| !self.at(i, j).is_nan());
+        let around = |i: usize, j: usize| [(i - 1, j - 1), (i, j - 1), (i - 1, j), (i, j)];
+        let bare: Vec<usize> = bare
+            .filter(|&(i, j)| !around(i, j).iter().any(|&(i, j)| cell(i, j)))
+            .map(|(i, j)| j * across + i)
+            .collect();
+        bare.into_iter().for_each(|k| self.heights[k] = f64::NAN);
     }
 
     pub(super) fn at(&self, i: usize, j: usize) -> f64 {
         self.heights[j * self.across + i]
     }
-}
-
-/// Whether a height read from the raster is its mark of no height.
-fn is_nodata(raster: &Raster, height: f64) -> bool {
-    let height_of = |stored| raster.scaling().height(stored);
-    !height.is_finite()
-        || match raster.nodata() {
-            Nodata::None => false,
-            // A tag is written with more digits than a single-precision sample has.
-            Nodata::Real(v) if raster.sample_type() == SampleType::F32 => {
-                height == height_of(v) || height == height_of(f64::from(v as f32))
-            }
-            Nodata::Real(v) => height == height_of(v),
-            Nodata::I64(v) => height == height_of(v as f64),
-            Nodata::U64(v) => height == height_of(v as f64),
-        }
 }

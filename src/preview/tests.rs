@@ -241,3 +241,37 @@ fn colours_are_blended_between_vertices() {
     let refused = scene.draw(&plain, "none.png", &options).expect_err("no colours");
     assert!(refused.to_string().contains("property red"), "{refused}");
 }
+
+#[test]
+fn gaps_are_background_and_half_cells_are_not() {
+    let mut scene = Scene::new(TerrainOptions { seed: 11, nodata_share: 0.4, ..TerrainOptions::default() });
+    // The gaps of the raster file; heights in them would be spikes.
+    let gap: Vec<bool> = scene.heights.iter().map(|h| h.is_nan()).collect();
+    let faces: Vec<Face> = (0..HEIGHT - 1)
+        .flat_map(|r| (0..WIDTH - 1).map(move |c| r * WIDTH + c))
+        .flat_map(|at| {
+            let ring = [at, at + WIDTH, at + WIDTH + 1, at + 1];
+            let valid: Vec<u32> = ring.into_iter().filter(|&i| !gap[i]).map(|i| i as u32).collect();
+            match valid[..] {
+                [a, b, c] => vec![[a, b, c]],
+                [a, b, c, d] => vec![[a, b, c], [a, c, d]],
+                _ => Vec::new(),
+            }
+        })
+        .collect();
+    assert!(faces.len() > 10_000);
+    scene.heights.iter_mut().filter(|h| h.is_nan()).for_each(|h| *h = 0.0);
+    let mesh = scene.mesh("mesh.ply", faces.into_iter());
+    let options = PreviewOptions { mode: Mode::SideBySide, size: (640, 480), ..PreviewOptions::default() };
+    scene.draw(&mesh, "out.png", &options).expect("drawn");
+    let (width, _, found) = pixels(&scene.path("out.png"));
+    let background = |p: [u8; 3]| p == [96, 112, 136];
+    let (mut left, mut differ) = (0, 0);
+    for (y, x) in (0..480).flat_map(|y| (0..640).map(move |x| (y, x))) {
+        let (of_raster, of_mesh) = (found[y * width + x], found[y * width + 640 + 6 + x]);
+        left += usize::from(background(of_raster));
+        // Edges of triangles are drawn over the background, along coasts.
+        differ += usize::from(background(of_raster) != background(of_mesh));
+    }
+    assert!(left > 10_000 && differ * 10 < left, "{left} pixels are background, {differ} in one picture alone");
+}

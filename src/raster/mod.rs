@@ -1,8 +1,8 @@
 //! Rasters as GDAL gives them: the one module that names GDAL for reading.
 //!
 //! In comes a path and a band number; out go sizes, types, georeferencing and windows of samples, either as they are
-//! stored ([`Raster::read_native`]) or as heights ([`Raster::read_heights`]); and the samples nearest to the points of a
-//! vector layer ([`read_points`]). Nothing here knows of tiles or meshes.
+//! stored ([`Raster::read_native`]) or as heights ([`Raster::read_heights`], [`Raster::read_valid_heights`]); and the samples
+//! nearest to the points of a vector layer ([`read_points`]). Nothing here knows of tiles or meshes.
 
 mod channels;
 mod error;
@@ -15,6 +15,7 @@ mod open;
 mod plain;
 mod points;
 mod sample_type;
+mod validity;
 
 pub use channels::channels;
 pub use error::RasterError;

@@ -29,6 +29,7 @@ impl Nodata {
             }
             integer => {
                 let value: f64 = text.parse().ok()?;
+                #[allow(clippy::unnecessary_cast)]
                 let holds = with_sample_type!(integer, T => (value as T) as f64 == value);
                 holds.then_some(Nodata::Real(value))
             }

@@ -264,15 +264,26 @@ impl Raster {
     /// # Panics
     /// If `out` is not `window.len()` long, or the window is not inside the raster.
     pub fn read_heights(&self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
+        self.read_stored(window, out)?;
+        self.scale(out);
+        Ok(())
+    }
+
+    /// Reads a window of stored values as doubles: exactly, but for 64-bit integers beyond 2⁵³.
+    pub(super) fn read_stored(&self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
         self.check(window);
         self.read(window, out)?;
         if self.sample_type == SampleType::I8 {
             out.iter_mut().filter(|v| **v >= 128.0).for_each(|v| *v -= 256.0);
         }
-        if !self.scaling.is_none() {
-            out.iter_mut().for_each(|v| *v = self.scaling.height(*v));
-        }
         Ok(())
+    }
+
+    /// Stored values become heights.
+    pub(super) fn scale(&self, values: &mut [f64]) {
+        if !self.scaling.is_none() {
+            values.iter_mut().for_each(|v| *v = self.scaling.height(*v));
+        }
     }
 
     /// Reads the validity mask of a window: 0 is invalid.

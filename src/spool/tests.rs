@@ -265,7 +265,7 @@ fn torn_kept_chunks_count_as_missing() {
         assert!(!kept(&folder, grid, 7).find(0, &mut chunk, &mut buffer).unwrap(), "{length} bytes");
     }
     // More rim vertices than vertices: no chunk that a run makes.
-    let wrong = Chunk { tile: 0, rim: RimCounts { corners: 4, ..small().rim }, ..small() };
+    let wrong = Chunk { tile: 0, rim: RimCounts { north: 4, ..small().rim }, ..small() };
     kept(&folder, grid, 7).append(&wrong, &mut buffer).unwrap();
     assert!(!kept(&folder, grid, 7).find(0, &mut chunk, &mut buffer).unwrap());
 }

@@ -26,15 +26,19 @@ pub enum VerifyError {
         /// The number as it was given.
         found: f64,
     },
-    /// A sample has no height; the verifier does not know such rasters yet.
-    #[error("{}: column {column}, row {row}: raster holds nodata samples, not supported yet", path.display())]
-    NodataUnsupported {
+    /// A channel has no value where there is a height.
+    #[error("{}: band {band}, column {column}, row {row}: expected a finite value, as there is a height, found {found}", path.display())]
+    NoValue {
         /// The raster.
         path: PathBuf,
+        /// The channel's band, from 1.
+        band: usize,
         /// The sample's column, from 0.
         column: usize,
         /// The sample's row, from 0.
         row: usize,
+        /// What is there.
+        found: String,
     },
     /// A sample's height is infinite: no surface is within any distance of it.
     #[error("{}: column {column}, row {row}: expected a finite height, found {found}", path.display())]

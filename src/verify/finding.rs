@@ -18,8 +18,20 @@ impl<P> Default for Finding<P> {
 impl<P> Finding<P> {
     /// Counts one; places come in order, so the first to come stays.
     pub(super) fn add(&mut self, place: impl FnOnce() -> P) {
-        self.count += 1;
-        self.first.get_or_insert_with(place);
+        self.add_all(1, place);
+    }
+
+    /// Counts several, perhaps none, by the place of the first of them.
+    pub(super) fn add_all(&mut self, count: u64, place: impl FnOnce() -> P) {
+        if count > 0 {
+            self.count += count;
+            self.first.get_or_insert_with(place);
+        }
+    }
+
+    /// These, then those.
+    pub(super) fn and(self, then: Finding<P>) -> Finding<P> {
+        Finding { count: self.count + then.count, first: self.first.or(then.first) }
     }
 }
 
@@ -67,6 +79,16 @@ pub struct FacePlace {
     pub y: f64,
 }
 
+/// A sample in a face.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct TouchPlace {
+    /// The sample.
+    #[serde(flatten)]
+    pub sample: SamplePlace,
+    /// The first face with the sample in it, by its index in the file, from 0.
+    pub face: u64,
+}
+
 /// An edge of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct EdgePlace {
@@ -97,6 +119,12 @@ impl std::fmt::Display for VertexPlace {
 impl std::fmt::Display for FacePlace {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "face {} ({} {})", self.face, self.x, self.y)
+    }
+}
+
+impl std::fmt::Display for TouchPlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}, in face {}", self.sample, self.face)
     }
 }
 

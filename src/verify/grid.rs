@@ -6,7 +6,7 @@ use super::vertices::Vertex;
 /// Lattice steps from one sample to the next.
 pub(super) const STEPS: i64 = 4;
 
-/// The domain: the rectangle of sample centres, on the lattice and on the map.
+/// The rectangle of sample centres, on the lattice and on the map.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Grid {
     /// Samples across.
@@ -29,12 +29,6 @@ impl Grid {
     pub(super) fn contains(&self, (x, y): (i64, i64)) -> bool {
         let (far_x, far_y) = self.far_corner();
         (0..=far_x).contains(&x) && (0..=far_y).contains(&y)
-    }
-
-    /// Twice the area, in lattice steps squared.
-    pub(super) fn double_area(&self) -> i128 {
-        let (x, y) = self.far_corner();
-        2 * i128::from(x) * i128::from(y)
     }
 
     /// 1 where a counter-clockwise turn on the map is positive in (column, row), −1 where it is negative.

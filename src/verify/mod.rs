@@ -1,19 +1,48 @@
 //! Judges a written mesh against its raster, sharing no code with whatever made it.
 //!
-//! In comes a raster and a path; out comes a [`Verdict`]: is the surface within the tolerance at every sample (with an
-//! importance raster: is error × weight), and is it one surface, without cracks, T-junctions, folds or overlaps? Places are recovered on the lattice of quarter cells,
-//! where all geometry is exact; near ties with the tolerance are settled by exact arithmetic.
+//! In comes a raster and a path; out comes a [`Verdict`]: is the surface within the tolerance at every sample of the
+//! ground (with an importance raster: is error × weight), and is it one surface over exactly the ground, without cracks,
+//! T-junctions, folds or overlaps? Places are recovered on the lattice of quarter cells, where all geometry is exact; near
+//! ties with the tolerance are settled by exact arithmetic.
 //!
-//! Two passes over the file put vertices, triangles, edges and corners in order by external sorts (`sort`); then the
-//! triangles sweep over the raster from the first row to the last (`sweep`). Memory is bounded whatever the raster and
-//! the mesh, by about 64 MiB (8 more with an importance raster) beside GDAL's own cache: every type that buffers says how much.
+//! The *ground* is known from the raster alone: every closed cell with four heights, and of every cell with three the closed
+//! triangle of the three (a half cell). A sample has a height unless its stored value is the nodata mark or NaN, or a
+//! mask or alpha band says that it has none ([`Raster::read_valid_heights`]). Where all samples have one, the ground is the
+//! rectangle of their centres.
 //!
-//! Why that is enough: if every face turns counter-clockwise, every edge inside is shared by two faces in opposite
-//! directions and the remaining edges run once around the rim, then the faces cover each point of the domain exactly
-//! once. The area and the coverage of the samples follow from it; they are counted all the same, by other code.
+//! Two passes over the file put vertices, triangles, edges and corners in order by external sorts (`sort`); then
+//! triangles, and edges of one face, sweep over the raster from the first row to the last (`sweep`, `ground`,
+//! `boundary`). Memory is bounded whatever the raster and the mesh, by about 70 MiB (8 more with an importance raster)
+//! beside GDAL's own cache: every type that buffers says how much.
+//!
+//! # Why that is enough
+//!
+//! Let the faces be free of three faults:
+//!
+//! 1. Every face turns counter-clockwise and has an area (`faces`).
+//! 2. Every edge has two faces that run along it in opposite directions, or one (`edges`). Edges are pairs of vertices.
+//! 3. The edges of one face, directed as their faces are, make up the directed boundary of the ground: each of them runs
+//!    along sides and diagonals of cells that have ground on one side alone, the same side as its face, and each quarter
+//!    of each such side or diagonal belongs to one edge (`segments`).
+//!
+//! Then the faces cover each point of the ground exactly once, and no other point. For let f(p) be the number of faces with
+//! the point p inside; by (1) all of them count the same way, so none can make up for another. Where p crosses edges, f
+//! changes by the number of those that run one way less that of those that run the other way. In this the edges of two faces
+//! cancel out by (2). So f changes only where edges of one face run, and there, by (3), just as the number does that is 1 in
+//! the ground and 0 elsewhere. Both are 0 far away, so they are the same.
+//!
+//! All else follows. Closed faces are in the ground, so none touches a sample without a height. The area is that of the
+//! ground, and every sample of it is covered. There is no crack: an edge inside the ground has two faces of the same two
+//! vertices. There is no T-junction: a vertex in the midst of an edge would have faces around it that overlap with those of
+//! the edge; nor on the boundary, where ground meets ground at a point alone (a *pinch*) only at a sample without a height
+//! to its left and to its right, or above and below, and there each part is a wedge of at most a right angle, so no edge
+//! passes through. What follows is counted all the same, by other code, and says better what is wrong with a mesh.
+//! Beside that, two vertices at one place are a fault, which makes the parts of a pinch share theirs, and vertices in no
+//! face are.
 //!
 //! Architecture invariant: nothing here imports an engine, a spool or a sink.
 
+mod boundary;
 mod corners;
 mod edges;
 mod error;
@@ -21,11 +50,13 @@ mod exact;
 mod faces;
 mod finding;
 mod grid;
+mod ground;
 mod pace;
 mod plane;
 mod ranges;
 mod samples;
 mod scratch;
+mod segments;
 mod sort;
 mod surface;
 mod sweep;
@@ -44,10 +75,11 @@ use crate::ply::PlyFile;
 use crate::raster::Raster;
 
 pub use error::VerifyError;
-pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, VertexPlace};
+pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
 pub use verdict::{Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedOptions, WeightedVerdict, WorstWeighted};
 
+use boundary::Boundary;
 use corners::{VertexFindings, read_vertices};
 use edges::{EdgeFindings, match_edges};
 use faces::{FaceFindings, FaceSorts, read_faces};
@@ -74,15 +106,16 @@ pub struct VerifyOptions<'a> {
 /// The verdict depends on the two files and the tolerance alone, not on the number of threads.
 ///
 /// # Errors
-/// [`VerifyError`] when either cannot be read or is damaged, when the raster has samples without a height, when the
-/// importance raster has another grid or samples that are no weights, when temporary files fail, or on cancellation. A mesh that is merely wrong is a verdict.
+/// [`VerifyError`] when either cannot be read or is damaged, when the raster has infinite heights, when the importance raster
+/// has another grid or anything but weights where there are heights, when temporary files fail, or on cancellation. A mesh
+/// that is merely wrong is a verdict.
 pub fn verify(
     raster: &Raster,
     mesh: &Path,
     options: &VerifyOptions<'_>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
-    judge(raster, mesh, options, None, control)
+    judge(raster, mesh, options, None, None, control)
 }
 
 /// Does what [`verify`] does, and judges the weighted error of heights and channels as well.
@@ -104,14 +137,16 @@ pub fn verify_with_channels(
     if !(0.0..=1.0).contains(&channels.emphasis) {
         return Err(VerifyError::Emphasis { found: channels.emphasis });
     }
-    judge(raster, mesh, options, Some(channels), control)
+    judge(raster, mesh, options, Some(channels), None, control)
 }
 
+/// The raster passes in bands of so many rows, where a number is given.
 fn judge(
     raster: &Raster,
     mesh: &Path,
     options: &VerifyOptions<'_>,
     channels: Option<&WeightedOptions>,
+    band_rows: Option<usize>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
     let tolerance = options.max_error;
@@ -133,18 +168,23 @@ fn judge(
     let (face_findings, FaceSorts { triangles: by_row, edges, uses }) =
         read_faces(&mut mesh, &mut store, &grid, &scratch, &mut pace)?;
     corner_findings.find_unused(&grid, &mut store, uses, &mut pace)?;
-    let edge_findings = match_edges(edges, &mut store, &grid, &scratch, &mut pace)?;
+    let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, &scratch, &mut pace)?;
     drop(store);
     pace.end()?;
 
     let planar = channels.is_some_and(|c| c.planar);
-    let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster)? };
-    let comparison = sweep(Bands::new(reader, options.importance)?, grid, by_row, tolerance, &scratch, control)?;
+    let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster) };
+    let reader = match band_rows {
+        Some(rows) => reader.by(rows),
+        None => reader,
+    };
+    let (bands, boundary) = (Bands::new(reader, options.importance), Boundary::new(grid, boundary, &scratch));
+    let comparison = sweep(bands, grid, by_row, boundary, tolerance, &scratch, control)?;
     let of_channels = |c| judge_weighted(raster, &mut mesh, tolerance, c, &scratch, control);
     let extended = channels.map(of_channels).transpose()?;
     let samples = raster.width() as u64 * raster.height() as u64;
     let sizes = Sizes { samples, vertices, triangles };
-    let verdict = verdict(tolerance, sizes, &grid, comparison, face_findings, edge_findings, corner_findings);
+    let verdict = verdict(tolerance, sizes, comparison, face_findings, edge_findings, corner_findings);
     Ok(Verdict { extended, ..verdict })
 }
 
@@ -157,35 +197,38 @@ struct Sizes {
 fn verdict(
     tolerance: f64,
     sizes: Sizes,
-    grid: &Grid,
     comparison: Comparison,
     faces: FaceFindings,
     edges: EdgeFindings,
     corners: VertexFindings,
 ) -> Verdict {
-    let covered = sizes.samples - comparison.uncovered.count;
+    let ground = comparison.ground;
     Verdict {
         tolerance,
         weighted: comparison.weighted,
         samples: sizes.samples,
+        checked: ground.checked,
+        nodata: ground.nodata,
+        without_ground: ground.without_ground,
         vertices: sizes.vertices,
         triangles: sizes.triangles,
         worst: comparison.worst,
         weighted_worst: comparison.weighted_worst,
-        rms_error: (comparison.sum_of_squares / covered.max(1) as f64).sqrt(),
+        rms_error: (comparison.sum_of_squares / comparison.covered.max(1) as f64).sqrt(),
         above_tolerance: comparison.above,
-        uncovered: comparison.uncovered,
+        uncovered: ground.uncovered,
         overlapped: comparison.overlapped,
+        touched_nodata: comparison.touched,
         clockwise: faces.clockwise,
         degenerate: faces.degenerate,
         unplaced: faces.unplaced,
         double_area: faces.double_area,
-        expected_double_area: grid.double_area(),
-        unmatched_edges: edges.unmatched,
+        expected_double_area: ground.double_area,
+        unmatched_edges: edges.unmatched.and(comparison.astray),
         overused_edges: edges.overused,
         same_direction_edges: edges.same_direction,
-        rim_gaps: edges.rim_gaps,
-        rim_doubled: edges.rim_doubled,
+        boundary_gaps: comparison.boundary.gaps,
+        boundary_doubled: comparison.boundary.doubled,
         duplicate_vertices: corners.duplicate,
         unused_vertices: corners.unused,
         off_lattice: corners.off_lattice,

@@ -67,7 +67,7 @@ impl Plane {
         self.triangle.heights.iter().all(|z| z.is_finite())
     }
 
-    /// Judges the samples of a span in order; `samples` is the whole row.
+    /// Judges the samples of a span that have a height, in order; `samples` is the whole row.
     pub(super) fn judge_row(&self, row: i64, span: &RowSpan, samples: Samples<'_>, visit: impl FnMut(i64, Judged)) {
         match samples.weights {
             None => self.judge_each(row, span, samples.heights, visit, |column, sample, surface, error| {
@@ -94,9 +94,12 @@ impl Plane {
         let (step_b, step_c) = ((STEPS * (c.1 - a.1)) as f64, (STEPS * (a.1 - b.1)) as f64);
         let za = self.triangle.heights[0];
         for column in first..=last {
+            let sample = samples[column as usize];
+            if sample.is_nan() {
+                continue;
+            }
             let steps = (column - first) as f64;
             let surface = za + ((wb + steps * step_b) * self.slopes.0 + (wc + steps * step_c) * self.slopes.1);
-            let sample = samples[column as usize];
             let error = (sample - surface).abs();
             visit(column, judge(column, sample, surface, error));
         }

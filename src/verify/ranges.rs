@@ -51,20 +51,20 @@ fn of_type(band: &Raster) -> Option<(f64, f64)> {
     }
 }
 
-/// The least and the largest sample.
+/// The least and the largest sample; 0 where none has a value.
 fn search(raster: &Raster, control: &Control<'_>) -> Result<(f64, f64), VerifyError> {
-    let mut reader = BandReader::new(raster)?;
+    let mut reader = BandReader::new(raster);
     let (mut least, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);
     control.progress.begin(Stage::Ranges, reader.count() as u64, raster.width() as u64 * raster.height() as u64);
     for index in 0..reader.count() {
         control.cancel.check()?;
         let samples = reader.read(index)?;
         for &sample in samples {
-            // A zero has no sign here.
+            // A zero has no sign here. What has no value is passed over: NaN is neither less nor larger.
             (least, largest) = (least.min(sample + 0.0), largest.max(sample + 0.0));
         }
         control.progress.step(Stage::Ranges, samples.len() as u64);
     }
     control.progress.end(Stage::Ranges);
-    Ok((least, largest))
+    Ok(if least <= largest { (least, largest) } else { (0.0, 0.0) })
 }

@@ -1,15 +1,14 @@
-use crate::raster::{Nodata, Raster, SampleType, Window};
+use crate::raster::{Raster, Window};
 
 use super::VerifyError;
 
-/// Bands of whole rows of a raster, checked to hold nothing but finite heights.
+/// Bands of whole rows of a raster: heights, NaN where there are none.
 ///
-/// Memory use is constant: [`BandReader::SAMPLES`] samples of 8 bytes (as many again where the raster has a nodata
-/// value, or a byte each where it has a mask), or one row where that is more.
+/// Memory use is constant: [`BandReader::SAMPLES`] samples of 8 bytes (as many again where the raster has 64-bit whole
+/// numbers and a nodata value, or a byte each where it has a mask), or one row where that is more.
 #[derive(Debug)]
 pub(super) struct BandReader<'r> {
     raster: &'r Raster,
-    masked: bool,
     /// The raster has no heights: all are 0.
     level: bool,
     rows: usize,
@@ -20,18 +19,18 @@ impl<'r> BandReader<'r> {
     /// Samples in a band, about.
     const SAMPLES: usize = 1 << 20;
 
-    pub(super) fn new(raster: &'r Raster) -> Result<Self, VerifyError> {
+    pub(super) fn new(raster: &'r Raster) -> Self {
         let rows = (Self::SAMPLES / raster.width()).clamp(1, raster.height());
         // Whole blocks, where some fit: a block that two bands share is decoded twice.
         let block = raster.block_size().1.max(1);
         let rows = if rows > block { rows - rows % block } else { rows };
-        BandReader::of_rows(raster, rows)
+        BandReader { raster, level: false, rows, heights: Vec::new() }
     }
 
     /// Heights of 0, of the raster's size.
     pub(super) fn level(raster: &'r Raster) -> Self {
         let rows = (Self::SAMPLES / raster.width()).clamp(1, raster.height());
-        BandReader { raster, masked: false, level: true, rows, heights: Vec::new() }
+        BandReader { raster, level: true, rows, heights: Vec::new() }
     }
 
     /// The same in bands of so many rows.
@@ -39,9 +38,9 @@ impl<'r> BandReader<'r> {
         BandReader { rows, ..self }
     }
 
-    /// Bands of another raster's rows.
-    fn of_rows(raster: &'r Raster, rows: usize) -> Result<Self, VerifyError> {
-        Ok(BandReader { raster, masked: raster.has_mask()?, level: false, rows, heights: Vec::new() })
+    /// The raster.
+    pub(super) fn raster(&self) -> &'r Raster {
+        self.raster
     }
 
     /// Rows in a band; the last one may have fewer.
@@ -54,70 +53,53 @@ impl<'r> BandReader<'r> {
         self.raster.height().div_ceil(self.rows)
     }
 
-    /// The heights of one band, row by row.
+    /// The heights of one band, row by row: finite, or NaN.
     pub(super) fn read(&mut self, band: usize) -> Result<&[f64], VerifyError> {
+        let (width, row) = (self.raster.width(), band * self.rows);
+        self.read_numbers(band)?;
+        match self.heights.iter().position(|h| h.is_infinite()) {
+            None => Ok(&self.heights),
+            Some(at) => Err(VerifyError::InfiniteSample {
+                path: self.raster.path().to_path_buf(),
+                column: at % width,
+                row: row + at / width,
+                found: self.heights[at],
+            }),
+        }
+    }
+
+    /// The same, of a band that may have anything where there is no height.
+    pub(super) fn read_numbers(&mut self, band: usize) -> Result<&[f64], VerifyError> {
         let row = band * self.rows;
         let height = self.rows.min(self.raster.height() - row);
         let window = Window { column: 0, row, width: self.raster.width(), height };
         self.heights.resize(window.len(), 0.0);
-        if self.level {
-            return Ok(&self.heights);
-        }
-        self.raster.read_heights(window, &mut self.heights)?;
-        self.refuse_nodata(window)?;
-        if let Some(at) = self.heights.iter().position(|h| !h.is_finite()) {
-            let (column, row) = (at % window.width, row + at / window.width);
-            let (path, found) = (self.raster.path().to_path_buf(), self.heights[at]);
-            return Err(match found.is_nan() {
-                true => VerifyError::NodataUnsupported { path, column, row },
-                false => VerifyError::InfiniteSample { path, column, row, found },
-            });
+        if !self.level {
+            self.raster.read_valid_heights(window, &mut self.heights)?;
         }
         Ok(&self.heights)
     }
 
-    /// The numbers of one band as weights of errors: finite and not negative.
-    fn read_weights(&mut self, band: usize) -> Result<&[f64], VerifyError> {
+    /// The numbers of one band as weights of errors: finite and not negative wherever there is a height.
+    fn read_weights(&mut self, band: usize, heights: &[f64]) -> Result<&[f64], VerifyError> {
         let (first_row, width) = (band * self.rows, self.raster.width());
-        let path = self.raster.path().to_path_buf();
-        self.read(band).map_err(|error| match error {
-            VerifyError::NodataUnsupported { path, column, row } => {
-                VerifyError::NotAWeight { path, column, row, found: "a nodata sample".to_string() }
-            }
-            VerifyError::InfiniteSample { path, column, row, found } => {
-                VerifyError::NotAWeight { path, column, row, found: found.to_string() }
-            }
-            other => other,
-        })?;
-        match self.heights.iter().position(|&weight| weight < 0.0) {
+        self.read_numbers(band)?;
+        let wrong = |(weight, height): (&f64, &f64)| !(*weight >= 0.0 && weight.is_finite() || height.is_nan());
+        match self.heights.iter().zip(heights).position(wrong) {
             None => Ok(&self.heights),
-            Some(at) => {
-                let (column, row, found) = (at % width, first_row + at / width, self.heights[at].to_string());
-                Err(VerifyError::NotAWeight { path, column, row, found })
-            }
+            Some(at) => Err(VerifyError::NotAWeight {
+                path: self.raster.path().to_path_buf(),
+                column: at % width,
+                row: first_row + at / width,
+                found: number_or_nodata(self.heights[at]),
+            }),
         }
     }
+}
 
-    fn refuse_nodata(&self, window: Window) -> Result<(), VerifyError> {
-        let mut found = None;
-        if self.masked {
-            let mut mask = vec![0; window.len()];
-            self.raster.read_mask(window, &mut mask)?;
-            found = mask.iter().position(|&m| m == 0);
-        }
-        if self.raster.nodata() != Nodata::None {
-            // Doubles for their alignment, to hold samples of any type.
-            let mut stored = vec![0f64; window.len()];
-            let bytes = window.len() * self.raster.sample_type().bytes();
-            let stored = &mut bytemuck::cast_slice_mut(&mut stored)[..bytes];
-            self.raster.read_native(window, stored)?;
-            found = found.into_iter().chain(first_nodata(self.raster, stored)).min();
-        }
-        found.map_or(Ok(()), |at| {
-            let (column, row) = (at % window.width, window.row + at / window.width);
-            Err(VerifyError::NodataUnsupported { path: self.raster.path().to_path_buf(), column, row })
-        })
-    }
+/// A number as a message tells it.
+pub(super) fn number_or_nodata(number: f64) -> String {
+    if number.is_nan() { "a nodata sample".to_string() } else { number.to_string() }
 }
 
 /// The bands of a raster of heights, with those of its importance raster where there is one.
@@ -129,7 +111,7 @@ pub(super) struct Bands<'r> {
     weights: Option<BandReader<'r>>,
 }
 
-/// Rows of samples; weights as many as heights, or none where all errors weigh the same.
+/// Rows of samples: heights, NaN where there are none; weights as many as heights, or none where all errors weigh the same.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Samples<'s> {
     pub(super) heights: &'s [f64],
@@ -142,9 +124,9 @@ impl<'r> Bands<'r> {
         self.weights.is_some()
     }
 
-    pub(super) fn new(heights: BandReader<'r>, importance: Option<&'r Raster>) -> Result<Self, VerifyError> {
-        let weights = importance.map(|raster| BandReader::of_rows(raster, heights.rows())).transpose()?;
-        Ok(Bands { heights, weights })
+    pub(super) fn new(heights: BandReader<'r>, importance: Option<&'r Raster>) -> Self {
+        let weights = importance.map(|raster| BandReader::new(raster).by(heights.rows()));
+        Bands { heights, weights }
     }
 
     /// Rows in a band; the last one may have fewer.
@@ -159,8 +141,9 @@ impl<'r> Bands<'r> {
 
     /// One band, row by row.
     pub(super) fn read(&mut self, band: usize) -> Result<Samples<'_>, VerifyError> {
-        let weights = self.weights.as_mut().map(|weights| weights.read_weights(band)).transpose()?;
-        Ok(Samples { heights: self.heights.read(band)?, weights })
+        let heights = self.heights.read(band)?;
+        let weights = self.weights.as_mut().map(|weights| weights.read_weights(band, heights)).transpose()?;
+        Ok(Samples { heights, weights })
     }
 }
 
@@ -168,22 +151,5 @@ impl<'s> Samples<'s> {
     /// Some of them.
     pub(super) fn part(self, range: std::ops::Range<usize>) -> Samples<'s> {
         Samples { heights: &self.heights[range.clone()], weights: self.weights.map(|weights| &weights[range]) }
-    }
-}
-
-/// The first stored value that is the raster's mark of nodata.
-fn first_nodata(raster: &Raster, stored: &[u8]) -> Option<usize> {
-    match raster.nodata() {
-        Nodata::None => None,
-        Nodata::I64(mark) => bytemuck::cast_slice::<u8, i64>(stored).iter().position(|&v| v == mark),
-        Nodata::U64(mark) => bytemuck::cast_slice::<u8, u64>(stored).iter().position(|&v| v == mark),
-        // To single precision a mark is rounded. A NaN marks NaN, which no height may be anyway.
-        Nodata::Real(mark) if raster.sample_type() == SampleType::F32 => {
-            bytemuck::cast_slice::<u8, f32>(stored).iter().position(|&v| v == mark as f32)
-        }
-        #[allow(clippy::unnecessary_cast)]
-        Nodata::Real(mark) => crate::raster::with_sample_type!(raster.sample_type(), T => {
-            bytemuck::cast_slice::<u8, T>(stored).iter().position(|&v| v as f64 == mark)
-        }),
     }
 }

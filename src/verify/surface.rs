@@ -56,7 +56,7 @@ impl Surface {
         self.values.iter().flatten().all(|v| v.is_finite())
     }
 
-    /// Weighted errors at the samples of a span: column, error, and whether the error is exactly at most the tolerance.
+    /// Weighted errors at the samples of a span that have a height: column, error, and whether the error is exactly at most the tolerance.
     /// `samples` are the whole row of heights and of each channel.
     pub(super) fn judge_row(
         &self,
@@ -72,6 +72,9 @@ impl Surface {
         let (wb, wc) = (wb as f64, wc as f64);
         let (step_b, step_c) = ((STEPS * (c.1 - a.1)) as f64, (STEPS * (a.1 - b.1)) as f64);
         for column in first..=last {
+            if samples[0][column as usize].is_nan() {
+                continue;
+            }
             let steps = (column - first) as f64;
             let (wb, wc) = (wb + steps * step_b, wc + steps * step_c);
             let mut error = 0.0;

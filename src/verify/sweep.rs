@@ -3,11 +3,14 @@ use rayon::prelude::*;
 use crate::control::{Control, Stage};
 
 use super::VerifyError;
-use super::finding::{Finding, SamplePlace};
+use super::boundary::Boundary;
+use super::finding::{EdgePlace, Finding, SamplePlace, TouchPlace};
 use super::grid::Grid;
+use super::ground::{Ground, GroundFindings};
 use super::plane::{Judged, Plane};
 use super::samples::{Bands, Samples};
 use super::scratch::{Queue, Scratch};
+use super::segments::BoundaryFindings;
 use super::sort::Sorted;
 use super::triangle::{RowSpan, TRIANGLE_WORDS, Triangle, TriangleWords};
 use super::verdict::{WeightedWorst, WorstSample};
@@ -27,6 +30,9 @@ mod mark {
     pub(super) const OVERLAP: u8 = 4;
     /// It is farther from a surface than the tolerance.
     pub(super) const ABOVE: u8 = 8;
+    /// It has no height and lies in a closed triangle.
+    pub(super) const TOUCHED: u8 = 16;
+    pub(super) const WRONG: u8 = OVERLAP | ABOVE;
 }
 
 /// What the comparison of all samples with all triangles finds.
@@ -39,18 +45,30 @@ pub(super) struct Comparison {
     pub(super) weighted_worst: Option<WeightedWorst>,
     /// Of the error, over the covered samples.
     pub(super) sum_of_squares: f64,
+    /// Samples with a height that lie in a triangle.
+    pub(super) covered: u64,
     pub(super) above: Finding<SamplePlace>,
-    pub(super) uncovered: Finding<SamplePlace>,
     pub(super) overlapped: Finding<SamplePlace>,
+    /// Samples without a height that lie in a triangle.
+    pub(super) touched: Finding<TouchPlace>,
+    pub(super) ground: GroundFindings,
+    pub(super) boundary: BoundaryFindings,
+    /// Edges of one face that could be on the ground's boundary and are not.
+    pub(super) astray: Finding<EdgePlace>,
 }
 
 /// What one row's samples add to it. Rows are worked on alone and put together in order, so that the sums come out the
 /// same whatever the threads and the bands.
 #[derive(Debug, Clone, Default)]
 struct RowTally {
+    /// Whether there are samples without a height.
+    has_nodata: bool,
+    covered: u64,
     sum_of_squares: f64,
     worst: Option<Worst>,
     weighted_worst: Option<Worst>,
+    /// The first sample without a height in a triangle, and the first triangle there: column, face.
+    touched: Option<(i64, u64)>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -60,7 +78,8 @@ struct Worst {
     face: u64,
 }
 
-/// Holds the triangles, sorted by first row, against the samples, band by band.
+/// Holds the triangles, sorted by first row, against the samples, band by band, and the edges of the boundary against
+/// that of the ground.
 ///
 /// Memory use is constant whatever the mesh, because the triangles of a band pass by in batches, and those that reach
 /// into the next band wait for it in a [`Queue`].
@@ -68,6 +87,7 @@ pub(super) fn sweep(
     mut reader: Bands<'_>,
     grid: Grid,
     triangles: Sorted<'_, TRIANGLE_WORDS>,
+    mut boundary: Boundary<'_>,
     tolerance: f64,
     scratch: &Scratch,
     control: &Control<'_>,
@@ -77,6 +97,7 @@ pub(super) fn sweep(
     control.progress.begin(Stage::Compare, bands as u64, samples);
     let mut triangles = triangles.peekable();
     let mut waiting = Queue::new(scratch);
+    let mut ground = Ground::new(grid);
     let mut comparison = Comparison { weighted: reader.are_weighted(), ..Comparison::default() };
     for index in 0..bands {
         control.cancel.check()?;
@@ -101,10 +122,11 @@ pub(super) fn sweep(
         }
         waiting = next;
         band.add_to(&mut comparison);
+        boundary.follow(ground.settle(band.samples.heights, |at| band.marks[at] & mark::COVERED != 0))?;
         control.progress.step(Stage::Compare, band.samples.heights.len() as u64);
     }
     control.progress.end(Stage::Compare);
-    Ok(comparison)
+    Ok(Comparison { ground: ground.found, astray: boundary.astray(), boundary: boundary.found, ..comparison })
 }
 
 /// Some rows of samples and what is known about them.
@@ -120,14 +142,16 @@ struct Band<'s> {
 
 impl<'s> Band<'s> {
     fn new(grid: Grid, tolerance: f64, first_row: usize, samples: Samples<'s>) -> Self {
-        let rows = samples.heights.len() / grid.width as usize;
+        let lines = samples.heights.par_chunks(grid.width as usize);
+        let tally = |line: &[f64]| RowTally { has_nodata: line.iter().any(|h| h.is_nan()), ..RowTally::default() };
+        let tallies: Vec<RowTally> = lines.map(tally).collect();
         Band {
             grid,
             tolerance,
-            rows: (first_row as i64, (first_row + rows) as i64),
+            rows: (first_row as i64, (first_row + tallies.len()) as i64),
             samples,
             marks: vec![0; samples.heights.len()],
-            tallies: vec![RowTally::default(); rows],
+            tallies,
         }
     }
 
@@ -172,11 +196,7 @@ impl<'s> Band<'s> {
         let width = self.grid.width as usize;
         for ((row, marks), tally) in (self.rows.0..).zip(self.marks.chunks(width)).zip(&self.tallies) {
             let place = |column: usize| self.grid.sample(column as i64, row);
-            for (column, mark) in marks.iter().enumerate().filter(|(_, mark)| **mark & !mark::INTERIOR != mark::COVERED)
-            {
-                if mark & mark::COVERED == 0 {
-                    comparison.uncovered.add(|| place(column));
-                }
+            for (column, mark) in marks.iter().enumerate().filter(|(_, mark)| **mark & mark::WRONG != 0) {
                 if mark & mark::OVERLAP != 0 {
                     comparison.overlapped.add(|| place(column));
                 }
@@ -184,6 +204,11 @@ impl<'s> Band<'s> {
                     comparison.above.add(|| place(column));
                 }
             }
+            if let Some((column, face)) = tally.touched {
+                let count = marks.iter().filter(|mark| **mark & mark::TOUCHED != 0).count() as u64;
+                comparison.touched.add_all(count, || TouchPlace { sample: place(column as usize), face });
+            }
+            comparison.covered += tally.covered;
             comparison.sum_of_squares += tally.sum_of_squares;
             if let Some(worst) = tally.worst
                 && comparison.worst.is_none_or(|w| worst.judged.error > w.error)
@@ -219,6 +244,14 @@ impl<'s> Band<'s> {
 
 /// Judges the samples of one row in one triangle.
 fn compare_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, marks: &mut [u8], tally: &mut RowTally) {
+    let columns = span.closed.0..=span.closed.1;
+    if tally.has_nodata {
+        for column in columns.clone().filter(|&c| samples.heights[c as usize].is_nan()) {
+            marks[column as usize] |= mark::TOUCHED;
+            let here = (column, plane.triangle.face);
+            tally.touched = Some(tally.touched.map_or(here, |first| first.min(here)));
+        }
+    }
     let mut note = |column: i64, within: bool| {
         let mark = &mut marks[column as usize];
         let before = *mark;
@@ -231,14 +264,15 @@ fn compare_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, ma
         before == 0
     };
     if !plane.has_heights() {
-        (span.closed.0..=span.closed.1).for_each(|column| {
-            note(column, false);
-        });
+        for column in columns.filter(|&c| !samples.heights[c as usize].is_nan()) {
+            tally.covered += u64::from(note(column, false));
+        }
         return;
     }
     plane.judge_row(row, span, samples, |column, judged| {
         // A sample on an edge is in two triangles, whose surfaces agree there: it counts once.
         if note(column, judged.within) {
+            tally.covered += 1;
             tally.sum_of_squares += judged.error * judged.error;
         }
         let here = Worst { column, judged, face: plane.triangle.face };

@@ -1,7 +1,7 @@
 use serde::Serialize;
 
 use super::WeightedVerdict;
-use super::finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, VertexPlace};
+use super::finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
 
 /// Everything that was found out about a mesh. It passes if [`Verdict::failures`] is empty.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -10,8 +10,15 @@ pub struct Verdict {
     pub tolerance: f64,
     /// Whether errors are weighted by an importance raster.
     pub weighted: bool,
-    /// Samples of the raster.
+    /// Samples of the raster: of the ground, without a height, and without ground.
     pub samples: u64,
+    /// Samples of the ground, which is every cell with four heights and half of every cell with three. Each is to be in
+    /// a triangle, and within the tolerance.
+    pub checked: u64,
+    /// Samples without a height.
+    pub nodata: u64,
+    /// Samples with a height, but in no cell with three. Nothing is asked of a mesh there, so this is no failure.
+    pub without_ground: Finding<SamplePlace>,
     /// Vertices of the mesh.
     pub vertices: u64,
     /// Faces of the mesh.
@@ -25,10 +32,12 @@ pub struct Verdict {
     /// Samples farther from a surface than the tolerance, exactly; where errors are weighted, with an error × weight above
     /// it.
     pub above_tolerance: Finding<SamplePlace>,
-    /// Samples in no triangle.
+    /// Samples of the ground in no triangle.
     pub uncovered: Finding<SamplePlace>,
     /// Samples in the interior of one triangle and also in another.
     pub overlapped: Finding<SamplePlace>,
+    /// Samples without a height in a triangle, its edges and corners included.
+    pub touched_nodata: Finding<TouchPlace>,
     /// Faces that turn clockwise, seen from above on the map.
     pub clockwise: Finding<FacePlace>,
     /// Faces whose corners lie on one line.
@@ -37,18 +46,19 @@ pub struct Verdict {
     pub unplaced: Finding<FacePlace>,
     /// Twice the sum of the faces' areas, counter-clockwise positive, in squared quarter cells.
     pub double_area: i128,
-    /// Twice the area of the rectangle of sample centres, in squared quarter cells.
+    /// Twice the area of the ground, in squared quarter cells.
     pub expected_double_area: i128,
-    /// Edges of one face only that are not on the rim: cracks and T-junctions.
+    /// Edges of one face only that do not run along the boundary of the ground with their face on the ground's side: cracks
+    /// and T-junctions inside, ground that is missed or exceeded at the boundary.
     pub unmatched_edges: Finding<EdgePlace>,
     /// Edges of more than two faces.
     pub overused_edges: Finding<EdgePlace>,
     /// Edges that two faces share in the same direction.
     pub same_direction_edges: Finding<EdgePlace>,
-    /// Places on the rim of the rectangle of sample centres where no edge goes on.
-    pub rim_gaps: Finding<MapPlace>,
-    /// Places where more than one edge lies on the same stretch of the rim.
-    pub rim_doubled: Finding<MapPlace>,
+    /// Sides and diagonals of cells on the ground's boundary that edges of one face do not follow, or not all along.
+    pub boundary_gaps: Finding<MapPlace>,
+    /// Those that several such edges follow.
+    pub boundary_doubled: Finding<MapPlace>,
     /// Vertices at the place of another one.
     pub duplicate_vertices: Finding<VertexPlace>,
     /// Vertices that no face uses.
@@ -115,24 +125,26 @@ impl Verdict {
         }
         list(&mut out, &self.uncovered, "sample is", "samples are", "in no triangle");
         list(&mut out, &self.overlapped, "sample is", "samples are", "in several triangles");
+        list(&mut out, &self.touched_nodata, "nodata sample is", "nodata samples are", "in a triangle");
         list(&mut out, &self.clockwise, "face turns", "faces turn", "clockwise seen from above");
         list(&mut out, &self.degenerate, "face has", "faces have", "no area");
         list(&mut out, &self.unplaced, "face has", "faces have", "a corner nowhere near the raster");
         if self.double_area != self.expected_double_area {
             let (found, expected) = (self.double_area, self.expected_double_area);
-            out.push(format!("twice the area is {found} squared quarter cells where {expected} are expected"));
+            out.push(format!("twice the area is {found} squared quarter cells where that of the ground is {expected}"));
         }
         list(
             &mut out,
             &self.unmatched_edges,
             "edge has",
             "edges have",
-            "a face on one side only (crack or T-junction)",
+            "a face on one side only and not the boundary of the ground (crack, T-junction, ground missed or exceeded)",
         );
         list(&mut out, &self.overused_edges, "edge has", "edges have", "more than two faces");
         list(&mut out, &self.same_direction_edges, "edge has", "edges have", "two faces on the same side (fold)");
-        list(&mut out, &self.rim_gaps, "gap is", "gaps are", "in the rim");
-        list(&mut out, &self.rim_doubled, "stretch of the rim is", "stretches of the rim are", "covered twice");
+        let (one, many) = ("stretch of the ground's boundary is", "stretches of the ground's boundary are");
+        list(&mut out, &self.boundary_gaps, one, many, "not on the mesh's boundary");
+        list(&mut out, &self.boundary_doubled, one, many, "followed by several edges");
         list(&mut out, &self.duplicate_vertices, "vertex is", "vertices are", "at the place of another");
         list(&mut out, &self.unused_vertices, "vertex is", "vertices are", "in no face");
         list(&mut out, &self.off_lattice, "vertex is", "vertices are", "off the lattice of quarter cells");
@@ -155,6 +167,17 @@ impl std::fmt::Display for Verdict {
     /// Several lines: what was compared, the errors, and PASS, or FAIL with the failures.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         writeln!(f, "{} samples, {} vertices, {} triangles", self.samples, self.vertices, self.triangles)?;
+        if self.nodata > 0 {
+            let Verdict { checked, nodata, without_ground, .. } = self;
+            write!(f, "ground: {checked} samples; nodata: {nodata}")?;
+            match without_ground.first {
+                None => writeln!(f)?,
+                Some(first) => {
+                    let count = without_ground.count;
+                    writeln!(f, "; without ground, in no cell with three heights: {count}, the first: {first}")?;
+                }
+            }
+        }
         if let Some(w) = &self.worst {
             writeln!(
                 f,
@@ -173,7 +196,8 @@ impl std::fmt::Display for Verdict {
         let failures = self.failures();
         if failures.is_empty() {
             let what = if self.weighted { "error × weight within" } else { "within" };
-            return write!(f, "PASS: {what} {} at every sample, without cracks or overlaps", self.tolerance);
+            let samples = if self.nodata > 0 { "every sample of the ground" } else { "every sample" };
+            return write!(f, "PASS: {what} {} at {samples}, without cracks or overlaps", self.tolerance);
         }
         write!(f, "FAIL")?;
         failures.iter().try_for_each(|failure| write!(f, "\n  {failure}"))

@@ -10,7 +10,7 @@ use super::finding::{Finding, SamplePlace};
 use super::grid::{Grid, orientation};
 use super::pace::Pace;
 use super::ranges::Scales;
-use super::samples::BandReader;
+use super::samples::{BandReader, number_or_nodata};
 use super::scratch::{Queue, Scratch};
 use super::sort::{Sorted, Sorter};
 use super::surface::{Measure, Surface};
@@ -106,7 +106,7 @@ pub(super) fn judge_weighted(
     pace.end()?;
 
     let measure = Measure { scales: &scales.scales, tolerance };
-    let mut readers = Readers::new(raster, &bands, options.planar)?;
+    let mut readers = Readers::new(raster, &bands, options.planar);
     let mut sweep = Sweep { grid, measure, store, worst: None, above: Finding::default() };
     sweep.run(&mut readers, faces, scratch, control)?;
     let ranges = names.iter().zip(&scales.ranges);
@@ -144,16 +144,30 @@ fn sorted_faces<'s>(
 struct Readers<'r>(Vec<BandReader<'r>>);
 
 impl<'r> Readers<'r> {
-    fn new(raster: &'r Raster, bands: &'r [Raster], planar: bool) -> Result<Self, VerifyError> {
-        let heights = if planar { BandReader::level(raster) } else { BandReader::new(raster)? };
-        let channels = bands.iter().map(BandReader::new);
-        let readers = std::iter::once(Ok(heights)).chain(channels).collect::<Result<Vec<_>, _>>()?;
+    fn new(raster: &'r Raster, bands: &'r [Raster], planar: bool) -> Self {
+        let heights = if planar { BandReader::level(raster) } else { BandReader::new(raster) };
+        let readers: Vec<_> = std::iter::once(heights).chain(bands.iter().map(BandReader::new)).collect();
         let rows = (readers[0].rows() / readers.len()).max(1);
-        Ok(Readers(readers.into_iter().map(|r| r.by(rows)).collect()))
+        Readers(readers.into_iter().map(|r| r.by(rows)).collect())
     }
 
+    /// Heights, NaN where there are none, and the channels, finite wherever there is a height.
     fn read(&mut self, index: usize) -> Result<Vec<&[f64]>, VerifyError> {
-        self.0.iter_mut().map(|r| r.read(index)).collect()
+        let (heights, channels) = self.0.split_first_mut().expect("the heights come first");
+        let (width, first_row) = (heights.raster().width(), index * heights.rows());
+        let mut read = vec![heights.read(index)?];
+        for channel in channels {
+            let raster = channel.raster();
+            let values = channel.read_numbers(index)?;
+            let wrong = |(value, height): (&f64, &f64)| !value.is_finite() && !height.is_nan();
+            if let Some(at) = values.iter().zip(read[0]).position(wrong) {
+                let (path, found) = (raster.path().to_path_buf(), number_or_nodata(values[at]));
+                let (column, row) = (at % width, first_row + at / width);
+                return Err(VerifyError::NoValue { path, band: raster.band(), column, row, found });
+            }
+            read.push(values);
+        }
+        Ok(read)
     }
 }
 
@@ -247,7 +261,8 @@ impl Sweep<'_> {
                     let samples: Vec<&[f64]> = values.iter().map(|v| &v[start..start + width as usize]).collect();
                     let Row { worst, above } = &mut rows[(row - first_row) as usize];
                     if !surface.is_finite() {
-                        above[span.closed.0 as usize..=span.closed.1 as usize].fill(true);
+                        let columns = span.closed.0 as usize..=span.closed.1 as usize;
+                        columns.for_each(|column| above[column] |= !samples[0][column].is_nan());
                         continue;
                     }
                     surface.judge_row(row, &span, &samples, measure, |column, error, within| {

@@ -1,6 +1,6 @@
 //! `terrabite verify` and what it must refuse, and what it must not let pass.
 
-use crate::util::{flat, ply, terrabite, with_both};
+use crate::util::{Dem, Folder, Kind, flat, ply, terrabite, with_both};
 
 #[test]
 fn a_fitting_mesh_passes() {
@@ -70,4 +70,49 @@ fn options_out_of_range() {
     }
     terrabite(["verify", &dem, &tin, "--max-error", "1", "--band", "2"]).fails(1, &[&dem, "bands 1 to 1", "--band"]);
     terrabite(["verify", &dem]).fails(2, &["Usage"]);
+}
+
+/// 4 × 3 samples at height 3 with a gap in the corner, and a mesh of the eleven others.
+fn with_a_gap() -> (Folder, String, String) {
+    let folder = Folder::new();
+    let heights = |column, row| if (column, row) == (3, 0) { -7.0 } else { 3.0 };
+    let dem = Dem::new(4, 3).heights(heights).nodata(99.0).write(&folder, "dem.tif");
+    let corners = [(0, 0), (2, 0), (3, 1), (3, 2), (0, 2)].map(|(c, r)| [f64::from(c) + 0.5, -f64::from(r) - 0.5, 3.0]);
+    let tin = folder.with("tin.ply", ply(&corners, &[[0, 4, 1], [1, 4, 3], [1, 3, 2]]));
+    (folder, dem, tin)
+}
+
+#[test]
+fn the_mark_of_nodata_can_be_given() {
+    let (folder, dem, tin) = with_a_gap();
+    let verify =
+        |tin: &str, nodata: &str| terrabite(["verify", &dem, tin, "--max-error", "0", "--nodata", nodata, "--json"]);
+    let report = verify(&tin, "-7").succeeds().json();
+    let count = |name: &str| report[name].as_u64();
+    assert_eq!((count("samples"), count("checked"), count("nodata")), (Some(12), Some(11), Some(1)));
+    assert_eq!(report["without_ground"]["count"].as_u64(), Some(0));
+    let text = terrabite(["verify", &dem, &tin, "--max-error", "0", "--nodata=-7"]).succeeds().out;
+    assert!(text.contains("ground: 11 samples; nodata: 1\n"), "{text}");
+    // By its tag the raster has heights everywhere.
+    let failed = verify(&tin, "99");
+    assert_eq!((failed.code, failed.json()["uncovered"]["count"].as_u64()), (Some(1), Some(1)));
+    let whole = folder.with("whole.ply", flat(4, 3, 3.0));
+    let failed = verify(&whole, "-7");
+    assert_eq!((failed.code, failed.json()["touched_nodata"]["count"].as_u64()), (Some(1), Some(1)));
+    verify(&tin, "none").fails(2, &["--nodata", "expected a nodata value"]);
+    let png = folder.at("out.png");
+    terrabite(["preview", &dem, &tin, &png, "--mode", "error", "--nodata", "-7"]).succeeds();
+}
+
+#[test]
+fn bands_of_bytes_with_alpha_have_ground_where_they_are_opaque() {
+    let folder = Folder::new();
+    let alpha = |_, column, row| if (column, row) == (3, 0) { 0.0 } else { 255.0 };
+    let dem = Dem::new(4, 3).kind(Kind::Byte).bands(2).heights(|_, _| 3.0).others(alpha).option("ALPHA=YES");
+    let dem = dem.write(&folder, "dem.tif");
+    let (_gap, _, tin) = with_a_gap();
+    let report = terrabite(["verify", &dem, &tin, "--max-error", "0", "--json"]).succeeds().json();
+    assert_eq!(report["nodata"].as_u64(), Some(1));
+    let text = terrabite(["info", &dem]).succeeds().out;
+    assert!(text.contains("nodata        what a mask or alpha band says"), "{text}");
 }

@@ -1,6 +1,7 @@
 //! The verifier against naive oracles, and against meshes that are broken on purpose.
 
 mod broken;
+mod ground;
 mod oracle;
 mod rasters;
 mod scene;

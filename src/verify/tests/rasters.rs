@@ -5,14 +5,14 @@ use std::path::Path;
 use super::scene::{Mesh, Scene, write_raster};
 use crate::control::{CancelToken, Control, Silent};
 use crate::raster::{Raster, RasterError};
-use crate::verify::{VerifyError, VerifyOptions, verify};
+use crate::verify::{Verdict, VerifyError, VerifyOptions, verify};
 
 const SIZE: (usize, usize) = (3, 2);
 
 fn judge<T: gdal::raster::GdalType + Copy>(
     samples: [T; 6],
     adorn: impl FnOnce(&mut gdal::Dataset),
-) -> Result<bool, VerifyError> {
+) -> Result<Verdict, VerifyError> {
     let dir = tempfile::tempdir().unwrap();
     let path = write_raster(&dir, SIZE, &samples, adorn);
     let mesh = dir.path().join("mesh.ply");
@@ -20,10 +20,10 @@ fn judge<T: gdal::raster::GdalType + Copy>(
     judge_files(&path, &mesh)
 }
 
-fn judge_files(raster: &Path, mesh: &Path) -> Result<bool, VerifyError> {
+fn judge_files(raster: &Path, mesh: &Path) -> Result<Verdict, VerifyError> {
     let raster = Raster::open(raster, 1).unwrap();
     let options = VerifyOptions { max_error: 10.0, importance: None, temp_dir: None };
-    verify(&raster, mesh, &options, &Control::default()).map(|v| v.passes())
+    verify(&raster, mesh, &options, &Control::default())
 }
 
 fn mark_nodata(value: f64) -> impl FnOnce(&mut gdal::Dataset) {
@@ -31,10 +31,12 @@ fn mark_nodata(value: f64) -> impl FnOnce(&mut gdal::Dataset) {
 }
 
 #[test]
-fn nodata_is_refused_by_name() {
-    let at = |result| match result {
-        Err(VerifyError::NodataUnsupported { column, row, .. }) => (column, row),
-        other => panic!("{other:?}"),
+fn nodata_of_every_kind_must_not_be_touched() {
+    let at = |result: Result<Verdict, VerifyError>| {
+        let verdict = result.unwrap();
+        assert!(!verdict.passes() && verdict.nodata > 0, "{verdict}");
+        let first = verdict.touched_nodata.first.unwrap().sample;
+        (first.column, first.row)
     };
     assert_eq!(at(judge([0f32, 0.0, 0.0, 0.0, f32::NAN, 0.0], |_| {})), (1, 1));
     assert_eq!(at(judge([0f64, 0.0, -9999.0, 0.0, -9999.0, 0.0], mark_nodata(-9999.0))), (2, 0));
@@ -51,8 +53,8 @@ fn nodata_is_refused_by_name() {
 
 #[test]
 fn a_nodata_value_that_no_sample_has_does_no_harm() {
-    assert!(judge([1i16, 2, 3, 4, 5, 6], mark_nodata(-32768.0)).unwrap());
-    assert!(judge([1f32, 2.0, 3.0, 4.0, 5.0, 6.0], mark_nodata(f64::NAN)).unwrap());
+    assert!(judge([1i16, 2, 3, 4, 5, 6], mark_nodata(-32768.0)).unwrap().passes());
+    assert!(judge([1f32, 2.0, 3.0, 4.0, 5.0, 6.0], mark_nodata(f64::NAN)).unwrap().passes());
 }
 
 #[test]

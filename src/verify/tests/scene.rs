@@ -1,7 +1,7 @@
 //! Small rasters and meshes on disk.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use gdal::DriverManager;
 use gdal::raster::{Buffer, GdalType};
@@ -9,7 +9,7 @@ use gdal::raster::{Buffer, GdalType};
 use crate::control::Control;
 use crate::raster::{GeoTransform, Raster};
 use crate::verify::grid::orientation;
-use crate::verify::{Verdict, VerifyError, VerifyOptions, verify};
+use crate::verify::{Verdict, VerifyError, VerifyOptions, judge, verify};
 
 /// North-up, as most rasters are.
 pub(super) const NORTH_UP: [f64; 6] = [500_000.25, 30.0, 0.0, 5_200_000.5, 0.0, -30.0];
@@ -62,6 +62,35 @@ impl Mesh {
         self.faces = faces;
         self.places.push(place);
         self.heights.push(height);
+    }
+
+    /// Every cell of a raster with four heights as two triangles, and half of every cell with three as one. The
+    /// diagonals of the former fall or rise as they are told to. NaN is no height.
+    pub(super) fn of_cells(width: usize, samples: &[f64], mut falls: impl FnMut() -> bool) -> Mesh {
+        let mut mesh = Mesh::default();
+        let mut vertices = std::collections::HashMap::new();
+        let mut add = |corners: [(usize, usize); 3]| {
+            let face = corners.map(|(column, row)| {
+                *vertices.entry((column, row)).or_insert_with(|| {
+                    mesh.places.push((4 * column as i64, 4 * row as i64));
+                    mesh.heights.push(samples[row * width + column]);
+                    mesh.places.len() as u64 - 1
+                })
+            });
+            mesh.faces.push(face);
+        };
+        for (r, c) in (0..samples.len() / width - 1).flat_map(|r| (0..width - 1).map(move |c| (r, c))) {
+            // Counter-clockwise on a north-up map.
+            let ring = [(c, r), (c, r + 1), (c + 1, r + 1), (c + 1, r)];
+            let valid: Vec<_> = ring.into_iter().filter(|&(c, r)| !samples[r * width + c].is_nan()).collect();
+            match valid[..] {
+                [p, q, s] => add([p, q, s]),
+                [nw, sw, se, ne] if falls() => [[nw, sw, se], [nw, se, ne]].into_iter().for_each(&mut add),
+                [nw, sw, se, ne] => [[nw, sw, ne], [sw, se, ne]].into_iter().for_each(&mut add),
+                _ => {}
+            }
+        }
+        mesh
     }
 
     /// An ascii PLY, whose shortest decimals are read back as the same doubles.
@@ -125,6 +154,25 @@ impl Scene {
         max_error: f64,
         importance: Option<&Raster>,
     ) -> Result<Verdict, VerifyError> {
+        self.compare(ply, |raster, mesh, temp_dir| {
+            let options = VerifyOptions { max_error, importance, temp_dir: Some(temp_dir) };
+            verify(raster, mesh, &options, &Control::default())
+        })
+    }
+
+    /// The same, the raster passing by so many rows at a time.
+    pub(super) fn judge_in_bands(&self, max_error: f64, rows: usize) -> Result<Verdict, VerifyError> {
+        self.compare(&self.mesh_ply(), |raster, mesh, temp_dir| {
+            let options = VerifyOptions { max_error, importance: None, temp_dir: Some(temp_dir) };
+            judge(raster, mesh, &options, None, Some(rows), &Control::default())
+        })
+    }
+
+    fn compare(
+        &self,
+        ply: &str,
+        judge: impl FnOnce(&Raster, &Path, PathBuf) -> Result<Verdict, VerifyError>,
+    ) -> Result<Verdict, VerifyError> {
         let dir = tempfile::tempdir().unwrap();
         let mesh = dir.path().join("mesh.ply");
         std::fs::write(&mesh, ply).unwrap();
@@ -132,8 +180,7 @@ impl Scene {
             d.set_geo_transform(&self.transform).unwrap();
         });
         let raster = Raster::open(&raster, 1).unwrap();
-        let options = VerifyOptions { max_error, importance, temp_dir: Some(dir.path().to_path_buf()) };
-        verify(&raster, &mesh, &options, &Control::default())
+        judge(&raster, &mesh, dir.path().to_path_buf())
     }
 }
 
