@@ -62,6 +62,9 @@ impl From<RasterError> for Failure {
         match error {
             RasterError::NoSuchBand { .. } => failure.hint("choose one with --band"),
             RasterError::SampleType { .. } => failure.hint("choose another band with --band"),
+            RasterError::Window { .. } => failure.hint("choose another --window"),
+            RasterError::BoxCrs { .. } => failure.hint("choose another CRS with --bbox-crs"),
+            RasterError::EmptyBox { .. } => failure.hint("choose another --bbox, or name its CRS with --bbox-crs"),
             RasterError::GeoTransform { .. } => failure.hint("gdal_edit.py -a_gt or gdalwarp can set another one"),
             RasterError::OtherGrid { .. } => failure
                 .hint("gdalwarp -te … -ts WIDTH HEIGHT brings it onto that grid, gdal_edit.py corrects its place"),

@@ -4,6 +4,7 @@ use std::process::ExitCode;
 use indicatif::BinaryBytes;
 use serde_json::Value;
 
+use super::clip::ClipArgs;
 use super::{Failure, GDAL_CACHE, print};
 use crate::info::Info;
 use crate::raster::{Raster, bound_gdal_cache};
@@ -18,6 +19,8 @@ pub(crate) struct InfoArgs {
     /// The band, counted from 1
     #[arg(long, value_name = "N", default_value_t = 1)]
     band: usize,
+    #[command(flatten)]
+    clip: ClipArgs,
     /// Print the description as JSON
     #[arg(long)]
     json: bool,
@@ -25,7 +28,7 @@ pub(crate) struct InfoArgs {
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
     bound_gdal_cache(GDAL_CACHE);
-    let raster = Raster::open(&args.raster, args.band)?;
+    let raster = args.clip.clip(Raster::open(&args.raster, args.band)?)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let info = Info::of(&raster, threads)?;
     if args.json {
@@ -40,7 +43,7 @@ fn lines(info: &Info) -> Vec<(&'static str, String)> {
     vec![
         ("file", info.file.clone()),
         ("format", format!("{}, band {}", info.driver, info.band)),
-        ("size", format!("{} × {} samples", info.width, info.height)),
+        ("size", size(info)),
         ("type", info.sample_type.to_string()),
         ("heights", heights(info)),
         ("nodata", nodata(info)),
@@ -53,6 +56,17 @@ fn lines(info: &Info) -> Vec<(&'static str, String)> {
         ("output", format!("about {} as PLY, {}", BinaryBytes(info.estimate.output_bytes), density(info))),
         ("memory", memory(info)),
     ]
+}
+
+fn size(info: &Info) -> String {
+    let size = format!("{} × {} samples", info.width, info.height);
+    match info.window {
+        None => size,
+        Some([column, row, ..]) => {
+            let (width, height) = info.whole_size;
+            format!("{size} from column {column}, row {row} on, of {width} × {height}")
+        }
+    }
 }
 
 fn heights(info: &Info) -> String {
@@ -74,6 +88,7 @@ fn nodata(info: &Info) -> String {
 
 fn geotransform(info: &Info) -> String {
     let numbers = info.geotransform.map(|c| c.to_string()).join(", ");
+    let numbers = if info.window.is_some() { format!("{numbers} (of the whole raster)") } else { numbers };
     if info.georeferenced { numbers } else { format!("{numbers} (default: the raster has none)") }
 }
 

@@ -4,6 +4,7 @@
 //! standard output and ends in an exit code. Nothing below this folder prints, exits or knows of options.
 
 mod channels;
+mod clip;
 mod failure;
 mod goal;
 mod importance;

@@ -6,6 +6,7 @@ use std::time::Instant;
 use clap::ValueEnum;
 
 use super::channels::ChannelArgs;
+use super::clip::ClipArgs;
 use super::goal::GoalArgs;
 use super::importance::ImportanceArgs;
 use super::progress::Bars;
@@ -52,6 +53,8 @@ pub(crate) struct SimplifyArgs {
     /// The band, counted from 1
     #[arg(long, value_name = "N", default_value_t = 1)]
     band: usize,
+    #[command(flatten)]
+    clip: ClipArgs,
     #[command(flatten)]
     channels: ChannelArgs,
     #[command(flatten)]
@@ -160,6 +163,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         params.takes_points()?;
     }
     let (raster, channels) = args.channels.open(&args.input, args.band)?;
+    let raster = args.clip.clip(raster)?;
     if channels.is_some() {
         params.takes_channels()?;
     }
@@ -391,6 +395,7 @@ impl Job<'_> {
             (Some(file), Some(points)) => report.points(file, points),
             _ => report,
         };
+        let report = report.window(&self.raster);
         Ok(if kept.is_some() { report.tiles_found(mesh.tiles_found()) } else { report })
     }
 
@@ -421,6 +426,7 @@ fn comments(raster: &Raster, args: &SimplifyArgs) -> Vec<String> {
         format!("source {}", name(&args.input)),
         format!("crs {}", raster.crs_name()),
     ];
+    comments.extend(raster.window().map(|window| format!("window {window}")));
     comments.extend(args.goal.comments());
     comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));
     comments.extend(args.points.iter().map(|points| format!("points {}", name(points))));

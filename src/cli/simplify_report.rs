@@ -9,7 +9,7 @@ use crate::field::{Access, Field};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
 use crate::measure::ShapeStats;
-use crate::raster::{PointCounts, Points};
+use crate::raster::{PointCounts, Points, Raster};
 use crate::simplify::{EngineChoice, Mesh, Params, Plan, Quality, Summary, TileTimes, VertexHeights};
 use crate::triangulate::Feasibility;
 
@@ -21,6 +21,8 @@ pub(super) struct Report {
     access: Access,
     /// Null where errors are not weighted.
     importance: Option<ImportanceReport>,
+    /// Columns and rows before the samples meant, and samples across and down; null where they are the whole raster.
+    window: Option<[usize; 4]>,
     samples: u64,
     triangles: u64,
     vertices: u64,
@@ -183,6 +185,7 @@ impl Report {
                 access: weights.access().clone(),
                 weighted_max: errors.weighted_max,
             }),
+            window: None,
             samples: errors.samples,
             triangles: summary.triangles,
             vertices: summary.vertices,
@@ -218,6 +221,11 @@ impl Report {
         }
     }
 
+    /// Of a run over a part of the raster.
+    pub(super) fn window(self, raster: &Raster) -> Report {
+        Report { window: raster.window().map(|w| [w.column, w.row, w.width, w.height]), ..self }
+    }
+
     /// Of a run with channels.
     pub(super) fn channels(self, channels: ChannelReport) -> Report {
         Report { channels: Some(channels), ..self }
@@ -243,6 +251,10 @@ impl Report {
             ("triangles", format!("{}, {:.1} samples each", grouped(self.triangles), self.samples_per_triangle)),
             ("vertices", grouped(self.vertices)),
         ];
+        if let Some([column, row, width, height]) = self.window {
+            let from = format!("from column {column}, row {row} of the raster on, where columns and rows count as 0");
+            lines.push(("window", format!("{width} × {height} samples {from}")));
+        }
         let place = format!("at column {}, row {} ({}, {})", e.column, e.row, e.x, e.y);
         let shares = format!("50 % up to {:.4}, 95 % {:.4}, 99 % {:.4}", e.p50, e.p95, e.p99);
         match &self.importance {

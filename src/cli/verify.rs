@@ -2,6 +2,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::channels::ChannelArgs;
+use super::clip::ClipArgs;
 use super::importance::ImportanceArgs;
 use super::progress::Bars;
 use super::{Failure, GDAL_CACHE, print, values};
@@ -24,6 +25,8 @@ pub(crate) struct VerifyArgs {
     /// Raster band, from 1
     #[arg(long, value_name = "N", default_value_t = 1)]
     band: usize,
+    #[command(flatten)]
+    clip: ClipArgs,
     #[command(flatten)]
     channels: ChannelArgs,
     #[command(flatten)]
@@ -51,6 +54,7 @@ struct Report<'a> {
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     bound_gdal_cache(GDAL_CACHE);
     let (raster, channels) = args.channels.open(&args.raster, args.band)?;
+    let raster = args.clip.clip(raster)?;
     let importance = args.importance.open(&raster)?;
     let options =
         VerifyOptions { max_error: args.max_error, importance: importance.as_ref(), temp_dir: args.temp_dir.clone() };

@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
-use std::path::Path;
 
 use rayon::prelude::*;
 
@@ -12,7 +11,7 @@ use super::windows::refuse_masked;
 use super::{FieldError, FieldOptions};
 use crate::control::{Control, Stage};
 use crate::faults::{self, Point};
-use crate::raster::{Raster, Window};
+use crate::raster::{Opening, Raster, Window};
 
 /// Samples along one side of a block of the temporary file, at most: small enough that a tile touches few pages it does
 /// not need, large enough that a run is worth a copy.
@@ -61,12 +60,12 @@ pub(super) fn decode(
 
     let masked = raster.has_mask()?;
     let units = units(raster);
-    let (path, band) = (raster.path(), raster.band());
+    let opening = raster.opening();
     control.progress.begin(Stage::Decode, units.len() as u64, raster.width() as u64 * raster.height() as u64);
     units.par_iter().try_for_each_init(Reader::default, |reader, &unit| {
         control.cancel.check()?;
         faults::reach(Point::DecodeUnit);
-        let source = reader.open(path, band)?;
+        let source = reader.open(&opening)?;
         let mut words = vec![0u64; (unit.len() * layout.sample_bytes).div_ceil(8)];
         let samples = &mut bytemuck::cast_slice_mut(&mut words)[..unit.len() * layout.sample_bytes];
         source.read_native(unit, samples)?;
@@ -87,6 +86,7 @@ pub(super) fn decode(
         blocks_across: layout.blocks_across,
         offsets: Offsets::Regular,
         sample_bytes: layout.sample_bytes,
+        first: (0, 0),
     };
     Ok((store, layout.bytes))
 }
@@ -96,10 +96,10 @@ pub(super) fn decode(
 struct Reader(Option<Raster>);
 
 impl Reader {
-    fn open(&mut self, path: &Path, band: usize) -> Result<&Raster, FieldError> {
+    fn open(&mut self, opening: &Opening) -> Result<&Raster, FieldError> {
         let own = match self.0.take() {
             Some(own) => own,
-            None => Raster::open(path, band)?,
+            None => opening.open()?,
         };
         Ok(self.0.insert(own))
     }

@@ -1,8 +1,7 @@
-use std::path::PathBuf;
 use std::sync::Mutex;
 
 use super::FieldError;
-use crate::raster::{Raster, RasterError, Window};
+use crate::raster::{Opening, Raster, RasterError, Window};
 
 /// Samples read through GDAL window by window, when they are wanted: nothing is decoded beforehand.
 ///
@@ -10,8 +9,7 @@ use crate::raster::{Raster, RasterError, Window};
 /// a handle of its own: tiles are worked on in runs, and the blocks that a tile shares with the one before it are mostly
 /// still there. Locks are never waited for, but by threads outside the pool, which share a handle.
 pub(super) struct Windows {
-    path: PathBuf,
-    band: usize,
+    opening: Opening,
     masked: bool,
     handles: Vec<Mutex<Option<Raster>>>,
 }
@@ -19,8 +17,7 @@ pub(super) struct Windows {
 impl Windows {
     pub(super) fn new(raster: &Raster) -> Result<Windows, RasterError> {
         Ok(Windows {
-            path: raster.path().to_path_buf(),
-            band: raster.band(),
+            opening: raster.opening(),
             masked: raster.has_mask()?,
             handles: (0..=rayon::current_num_threads()).map(|_| Mutex::default()).collect(),
         })
@@ -35,7 +32,7 @@ impl Windows {
         let mut handle = self.handles[own].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let raster = match handle.take() {
             Some(raster) => raster,
-            None => Raster::open(&self.path, self.band)?,
+            None => self.opening.open()?,
         };
         let bytes = window.len() * raster.sample_type().bytes();
         words.resize(bytes.div_ceil(8), 0);

@@ -28,6 +28,10 @@ pub struct Info {
     pub width: usize,
     /// Samples down.
     pub height: usize,
+    /// Columns and rows before the samples described, and samples across and down; null where they are the whole raster.
+    pub window: Option<[usize; 4]>,
+    /// Samples across and down the whole raster.
+    pub whole_size: (usize, usize),
     /// GDAL's name of the samples' type.
     #[serde(rename = "type")]
     pub sample_type: &'static str,
@@ -45,7 +49,7 @@ pub struct Info {
     pub crs_wkt: String,
     /// Whether the raster brings its own geotransform.
     pub georeferenced: bool,
-    /// The geotransform, in GDAL's order; the default one where the raster has none.
+    /// The geotransform of the whole raster, in GDAL's order; the default one where the raster has none.
     pub geotransform: [f64; 6],
     /// Samples across and down in one block of the file.
     pub block: (usize, usize),
@@ -79,6 +83,8 @@ impl Info {
             band: raster.band(),
             width: raster.width(),
             height: raster.height(),
+            window: raster.window().map(|w| [w.column, w.row, w.width, w.height]),
+            whole_size: raster.whole_size(),
             sample_type: raster.sample_type().name(),
             nodata: nodata(raster.nodata()),
             scale: scaling.scale,

@@ -71,9 +71,8 @@ fn place(transform: &GeoTransform, [x, y, height]: [f64; 3], colour: [u8; 3]) ->
     if let Some((lx, ly)) = transform.lattice(x, y) {
         return Corner { column: lx as f64 / 4.0, row: ly as f64 / 4.0, height, colour };
     }
-    let [x0, xp, xl, y0, yp, yl] = transform.coefficients();
-    let (dx, dy, det) = (x - x0, y - y0, transform.determinant());
-    Corner { column: (dx * yl - dy * xl) / det - 0.5, row: (dy * xp - dx * yp) / det - 0.5, height, colour }
+    let (column, row) = transform.sample_coordinates(x, y);
+    Corner { column, row, height, colour }
 }
 
 /// Bytes of a corner in the temporary file.

@@ -84,7 +84,11 @@ fn check(options: &PreviewOptions) -> Result<(), PreviewError> {
 
 fn window(raster: &Raster, options: &PreviewOptions) -> Result<Window, PreviewError> {
     let (width, height) = (raster.width(), raster.height());
-    let window = options.window.unwrap_or(Window { column: 0, row: 0, width, height });
+    let window = match (options.window, &options.bounding_box) {
+        (Some(window), _) => window,
+        (None, Some(bounds)) => raster.window_of(bounds)?,
+        (None, None) => Window { column: 0, row: 0, width, height },
+    };
     let inside =
         |first: usize, count: usize, all: usize| count >= 2 && first.checked_add(count).is_some_and(|e| e <= all);
     if inside(window.column, window.width, width) && inside(window.row, window.height, height) {

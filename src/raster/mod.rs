@@ -4,7 +4,9 @@
 //! stored ([`Raster::read_native`]) or as heights ([`Raster::read_heights`]); and the samples nearest to the points of a
 //! vector layer ([`read_points`]). Nothing here knows of tiles or meshes.
 
+mod bounding_box;
 mod channels;
+mod crs;
 mod error;
 mod files;
 mod geo_transform;
@@ -15,12 +17,13 @@ mod plain;
 mod points;
 mod sample_type;
 
+pub use bounding_box::BoundingBox;
 pub use channels::channels;
 pub use error::RasterError;
 pub use files::{Files, Watch};
 pub use geo_transform::GeoTransform;
 pub use identity::{exact, identity};
-pub use open::{Nodata, Raster, Window, bound_gdal_cache, quiet_gdal};
+pub use open::{Nodata, Opening, Raster, Window, bound_gdal_cache, quiet_gdal};
 pub use plain::{PlainLayout, plain_layout};
 pub use points::{PointCounts, PointSet, PointSource, Points, PointsError, read_points};
 pub(crate) use sample_type::with_sample_type;

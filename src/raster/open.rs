@@ -14,12 +14,44 @@ pub struct Raster {
     path: PathBuf,
     pub(super) dataset: Dataset,
     pub(super) band: usize,
-    width: usize,
-    height: usize,
+    /// Samples across and down the dataset.
+    whole: (usize, usize),
+    /// What of it is looked at.
+    window: Window,
     sample_type: SampleType,
     scaling: Scaling,
     nodata: Nodata,
     geo_transform: Option<GeoTransform>,
+}
+
+/// How a raster was opened: threads that need a handle of their own take this along.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Opening {
+    path: PathBuf,
+    band: usize,
+    window: Option<Window>,
+}
+
+impl Opening {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// As [`Raster::open`] and [`Raster::clip`].
+    pub fn open(&self) -> Result<Raster, RasterError> {
+        self.open_band(self.band)
+    }
+
+    /// Opens another band of the same file, of which the same window is looked at.
+    ///
+    /// # Errors
+    /// As [`Opening::open`].
+    pub fn open_band(&self, band: usize) -> Result<Raster, RasterError> {
+        let raster = Raster::open(&self.path, band)?;
+        match self.window {
+            Some(window) => raster.clip(window),
+            None => Ok(raster),
+        }
+    }
 }
 
 /// The value that marks samples without a height, in the type it is stored in.
@@ -58,6 +90,13 @@ impl Window {
     /// Whether it holds none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+}
+
+/// As `--window` takes it.
+impl std::fmt::Display for Window {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{},{},{},{}", self.column, self.row, self.width, self.height)
     }
 }
 
@@ -125,13 +164,49 @@ impl Raster {
             path: path.to_path_buf(),
             dataset,
             band,
-            width,
-            height,
+            whole: (width, height),
+            window: Window { column: 0, row: 0, width, height },
             sample_type,
             scaling,
             nodata,
             geo_transform,
         })
+    }
+
+    /// The same raster, of which only a window is looked at: from here on it is as large as the window, and columns and
+    /// rows are counted from the window's first sample. Map coordinates of samples stay what they were, bit for bit.
+    ///
+    /// # Errors
+    /// [`RasterError::Window`] if it reaches out of the raster or has less than 2 samples across or down.
+    pub fn clip(self, window: Window) -> Result<Raster, RasterError> {
+        let inside = |first: usize, count: usize, all: usize| first.checked_add(count).is_some_and(|end| end <= all);
+        let Window { column, row, width, height } = window;
+        if !inside(column, width, self.width()) || !inside(row, height, self.height()) || width < 2 || height < 2 {
+            let (path, size) = (self.path, (self.window.width, self.window.height));
+            return Err(RasterError::Window { path, window, width: size.0, height: size.1 });
+        }
+        let first = (self.window.column + column, self.window.row + row);
+        Ok(Raster {
+            window: Window { column: first.0, row: first.1, width, height },
+            geo_transform: self.geo_transform.map(|g| g.of_window(column, row)),
+            ..self
+        })
+    }
+
+    /// What of the whole raster is looked at, if it is not all of it.
+    pub fn window(&self) -> Option<Window> {
+        let (width, height) = self.whole;
+        (self.window != Window { column: 0, row: 0, width, height }).then_some(self.window)
+    }
+
+    /// Samples across and down the whole raster.
+    pub fn whole_size(&self) -> (usize, usize) {
+        self.whole
+    }
+
+    /// What it takes to open the same raster once more.
+    pub fn opening(&self) -> Opening {
+        Opening { path: self.path.clone(), band: self.band, window: self.window() }
     }
 
     /// The path it was opened by.
@@ -167,12 +242,12 @@ impl Raster {
 
     /// Samples across (columns).
     pub fn width(&self) -> usize {
-        self.width
+        self.window.width
     }
 
     /// Samples down (rows).
     pub fn height(&self) -> usize {
-        self.height
+        self.window.height
     }
 
     /// The type of the stored samples.
@@ -192,7 +267,7 @@ impl Raster {
 
     /// The raster's geotransform, or the default one where it has none.
     pub fn geo_transform(&self) -> GeoTransform {
-        self.geo_transform.unwrap_or(GeoTransform::DEFAULT)
+        self.geo_transform.unwrap_or(GeoTransform::DEFAULT.of_window(self.window.column, self.window.row))
     }
 
     /// Whether the raster brings a geotransform of its own.
@@ -217,7 +292,7 @@ impl Raster {
 
     /// Samples across and down in one block of the file.
     pub fn block_size(&self) -> (usize, usize) {
-        self.rasterband().map_or((self.width, 1), |b| b.block_size())
+        self.rasterband().map_or((self.whole.0, 1), |b| b.block_size())
     }
 
     /// GDAL's name of the compression; `None` where the samples are stored as they are.
@@ -293,7 +368,7 @@ impl Raster {
         self.check(window);
         let band = self.rasterband()?;
         let mask = band.open_mask_band().map_err(|e| RasterError::gdal(&self.path, "mask", &e))?;
-        read(&mask, window, out).map_err(|e| self.read_error(window, &e))
+        read(&mask, self.in_whole(window), out).map_err(|e| self.read_error(window, &e))
     }
 
     pub(super) fn rasterband(&self) -> Result<RasterBand<'_>, RasterError> {
@@ -305,7 +380,7 @@ impl Raster {
     }
 
     fn read<T: gdal::raster::GdalType + Copy>(&self, window: Window, out: &mut [T]) -> Result<(), RasterError> {
-        read(&self.rasterband()?, window, out).map_err(|e| self.read_error(window, &e))
+        read(&self.rasterband()?, self.in_whole(window), out).map_err(|e| self.read_error(window, &e))
     }
 
     fn read_error(&self, window: Window, error: &gdal::errors::GdalError) -> RasterError {
@@ -314,8 +389,13 @@ impl Raster {
     }
 
     fn check(&self, w: Window) {
-        let inside = w.column + w.width <= self.width && w.row + w.height <= self.height;
-        assert!(inside, "{w:?} of a raster of {} × {}", self.width, self.height);
+        let inside = w.column + w.width <= self.width() && w.row + w.height <= self.height();
+        assert!(inside, "{w:?} of a raster of {} × {}", self.width(), self.height());
+    }
+
+    /// Where the samples of a window are in the dataset.
+    fn in_whole(&self, window: Window) -> Window {
+        Window { column: self.window.column + window.column, row: self.window.row + window.row, ..window }
     }
 }
 

@@ -93,7 +93,7 @@ pub(super) fn judge_weighted(
     scratch: &Scratch,
     control: &Control<'_>,
 ) -> Result<WeightedVerdict, VerifyError> {
-    let open = |&band: &usize| Raster::open(raster.path(), band);
+    let open = |&band: &usize| raster.opening().open_band(band);
     let bands = options.bands.iter().map(open).collect::<Result<Vec<Raster>, _>>()?;
     let named = channels(&bands);
     let names: Vec<&str> = named.iter().map(|c| c.name.as_str()).collect();

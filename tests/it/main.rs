@@ -2,6 +2,7 @@
 
 mod budget;
 mod channels;
+mod clip;
 mod importance;
 mod info;
 mod insertion;

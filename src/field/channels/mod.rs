@@ -36,7 +36,7 @@ impl ChannelOptions {
     /// # Errors
     /// [`RasterError`], for a band that is not there among others.
     pub fn open(&self, raster: &Raster) -> Result<Vec<Raster>, RasterError> {
-        self.bands.iter().map(|&band| Raster::open(raster.path(), band)).collect()
+        self.bands.iter().map(|&band| raster.opening().open_band(band)).collect()
     }
 }
 
