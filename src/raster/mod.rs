@@ -2,11 +2,12 @@
 //!
 //! In comes a path and a band number; out go sizes, types, georeferencing and windows of samples, either as they are
 //! stored ([`Raster::read_native`]) or as heights ([`Raster::read_heights`]); and the samples nearest to the points of a
-//! vector layer ([`read_points`]). Nothing here knows of tiles or meshes.
+//! vector layer ([`read_points`]), and those inside its polygons ([`read_cutline`]). Nothing here knows of tiles or meshes.
 
 mod bounding_box;
 mod channels;
 mod crs;
+mod cutline;
 mod error;
 mod files;
 mod geo_transform;
@@ -19,6 +20,7 @@ mod sample_type;
 
 pub use bounding_box::BoundingBox;
 pub use channels::channels;
+pub use cutline::{Cutline, CutlineError, CutlineSource, read_cutline};
 pub use error::RasterError;
 pub use files::{Files, Watch};
 pub use geo_transform::GeoTransform;
