@@ -63,6 +63,9 @@ impl From<RasterError> for Failure {
             RasterError::NoSuchBand { .. } => failure.hint("choose one with --band"),
             RasterError::SampleType { .. } => failure.hint("choose another band with --band"),
             RasterError::Window { .. } => failure.hint("choose another --window"),
+            RasterError::NotAffine { .. } => {
+                failure.hint("gdalwarp -t_srs CRS brings it onto a map; gdal_translate -a_ullr gives it a geotransform")
+            }
             RasterError::BoxCrs { .. } => failure.hint("choose another CRS with --bbox-crs"),
             RasterError::EmptyBox { .. } => failure.hint("choose another --bbox, or name its CRS with --bbox-crs"),
             RasterError::GeoTransform { .. } => failure.hint("gdal_edit.py -a_gt or gdalwarp can set another one"),

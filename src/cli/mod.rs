@@ -17,6 +17,7 @@ mod simplify;
 mod simplify_channels;
 mod simplify_engine;
 mod simplify_kept;
+mod simplify_map;
 mod simplify_report;
 mod synth;
 mod values;

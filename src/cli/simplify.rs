@@ -13,6 +13,7 @@ use super::progress::Bars;
 use super::simplify_channels::Extended;
 use super::simplify_engine::EngineArgs;
 use super::simplify_kept::Kept;
+use super::simplify_map::{MapArgs, MapReport, Written};
 use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
@@ -92,7 +93,9 @@ pub(crate) struct SimplifyArgs {
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
-    // The last: its headings would be those of what follows.
+    // The last: their headings would be those of what follows.
+    #[command(flatten)]
+    map: MapArgs,
     #[command(flatten)]
     engine: EngineArgs,
 }
@@ -190,7 +193,19 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build().map_err(|e| {
         Failure::new(format!("{} threads cannot be started: {e}", plan.threads)).hint("choose fewer with --threads")
     })?;
-    let job = Job { args, raster, channels, bands, importance, params, points, plan, control: &control };
+    let other_errors = match &args.importance.importance {
+        Some(_) => Some("--importance"),
+        None => channels.as_ref().map(|_| "--channels"),
+    };
+    let flat = channels.as_ref().is_some_and(|c| c.planar);
+    // To the pool's threads and back: a raster serves one thread at a time.
+    let write = |raster: &Raster, params: &mut Params| args.map.written(raster, flat, other_errors, params, &control);
+    let (raster, params, written) = pool.install(move || {
+        let written = write(&raster, &mut params);
+        (raster, params, written)
+    });
+    let written = written?;
+    let job = Job { written, args, raster, channels, bands, importance, params, points, plan, control: &control };
     if args.dry_run {
         let needs = pool.install(move || job.needs())?;
         drop(bars);
@@ -270,6 +285,7 @@ impl SimplifyArgs {
 
 /// A run, as asked for and as planned.
 struct Job<'a> {
+    written: Written,
     args: &'a SimplifyArgs,
     raster: Raster,
     channels: Option<ChannelOptions>,
@@ -374,7 +390,7 @@ impl Job<'_> {
         let triangulated = Instant::now();
         let mut comments = comments(&self.raster, args);
         comments.extend(extended.map(Extended::comment));
-        let sink = PlySink::new(staged, &comments);
+        let sink = PlySink::new(staged, &comments).in_frame(self.written.frame, self.written.loss);
         let summary = mesh.write_if(Box::new(sink), self.control, &|| {
             watches.iter().try_for_each(Watch::check)?;
             kept.map_or(Ok(()), Kept::committing)
@@ -395,7 +411,7 @@ impl Job<'_> {
             (Some(file), Some(points)) => report.points(file, points),
             _ => report,
         };
-        let report = report.window(&self.raster);
+        let report = report.window(&self.raster).map(MapReport::new(&self.raster, &self.written), &args.goal);
         Ok(if kept.is_some() { report.tiles_found(mesh.tiles_found()) } else { report })
     }
 
@@ -421,11 +437,11 @@ impl Job<'_> {
 /// What the file says of itself. Nothing here depends on the machine or the time.
 fn comments(raster: &Raster, args: &SimplifyArgs) -> Vec<String> {
     let name = |path: &Path| path.file_name().map_or(path, Path::new).display().to_string();
-    let mut comments = vec![
-        format!("made by terrabite {}", env!("CARGO_PKG_VERSION")),
-        format!("source {}", name(&args.input)),
-        format!("crs {}", raster.crs_name()),
-    ];
+    let mut comments =
+        vec![format!("made by terrabite {}", env!("CARGO_PKG_VERSION")), format!("source {}", name(&args.input))];
+    // In the form in which QGIS reads it: no blank after the colon, which would belong to the CRS.
+    comments.extend(raster.crs_definition().map(|crs| format!("crs:{crs}")));
+    comments.push(format!("crs name {}", raster.crs_name()));
     comments.extend(raster.window().map(|window| format!("window {window}")));
     comments.extend(args.goal.comments());
     comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));

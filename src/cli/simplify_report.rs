@@ -3,8 +3,9 @@ use std::path::Path;
 use indicatif::BinaryBytes;
 use serde::Serialize;
 
-use super::goal::GoalReport;
+use super::goal::{GoalArgs, GoalReport};
 use super::simplify_channels::ChannelReport;
+use super::simplify_map::MapReport;
 use crate::field::{Access, Field};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
@@ -23,6 +24,7 @@ pub(super) struct Report {
     importance: Option<ImportanceReport>,
     /// Columns and rows before the samples meant, and samples across and down; null where they are the whole raster.
     window: Option<[usize; 4]>,
+    map: Option<MapReport>,
     samples: u64,
     triangles: u64,
     vertices: u64,
@@ -186,6 +188,7 @@ impl Report {
                 weighted_max: errors.weighted_max,
             }),
             window: None,
+            map: None,
             samples: errors.samples,
             triangles: summary.triangles,
             vertices: summary.vertices,
@@ -226,6 +229,11 @@ impl Report {
         Report { window: raster.window().map(|w| [w.column, w.row, w.width, w.height]), ..self }
     }
 
+    /// What coordinates mean and how they are written; and the tolerance as it was asked for.
+    pub(super) fn map(self, map: MapReport, goal: &GoalArgs) -> Report {
+        Report { map: Some(map), tolerance: Some(goal.tolerance()).filter(|t| t.is_finite()), ..self }
+    }
+
     /// Of a run with channels.
     pub(super) fn channels(self, channels: ChannelReport) -> Report {
         Report { channels: Some(channels), ..self }
@@ -255,6 +263,7 @@ impl Report {
             let from = format!("from column {column}, row {row} of the raster on, where columns and rows count as 0");
             lines.push(("window", format!("{width} × {height} samples {from}")));
         }
+        lines.extend(self.map.iter().flat_map(MapReport::lines));
         let place = format!("at column {}, row {} ({}, {})", e.column, e.row, e.x, e.y);
         let shares = format!("50 % up to {:.4}, 95 % {:.4}, 99 % {:.4}", e.p50, e.p95, e.p99);
         match &self.importance {

@@ -37,6 +37,12 @@ pub(crate) fn bands(text: &str) -> Result<Bands, String> {
     parse().ok_or_else(|| "expected bands counted from 1, none of them twice, such as 2,3,4".to_string())
 }
 
+/// A factor, finite and above 0.
+pub(crate) fn factor(text: &str) -> Result<f64, String> {
+    let factor = text.parse().ok().filter(|f: &f64| f.is_finite() && *f > 0.0);
+    factor.ok_or_else(|| "expected a finite number above 0, such as 2.5".to_string())
+}
+
 /// A number of vertices or triangles.
 pub(crate) fn count(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| "expected a whole number".to_string())

@@ -25,7 +25,7 @@ mod stored;
 mod tile;
 mod windows;
 
-pub use channels::{ChannelOptions, find_ranges};
+pub use channels::{ChannelOptions, find_ranges, height_range};
 pub use decode::{UNIT_BYTES, decoded_bytes};
 pub use error::FieldError;
 pub use map::exit_on_truncation;

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 pub use estimate::{DENSEST, Estimate, SAMPLES_PER_TRIANGLE, estimate};
 
 use crate::field::suits_windows;
-use crate::raster::{Nodata, Raster, RasterError, plain_layout};
+use crate::raster::{Nodata, Raster, RasterError, Reference, plain_layout};
 use crate::simplify::{DEFAULT_TILE, Load, Plan, default_budget};
 use crate::tiling::TileGrid;
 
@@ -45,6 +45,8 @@ pub struct Info {
     pub mask: bool,
     /// The coordinate reference system in one line; "none" where there is none.
     pub crs: String,
+    /// What coordinates and heights mean.
+    pub reference: Reference,
     /// The coordinate reference system as WKT; empty where there is none.
     pub crs_wkt: String,
     /// Whether the raster brings its own geotransform.
@@ -91,6 +93,7 @@ impl Info {
             offset: scaling.offset,
             mask: raster.has_mask()?,
             crs: raster.crs_name(),
+            reference: raster.reference(),
             crs_wkt: raster.crs_wkt(),
             georeferenced: raster.is_georeferenced(),
             geotransform: raster.geo_transform().coefficients(),

@@ -70,6 +70,14 @@ pub enum RasterError {
         /// Samples down.
         height: usize,
     },
+    /// The raster is georeferenced, but not by a geotransform.
+    #[error("{}: expected a geotransform, or no georeferencing at all, found {found}", path.display())]
+    NotAffine {
+        /// The raster.
+        path: PathBuf,
+        /// What there is instead.
+        found: String,
+    },
     /// There is no way from the CRS of a bounding box to the raster's.
     #[error("{}: the box cannot be transformed from {from} to the raster's CRS {to}: {reason}", path.display())]
     BoxCrs {

@@ -16,6 +16,7 @@ mod identity;
 mod open;
 mod plain;
 mod points;
+mod reference;
 mod sample_type;
 
 pub use bounding_box::BoundingBox;
@@ -28,5 +29,6 @@ pub use identity::{exact, identity};
 pub use open::{Nodata, Opening, Raster, Window, bound_gdal_cache, quiet_gdal};
 pub use plain::{PlainLayout, plain_layout};
 pub use points::{PointCounts, PointSet, PointSource, Points, PointsError, read_points};
+pub use reference::Reference;
 pub(crate) use sample_type::with_sample_type;
 pub use sample_type::{SampleType, Scaling};

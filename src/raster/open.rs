@@ -144,7 +144,10 @@ impl Raster {
             return Err(RasterError::TooSmall { path: path.to_path_buf(), width, height });
         }
         let geo_transform = match dataset.geo_transform() {
-            Err(_) => None,
+            Err(_) => match other_georeferencing(&dataset) {
+                Some(found) => return Err(RasterError::NotAffine { path: path.to_path_buf(), found }),
+                None => None,
+            },
             Ok(c) => Some(GeoTransform::new(c, width, height).map_err(|reason| RasterError::GeoTransform {
                 path: path.to_path_buf(),
                 coefficients: c,
@@ -464,6 +467,17 @@ pub(super) fn crs_name(crs: &SpatialRef) -> String {
         (Some(authority), Ok(code)) => format!("{authority}:{code} ({name})"),
         _ if name.is_empty() => "none".to_string(),
         _ => name,
+    }
+}
+
+/// What places a raster on the map in another way than by a geotransform.
+fn other_georeferencing(dataset: &Dataset) -> Option<String> {
+    let has = |domain: &str| dataset.metadata_domain(domain).is_some_and(|items| !items.is_empty());
+    match dataset.gcps().len() {
+        0 if has("RPC") => Some("rational polynomial coefficients (RPC)".to_string()),
+        0 if has("GEOLOCATION") => Some("geolocation arrays".to_string()),
+        0 => None,
+        points => Some(format!("{points} ground control points")),
     }
 }
 

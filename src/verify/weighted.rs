@@ -99,7 +99,7 @@ pub(super) fn judge_weighted(
     let names: Vec<&str> = named.iter().map(|c| c.name.as_str()).collect();
     mesh.must_have(&names)?;
     let scales = Scales::find(raster, &bands, options, control)?;
-    let grid = Grid::of(raster);
+    let grid = Grid::of(raster, mesh);
     let mut pace = Pace::begin(control, Stage::Sort, mesh.vertex_count() + mesh.face_count());
     let mut store = ValuedStore::read(mesh, &names, &grid, scratch, &mut pace)?;
     let faces = sorted_faces(mesh, &mut store, &grid, scratch, &mut pace)?;

@@ -6,6 +6,7 @@ mod clip;
 mod importance;
 mod info;
 mod insertion;
+mod map;
 mod points;
 mod preview_bad_input;
 mod readers;
