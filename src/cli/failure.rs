@@ -63,6 +63,9 @@ impl From<RasterError> for Failure {
             RasterError::NoSuchBand { .. } => failure.hint("choose one with --band"),
             RasterError::SampleType { .. } => failure.hint("choose another band with --band"),
             RasterError::Window { .. } => failure.hint("choose another --window"),
+            RasterError::ColourTable { band, .. } => failure.hint(&format!(
+                "where they are heights after all, say --band {band}; gdal_translate -expand rgb makes colours of them"
+            )),
             RasterError::NotAffine { .. } => {
                 failure.hint("gdalwarp -t_srs CRS brings it onto a map; gdal_translate -a_ullr gives it a geotransform")
             }

@@ -5,9 +5,10 @@ use indicatif::BinaryBytes;
 use serde_json::Value;
 
 use super::clip::ClipArgs;
+use super::simplify_map::{heights as unit_of_heights, place};
 use super::{Failure, GDAL_CACHE, print};
 use crate::info::Info;
-use crate::raster::{Raster, bound_gdal_cache};
+use crate::raster::{Raster, Reference, bound_gdal_cache};
 use crate::simplify::Plan;
 
 /// Describe a raster, and what simplifying it will need
@@ -48,6 +49,9 @@ fn lines(info: &Info) -> Vec<(&'static str, String)> {
         ("heights", heights(info)),
         ("nodata", nodata(info)),
         ("CRS", info.crs.clone()),
+        ("map", place(&info.reference)),
+        ("height unit", heights_in(&info.reference)),
+        ("pixels", pixels(&info.reference)),
         ("geotransform", geotransform(info)),
         ("blocks", format!("{} × {} samples", info.block.0, info.block.1)),
         ("compression", info.compression.as_deref().unwrap_or("none").to_string()),
@@ -56,6 +60,20 @@ fn lines(info: &Info) -> Vec<(&'static str, String)> {
         ("output", format!("about {} as PLY, {}", BinaryBytes(info.estimate.output_bytes), density(info))),
         ("memory", memory(info)),
     ]
+}
+
+fn heights_in(reference: &Reference) -> String {
+    let said = unit_of_heights(reference);
+    if said.is_empty() { "not said".to_string() } else { said }
+}
+
+fn pixels(reference: &Reference) -> String {
+    let said = match reference.pixel_is.as_str() {
+        "" => "not said to be areas or points",
+        "Point" => "points, for which GDAL moves the geotransform by half a pixel",
+        _ => "areas",
+    };
+    format!("{said}; samples stand at their centres")
 }
 
 fn size(info: &Info) -> String {

@@ -19,7 +19,7 @@ use super::{Failure, print, values};
 use crate::control::Control;
 use crate::field::{Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, exit_on_truncation};
 use crate::info::{DENSEST, Estimate, estimate};
-use crate::raster::{PointSource, Points, PointsError, Raster, Watch, bound_gdal_cache, read_points};
+use crate::raster::{PointSource, Points, PointsError, Raster, RasterError, Watch, bound_gdal_cache, read_points};
 use crate::simplify::{
     DEFAULT_TILE, DiskUse, Error, Load, Params, Plan, Quality, VertexHeights, check_disk, default_budget, grid,
     probe_density, probe_field, triangulate, triangulate_into,
@@ -51,9 +51,9 @@ pub(crate) struct SimplifyArgs {
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
     #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
-    /// The band, counted from 1
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    band: usize,
+    /// The band, counted from 1 [default: 1, unless its samples are numbers of colours in a table]
+    #[arg(long, value_name = "N")]
+    band: Option<usize>,
     #[command(flatten)]
     clip: ClipArgs,
     #[command(flatten)]
@@ -165,7 +165,10 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     if args.points.is_some() {
         params.takes_points()?;
     }
-    let (raster, channels) = args.channels.open(&args.input, args.band)?;
+    let (raster, channels) = args.channels.open(&args.input, args.band.unwrap_or(1))?;
+    if args.band.is_none() && !args.channels.are_listed() && raster.has_colour_table() {
+        return Err(RasterError::ColourTable { path: args.input.clone(), band: raster.band() }.into());
+    }
     let raster = args.clip.clip(raster)?;
     if channels.is_some() {
         params.takes_channels()?;

@@ -37,7 +37,8 @@ impl Layout {
         let blocks_across = raster.width().div_ceil(block_width);
         let sample_bytes = raster.sample_type().bytes();
         let blocks = blocks_across as u64 * raster.height().div_ceil(block_height) as u64;
-        let bytes = blocks * (block_width * block_height * sample_bytes) as u64;
+        // A file may claim any size; this much no disk has.
+        let bytes = blocks.saturating_mul((block_width * block_height * sample_bytes) as u64);
         Layout { width: raster.width(), block_width, block_height, blocks_across, sample_bytes, bytes }
     }
 }

@@ -44,6 +44,14 @@ pub enum RasterError {
         /// GDAL's name of the type.
         found: String,
     },
+    /// The samples are entries of a table of colours.
+    #[error("{}: band {band}: expected heights, found the numbers of colours in a table", path.display())]
+    ColourTable {
+        /// The raster.
+        path: PathBuf,
+        /// The band, from 1.
+        band: usize,
+    },
     /// A surface needs two samples each way.
     #[error("{}: expected at least 2 × 2 samples, found {width} × {height}: there is no surface to triangulate", path.display())]
     TooSmall {

@@ -238,6 +238,16 @@ impl Raster {
         }
     }
 
+    /// Whether samples are numbers of entries in a table of colours, and so no heights. A table of greys, from dark to
+    /// bright, is none: with that, some formats say that samples are a measure of something.
+    pub fn has_colour_table(&self) -> bool {
+        let Ok(band) = self.rasterband() else { return false };
+        let Some(table) = band.color_table() else { return false };
+        let entries: Vec<_> = (0..table.entry_count()).filter_map(|i| table.entry_as_rgb(i)).collect();
+        let grey = entries.iter().all(|e| e.r == e.g && e.g == e.b);
+        !(grey && entries.windows(2).all(|pair| pair[0].r < pair[1].r))
+    }
+
     /// What the band is said to hold, in words; empty where nothing is said.
     pub fn description(&self) -> String {
         self.rasterband().ok().and_then(|b| b.description().ok()).unwrap_or_default()
@@ -481,11 +491,19 @@ fn other_georeferencing(dataset: &Dataset) -> Option<String> {
     }
 }
 
+/// The names of subdatasets in a message, at most so many.
+const NAMED: usize = 12;
+
 fn subdatasets(dataset: &Dataset) -> String {
-    let names: Vec<String> =
-        (1..=3).filter_map(|i| dataset.metadata_item(&format!("SUBDATASET_{i}_NAME"), "SUBDATASETS")).collect();
-    if names.is_empty() {
-        return String::new();
+    // The whole domain: some drivers do not find its items one by one.
+    let items = dataset.metadata_domain("SUBDATASETS").unwrap_or_default();
+    let name = |item: &String| item.split_once("_NAME=").map(|(_, name)| format!("'{name}'"));
+    let mut names: Vec<String> = items.iter().filter_map(name).collect();
+    let all = names.len();
+    names.truncate(NAMED);
+    let more = if all > NAMED { format!(" and {} more (gdalinfo lists them)", all - NAMED) } else { String::new() };
+    match all {
+        0 => String::new(),
+        _ => format!("; it holds subdatasets, give the name of one in place of the file's: {}{more}", names.join(", ")),
     }
-    format!("; it holds subdatasets, name one of them: {}", names.join(", "))
 }

@@ -3,6 +3,7 @@
 mod budget;
 mod channels;
 mod clip;
+mod formats;
 mod importance;
 mod info;
 mod insertion;
