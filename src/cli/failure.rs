@@ -66,6 +66,7 @@ impl From<RasterError> for Failure {
             RasterError::ColourTable { band, .. } => failure.hint(&format!(
                 "where they are heights after all, say --band {band}; gdal_translate -expand rgb makes colours of them"
             )),
+            RasterError::Wide { .. } => failure.hint("choose a part of it with --window"),
             RasterError::NotAffine { .. } => {
                 failure.hint("gdalwarp -t_srs CRS brings it onto a map; gdal_translate -a_ullr gives it a geotransform")
             }

@@ -48,6 +48,7 @@ pub fn preview(
     let staged = StagedFile::create(out, options.overwrite, &[raster, mesh])?;
     let raster = Raster::open(raster, options.band)?;
     let window = window(&raster, options)?;
+    raster.holds_rows(window.width)?;
     let mut job = Job {
         light: Light::over(&raster, options.exaggeration),
         view: View::fit(window, options.size),

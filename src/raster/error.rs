@@ -52,6 +52,16 @@ pub enum RasterError {
         /// The band, from 1.
         band: usize,
     },
+    /// Rows are too long to be held in memory.
+    #[error("{}: expected at most {limit} samples across, found {found}", path.display())]
+    Wide {
+        /// The raster.
+        path: PathBuf,
+        /// The most that can be held.
+        limit: usize,
+        /// How many there are.
+        found: usize,
+    },
     /// A surface needs two samples each way.
     #[error("{}: expected at least 2 × 2 samples, found {width} × {height}: there is no surface to triangulate", path.display())]
     TooSmall {

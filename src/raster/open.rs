@@ -6,13 +6,15 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
 use super::error::reason;
 use super::sample_type::with_sample_type;
-use super::{GeoTransform, RasterError, SampleType, Scaling};
+use super::{GdalName, GeoTransform, RasterError, SampleType, Scaling};
 
 /// One band of an open raster. Not shared between threads: each opens its own.
 #[derive(Debug)]
 pub struct Raster {
     path: PathBuf,
     pub(super) dataset: Dataset,
+    /// Kept as long as the dataset, which is dropped before it.
+    _name: GdalName,
     pub(super) band: usize,
     /// Samples across and down the dataset.
     whole: (usize, usize),
@@ -128,10 +130,10 @@ impl Raster {
                 | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
             ..DatasetOptions::default()
         };
-        let dataset = Dataset::open_ex(path, options).map_err(|e| RasterError::Open {
-            path: path.to_path_buf(),
-            reason: reason(&e).trim_start_matches(&format!("{}: ", path.display())).to_string(),
-        })?;
+        let failed = |reason| RasterError::Open { path: path.to_path_buf(), reason };
+        let name = GdalName::of(path).map_err(|e| failed(format!("its name is no UTF-8, and no link to it: {e}")))?;
+        let dataset = Dataset::open_ex(name.path(), options)
+            .map_err(|e| failed(reason(&e).trim_start_matches(&format!("{}: ", name.path().display())).to_string()))?;
         let count = dataset.raster_count();
         if count == 0 {
             return Err(RasterError::NoBands { path: path.to_path_buf(), hint: subdatasets(&dataset) });
@@ -166,6 +168,7 @@ impl Raster {
         Ok(Raster {
             path: path.to_path_buf(),
             dataset,
+            _name: name,
             band,
             whole: (width, height),
             window: Window { column: 0, row: 0, width, height },
@@ -194,6 +197,16 @@ impl Raster {
             geo_transform: self.geo_transform.map(|g| g.of_window(column, row)),
             ..self
         })
+    }
+
+    /// Makes sure that a row of so many samples can be held in memory: a file may claim any size.
+    ///
+    /// # Errors
+    /// [`RasterError::Wide`].
+    pub fn holds_rows(&self, found: usize) -> Result<(), RasterError> {
+        /// As doubles, half a gibibyte.
+        const LIMIT: usize = 1 << 26;
+        if found <= LIMIT { Ok(()) } else { Err(RasterError::Wide { path: self.path.clone(), limit: LIMIT, found }) }
     }
 
     /// What of the whole raster is looked at, if it is not all of it.

@@ -118,6 +118,7 @@ fn judge(
     if !(tolerance.is_finite() && tolerance >= 0.0) {
         return Err(VerifyError::Tolerance { found: tolerance });
     }
+    raster.holds_rows(raster.width())?;
     if let Some(importance) = options.importance {
         raster.same_grid(importance)?;
     }

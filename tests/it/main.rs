@@ -4,6 +4,7 @@ mod budget;
 mod channels;
 mod clip;
 mod formats;
+mod hostile;
 mod importance;
 mod info;
 mod insertion;

@@ -10,7 +10,7 @@ use crate::control::CancelToken;
 use crate::raster::crs::{transform, transformed};
 use crate::raster::error::reason;
 use crate::raster::open::crs_name;
-use crate::raster::{GeoTransform, Raster};
+use crate::raster::{GdalName, GeoTransform, Raster};
 
 /// Where the polygons come from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,10 +48,10 @@ pub fn read_cutline(raster: &Raster, source: &CutlineSource, cancel: &CancelToke
             | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
         ..DatasetOptions::default()
     };
-    let dataset = Dataset::open_ex(path, options).map_err(|e| CutlineError::Open {
-        path: path.clone(),
-        reason: reason(&e).trim_start_matches(&format!("{}: ", path.display())).to_string(),
-    })?;
+    let failed = |reason| CutlineError::Open { path: path.clone(), reason };
+    let file = GdalName::of(path).map_err(|e| failed(format!("its name is no UTF-8, and no link to it: {e}")))?;
+    let dataset = Dataset::open_ex(file.path(), options)
+        .map_err(|e| failed(reason(&e).trim_start_matches(&format!("{}: ", file.path().display())).to_string()))?;
     let layer = source.layer.as_ref().map_or_else(|| dataset.layer(0), |name| dataset.layer_by_name(name));
     let mut layer = layer.map_err(|_| {
         let there: Vec<String> = dataset.layers().map(|l| l.name()).collect();
