@@ -25,7 +25,7 @@ use crate::simplify::{
     probe_density, probe_field, triangulate, triangulate_into,
 };
 use crate::sink::PlySink;
-use crate::staged::StagedFile;
+use crate::staged::{OutputError, StagedFile};
 use crate::triangulate::Feasibility;
 
 /// Turn a raster into a mesh that is within a tolerance of every sample
@@ -95,9 +95,9 @@ pub(crate) struct SimplifyArgs {
     json: bool,
     // The last: their headings would be those of what follows.
     #[command(flatten)]
-    map: MapArgs,
-    #[command(flatten)]
     engine: EngineArgs,
+    #[command(flatten)]
+    map: MapArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -201,6 +201,10 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         None => channels.as_ref().map(|_| "--channels"),
     };
     let flat = channels.as_ref().is_some_and(|c| c.planar);
+    if !args.dry_run && !args.map.is_plain() {
+        // Finding out what is lost may take long, so an output that cannot be written is found first.
+        drop(args.first_look()?);
+    }
     // To the pool's threads and back: a raster serves one thread at a time.
     let write = |raster: &Raster, params: &mut Params| args.map.written(raster, flat, other_errors, params, &control);
     let (raster, params, written) = pool.install(move || {
@@ -279,6 +283,11 @@ impl SimplifyArgs {
         read_points(raster, &source, &control.cancel).map(Some)
     }
 
+    /// An output that cannot be written is found by trying. A work dir may have one of its own there.
+    fn first_look(&self) -> Result<StagedFile, OutputError> {
+        StagedFile::create(&self.output, self.overwrite || self.work_dir.is_some(), &self.inputs())
+    }
+
     /// Files that are read: the output is none of them.
     pub(super) fn inputs(&self) -> Vec<&Path> {
         let all = [Some(&self.input), self.importance.importance.as_ref(), self.points.as_ref()];
@@ -328,8 +337,7 @@ impl Job<'_> {
     /// be written is found first.
     fn extended(&self) -> Result<Option<Extended>, Error> {
         let Some(options) = &self.channels else { return Ok(None) };
-        let args = self.args;
-        drop(StagedFile::create(&args.output, args.overwrite || args.work_dir.is_some(), &args.inputs())?);
+        drop(self.args.first_look()?);
         Ok(Some(Extended::find(&self.raster, options, self.control)?))
     }
 

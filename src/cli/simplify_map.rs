@@ -40,6 +40,11 @@ pub(super) struct Written {
 }
 
 impl MapArgs {
+    /// Whether coordinates are written as they are.
+    pub(super) fn is_plain(&self) -> bool {
+        !self.local && self.z_scale == 1.0 && self.precision == PrecisionArg::Double
+    }
+
     /// The frame of the output. What rounding loses of heights is found out, which may read the whole raster, and taken
     /// from the tolerance of `params`. `other_errors` names the option by which errors count otherwise than as vertical
     /// distances, if there is one.
@@ -193,7 +198,7 @@ mod tests {
 
     #[test]
     fn origins_are_round() {
-        assert_eq!(origin([500_005.0, 5_199_305.0, 500_895.0, 5_199_995.0]), (500_500.0, 5_199_600.0));
+        assert_eq!(origin([500_005.0, 5_199_305.0, 500_895.0, 5_199_995.0]), (500_500.0, 5_199_700.0));
         assert_eq!(origin([0.5, -99.5, 99.5, -0.5]), (50.0, -50.0));
         assert_eq!(origin([-1.0, -1.0, 1.0, 1.0]), (0.0, 0.0));
     }

@@ -92,8 +92,7 @@ impl Sink for PlySink {
             let (x, y) = self.frame.written_place((x, y));
             let z = self.frame.written_height(height);
             let lost = (self.frame.height(z) - height).abs();
-            // Not a number counts, too.
-            if !(lost <= self.loss) {
+            if lost > self.loss || lost.is_nan() {
                 let path = self.staged.path().to_path_buf();
                 return Err(SinkError::Lossy { path, height, allowed: self.loss, found: lost });
             }
