@@ -6,13 +6,16 @@ use std::io::{self, ErrorKind, Write};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-/// Makes a file that only its owner may read; one that is there is emptied.
+/// Makes a file that only its owner may read; one that is there is emptied, but never one that a link leads to.
 ///
 /// # Errors
 /// What the system says.
 pub fn create_private(path: &Path) -> io::Result<File> {
-    OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(path)
+    OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).custom_flags(NO_LINKS).open(path)
 }
+
+/// For files in folders where others may have put links.
+pub const NO_LINKS: i32 = rustix::fs::OFlags::NOFOLLOW.bits() as i32;
 
 /// Makes a folder that only its owner may look into.
 ///

@@ -26,6 +26,11 @@ impl ChannelArgs {
         self.channels.is_some() || self.planar
     }
 
+    /// Whether it is said which bands are channels.
+    pub(super) fn are_listed(&self) -> bool {
+        self.channels.is_some()
+    }
+
     /// Opens the band of the heights and finds out what the channels are, if any. A planar image is opened by its first
     /// channel.
     pub(super) fn open(&self, path: &Path, band: usize) -> Result<(Raster, Option<ChannelOptions>), Failure> {

@@ -62,6 +62,16 @@ impl From<RasterError> for Failure {
         match error {
             RasterError::NoSuchBand { .. } => failure.hint("choose one with --band"),
             RasterError::SampleType { .. } => failure.hint("choose another band with --band"),
+            RasterError::Window { .. } => failure.hint("choose another --window"),
+            RasterError::ColourTable { band, .. } => failure.hint(&format!(
+                "where they are heights after all, say --band {band}; gdal_translate -expand rgb makes colours of them"
+            )),
+            RasterError::Wide { .. } => failure.hint("choose a part of it with --window"),
+            RasterError::NotAffine { .. } => {
+                failure.hint("gdalwarp -t_srs CRS brings it onto a map; gdal_translate -a_ullr gives it a geotransform")
+            }
+            RasterError::BoxCrs { .. } => failure.hint("choose another CRS with --bbox-crs"),
+            RasterError::EmptyBox { .. } => failure.hint("choose another --bbox, or name its CRS with --bbox-crs"),
             RasterError::GeoTransform { .. } => failure.hint("gdal_edit.py -a_gt or gdalwarp can set another one"),
             RasterError::OtherGrid { .. } => failure
                 .hint("gdalwarp -te … -ts WIDTH HEIGHT brings it onto that grid, gdal_edit.py corrects its place"),

@@ -28,6 +28,7 @@ impl ImportanceArgs {
                 other => other.into(),
             }
         })?;
+        let importance = raster.clip_alike(importance)?;
         raster.same_grid(&importance)?;
         Ok(Some(importance))
     }

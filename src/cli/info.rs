@@ -4,9 +4,11 @@ use std::process::ExitCode;
 use indicatif::BinaryBytes;
 use serde_json::Value;
 
+use super::clip::ClipArgs;
+use super::simplify_map::{heights as unit_of_heights, place};
 use super::{Failure, GDAL_CACHE, print};
 use crate::info::Info;
-use crate::raster::{Raster, bound_gdal_cache};
+use crate::raster::{Raster, Reference, bound_gdal_cache};
 use crate::simplify::Plan;
 
 /// Describe a raster, and what simplifying it will need
@@ -18,6 +20,8 @@ pub(crate) struct InfoArgs {
     /// The band, counted from 1
     #[arg(long, value_name = "N", default_value_t = 1)]
     band: usize,
+    #[command(flatten)]
+    clip: ClipArgs,
     /// Print the description as JSON
     #[arg(long)]
     json: bool,
@@ -25,7 +29,7 @@ pub(crate) struct InfoArgs {
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
     bound_gdal_cache(GDAL_CACHE);
-    let raster = Raster::open(&args.raster, args.band)?;
+    let raster = args.clip.clip(Raster::open(&args.raster, args.band)?)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let info = Info::of(&raster, threads)?;
     if args.json {
@@ -40,11 +44,14 @@ fn lines(info: &Info) -> Vec<(&'static str, String)> {
     vec![
         ("file", info.file.clone()),
         ("format", format!("{}, band {}", info.driver, info.band)),
-        ("size", format!("{} × {} samples", info.width, info.height)),
+        ("size", size(info)),
         ("type", info.sample_type.to_string()),
         ("heights", heights(info)),
         ("nodata", nodata(info)),
         ("CRS", info.crs.clone()),
+        ("map", place(&info.reference)),
+        ("height unit", heights_in(&info.reference)),
+        ("pixels", pixels(&info.reference)),
         ("geotransform", geotransform(info)),
         ("blocks", format!("{} × {} samples", info.block.0, info.block.1)),
         ("compression", info.compression.as_deref().unwrap_or("none").to_string()),
@@ -53,6 +60,31 @@ fn lines(info: &Info) -> Vec<(&'static str, String)> {
         ("output", format!("about {} as PLY, {}", BinaryBytes(info.estimate.output_bytes), density(info))),
         ("memory", memory(info)),
     ]
+}
+
+fn heights_in(reference: &Reference) -> String {
+    let said = unit_of_heights(reference);
+    if said.is_empty() { "not said".to_string() } else { said }
+}
+
+fn pixels(reference: &Reference) -> String {
+    let said = match reference.pixel_is.as_str() {
+        "" => "not said to be areas or points",
+        "Point" => "points, for which GDAL moves the geotransform by half a pixel",
+        _ => "areas",
+    };
+    format!("{said}; samples stand at their centres")
+}
+
+fn size(info: &Info) -> String {
+    let size = format!("{} × {} samples", info.width, info.height);
+    match info.window {
+        None => size,
+        Some([column, row, ..]) => {
+            let (width, height) = info.whole_size;
+            format!("{size} from column {column}, row {row} on, of {width} × {height}")
+        }
+    }
 }
 
 fn heights(info: &Info) -> String {
@@ -78,6 +110,7 @@ fn nodata(info: &Info) -> String {
 
 fn geotransform(info: &Info) -> String {
     let numbers = info.geotransform.map(|c| c.to_string()).join(", ");
+    let numbers = if info.window.is_some() { format!("{numbers} (of the whole raster)") } else { numbers };
     if info.georeferenced { numbers } else { format!("{numbers} (default: the raster has none)") }
 }
 

@@ -4,6 +4,7 @@
 //! standard output and ends in an exit code. Nothing below this folder prints, exits or knows of options.
 
 mod channels;
+mod clip;
 mod failure;
 mod goal;
 mod importance;
@@ -16,6 +17,7 @@ mod simplify;
 mod simplify_channels;
 mod simplify_engine;
 mod simplify_kept;
+mod simplify_map;
 mod simplify_report;
 mod synth;
 mod values;

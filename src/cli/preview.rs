@@ -3,11 +3,12 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
+use super::clip::ClipArgs;
 use super::progress::Bars;
 use super::values::Size;
 use super::{Failure, GDAL_CACHE, print, values};
 use crate::preview::{Mode, PreviewOptions};
-use crate::raster::{Window, bound_gdal_cache};
+use crate::raster::bound_gdal_cache;
 
 /// Draw a mesh above its raster
 ///
@@ -29,9 +30,8 @@ pub(crate) struct PreviewArgs {
     /// As large as fits in so many pixels; a legend comes on top of it
     #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = values::size)]
     size: Size,
-    /// Draw only these samples
-    #[arg(long, value_name = "XOFF,YOFF,XSIZE,YSIZE", value_parser = values::window)]
-    window: Option<Window>,
+    #[command(flatten)]
+    clip: ClipArgs,
     /// The band of the raster
     #[arg(long, default_value_t = 1, value_name = "N")]
     band: usize,
@@ -79,7 +79,8 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
         band: args.band,
         nodata: args.nodata.clone(),
         size: (args.size.width, args.size.height),
-        window: args.window,
+        window: args.clip.window(),
+        bounding_box: args.clip.bounding_box(),
         max_error: args.max_error,
         exaggeration: args.vertical_exaggeration,
         overwrite: args.overwrite,

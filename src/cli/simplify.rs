@@ -6,24 +6,26 @@ use std::time::Instant;
 use clap::ValueEnum;
 
 use super::channels::ChannelArgs;
+use super::clip::ClipArgs;
 use super::goal::GoalArgs;
 use super::importance::ImportanceArgs;
 use super::progress::Bars;
 use super::simplify_channels::Extended;
 use super::simplify_engine::EngineArgs;
 use super::simplify_kept::Kept;
+use super::simplify_map::{MapArgs, MapReport, Written};
 use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
 use crate::field::{Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, exit_on_truncation};
 use crate::info::{DENSEST, Estimate, estimate};
-use crate::raster::{PointSource, Points, PointsError, Raster, Watch, bound_gdal_cache, read_points};
+use crate::raster::{PointSource, Points, PointsError, Raster, RasterError, Watch, bound_gdal_cache, read_points};
 use crate::simplify::{
     DEFAULT_TILE, DiskUse, Error, Load, Params, Plan, Quality, VertexHeights, check_disk, default_budget, grid,
     probe_density, probe_field, triangulate, triangulate_into,
 };
 use crate::sink::PlySink;
-use crate::staged::StagedFile;
+use crate::staged::{OutputError, StagedFile};
 use crate::triangulate::Feasibility;
 
 /// Turn a raster into a mesh that is within a tolerance of every sample
@@ -49,12 +51,14 @@ pub(crate) struct SimplifyArgs {
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
     #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
-    /// The band, counted from 1
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    band: usize,
+    /// The band, counted from 1 [default: 1, unless its samples are numbers of colours in a table]
+    #[arg(long, value_name = "N")]
+    band: Option<usize>,
     /// The stored value of samples that are no heights, instead of what the raster says
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true, conflicts_with = "planar")]
     nodata: Option<String>,
+    #[command(flatten)]
+    clip: ClipArgs,
     #[command(flatten)]
     channels: ChannelArgs,
     #[command(flatten)]
@@ -92,9 +96,11 @@ pub(crate) struct SimplifyArgs {
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
-    // The last: its headings would be those of what follows.
+    // The last: their headings would be those of what follows.
     #[command(flatten)]
     engine: EngineArgs,
+    #[command(flatten)]
+    map: MapArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -162,10 +168,15 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     if args.points.is_some() {
         params.takes_points()?;
     }
-    let (mut raster, channels) = args.channels.open(&args.input, args.band)?;
-    if let Some(value) = &args.nodata {
-        raster = raster.with_nodata(value)?;
+    let (raster, channels) = args.channels.open(&args.input, args.band.unwrap_or(1))?;
+    if args.band.is_none() && !args.channels.are_listed() && raster.has_colour_table() {
+        return Err(RasterError::ColourTable { path: args.input.clone(), band: raster.band() }.into());
     }
+    let raster = args.clip.clip(raster)?;
+    let raster = match &args.nodata {
+        Some(value) => raster.with_nodata(value)?,
+        None => raster,
+    };
     if channels.is_some() {
         params.takes_channels()?;
     }
@@ -192,7 +203,23 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build().map_err(|e| {
         Failure::new(format!("{} threads cannot be started: {e}", plan.threads)).hint("choose fewer with --threads")
     })?;
-    let job = Job { args, raster, channels, bands, importance, params, points, plan, control: &control };
+    let other_errors = match &args.importance.importance {
+        Some(_) => Some("--importance"),
+        None => channels.as_ref().map(|_| "--channels"),
+    };
+    let flat = channels.as_ref().is_some_and(|c| c.planar);
+    if !args.dry_run && !args.map.is_plain() {
+        // Finding out what is lost may take long, so an output that cannot be written is found first.
+        drop(args.first_look()?);
+    }
+    // To the pool's threads and back: a raster serves one thread at a time.
+    let write = |raster: &Raster, params: &mut Params| args.map.written(raster, flat, other_errors, params, &control);
+    let (raster, params, written) = pool.install(move || {
+        let written = write(&raster, &mut params);
+        (raster, params, written)
+    });
+    let written = written?;
+    let job = Job { written, args, raster, channels, bands, importance, params, points, plan, control: &control };
     if args.dry_run {
         let needs = pool.install(move || job.needs())?;
         drop(bars);
@@ -263,6 +290,11 @@ impl SimplifyArgs {
         read_points(raster, &source, &control.cancel).map(Some)
     }
 
+    /// An output that cannot be written is found by trying. A work dir may have one of its own there.
+    fn first_look(&self) -> Result<StagedFile, OutputError> {
+        StagedFile::create(&self.output, self.overwrite || self.work_dir.is_some(), &self.inputs())
+    }
+
     /// Files that are read: the output is none of them.
     pub(super) fn inputs(&self) -> Vec<&Path> {
         let all = [Some(&self.input), self.importance.importance.as_ref(), self.points.as_ref()];
@@ -272,6 +304,7 @@ impl SimplifyArgs {
 
 /// A run, as asked for and as planned.
 struct Job<'a> {
+    written: Written,
     args: &'a SimplifyArgs,
     raster: Raster,
     channels: Option<ChannelOptions>,
@@ -314,8 +347,7 @@ impl Job<'_> {
     /// be written is found first.
     fn extended(&self) -> Result<Option<Extended>, Error> {
         let Some(options) = &self.channels else { return Ok(None) };
-        let args = self.args;
-        drop(StagedFile::create(&args.output, args.overwrite || args.work_dir.is_some(), &args.inputs())?);
+        drop(self.args.first_look()?);
         Ok(Some(Extended::find(&self.raster, options, self.control)?))
     }
 
@@ -377,7 +409,7 @@ impl Job<'_> {
         let triangulated = Instant::now();
         let mut comments = comments(&self.raster, args);
         comments.extend(extended.map(Extended::comment));
-        let sink = PlySink::new(staged, &comments);
+        let sink = PlySink::new(staged, &comments).in_frame(self.written.frame, self.written.loss);
         let summary = mesh.write_if(Box::new(sink), self.control, &|| {
             watches.iter().try_for_each(Watch::check)?;
             kept.map_or(Ok(()), Kept::committing)
@@ -398,6 +430,7 @@ impl Job<'_> {
             (Some(file), Some(points)) => report.points(file, points),
             _ => report,
         };
+        let report = report.window(&self.raster).map(MapReport::new(&self.raster, &self.written), &args.goal);
         Ok(if kept.is_some() { report.tiles_found(mesh.tiles_found()) } else { report })
     }
 
@@ -423,11 +456,12 @@ impl Job<'_> {
 /// What the file says of itself. Nothing here depends on the machine or the time.
 fn comments(raster: &Raster, args: &SimplifyArgs) -> Vec<String> {
     let name = |path: &Path| path.file_name().map_or(path, Path::new).display().to_string();
-    let mut comments = vec![
-        format!("made by terrabite {}", env!("CARGO_PKG_VERSION")),
-        format!("source {}", name(&args.input)),
-        format!("crs {}", raster.crs_name()),
-    ];
+    let mut comments =
+        vec![format!("made by terrabite {}", env!("CARGO_PKG_VERSION")), format!("source {}", name(&args.input))];
+    // In the form in which QGIS reads it: no blank after the colon, which would belong to the CRS.
+    comments.extend(raster.crs_definition().map(|crs| format!("crs:{crs}")));
+    comments.push(format!("crs name {}", raster.crs_name()));
+    comments.extend(raster.window().map(|window| format!("window {window}")));
     comments.extend(args.goal.comments());
     comments.extend(args.nodata.as_ref().map(|value| format!("nodata {value}")));
     comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));

@@ -3,13 +3,14 @@ use std::path::Path;
 use indicatif::BinaryBytes;
 use serde::Serialize;
 
-use super::goal::GoalReport;
+use super::goal::{GoalArgs, GoalReport};
 use super::simplify_channels::ChannelReport;
+use super::simplify_map::MapReport;
 use crate::field::{Access, Field};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
 use crate::measure::ShapeStats;
-use crate::raster::{PointCounts, Points};
+use crate::raster::{PointCounts, Points, Raster};
 use crate::simplify::{EngineChoice, Mesh, Params, Plan, Quality, Summary, TileTimes, VertexHeights};
 use crate::triangulate::Feasibility;
 
@@ -21,6 +22,9 @@ pub(super) struct Report {
     access: Access,
     /// Null where errors are not weighted.
     importance: Option<ImportanceReport>,
+    /// Columns and rows before the samples meant, and samples across and down; null where they are the whole raster.
+    window: Option<[usize; 4]>,
+    map: Option<MapReport>,
     /// Those on the ground, which the mesh covers.
     samples: u64,
     /// Samples that are no heights, and heights that no ground reaches: in no cell with two others beside them.
@@ -187,6 +191,8 @@ impl Report {
                 access: weights.access().clone(),
                 weighted_max: errors.weighted_max,
             }),
+            window: None,
+            map: None,
             samples: errors.samples,
             nodata_samples: errors.nodata,
             stray_samples: errors.stray,
@@ -224,6 +230,16 @@ impl Report {
         }
     }
 
+    /// Of a run over a part of the raster.
+    pub(super) fn window(self, raster: &Raster) -> Report {
+        Report { window: raster.window().map(|w| [w.column, w.row, w.width, w.height]), ..self }
+    }
+
+    /// What coordinates mean and how they are written; and the tolerance as it was asked for.
+    pub(super) fn map(self, map: MapReport, goal: &GoalArgs) -> Report {
+        Report { map: Some(map), tolerance: Some(goal.tolerance()).filter(|t| t.is_finite()), ..self }
+    }
+
     /// Of a run with channels.
     pub(super) fn channels(self, channels: ChannelReport) -> Report {
         Report { channels: Some(channels), ..self }
@@ -252,6 +268,11 @@ impl Report {
             ("triangles", format!("{}, {:.1} samples each", grouped(self.triangles), self.samples_per_triangle)),
             ("vertices", grouped(self.vertices)),
         ]);
+        if let Some([column, row, width, height]) = self.window {
+            let from = format!("from column {column}, row {row} of the raster on, where columns and rows count as 0");
+            lines.push(("window", format!("{width} × {height} samples {from}")));
+        }
+        lines.extend(self.map.iter().flat_map(MapReport::lines));
         let place = format!("at column {}, row {} ({}, {})", e.column, e.row, e.x, e.y);
         let shares = format!("50 % up to {:.4}, 95 % {:.4}, 99 % {:.4}", e.p50, e.p95, e.p99);
         match &self.importance {

@@ -4,7 +4,7 @@
 
 use std::num::NonZeroUsize;
 
-use crate::raster::Window;
+use crate::raster::{BoundingBox, Window};
 
 /// A width and a height, in samples or pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +35,12 @@ pub(crate) fn bands(text: &str) -> Result<Bands, String> {
         different.then_some(Bands(bands))
     };
     parse().ok_or_else(|| "expected bands counted from 1, none of them twice, such as 2,3,4".to_string())
+}
+
+/// A factor, finite and above 0.
+pub(crate) fn factor(text: &str) -> Result<f64, String> {
+    let factor = text.parse().ok().filter(|f: &f64| f.is_finite() && *f > 0.0);
+    factor.ok_or_else(|| "expected a finite number above 0, such as 2.5".to_string())
 }
 
 /// A number of vertices or triangles.
@@ -75,6 +81,22 @@ pub(crate) fn window(text: &str) -> Result<Window, String> {
         (width > 0 && height > 0).then_some(Window { column, row, width, height })
     };
     parse().ok_or_else(|| "expected COLUMN,ROW,WIDTH,HEIGHT in samples, such as 0,0,512,512".to_string())
+}
+
+/// `XMIN,YMIN,XMAX,YMAX`, on the map.
+pub(crate) fn bounding_box(text: &str) -> Result<BoundingBox, String> {
+    let parse = || {
+        let numbers: Vec<f64> = text.split(',').map(|n| n.trim().parse().ok()).collect::<Option<_>>()?;
+        let &[left, bottom, right, top] = numbers.as_slice() else { return None };
+        let finite = numbers.iter().all(|n| n.is_finite());
+        (finite && left <= right && bottom <= top).then_some(BoundingBox {
+            min: (left, bottom),
+            max: (right, top),
+            crs: None,
+        })
+    };
+    parse()
+        .ok_or_else(|| "expected XMIN,YMIN,XMAX,YMAX in map units, such as 500000,5200000,510000,5210000".to_string())
 }
 
 /// A number of threads.
@@ -129,6 +151,15 @@ mod tests {
         assert_eq!(window("1, 2,3,4"), Ok(Window { column: 1, row: 2, width: 3, height: 4 }));
         for wrong in ["1,2,3", "1,2,3,0", "1,2,3,4,5", "-1,2,3,4", "18446744073709551615,0,1,1"] {
             assert!(window(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn boxes() {
+        let bounds = bounding_box("-1.5, 2,3e2,4").unwrap();
+        assert_eq!((bounds.min, bounds.max, bounds.crs), ((-1.5, 2.0), (300.0, 4.0), None));
+        for wrong in ["1,2,3", "3,2,1,4", "1,4,3,2", "1,2,3,nan", "1,2,inf,4", "1,2,3,4,5", ""] {
+            assert!(bounding_box(wrong).is_err(), "{wrong}");
         }
     }
 

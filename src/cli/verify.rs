@@ -2,6 +2,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::channels::ChannelArgs;
+use super::clip::ClipArgs;
 use super::importance::ImportanceArgs;
 use super::progress::Bars;
 use super::{Failure, GDAL_CACHE, print, values};
@@ -30,6 +31,8 @@ pub(crate) struct VerifyArgs {
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true, conflicts_with = "planar")]
     nodata: Option<String>,
     #[command(flatten)]
+    clip: ClipArgs,
+    #[command(flatten)]
     channels: ChannelArgs,
     #[command(flatten)]
     importance: ImportanceArgs,
@@ -56,6 +59,7 @@ struct Report<'a> {
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     bound_gdal_cache(GDAL_CACHE);
     let (raster, channels) = args.channels.open(&args.raster, args.band)?;
+    let raster = args.clip.clip(raster)?;
     let raster = match &args.nodata {
         Some(value) => raster.with_nodata(value)?,
         None => raster,

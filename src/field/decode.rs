@@ -11,7 +11,7 @@ use super::store::{Bytes, Offsets, Store};
 use super::{FieldError, FieldOptions};
 use crate::control::{Control, Stage};
 use crate::faults::{self, Point};
-use crate::raster::{Raster, Window};
+use crate::raster::{Opening, Raster, Window};
 
 /// Samples along one side of a block of the temporary file, at most: small enough that a tile touches few pages it does
 /// not need, large enough that a run is worth a copy.
@@ -36,7 +36,8 @@ impl Layout {
         let (block_width, block_height) = (BLOCK.min(raster.width()), BLOCK.min(raster.height()));
         let blocks_across = raster.width().div_ceil(block_width);
         let blocks = blocks_across as u64 * raster.height().div_ceil(block_height) as u64;
-        let bytes = blocks * (block_width * block_height * sample_bytes) as u64;
+        // A file may claim any size; this much no disk has.
+        let bytes = blocks.saturating_mul((block_width * block_height * sample_bytes) as u64);
         Layout { width: raster.width(), block_width, block_height, blocks_across, sample_bytes, bytes }
     }
 }
@@ -70,6 +71,7 @@ impl Decoding {
             blocks_across: layout.blocks_across,
             offsets: Offsets::Regular,
             sample_bytes: layout.sample_bytes,
+            first: (0, 0),
         })
     }
 }
@@ -90,12 +92,12 @@ pub(super) fn decode(raster: &Raster, options: &FieldOptions, control: &Control<
     let mask = raster.has_mask()?.then(|| Decoding::new(raster, 1, folder)).transpose().map_err(failed)?;
 
     let units = units(raster);
-    let (path, band) = (raster.path(), raster.band());
+    let opening = raster.opening();
     control.progress.begin(Stage::Decode, units.len() as u64, raster.width() as u64 * raster.height() as u64);
     units.par_iter().try_for_each_init(Reader::default, |reader, &unit| {
         control.cancel.check()?;
         faults::reach(Point::DecodeUnit);
-        let source = reader.open(path, band)?;
+        let source = reader.open(&opening)?;
         let unit_bytes = unit.len() * samples.layout.sample_bytes;
         let mut words = vec![0u64; unit_bytes.div_ceil(8)];
         let read = &mut bytemuck::cast_slice_mut(&mut words)[..unit_bytes];
@@ -121,10 +123,10 @@ pub(super) fn decode(raster: &Raster, options: &FieldOptions, control: &Control<
 struct Reader(Option<Raster>);
 
 impl Reader {
-    fn open(&mut self, path: &Path, band: usize) -> Result<&Raster, FieldError> {
+    fn open(&mut self, opening: &Opening) -> Result<&Raster, FieldError> {
         let own = match self.0.take() {
             Some(own) => own,
-            None => Raster::open(path, band)?,
+            None => opening.open()?,
         };
         Ok(self.0.insert(own))
     }

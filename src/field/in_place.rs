@@ -9,9 +9,10 @@ pub(super) fn map_in_place(raster: &Raster, layout: PlainLayout) -> Result<Store
     let file = std::fs::File::open(&layout.file).map_err(|e| e.to_string())?;
     let mapped = map(&file).map_err(|e| format!("it cannot be mapped: {e}"))?;
     let sample_bytes = raster.sample_type().bytes();
-    let tiled = layout.block_width != raster.width();
+    let (width, height) = raster.whole_size();
+    let tiled = layout.block_width != width;
     for (index, &offset) in layout.offsets.iter().enumerate() {
-        let left = raster.height() - (index / layout.blocks_across) * layout.block_height;
+        let left = height - (index / layout.blocks_across) * layout.block_height;
         let rows = if tiled { layout.block_height } else { layout.block_height.min(left) };
         let end = offset.checked_add((layout.block_width * rows * sample_bytes) as u64);
         if end.is_none_or(|end| end > mapped.len() as u64) {
@@ -25,6 +26,7 @@ pub(super) fn map_in_place(raster: &Raster, layout: PlainLayout) -> Result<Store
         blocks_across: layout.blocks_across,
         offsets: Offsets::Table(layout.offsets),
         sample_bytes,
+        first: raster.window().map_or((0, 0), |w| (w.column, w.row)),
     };
     agrees_with_gdal(raster, &store)?;
     Ok(store)

@@ -26,7 +26,7 @@ mod tile;
 mod validity;
 mod windows;
 
-pub use channels::{ChannelOptions, find_ranges};
+pub use channels::{ChannelOptions, find_ranges, height_range};
 pub use decode::{UNIT_BYTES, decoded_bytes};
 pub use error::FieldError;
 pub use map::exit_on_truncation;

@@ -187,6 +187,7 @@ impl Field {
             blocks_across: 1,
             offsets: Offsets::Regular,
             sample_bytes: sample_type.bytes(),
+            first: (0, 0),
         };
         Ok(Field {
             name: PathBuf::from("heights in memory"),

@@ -14,6 +14,8 @@ pub(super) struct Store {
     pub(super) blocks_across: usize,
     pub(super) offsets: Offsets,
     pub(super) sample_bytes: usize,
+    /// Column and row of the first sample that is looked at, in the blocks.
+    pub(super) first: (usize, usize),
 }
 
 /// Who holds the bytes.
@@ -61,6 +63,7 @@ impl Store {
         window: Window,
         mut run: impl FnMut(usize, usize, &[u8]) -> Result<(), E>,
     ) -> Result<(), E> {
+        let window = Window { column: window.column + self.first.0, row: window.row + self.first.1, ..window };
         let (right, bottom) = (window.column + window.width, window.row + window.height);
         let bytes = self.bytes();
         let mut touched = Touched::default();

@@ -1,8 +1,7 @@
-use std::path::PathBuf;
 use std::sync::Mutex;
 
 use super::FieldError;
-use crate::raster::{Raster, Window};
+use crate::raster::{Opening, Raster, Window};
 
 /// Samples read through GDAL window by window, when they are wanted: nothing is decoded beforehand.
 ///
@@ -10,16 +9,14 @@ use crate::raster::{Raster, Window};
 /// a handle of its own: tiles are worked on in runs, and the blocks that a tile shares with the one before it are mostly
 /// still there. Locks are never waited for, but by threads outside the pool, which share a handle.
 pub(super) struct Windows {
-    path: PathBuf,
-    band: usize,
+    opening: Opening,
     handles: Vec<Mutex<Option<Raster>>>,
 }
 
 impl Windows {
     pub(super) fn new(raster: &Raster) -> Windows {
         Windows {
-            path: raster.path().to_path_buf(),
-            band: raster.band(),
+            opening: raster.opening(),
             handles: (0..=rayon::current_num_threads()).map(|_| Mutex::default()).collect(),
         }
     }
@@ -49,7 +46,7 @@ impl Windows {
         let mut handle = self.handles[own].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let raster = match handle.take() {
             Some(raster) => raster,
-            None => Raster::open(&self.path, self.band)?,
+            None => self.opening.open()?,
         };
         let found = read(&raster)?;
         *handle = Some(raster);

@@ -40,9 +40,9 @@ impl Estimate {
             let triangles = band.width() as f64 * band.height() as f64 / self.samples_per_triangle;
             let values = (triangles * CHANNEL_BYTES_PER_TRIANGLE) as u64;
             Estimate {
-                field_bytes: sum.field_bytes + of_band.field_bytes,
-                spool_bytes: sum.spool_bytes + values,
-                output_bytes: sum.output_bytes + values,
+                field_bytes: sum.field_bytes.saturating_add(of_band.field_bytes),
+                spool_bytes: sum.spool_bytes.saturating_add(values),
+                output_bytes: sum.output_bytes.saturating_add(values),
                 ..sum
             }
         })
@@ -54,7 +54,7 @@ pub fn estimate(raster: &Raster, importance: Option<&Raster>, samples_per_triang
     let samples = raster.width() as f64 * raster.height() as f64;
     let triangles = samples / samples_per_triangle;
     Estimate {
-        field_bytes: field_bytes(raster) + importance.map_or(0, field_bytes),
+        field_bytes: field_bytes(raster).saturating_add(importance.map_or(0, field_bytes)),
         spool_bytes: (triangles * SPOOL_BYTES_PER_TRIANGLE) as u64,
         output_bytes: (triangles * OUTPUT_BYTES_PER_TRIANGLE) as u64,
         samples_per_triangle,

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 pub use estimate::{DENSEST, Estimate, SAMPLES_PER_TRIANGLE, estimate};
 
 use crate::field::suits_windows;
-use crate::raster::{Nodata, Raster, RasterError, SampleType, plain_layout};
+use crate::raster::{Nodata, Raster, RasterError, Reference, SampleType, plain_layout};
 use crate::simplify::{DEFAULT_TILE, Load, Plan, default_budget};
 use crate::tiling::TileGrid;
 
@@ -28,6 +28,10 @@ pub struct Info {
     pub width: usize,
     /// Samples down.
     pub height: usize,
+    /// Columns and rows before the samples described, and samples across and down; null where they are the whole raster.
+    pub window: Option<[usize; 4]>,
+    /// Samples across and down the whole raster.
+    pub whole_size: (usize, usize),
     /// GDAL's name of the samples' type.
     #[serde(rename = "type")]
     pub sample_type: &'static str,
@@ -43,11 +47,13 @@ pub struct Info {
     pub mask: bool,
     /// The coordinate reference system in one line; "none" where there is none.
     pub crs: String,
+    /// What coordinates and heights mean.
+    pub reference: Reference,
     /// The coordinate reference system as WKT; empty where there is none.
     pub crs_wkt: String,
     /// Whether the raster brings its own geotransform.
     pub georeferenced: bool,
-    /// The geotransform, in GDAL's order; the default one where the raster has none.
+    /// The geotransform of the whole raster, in GDAL's order; the default one where the raster has none.
     pub geotransform: [f64; 6],
     /// Samples across and down in one block of the file.
     pub block: (usize, usize),
@@ -81,6 +87,8 @@ impl Info {
             band: raster.band(),
             width: raster.width(),
             height: raster.height(),
+            window: raster.window().map(|w| [w.column, w.row, w.width, w.height]),
+            whole_size: raster.whole_size(),
             sample_type: raster.sample_type().name(),
             nodata: nodata(raster.nodata()),
             scale: scaling.scale,
@@ -88,6 +96,7 @@ impl Info {
             nan_possible: matches!(raster.sample_type(), SampleType::F32 | SampleType::F64),
             mask: raster.has_mask()?,
             crs: raster.crs_name(),
+            reference: raster.reference(),
             crs_wkt: raster.crs_wkt(),
             georeferenced: raster.is_georeferenced(),
             geotransform: raster.geo_transform().coefficients(),

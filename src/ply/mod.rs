@@ -7,10 +7,11 @@
 //!
 //! Taken are `ascii`, `binary_little_endian` and `binary_big_endian` of version 1.0, elements and properties in any
 //! order, any number types, and the 64-bit integers `int64` and `uint64` that the format's description does not know.
-//! Bytes after the last element are ignored.
+//! Bytes after the last element are ignored. What the header's comments say of coordinates is a [`Frame`].
 
 mod error;
 mod file;
+mod frame;
 mod header;
 #[cfg(test)]
 mod tests;
@@ -18,4 +19,5 @@ mod values;
 
 pub use error::PlyError;
 pub use file::PlyFile;
+pub use frame::Frame;
 pub use header::{Encoding, ScalarType};

@@ -5,7 +5,7 @@ use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 
 use super::PreviewError;
 use crate::control::{Cancelled, Control};
-use crate::ply::PlyFile;
+use crate::ply::{Frame, PlyFile};
 use crate::raster::{GeoTransform, Window};
 
 /// A corner: column and row of the raster (whole numbers at samples), height, and the colour, black if not asked for.
@@ -67,13 +67,14 @@ fn touches(triangle: &Triangle, window: Window) -> bool {
 
 /// From map coordinates to column and row. Vertices written by terrabite lie on quarter cells, which are found
 /// exactly; those of other meshes are where they are.
-fn place(transform: &GeoTransform, [x, y, height]: [f64; 3], colour: [u8; 3]) -> Corner {
-    if let Some((lx, ly)) = transform.lattice(x, y) {
+fn place(transform: &GeoTransform, frame: &Frame, [x, y, height]: [f64; 3], colour: [u8; 3]) -> Corner {
+    let height = frame.height(height);
+    if let Some((lx, ly)) = frame.lattice(transform, (x, y)) {
         return Corner { column: lx as f64 / 4.0, row: ly as f64 / 4.0, height, colour };
     }
-    let [x0, xp, xl, y0, yp, yl] = transform.coefficients();
-    let (dx, dy, det) = (x - x0, y - y0, transform.determinant());
-    Corner { column: (dx * yl - dy * xl) / det - 0.5, row: (dy * xp - dx * yp) / det - 0.5, height, colour }
+    let (x, y) = frame.on_the_map((x, y));
+    let (column, row) = transform.sample_coordinates(x, y);
+    Corner { column, row, height, colour }
 }
 
 /// Bytes of a corner in the temporary file.
@@ -99,12 +100,13 @@ impl Vertices {
     ) -> Result<Vertices, PreviewError> {
         let path = mesh.path().to_path_buf();
         let io = |source| PreviewError::io(&path, "its vertices cannot be put into a temporary file", source);
+        let frame = Frame::of(mesh);
         let mut out = BufWriter::with_capacity(1 << 18, tempfile::tempfile().map_err(io)?);
         mesh.for_each_vertex_with(colours, |index, xyz, attributes| {
             check(control, index)?;
             let mut colour = [0; 3];
             colour.iter_mut().zip(attributes).for_each(|(c, v)| *c = v.round().clamp(0.0, 255.0) as u8);
-            let Corner { column, row, height, colour } = place(transform, xyz, colour);
+            let Corner { column, row, height, colour } = place(transform, &frame, xyz, colour);
             let mut record = [0; RECORD];
             record[24..27].copy_from_slice(&colour);
             for (bytes, value) in record.chunks_exact_mut(8).zip([column, row, height]) {

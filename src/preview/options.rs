@@ -1,4 +1,4 @@
-use crate::raster::Window;
+use crate::raster::{BoundingBox, Window};
 
 /// What is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -29,6 +29,8 @@ pub struct PreviewOptions {
     pub size: (usize, usize),
     /// The samples that are drawn; all where `None`.
     pub window: Option<Window>,
+    /// The same by a box on the map; not beside `window`.
+    pub bounding_box: Option<BoundingBox>,
     /// The tolerance: the end of the colour scale, beyond which samples are marked. `None` scales to the largest error.
     pub max_error: Option<f64>,
     /// Heights are multiplied by this for shading.
@@ -45,6 +47,7 @@ impl Default for PreviewOptions {
             nodata: None,
             size: (1024, 1024),
             window: None,
+            bounding_box: None,
             max_error: None,
             exaggeration: 1.0,
             overwrite: false,

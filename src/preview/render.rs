@@ -52,6 +52,7 @@ pub fn preview(
         None => raster,
     };
     let window = window(&raster, options)?;
+    raster.holds_rows(window.width)?;
     let mut job = Job {
         light: Light::over(&raster, options.exaggeration),
         view: View::fit(window, options.size),
@@ -88,7 +89,11 @@ fn check(options: &PreviewOptions) -> Result<(), PreviewError> {
 
 fn window(raster: &Raster, options: &PreviewOptions) -> Result<Window, PreviewError> {
     let (width, height) = (raster.width(), raster.height());
-    let window = options.window.unwrap_or(Window { column: 0, row: 0, width, height });
+    let window = match (options.window, &options.bounding_box) {
+        (Some(window), _) => window,
+        (None, Some(bounds)) => raster.window_of(bounds)?,
+        (None, None) => Window { column: 0, row: 0, width, height },
+    };
     let inside =
         |first: usize, count: usize, all: usize| count >= 2 && first.checked_add(count).is_some_and(|e| e <= all);
     if inside(window.column, window.width, width) && inside(window.row, window.height, height) {

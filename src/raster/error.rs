@@ -2,6 +2,8 @@ use std::path::{Path, PathBuf};
 
 use gdal::errors::GdalError;
 
+use super::Window;
+
 /// Why a raster cannot be used, or could not be read. Every message names the file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -52,6 +54,24 @@ pub enum RasterError {
         /// The type of the samples.
         sample_type: &'static str,
     },
+    /// The samples are entries of a table of colours.
+    #[error("{}: band {band}: expected heights, found the numbers of colours in a table", path.display())]
+    ColourTable {
+        /// The raster.
+        path: PathBuf,
+        /// The band, from 1.
+        band: usize,
+    },
+    /// Rows are too long to be held in memory.
+    #[error("{}: expected at most {limit} samples across, found {found}", path.display())]
+    Wide {
+        /// The raster.
+        path: PathBuf,
+        /// The most that can be held.
+        limit: usize,
+        /// How many there are.
+        found: usize,
+    },
     /// A surface needs two samples each way.
     #[error("{}: expected at least 2 × 2 samples, found {width} × {height}: there is no surface to triangulate", path.display())]
     TooSmall {
@@ -61,6 +81,60 @@ pub enum RasterError {
         width: usize,
         /// Samples down.
         height: usize,
+    },
+    /// A window reaches out of the raster, or has no surface.
+    #[error(
+        "{}: expected a window of at least 2 × 2 of the raster's {width} × {height} samples, found {} × {} from column {}, \
+         row {} on",
+        path.display(), window.width, window.height, window.column, window.row
+    )]
+    Window {
+        /// The raster.
+        path: PathBuf,
+        /// The window.
+        window: Window,
+        /// Samples across the raster.
+        width: usize,
+        /// Samples down.
+        height: usize,
+    },
+    /// The raster is georeferenced, but not by a geotransform.
+    #[error("{}: expected a geotransform, or no georeferencing at all, found {found}", path.display())]
+    NotAffine {
+        /// The raster.
+        path: PathBuf,
+        /// What there is instead.
+        found: String,
+    },
+    /// There is no way from the CRS of a bounding box to the raster's.
+    #[error("{}: the box cannot be transformed from {from} to the raster's CRS {to}: {reason}", path.display())]
+    BoxCrs {
+        /// The raster.
+        path: PathBuf,
+        /// The CRS of the box.
+        from: String,
+        /// The raster's.
+        to: String,
+        /// What GDAL said.
+        reason: String,
+    },
+    /// A bounding box holds no surface.
+    #[error(
+        "{}: expected a box with at least 2 × 2 samples inside, found {columns} × {rows}; samples lie from x {}, y {} to \
+         x {}, y {}, CRS {crs}",
+        path.display(), extent[0], extent[1], extent[2], extent[3]
+    )]
+    EmptyBox {
+        /// The raster.
+        path: PathBuf,
+        /// Columns in the box.
+        columns: usize,
+        /// Rows in the box.
+        rows: usize,
+        /// The least x and y of the raster's samples, and the largest.
+        extent: [f64; 4],
+        /// The raster's CRS.
+        crs: String,
     },
     /// The geotransform cannot place vertices, or not finely enough to find them again.
     #[error("{}: the geotransform {coefficients:?} cannot place vertices: {reason}", path.display())]

@@ -3,7 +3,7 @@ use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Raster, RasterError, identity};
+use super::{Opening, Raster, RasterError, identity};
 
 /// The files that hold a raster's samples, as far as they are known: their lengths and times of modification.
 ///
@@ -70,7 +70,7 @@ impl Files {
 #[derive(Debug)]
 pub struct Watch {
     path: PathBuf,
-    band: usize,
+    opening: Opening,
     files: Files,
     identity: Option<Vec<(&'static str, String)>>,
 }
@@ -83,7 +83,7 @@ impl Watch {
     pub fn new(raster: &Raster) -> Result<Watch, RasterError> {
         let files = Files::of(raster);
         let identity = if files.all { None } else { Some(identity(raster)?) };
-        Ok(Watch { path: raster.path().to_path_buf(), band: raster.band(), files, identity })
+        Ok(Watch { path: raster.path().to_path_buf(), opening: raster.opening(), files, identity })
     }
 
     /// The files as they were at the beginning.
@@ -106,7 +106,7 @@ impl Watch {
         }
         let Some(before) = &self.identity else { return Ok(()) };
         // A handle of its own: GDAL may hold blocks of the old one.
-        let now = identity(&Raster::open(&self.path, self.band)?)?;
+        let now = identity(&self.opening.open()?)?;
         match before.iter().zip(now).find(|(before, now)| *before != now) {
             Some(((what, expected), (_, found))) => Err(self.changed(what, expected.clone(), found)),
             None => Ok(()),

@@ -3,9 +3,14 @@
 /// The sample at column `c`, row `r` lies on lattice point (4c, 4r) and at the centre of its pixel on the map. Both
 /// directions are defined here once, operation by operation in IEEE doubles and without fused multiply-add, so that
 /// whoever reads a written vertex can check it bit for bit.
+///
+/// Of a window of a raster, lattice points are counted from the window's first sample, and have the coordinates, bit for
+/// bit, that the whole raster gives them ([`GeoTransform::of_window`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GeoTransform {
     coefficients: [f64; 6],
+    /// Column and row, in the raster that the coefficients are of, of the sample on lattice point (0, 0).
+    origin: (i64, i64),
 }
 
 /// Lattice steps in one cell.
@@ -13,7 +18,7 @@ const STEPS: f64 = 4.0;
 
 impl GeoTransform {
     /// What a raster without georeferencing is given: x = column + ½, y = −(row + ½).
-    pub const DEFAULT: GeoTransform = GeoTransform { coefficients: [0.0, 1.0, 0.0, 0.0, 0.0, -1.0] };
+    pub const DEFAULT: GeoTransform = GeoTransform { coefficients: [0.0, 1.0, 0.0, 0.0, 0.0, -1.0], origin: (0, 0) };
 
     /// From GDAL's six coefficients: x = c0 + P·c1 + L·c2, y = c3 + P·c4 + L·c5, with P, L in pixels from the
     /// raster's corner.
@@ -25,7 +30,7 @@ impl GeoTransform {
         if coefficients.iter().any(|c| !c.is_finite()) {
             return Err("expected finite coefficients");
         }
-        let transform = GeoTransform { coefficients };
+        let transform = GeoTransform { coefficients, origin: (0, 0) };
         if transform.determinant() == 0.0 || !transform.determinant().is_finite() {
             return Err("it maps the raster onto a line or a point");
         }
@@ -39,7 +44,13 @@ impl GeoTransform {
         Ok(transform)
     }
 
-    /// GDAL's six coefficients.
+    /// The same map for a window whose first sample is at this column and row of what the map is of now.
+    pub fn of_window(self, column: usize, row: usize) -> GeoTransform {
+        let (first_column, first_row) = self.origin;
+        GeoTransform { origin: (first_column + column as i64, first_row + row as i64), ..self }
+    }
+
+    /// GDAL's six coefficients. Of a window they are those of the whole raster: its own would be rounded.
     pub fn coefficients(&self) -> [f64; 6] {
         self.coefficients
     }
@@ -51,9 +62,10 @@ impl GeoTransform {
         xp * yl - xl * yp
     }
 
-    /// Map coordinates of a lattice point: with P = x/4 + ½ and L = y/4 + ½ (exact), `(c0 + P·c1) + L·c2` and
-    /// `(c3 + P·c4) + L·c5`, each operation rounded to double.
+    /// Map coordinates of a lattice point: with P = x/4 + ½ and L = y/4 + ½ (exact, counted in the whole raster),
+    /// `(c0 + P·c1) + L·c2` and `(c3 + P·c4) + L·c5`, each operation rounded to double.
     pub fn apply(&self, x: i64, y: i64) -> (f64, f64) {
+        let (x, y) = (x + STEPS as i64 * self.origin.0, y + STEPS as i64 * self.origin.1);
         let [x0, xp, xl, y0, yp, yl] = self.coefficients;
         let (p, l) = (x as f64 / STEPS + 0.5, y as f64 / STEPS + 0.5);
         ((x0 + p * xp) + l * xl, (y0 + p * yp) + l * yl)
@@ -72,7 +84,7 @@ impl GeoTransform {
         let (dx, dy, det) = (map_x - x0, map_y - y0, self.determinant());
         let p = (dx * yl - dy * xl) / det;
         let l = (dy * xp - dx * yp) / det;
-        (p - 0.5, l - 0.5)
+        (p - 0.5 - self.origin.0 as f64, l - 0.5 - self.origin.1 as f64)
     }
 
     /// The lattice point nearest to these coordinates; `None` if they are not finite or out of any raster's range.
@@ -103,6 +115,21 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn a_window_has_the_coordinates_of_the_whole(
+            origin in (-1e7f64..1e7, -1e7f64..1e7), cell in 1e-4f64..1e3, turn in -0.9f64..0.9,
+            column in 0usize..90_000, row in 0usize..90_000, x in 0i64..40_000, y in 0i64..40_000,
+        ) {
+            let coefficients = [origin.0, cell, cell * turn, origin.1, cell * turn, -cell];
+            if let Ok(whole) = GeoTransform::new(coefficients, 100_001, 100_001) {
+                let window = whole.of_window(column, row);
+                let (mx, my) = window.apply(x, y);
+                prop_assert_eq!((mx, my), whole.apply(x + 4 * column as i64, y + 4 * row as i64));
+                prop_assert_eq!(window.lattice(mx, my), Some((x, y)));
+                prop_assert_eq!(whole.of_window(column / 2, row / 2).of_window(column - column / 2, row - row / 2), window);
+            }
+        }
+
         #[test]
         fn lattice_points_come_back(
             origin in (-1e7f64..1e7, -1e7f64..1e7), cell in 1e-4f64..1e3, turn in -0.9f64..0.9,

@@ -5,6 +5,17 @@ use super::{GeoTransform, Raster, RasterError};
 const ROUNDING_CELLS: f64 = 0.01;
 
 impl Raster {
+    /// The raster `other`, cut like this one where it is as large as the whole of this one.
+    ///
+    /// # Errors
+    /// As [`Raster::clip`].
+    pub fn clip_alike(&self, other: Raster) -> Result<Raster, RasterError> {
+        match self.window() {
+            Some(window) if other.whole_size() == self.whole_size() => other.clip(window),
+            _ => Ok(other),
+        }
+    }
+
     /// Makes sure that the samples of `other` lie on those of this raster: as many across and down, and at the same
     /// places on the map, up to rounding, where both rasters are georeferenced.
     ///

@@ -25,7 +25,7 @@ pub fn identity(raster: &Raster) -> Result<Vec<(&'static str, String)>, RasterEr
         Nodata::I64(value) => value.to_string(),
         Nodata::U64(value) => value.to_string(),
     };
-    Ok(vec![
+    let mut named = vec![
         ("size", format!("{} × {} samples", raster.width(), raster.height())),
         ("band", raster.band().to_string()),
         ("sample type", raster.sample_type().name().to_string()),
@@ -34,7 +34,10 @@ pub fn identity(raster: &Raster) -> Result<Vec<(&'static str, String)>, RasterEr
         ("scale", exact(scaling.scale)),
         ("offset", exact(scaling.offset)),
         ("checksum of some samples", format!("{:08x}", some_samples(raster)?)),
-    ])
+    ];
+    // A window that happens to have the samples of another is not the same place.
+    named.extend(raster.window().map(|w| ("window", w.to_string())));
+    Ok(named)
 }
 
 /// A double as people read it, and its bits.

@@ -2,11 +2,16 @@
 //!
 //! In comes a path and a band number; out go sizes, types, georeferencing and windows of samples, either as they are
 //! stored ([`Raster::read_native`]) or as heights ([`Raster::read_heights`], [`Raster::read_valid_heights`]); and the samples
-//! nearest to the points of a vector layer ([`read_points`]). Nothing here knows of tiles or meshes.
+//! nearest to the points of a vector layer ([`read_points`]), and those inside its polygons ([`read_cutline`]). Nothing here
+//! knows of tiles or meshes.
 
+mod bounding_box;
 mod channels;
+mod crs;
+mod cutline;
 mod error;
 mod files;
+mod gdal_name;
 mod geo_transform;
 mod grid;
 mod identity;
@@ -14,17 +19,22 @@ mod nodata;
 mod open;
 mod plain;
 mod points;
+mod reference;
 mod sample_type;
 mod validity;
 
+pub use bounding_box::BoundingBox;
 pub use channels::channels;
+pub use cutline::{Cutline, CutlineError, CutlineSource, read_cutline};
 pub use error::RasterError;
 pub use files::{Files, Watch};
+pub(crate) use gdal_name::GdalName;
 pub use geo_transform::GeoTransform;
 pub use identity::{exact, identity};
 pub use nodata::Nodata;
-pub use open::{Raster, Window, bound_gdal_cache, quiet_gdal};
+pub use open::{Opening, Raster, Window, bound_gdal_cache, quiet_gdal};
 pub use plain::{PlainLayout, plain_layout};
 pub use points::{PointCounts, PointSet, PointSource, Points, PointsError, read_points};
+pub use reference::Reference;
 pub(crate) use sample_type::with_sample_type;
 pub use sample_type::{SampleType, Scaling};

@@ -6,16 +6,20 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
 use super::error::reason;
 use super::sample_type::with_sample_type;
-use super::{GeoTransform, Nodata, RasterError, SampleType, Scaling};
+use super::{GdalName, GeoTransform, Nodata, RasterError, SampleType, Scaling};
 
 /// One band of an open raster. Not shared between threads: each opens its own.
 #[derive(Debug)]
 pub struct Raster {
     path: PathBuf,
     pub(super) dataset: Dataset,
+    /// Kept as long as the dataset, which is dropped before it.
+    _name: GdalName,
     pub(super) band: usize,
-    width: usize,
-    height: usize,
+    /// Samples across and down the dataset.
+    whole: (usize, usize),
+    /// What of it is looked at.
+    window: Window,
     sample_type: SampleType,
     scaling: Scaling,
     /// What the raster's tag says.
@@ -23,6 +27,37 @@ pub struct Raster {
     /// What the caller says.
     pub(super) given_nodata: Option<Nodata>,
     geo_transform: Option<GeoTransform>,
+}
+
+/// How a raster was opened: threads that need a handle of their own take this along.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Opening {
+    path: PathBuf,
+    band: usize,
+    given_nodata: Option<Nodata>,
+    window: Option<Window>,
+}
+
+impl Opening {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// As [`Raster::open`] and [`Raster::clip`].
+    pub fn open(&self) -> Result<Raster, RasterError> {
+        Ok(Raster { given_nodata: self.given_nodata, ..self.open_band(self.band)? })
+    }
+
+    /// Opens another band of the same file, of which the same window is looked at; its nodata value is its own.
+    ///
+    /// # Errors
+    /// As [`Opening::open`].
+    pub fn open_band(&self, band: usize) -> Result<Raster, RasterError> {
+        let raster = Raster::open(&self.path, band)?;
+        match self.window {
+            Some(window) => raster.clip(window),
+            None => Ok(raster),
+        }
+    }
 }
 
 /// A rectangle of samples.
@@ -47,6 +82,13 @@ impl Window {
     /// Whether it holds none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+}
+
+/// As `--window` takes it.
+impl std::fmt::Display for Window {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{},{},{},{}", self.column, self.row, self.width, self.height)
     }
 }
 
@@ -78,10 +120,10 @@ impl Raster {
                 | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
             ..DatasetOptions::default()
         };
-        let dataset = Dataset::open_ex(path, options).map_err(|e| RasterError::Open {
-            path: path.to_path_buf(),
-            reason: reason(&e).trim_start_matches(&format!("{}: ", path.display())).to_string(),
-        })?;
+        let failed = |reason| RasterError::Open { path: path.to_path_buf(), reason };
+        let name = GdalName::of(path).map_err(|e| failed(format!("its name is no UTF-8, and no link to it: {e}")))?;
+        let dataset = Dataset::open_ex(name.path(), options)
+            .map_err(|e| failed(reason(&e).trim_start_matches(&format!("{}: ", name.path().display())).to_string()))?;
         let count = dataset.raster_count();
         if count == 0 {
             return Err(RasterError::NoBands { path: path.to_path_buf(), hint: subdatasets(&dataset) });
@@ -94,7 +136,10 @@ impl Raster {
             return Err(RasterError::TooSmall { path: path.to_path_buf(), width, height });
         }
         let geo_transform = match dataset.geo_transform() {
-            Err(_) => None,
+            Err(_) => match other_georeferencing(&dataset) {
+                Some(found) => return Err(RasterError::NotAffine { path: path.to_path_buf(), found }),
+                None => None,
+            },
             Ok(c) => Some(GeoTransform::new(c, width, height).map_err(|reason| RasterError::GeoTransform {
                 path: path.to_path_buf(),
                 coefficients: c,
@@ -113,15 +158,62 @@ impl Raster {
         Ok(Raster {
             path: path.to_path_buf(),
             dataset,
+            _name: name,
             band,
-            width,
-            height,
+            whole: (width, height),
+            window: Window { column: 0, row: 0, width, height },
             sample_type,
             scaling,
             nodata,
             given_nodata: None,
             geo_transform,
         })
+    }
+
+    /// The same raster, of which only a window is looked at: from here on it is as large as the window, and columns and
+    /// rows are counted from the window's first sample. Map coordinates of samples stay what they were, bit for bit.
+    ///
+    /// # Errors
+    /// [`RasterError::Window`] if it reaches out of the raster or has less than 2 samples across or down.
+    pub fn clip(self, window: Window) -> Result<Raster, RasterError> {
+        let inside = |first: usize, count: usize, all: usize| first.checked_add(count).is_some_and(|end| end <= all);
+        let Window { column, row, width, height } = window;
+        if !inside(column, width, self.width()) || !inside(row, height, self.height()) || width < 2 || height < 2 {
+            let (path, size) = (self.path, (self.window.width, self.window.height));
+            return Err(RasterError::Window { path, window, width: size.0, height: size.1 });
+        }
+        let first = (self.window.column + column, self.window.row + row);
+        Ok(Raster {
+            window: Window { column: first.0, row: first.1, width, height },
+            geo_transform: self.geo_transform.map(|g| g.of_window(column, row)),
+            ..self
+        })
+    }
+
+    /// Makes sure that a row of so many samples can be held in memory: a file may claim any size.
+    ///
+    /// # Errors
+    /// [`RasterError::Wide`].
+    pub fn holds_rows(&self, found: usize) -> Result<(), RasterError> {
+        /// As doubles, half a gibibyte.
+        const LIMIT: usize = 1 << 26;
+        if found <= LIMIT { Ok(()) } else { Err(RasterError::Wide { path: self.path.clone(), limit: LIMIT, found }) }
+    }
+
+    /// What of the whole raster is looked at, if it is not all of it.
+    pub fn window(&self) -> Option<Window> {
+        let (width, height) = self.whole;
+        (self.window != Window { column: 0, row: 0, width, height }).then_some(self.window)
+    }
+
+    /// Samples across and down the whole raster.
+    pub fn whole_size(&self) -> (usize, usize) {
+        self.whole
+    }
+
+    /// What it takes to open the same raster once more.
+    pub fn opening(&self) -> Opening {
+        Opening { path: self.path.clone(), band: self.band, given_nodata: self.given_nodata, window: self.window() }
     }
 
     /// The path it was opened by.
@@ -150,6 +242,16 @@ impl Raster {
         }
     }
 
+    /// Whether samples are numbers of entries in a table of colours, and so no heights. A table of greys, from dark to
+    /// bright, is none: with that, some formats say that samples are a measure of something.
+    pub fn has_colour_table(&self) -> bool {
+        let Ok(band) = self.rasterband() else { return false };
+        let Some(table) = band.color_table() else { return false };
+        let entries: Vec<_> = (0..table.entry_count()).filter_map(|i| table.entry_as_rgb(i)).collect();
+        let grey = entries.iter().all(|e| e.r == e.g && e.g == e.b);
+        !(grey && entries.windows(2).all(|pair| pair[0].r < pair[1].r))
+    }
+
     /// What the band is said to hold, in words; empty where nothing is said.
     pub fn description(&self) -> String {
         self.rasterband().ok().and_then(|b| b.description().ok()).unwrap_or_default()
@@ -157,12 +259,12 @@ impl Raster {
 
     /// Samples across (columns).
     pub fn width(&self) -> usize {
-        self.width
+        self.window.width
     }
 
     /// Samples down (rows).
     pub fn height(&self) -> usize {
-        self.height
+        self.window.height
     }
 
     /// The type of the stored samples.
@@ -182,7 +284,7 @@ impl Raster {
 
     /// The raster's geotransform, or the default one where it has none.
     pub fn geo_transform(&self) -> GeoTransform {
-        self.geo_transform.unwrap_or(GeoTransform::DEFAULT)
+        self.geo_transform.unwrap_or(GeoTransform::DEFAULT.of_window(self.window.column, self.window.row))
     }
 
     /// Whether the raster brings a geotransform of its own.
@@ -207,7 +309,7 @@ impl Raster {
 
     /// Samples across and down in one block of the file.
     pub fn block_size(&self) -> (usize, usize) {
-        self.rasterband().map_or((self.width, 1), |b| b.block_size())
+        self.rasterband().map_or((self.whole.0, 1), |b| b.block_size())
     }
 
     /// GDAL's name of the compression; `None` where the samples are stored as they are.
@@ -294,7 +396,7 @@ impl Raster {
         self.check(window);
         let band = self.rasterband()?;
         let mask = band.open_mask_band().map_err(|e| RasterError::gdal(&self.path, "mask", &e))?;
-        read(&mask, window, out).map_err(|e| self.read_error(window, &e))
+        read(&mask, self.in_whole(window), out).map_err(|e| self.read_error(window, &e))
     }
 
     pub(super) fn rasterband(&self) -> Result<RasterBand<'_>, RasterError> {
@@ -306,7 +408,7 @@ impl Raster {
     }
 
     fn read<T: gdal::raster::GdalType + Copy>(&self, window: Window, out: &mut [T]) -> Result<(), RasterError> {
-        read(&self.rasterband()?, window, out).map_err(|e| self.read_error(window, &e))
+        read(&self.rasterband()?, self.in_whole(window), out).map_err(|e| self.read_error(window, &e))
     }
 
     fn read_error(&self, window: Window, error: &gdal::errors::GdalError) -> RasterError {
@@ -315,8 +417,13 @@ impl Raster {
     }
 
     fn check(&self, w: Window) {
-        let inside = w.column + w.width <= self.width && w.row + w.height <= self.height;
-        assert!(inside, "{w:?} of a raster of {} × {}", self.width, self.height);
+        let inside = w.column + w.width <= self.width() && w.row + w.height <= self.height();
+        assert!(inside, "{w:?} of a raster of {} × {}", self.width(), self.height());
+    }
+
+    /// Where the samples of a window are in the dataset.
+    fn in_whole(&self, window: Window) -> Window {
+        Window { column: self.window.column + window.column, row: self.window.row + window.row, ..window }
     }
 }
 
@@ -388,11 +495,30 @@ pub(super) fn crs_name(crs: &SpatialRef) -> String {
     }
 }
 
-fn subdatasets(dataset: &Dataset) -> String {
-    let names: Vec<String> =
-        (1..=3).filter_map(|i| dataset.metadata_item(&format!("SUBDATASET_{i}_NAME"), "SUBDATASETS")).collect();
-    if names.is_empty() {
-        return String::new();
+/// What places a raster on the map in another way than by a geotransform.
+fn other_georeferencing(dataset: &Dataset) -> Option<String> {
+    let has = |domain: &str| dataset.metadata_domain(domain).is_some_and(|items| !items.is_empty());
+    match dataset.gcps().len() {
+        0 if has("RPC") => Some("rational polynomial coefficients (RPC)".to_string()),
+        0 if has("GEOLOCATION") => Some("geolocation arrays".to_string()),
+        0 => None,
+        points => Some(format!("{points} ground control points")),
     }
-    format!("; it holds subdatasets, name one of them: {}", names.join(", "))
+}
+
+/// The names of subdatasets in a message, at most so many.
+const NAMED: usize = 12;
+
+fn subdatasets(dataset: &Dataset) -> String {
+    // The whole domain: some drivers do not find its items one by one.
+    let items = dataset.metadata_domain("SUBDATASETS").unwrap_or_default();
+    let name = |item: &String| item.split_once("_NAME=").map(|(_, name)| format!("'{name}'"));
+    let mut names: Vec<String> = items.iter().filter_map(name).collect();
+    let all = names.len();
+    names.truncate(NAMED);
+    let more = if all > NAMED { format!(" and {} more (gdalinfo lists them)", all - NAMED) } else { String::new() };
+    match all {
+        0 => String::new(),
+        _ => format!("; it holds subdatasets, give the name of one in place of the file's: {}{more}", names.join(", ")),
+    }
 }

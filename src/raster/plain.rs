@@ -7,7 +7,8 @@ use super::Raster;
 /// Where the blocks of an uncompressed GeoTIFF lie, so that its samples can be used in place.
 ///
 /// Blocks hold rows of samples in the machine's byte order and nothing else; a block may begin at any byte. Tiles at
-/// the right and lower rim are padded to the full block, the last strip is not.
+/// the right and lower rim are padded to the full block, the last strip is not. Blocks are those of the whole raster, also
+/// where only a window of it is looked at.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PlainLayout {
     /// The file that holds the blocks.
@@ -52,8 +53,10 @@ pub fn plain_layout(raster: &Raster) -> Result<PlainLayout, String> {
         return Err("it has a mask or alpha band".to_string());
     }
     let (block_width, block_height) = band.block_size();
-    let (across, down) = (raster.width().div_ceil(block_width), raster.height().div_ceil(block_height));
-    let mut offsets = Vec::with_capacity(across * down);
+    let (width, height) = raster.whole_size();
+    let (across, down) = (width.div_ceil(block_width), height.div_ceil(block_height));
+    // Grows as blocks are found: a file may claim any size.
+    let mut offsets = Vec::new();
     for y in 0..down {
         for x in 0..across {
             let item =
@@ -61,8 +64,8 @@ pub fn plain_layout(raster: &Raster) -> Result<PlainLayout, String> {
             let (Some(offset), Some(size)) = (item("OFFSET"), item("SIZE")) else {
                 return Err(format!("its block {x}, {y} is sparse (not in the file)"));
             };
-            let tiled = block_width != raster.width();
-            let rows = if tiled { block_height } else { block_height.min(raster.height() - y * block_height) };
+            let tiled = block_width != width;
+            let rows = if tiled { block_height } else { block_height.min(height - y * block_height) };
             let expected = (block_width * rows * raster.sample_type().bytes()) as u64;
             if size < expected {
                 return Err(format!("its block {x}, {y} has {size} bytes where {expected} are expected"));

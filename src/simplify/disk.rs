@@ -42,7 +42,7 @@ pub fn check_disk(uses: &[DiskUse<'_>]) -> Result<(), DiskTooSmall> {
         }
         let here: Vec<&DiskUse<'_>> = uses.iter().filter(|u| u.bytes > 0).filter(on_this_disk).collect();
         let what = here.iter().map(|u| u.what).collect::<Vec<_>>().join(", ");
-        room(first.folder, what, here.iter().map(|u| u.bytes).sum())?;
+        room(first.folder, what, here.iter().fold(0, |sum: u64, u| sum.saturating_add(u.bytes)))?;
     }
     Ok(())
 }

@@ -2,16 +2,20 @@ use std::io::Write;
 
 use super::{Contents, Sink, SinkError};
 use crate::channels::{Channel, Number};
+use crate::ply::Frame;
 use crate::staged::StagedFile;
 
-/// Binary little-endian PLY: vertices as doubles x, y, z and a number for every attribute (`uchar`, `float` or `double`),
-/// faces as lists of three 32-bit numbers.
+/// Binary little-endian PLY: vertices as x, y, z (`double`, or `float`, see [`Frame`]) and a number for every attribute
+/// (`uchar`, `float` or `double`), faces as lists of three 32-bit numbers.
 ///
 /// Vertices are shared, so the mesh is indexed. Memory: one buffer of a megabyte.
 #[derive(Debug)]
 pub struct PlySink {
     staged: StagedFile,
     comments: Vec<String>,
+    frame: Frame,
+    /// How far a height may be from what is read again.
+    loss: f64,
     numbers: Vec<Number>,
     buffer: Vec<u8>,
 }
@@ -27,7 +31,20 @@ impl PlySink {
     pub fn new(staged: StagedFile, comments: &[String]) -> PlySink {
         // A line break would end the comment and begin a line of the header.
         let comments = comments.iter().map(|c| c.replace(['\n', '\r'], " ")).collect();
-        PlySink { staged, comments, numbers: Vec::new(), buffer: Vec::with_capacity(BUFFER + 4096) }
+        PlySink {
+            staged,
+            comments,
+            frame: Frame::PLAIN,
+            loss: 0.0,
+            numbers: Vec::new(),
+            buffer: Vec::with_capacity(BUFFER + 4096),
+        }
+    }
+
+    /// Writes coordinates in this frame, and says so in the header. `loss` is how far a height may be from the one that
+    /// is read again ([`Frame::height`]): one that would lose more ends the writing.
+    pub fn in_frame(self, frame: Frame, loss: f64) -> PlySink {
+        PlySink { frame, loss, ..self }
     }
 
     fn drain(&mut self, above: usize) -> Result<(), SinkError> {
@@ -48,11 +65,12 @@ impl Sink for PlySink {
             return Err(SinkError::TooLarge { path, format: "PLY", limit, found: vertices });
         }
         let mut header = String::from("ply\nformat binary_little_endian 1.0\n");
-        for comment in &self.comments {
+        for comment in self.comments.iter().chain(&self.frame.comments()) {
             header.push_str(&format!("comment {comment}\n"));
         }
-        header
-            .push_str(&format!("element vertex {vertices}\nproperty double x\nproperty double y\nproperty double z\n"));
+        let number = if self.frame.single { "float" } else { "double" };
+        header.push_str(&format!("element vertex {vertices}\n"));
+        ["x", "y", "z"].iter().for_each(|name| header.push_str(&format!("property {number} {name}\n")));
         for Channel { name, number } in attributes {
             let number = match number {
                 Number::U8 => "uchar",
@@ -70,8 +88,19 @@ impl Sink for PlySink {
     fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
         assert_eq!(attributes.len(), self.numbers.len(), "attributes");
         for (i, vertex) in vertices.iter().enumerate() {
-            for value in vertex {
-                self.buffer.extend_from_slice(&value.to_le_bytes());
+            let &[x, y, height] = vertex;
+            let (x, y) = self.frame.written_place((x, y));
+            let z = self.frame.written_height(height);
+            let lost = (self.frame.height(z) - height).abs();
+            if lost > self.loss || lost.is_nan() {
+                let path = self.staged.path().to_path_buf();
+                return Err(SinkError::Lossy { path, height, allowed: self.loss, found: lost });
+            }
+            for value in [x, y, z] {
+                match self.frame.single {
+                    true => self.buffer.extend_from_slice(&(value as f32).to_le_bytes()),
+                    false => self.buffer.extend_from_slice(&value.to_le_bytes()),
+                }
             }
             for (values, number) in attributes.iter().zip(&self.numbers) {
                 match number {

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::{BlockLayout, Compression, StoredAs, SynthError, SynthOptions, Terrain};
 use crate::control::{Control, Stage};
+use crate::raster::GdalName;
 use crate::raster::Window;
 use crate::staged::StagedFile;
 
@@ -35,7 +36,8 @@ pub fn synth(path: &Path, options: &SynthOptions, control: &Control) -> Result<S
     options.check()?;
     let terrain = Terrain::new(&options.terrain)?;
     let staged = StagedFile::create(path, options.overwrite, &[])?;
-    let job = Job { path, staged: staged.partial_path(), options, terrain: &terrain, control };
+    let name = GdalName::of(staged.partial_path()).map_err(|e| staged.write_error(e))?;
+    let job = Job { path, staged: name.path(), options, terrain: &terrain, control };
     let report = match options.stored_as {
         StoredAs::Int16 => job.run::<i16>(),
         StoredAs::Float32 => job.run::<f32>(),

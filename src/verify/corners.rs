@@ -33,10 +33,14 @@ pub(super) fn read_vertices<'s>(
     let mut places = Sorter::new(scratch, PLACE_BYTES);
     mesh.for_each_vertex(|vertex, [x, y, z]| {
         pace.tick()?;
-        let here = || VertexPlace { vertex, x, y };
-        let exact = grid.transform.lattice(x, y);
+        let z = grid.frame.height(z);
+        let here = || {
+            let (x, y) = grid.frame.on_the_map((x, y));
+            VertexPlace { vertex, x, y }
+        };
+        let exact = grid.lattice(x, y);
         // A vertex off the lattice is judged where it nearly is, so that this one fault does not hide the others.
-        let place = exact.or_else(|| grid.transform.nearest_lattice(x, y));
+        let place = exact.or_else(|| grid.nearest_lattice(x, y));
         if exact.is_none() {
             found.off_lattice.add(here);
         }

@@ -1,3 +1,4 @@
+use crate::ply::{Frame, PlyFile};
 use crate::raster::{GeoTransform, Raster};
 
 use super::finding::{EdgePlace, FacePlace, MapPlace, SamplePlace, VertexPlace};
@@ -14,11 +15,28 @@ pub(super) struct Grid {
     /// Samples down.
     pub(super) height: i64,
     pub(super) transform: GeoTransform,
+    /// How the mesh's file has places and heights.
+    pub(super) frame: Frame,
 }
 
 impl Grid {
-    pub(super) fn of(raster: &Raster) -> Grid {
-        Grid { width: raster.width() as i64, height: raster.height() as i64, transform: raster.geo_transform() }
+    /// For a mesh over a raster. A file in single precision whose coordinates do not tell lattice points apart is taken at
+    /// its word: places are what is written, exactly.
+    pub(super) fn of(raster: &Raster, mesh: &PlyFile) -> Grid {
+        let (width, height, transform) = (raster.width(), raster.height(), raster.geo_transform());
+        let frame = Frame::of(mesh);
+        let single = frame.single && frame.tells_apart(&transform, width, height);
+        Grid { width: width as i64, height: height as i64, transform, frame: Frame { single, ..frame } }
+    }
+
+    /// The lattice point that stands in the file as x, y, bit for bit.
+    pub(super) fn lattice(&self, x: f64, y: f64) -> Option<(i64, i64)> {
+        self.frame.lattice(&self.transform, (x, y))
+    }
+
+    /// The lattice point nearest to what stands in the file as x, y.
+    pub(super) fn nearest_lattice(&self, x: f64, y: f64) -> Option<(i64, i64)> {
+        self.frame.nearest_lattice(&self.transform, (x, y))
     }
 
     /// The lattice point in the corner of last row and column; the first one is (0, 0).

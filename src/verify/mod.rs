@@ -153,12 +153,13 @@ fn judge(
     if !(tolerance.is_finite() && tolerance >= 0.0) {
         return Err(VerifyError::Tolerance { found: tolerance });
     }
+    raster.holds_rows(raster.width())?;
     if let Some(importance) = options.importance {
         raster.same_grid(importance)?;
     }
-    let grid = Grid::of(raster);
     let scratch = Scratch::new(options.temp_dir.as_deref(), control.cancel.clone());
     let mut mesh = PlyFile::open(mesh)?;
+    let grid = Grid::of(raster, &mesh);
     let (vertices, triangles) = (mesh.vertex_count(), mesh.face_count());
 
     // Each vertex passes when it is read and among the places, each face when it is read, by corners and by edges.

@@ -53,9 +53,9 @@ impl<'s> ValuedStore<'s> {
         let mut buffer = Vec::new();
         mesh.for_each_vertex_with(names, |_, [x, y, z], attributes| {
             pace.tick()?;
-            let place = grid.transform.lattice(x, y).or_else(|| grid.transform.nearest_lattice(x, y));
+            let place = grid.lattice(x, y).or_else(|| grid.nearest_lattice(x, y));
             let (x, y) = place.unwrap_or((NOWHERE, NOWHERE));
-            buffer.extend([[x as u64], [y as u64], [z.to_bits()]]);
+            buffer.extend([[x as u64], [y as u64], [grid.frame.height(z).to_bits()]]);
             buffer.extend(attributes.iter().map(|v| [v.to_bits()]));
             if buffer.len() >= 1 << 16 {
                 scratch.write(&file, &buffer)?;

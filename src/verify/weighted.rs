@@ -93,13 +93,13 @@ pub(super) fn judge_weighted(
     scratch: &Scratch,
     control: &Control<'_>,
 ) -> Result<WeightedVerdict, VerifyError> {
-    let open = |&band: &usize| Raster::open(raster.path(), band);
+    let open = |&band: &usize| raster.opening().open_band(band);
     let bands = options.bands.iter().map(open).collect::<Result<Vec<Raster>, _>>()?;
     let named = channels(&bands);
     let names: Vec<&str> = named.iter().map(|c| c.name.as_str()).collect();
     mesh.must_have(&names)?;
     let scales = Scales::find(raster, &bands, options, control)?;
-    let grid = Grid::of(raster);
+    let grid = Grid::of(raster, mesh);
     let mut pace = Pace::begin(control, Stage::Sort, mesh.vertex_count() + mesh.face_count());
     let mut store = ValuedStore::read(mesh, &names, &grid, scratch, &mut pace)?;
     let faces = sorted_faces(mesh, &mut store, &grid, scratch, &mut pace)?;

@@ -4,6 +4,7 @@ use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
 use super::{WorkDirError, failed};
+use crate::durable;
 
 pub(super) const NAME: &str = "lock";
 
@@ -21,7 +22,7 @@ pub(super) fn lock(dir: &Path, just_made: bool) -> Result<Lock, WorkDirError> {
     let path = dir.join(NAME);
     loop {
         let mut options = OpenOptions::new();
-        options.write(true).create(true).truncate(false).mode(0o600);
+        options.write(true).create(true).truncate(false).mode(0o600).custom_flags(durable::NO_LINKS);
         let file = options.open(&path).map_err(failed(&path))?;
         match file.try_lock() {
             Ok(()) => {}

@@ -149,3 +149,22 @@ fn an_output_that_took_its_name_is_known() {
     assert!(work.has_committed(&output));
     assert!(!work.has_committed(&folder.path().join("other.ply")));
 }
+
+/// In a folder that others may write to.
+#[test]
+fn links_that_others_put_there_are_not_written_through() {
+    let folder = tempdir().unwrap();
+    let (work, letters) = (folder.path().join("work"), folder.path().join("letters.txt"));
+    for name in ["manifest.json.partial", "lock"] {
+        fs::create_dir(&work).unwrap();
+        fs::write(&letters, "dear").unwrap();
+        std::os::unix::fs::symlink(&letters, work.join(name)).unwrap();
+        let refused = WorkDir::open(&work, &job("1")).unwrap_err();
+        assert!(
+            refused.to_string().contains(&format!("work/{name}").replace("manifest.json.partial", "manifest.json")),
+            "{refused}"
+        );
+        assert_eq!(fs::read(&letters).unwrap(), b"dear");
+        fs::remove_dir_all(&work).unwrap();
+    }
+}

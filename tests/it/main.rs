@@ -2,9 +2,13 @@
 
 mod budget;
 mod channels;
+mod clip;
+mod formats;
+mod hostile;
 mod importance;
 mod info;
 mod insertion;
+mod map;
 mod nodata;
 mod points;
 mod preview_bad_input;

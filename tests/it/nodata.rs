@@ -82,7 +82,8 @@ fn a_run_that_was_killed_continues_with_the_same_value_only() {
     let expected = fs::read(&tin).unwrap();
     fs::remove_file(&tin).unwrap();
     let command = |nodata: &'static str| {
-        let command = ["simplify", &dem, &tin, "--max-error", "3", "--tile", "32", "--work-dir", &work, "--nodata", nodata];
+        let command =
+            ["simplify", &dem, &tin, "--max-error", "3", "--tile", "32", "--work-dir", &work, "--nodata", nodata];
         command.map(str::to_string)
     };
     let killed = terrabite_with_fault("kill:vertices:1", command("-32768"));

@@ -37,7 +37,7 @@ impl ChannelOptions {
     /// # Errors
     /// [`RasterError`], for a band that is not there among others.
     pub fn open(&self, raster: &Raster) -> Result<Vec<Raster>, RasterError> {
-        self.bands.iter().map(|&band| Raster::open(raster.path(), band)).collect()
+        self.bands.iter().map(|&band| raster.opening().open_band(band)).collect()
     }
 }
 
@@ -65,6 +65,29 @@ pub fn find_ranges(raster: &Raster, options: &ChannelOptions, control: &Control<
     control.progress.end(Stage::Ranges);
     let unit = if options.planar { PLANAR_UNIT } else { heights.width() };
     Ok(Ranges { heights, channels, unit })
+}
+
+/// Finds the least and the largest height of a raster: what its type says, of samples of 8 and 16 bits without scale and
+/// offset, else every sample is read once, through GDAL, in parallel on the current rayon pool.
+///
+/// # Errors
+/// [`FieldError`].
+pub fn height_range(raster: &Raster, control: &Control<'_>) -> Result<Range, FieldError> {
+    let (min, max) = match raster.sample_type() {
+        SampleType::U8 => (0.0, 255.0),
+        SampleType::I8 => (-128.0, 127.0),
+        SampleType::U16 => (0.0, 65535.0),
+        SampleType::I16 => (-32768.0, 32767.0),
+        _ => (f64::NAN, f64::NAN),
+    };
+    if min <= max && raster.scaling().is_none() {
+        return Ok(Range { min, max });
+    }
+    let steps = units(raster).len() as u64;
+    control.progress.begin(Stage::Ranges, steps, raster.width() as u64 * raster.height() as u64);
+    let range = search(raster, raster, control)?;
+    control.progress.end(Stage::Ranges);
+    Ok(range)
 }
 
 fn type_range(band: &Raster) -> Option<Range> {

@@ -1,6 +1,7 @@
 use gdal::errors::GdalError;
-use gdal::spatial_ref::{AxisMappingStrategy, CoordTransform, CoordTransformOptions, SpatialRef};
+use gdal::spatial_ref::{CoordTransform, SpatialRef};
 
+use crate::raster::crs::{transform, transformed};
 use crate::raster::{GeoTransform, Raster};
 
 /// Finds the samples of a raster at places on a map.
@@ -14,9 +15,6 @@ pub(super) struct Placer {
 
 impl Placer {
     /// For points in `crs`. Without one, or where the raster has none, coordinates are taken as the raster's own.
-    ///
-    /// Transformations that merely ignore an unknown change of datum are not accepted: they can be hundreds of metres
-    /// off without a word.
     pub(super) fn new(raster: &Raster, crs: Option<&SpatialRef>) -> Result<Placer, GdalError> {
         let (width, height) = (raster.width(), raster.height());
         let transform = match (crs, raster.dataset.spatial_ref()) {
@@ -27,11 +25,8 @@ impl Placer {
     }
 
     /// The raster's own coordinates of a place; `None` if it has none there.
-    pub(super) fn on_the_map(&self, (x, y): (f64, f64)) -> Option<(f64, f64)> {
-        let Some(transform) = &self.transform else { return Some((x, y)) };
-        let (mut x, mut y) = ([x], [y]);
-        transform.transform_coords(&mut x, &mut y, &mut []).ok()?;
-        (x[0].is_finite() && y[0].is_finite()).then_some((x[0], y[0]))
+    pub(super) fn on_the_map(&self, at: (f64, f64)) -> Option<(f64, f64)> {
+        transformed(self.transform.as_ref(), at)
     }
 
     /// Column and row of the sample nearest to a place; of several that are equally near, the one of the lowest column
@@ -46,19 +41,6 @@ impl Placer {
 /// The whole number from 0 to `count` − 1 that is nearest to `at`, the lower of two.
 fn nearest(at: f64, count: usize) -> Option<usize> {
     (-0.5..=count as f64 - 0.5).contains(&at).then(|| (at - 0.5).ceil().max(0.0) as usize)
-}
-
-/// Axes are taken as x, y on either side, whatever the authority says: so geotransforms and vector files have them.
-fn transform(from: &SpatialRef, to: &SpatialRef) -> Result<Option<CoordTransform>, GdalError> {
-    let (mut from, mut to) = (from.clone(), to.clone());
-    from.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
-    to.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
-    if from == to {
-        return Ok(None);
-    }
-    let mut options = CoordTransformOptions::new()?;
-    options.set_ballpark_allowed(false)?;
-    CoordTransform::new_with_options(&from, &to, &options).map(Some)
 }
 
 #[cfg(test)]

@@ -8,9 +8,9 @@ use super::place::Placer;
 use super::set::key;
 use super::{PointSet, PointsError};
 use crate::control::CancelToken;
-use crate::raster::Raster;
 use crate::raster::error::reason;
 use crate::raster::open::crs_name;
+use crate::raster::{GdalName, Raster};
 
 /// Where points come from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -68,7 +68,7 @@ const POINTS: &str = "a point or points";
 /// [`PointsError`]: nothing to open, no such layer, a feature that is no point or has coordinates that are no numbers,
 /// a CRS there is no way from, no point on the raster.
 pub fn read_points(raster: &Raster, source: &PointSource, cancel: &CancelToken) -> Result<Points, PointsError> {
-    let dataset = open(&source.path)?;
+    let (dataset, _name) = open(&source.path)?;
     let mut layer = choose(&dataset, source)?;
     let name = layer.name();
     let crs = layer.spatial_ref();
@@ -101,7 +101,8 @@ pub fn read_points(raster: &Raster, source: &PointSource, cancel: &CancelToken) 
     Ok(Points { set: Arc::new(set), layer: name, counts })
 }
 
-fn open(path: &Path) -> Result<Dataset, PointsError> {
+/// Opens a file; its name is to be kept as long.
+fn open(path: &Path) -> Result<(Dataset, GdalName), PointsError> {
     let csv = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
     let options = DatasetOptions {
         open_options: csv.then_some(CSV_COLUMNS),
@@ -110,10 +111,11 @@ fn open(path: &Path) -> Result<Dataset, PointsError> {
             | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
         ..DatasetOptions::default()
     };
-    Dataset::open_ex(path, options).map_err(|e| PointsError::Open {
-        path: path.to_path_buf(),
-        reason: reason(&e).trim_start_matches(&format!("{}: ", path.display())).to_string(),
-    })
+    let failed = |reason| PointsError::Open { path: path.to_path_buf(), reason };
+    let name = GdalName::of(path).map_err(|e| failed(format!("its name is no UTF-8, and no link to it: {e}")))?;
+    let dataset = Dataset::open_ex(name.path(), options)
+        .map_err(|e| failed(reason(&e).trim_start_matches(&format!("{}: ", name.path().display())).to_string()))?;
+    Ok((dataset, name))
 }
 
 fn choose<'a>(dataset: &'a Dataset, source: &PointSource) -> Result<Layer<'a>, PointsError> {

@@ -102,6 +102,10 @@ impl Dem {
         Dem { geo_transform: Some(coefficients), ..self }
     }
 
+    pub(crate) fn epsg(self, code: u32) -> Dem {
+        Dem { epsg: Some(code), ..self }
+    }
+
     /// A creation option of the driver, `NAME=VALUE`.
     pub(crate) fn option(mut self, option: &str) -> Dem {
         self.options.push(option.to_string());

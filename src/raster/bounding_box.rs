@@ -1,0 +1,130 @@
+use gdal::spatial_ref::SpatialRef;
+
+use super::crs::{transform, transformed};
+use super::error::reason;
+use super::{Raster, RasterError, Window};
+
+/// A rectangle on a map, its sides included.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoundingBox {
+    /// The least x and y.
+    pub min: (f64, f64),
+    /// The largest.
+    pub max: (f64, f64),
+    /// The CRS, in any form GDAL takes; `None` is that of the raster. x is east, or longitude, whatever the authority says.
+    pub crs: Option<String>,
+}
+
+/// Places along a side of a box that are looked for in another CRS, where its sides may be bent.
+const PLACES: u32 = 65;
+
+/// How far outside of the box a sample may be and count as inside, in cells: decimals are rounded.
+const ROUNDING_CELLS: f64 = 1e-6;
+
+impl Raster {
+    /// The samples inside a box, as a window: the smallest one that holds all of them. Where the box is not parallel to
+    /// the rows and columns (a raster that is turned, another CRS), it holds samples outside of the box, too. Of a box in
+    /// another CRS, 65 × 65 places are transformed.
+    ///
+    /// # Errors
+    /// [`RasterError::BoxCrs`] if there is no way from the box's CRS to the raster's, [`RasterError::EmptyBox`] if there
+    /// are less than 2 × 2 samples inside.
+    pub fn window_of(&self, bounds: &BoundingBox) -> Result<Window, RasterError> {
+        let places = self.places_of(bounds)?;
+        let range = |of: fn(&(f64, f64)) -> f64| {
+            let values = places.iter().map(of);
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+        };
+        match (inside(range(|p| p.0), self.width()), inside(range(|p| p.1), self.height())) {
+            (Some((column, width)), Some((row, height))) => Ok(Window { column, row, width, height }),
+            (columns, rows) => Err(RasterError::EmptyBox {
+                path: self.path().to_path_buf(),
+                columns: columns.map_or(0, |c| c.1).max(count(range(|p| p.0), self.width())),
+                rows: rows.map_or(0, |r| r.1).max(count(range(|p| p.1), self.height())),
+                extent: self.extent(),
+                crs: self.crs_name(),
+            }),
+        }
+    }
+
+    /// Places of the box, as column and row with fractions.
+    fn places_of(&self, bounds: &BoundingBox) -> Result<Vec<(f64, f64)>, RasterError> {
+        let ((left, bottom), (right, top)) = (bounds.min, bounds.max);
+        let failed = |name: &str, reason: String| RasterError::BoxCrs {
+            path: self.path().to_path_buf(),
+            from: name.to_string(),
+            to: self.crs_name(),
+            reason,
+        };
+        let transform = match &bounds.crs {
+            None => None,
+            Some(name) => {
+                let from = SpatialRef::from_definition(name).map_err(|e| failed(name, reason(&e)))?;
+                let to = self.dataset.spatial_ref().map_err(|_| failed(name, "the raster has no CRS".to_string()))?;
+                transform(&from, &to).map_err(|e| failed(name, reason(&e)))?
+            }
+        };
+        let steps = if transform.is_some() { PLACES - 1 } else { 1 };
+        let part = |low: f64, high: f64, i: u32| low + (high - low) * (f64::from(i) / f64::from(steps));
+        let mut places = Vec::new();
+        for (i, j) in (0..=steps).flat_map(|i| (0..=steps).map(move |j| (i, j))) {
+            let at = (part(left, right, i), part(bottom, top, j));
+            let (x, y) = transformed(transform.as_ref(), at).ok_or_else(|| {
+                let name = bounds.crs.as_deref().unwrap_or_default();
+                failed(name, format!("{}, {} has no place there", at.0, at.1))
+            })?;
+            places.push(self.geo_transform().sample_coordinates(x, y));
+        }
+        Ok(places)
+    }
+
+    /// The least x and y of samples, and the largest.
+    pub fn extent(&self) -> [f64; 4] {
+        let (far_x, far_y) = (4 * (self.width() as i64 - 1), 4 * (self.height() as i64 - 1));
+        let corners = [(0, 0), (far_x, 0), (0, far_y), (far_x, far_y)].map(|(x, y)| self.geo_transform().apply(x, y));
+        corners.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |e, &(x, y)| {
+            [e[0].min(x), e[1].min(y), e[2].max(x), e[3].max(y)]
+        })
+    }
+}
+
+/// The whole numbers from 0 to `count` − 1 in a range: first and last.
+fn whole((low, high): (f64, f64), count: usize) -> (i64, i64) {
+    // Saturates where the box is far away.
+    let first = (low - ROUNDING_CELLS).ceil().max(0.0) as i64;
+    (first, (high + ROUNDING_CELLS).floor().min(count as f64 - 1.0) as i64)
+}
+
+fn count(range: (f64, f64), count: usize) -> usize {
+    let (first, last) = whole(range, count);
+    usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(0)
+}
+
+/// The same as first and length, if there are two or more.
+fn inside(range: (f64, f64), all: usize) -> Option<(usize, usize)> {
+    let found = count(range, all);
+    (found >= 2).then(|| (whole(range, all).0 as usize, found))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_samples_in_a_range() {
+        let cases = [
+            ((-3.0, 9.0), Some((0, 5))),
+            ((1.0, 3.0), Some((1, 3))),
+            ((1.0 + 1e-9, 3.0 - 1e-9), Some((1, 3))),
+            ((1.1, 3.9), Some((2, 2))),
+            ((1.1, 2.9), None),
+            ((7.0, 9.0), None),
+            ((-9.0, -7.0), None),
+            ((-1e300, 1e300), Some((0, 5))),
+            ((f64::INFINITY, f64::NEG_INFINITY), None),
+        ];
+        for (range, expected) in cases {
+            assert_eq!(inside(range, 5), expected, "{range:?}");
+        }
+    }
+}

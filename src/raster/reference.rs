@@ -1,0 +1,67 @@
+use gdal::Metadata;
+
+use super::Raster;
+
+/// What a raster's coordinates and heights mean, as far as it says.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Reference {
+    /// The CRS in one line; "none" where there is none.
+    pub crs: String,
+    /// Whether there is a geotransform; without one coordinates count pixels.
+    pub georeferenced: bool,
+    /// Whether x and y are longitude and latitude.
+    pub geographic: bool,
+    /// Whether longitudes go beyond 180° (0 to 360, most often). They are kept as they are.
+    pub longitudes_beyond_180: bool,
+    /// The unit of x and y; empty where it is not said.
+    pub unit: String,
+    /// The vertical CRS; empty where there is none.
+    pub vertical_crs: String,
+    /// The unit of heights, as the band or else the vertical CRS says; empty where neither does.
+    pub height_unit: String,
+    /// What GDAL says that pixels are: "Area" or "Point"; empty where it is not said. In either case samples stand at the
+    /// centres of pixels: for the latter GDAL moves the geotransform by half a pixel.
+    pub pixel_is: String,
+}
+
+impl Raster {
+    /// See [`Reference`].
+    pub fn reference(&self) -> Reference {
+        let crs = self.dataset.spatial_ref().ok();
+        let geographic = crs.as_ref().is_some_and(|c| c.is_geographic());
+        let node = |name: &str| {
+            let value = crs.as_ref().and_then(|c| c.get_attr_value(name, 0).ok().flatten());
+            value.unwrap_or_default()
+        };
+        let unit = match &crs {
+            None => None,
+            Some(crs) if geographic => crs.angular_units_name(),
+            Some(crs) => crs.linear_units_name(),
+        };
+        let vertical_crs = node("VERT_CS");
+        let band_unit = self.rasterband().map(|b| b.unit()).unwrap_or_default();
+        let height_unit = match band_unit.is_empty() && !vertical_crs.is_empty() {
+            true => node("VERT_CS|UNIT"),
+            false => band_unit,
+        };
+        Reference {
+            crs: self.crs_name(),
+            georeferenced: self.is_georeferenced(),
+            geographic,
+            longitudes_beyond_180: geographic && self.extent()[2] > 180.0,
+            unit: unit.unwrap_or_default(),
+            vertical_crs,
+            height_unit,
+            pixel_is: self.dataset.metadata_item("AREA_OR_POINT", "").unwrap_or_default(),
+        }
+    }
+
+    /// The CRS as other programs take it from a mesh's header: its authority's code, else WKT; `None` where there is none.
+    pub fn crs_definition(&self) -> Option<String> {
+        let crs = self.dataset.spatial_ref().ok()?;
+        match (crs.auth_name(), crs.auth_code()) {
+            (Some(authority), Ok(code)) => Some(format!("{authority}:{code}")),
+            _ => crs.to_wkt().ok().filter(|wkt| !wkt.is_empty()),
+        }
+    }
+}

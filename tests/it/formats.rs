@@ -1,0 +1,293 @@
+//! Rasters of every format that GDAL can write here: the table of `docs/rasters.md`.
+
+use std::io::{Read, Write};
+use std::net::TcpListener;
+
+use gdal::raster::RasterCreationOptions;
+use gdal::{Dataset, DriverManager};
+
+use crate::util::{Dem, Folder, Kind, terrabite};
+
+const DOCS: &str = include_str!("../../docs/rasters.md");
+
+enum Outcome {
+    Passes,
+    /// Refused, with these words.
+    Refused(&'static [&'static str]),
+}
+use Outcome::{Passes, Refused};
+
+/// A copy of a small raster in another format.
+struct Case {
+    driver: &'static str,
+    name: &'static str,
+    kind: Kind,
+    options: &'static [&'static str],
+    outcome: Outcome,
+}
+
+const fn case(driver: &'static str, name: &'static str, kind: Kind) -> Case {
+    Case { driver, name, kind, options: &[], outcome: Passes }
+}
+
+fn cases() -> Vec<Case> {
+    use Kind::{Byte, Float32, Float64, Int16, Int32, UInt16};
+    vec![
+        case("COG", "dem_cog.tif", Float32),
+        case("VRT", "dem.vrt", Float64),
+        case("HFA", "dem.img", Float32),
+        Case { options: &["COMPRESSED=YES"], ..case("HFA", "packed.img", Int16) },
+        case("AAIGrid", "dem.asc", Int16),
+        case("AAIGrid", "dem_real.asc", Float32),
+        case("PNG", "dem8.png", Byte),
+        case("PNG", "dem16.png", UInt16),
+        case("JPEG", "dem.jpg", Byte),
+        Case { options: &["QUALITY=100", "REVERSIBLE=YES"], ..case("JP2OpenJPEG", "dem.jp2", Int16) },
+        case("ENVI", "dem.dat", Float32),
+        case("EHdr", "dem.bil", Int16),
+        case("ERS", "dem.ers", Float32),
+        case("PCIDSK", "dem.pix", Float32),
+        Case { options: &["PCRASTER_VALUESCALE=VS_SCALAR"], ..case("PCRaster", "dem.map", Float32) },
+        case("ILWIS", "dem.mpr", Float32),
+        case("SAGA", "dem.sdat", Float32),
+        case("RST", "dem.rst", Float32),
+        case("GSAG", "ascii.grd", Float64),
+        case("GSBG", "binary.grd", Float32),
+        case("GS7BG", "seven.grd", Float64),
+        case("netCDF", "dem.nc", Float32),
+        case("GRIB", "dem.grb2", Float64),
+        case("MRF", "dem.mrf", Int16),
+        case("NITF", "dem.ntf", Int16),
+        case("FITS", "dem.fits", Float64),
+        case("HDF4Image", "dem.hdf", Int32),
+        case("BT", "dem.bt", Float32),
+        case("XYZ", "dem.xyz", Float64),
+        case("HF2", "dem.hf2", Float32),
+        case("ZMap", "dem.zmap", Float64),
+        case("SIGDEM", "dem.sigdem", Float64),
+        case("NWT_GRD", "dem_nwt.grd", Float32),
+        case("GTX", "dem.gtx", Float32),
+        case("RRASTER", "dem.grd", Float32),
+        case("PDS4", "dem.xml", Float32),
+        case("VICAR", "dem.vic", Float32),
+        case("ISIS3", "dem.cub", Float32),
+        case("LAN", "dem.lan", Int16),
+        case("KRO", "dem.kro", Float32),
+        case("PNM", "dem.pgm", UInt16),
+        case("Zarr", "dem.zarr", Float32),
+        case("BAG", "dem.bag", Float32),
+        Case { options: &["RASTER_TABLE=dem"], ..case("GPKG", "dem.gpkg", Byte) },
+        case("BMP", "dem.bmp", Byte),
+        case("GIF", "dem.gif", Byte),
+        Case { outcome: Refused(&["the numbers of colours in a table", "--band 1"]), ..case("XPM", "dem.xpm", Byte) },
+    ]
+}
+
+/// Simplifies and verifies, or says what went wrong.
+fn tried(dem: &str, tin: &str, outcome: &Outcome) -> Result<(), String> {
+    let run = terrabite(["simplify", dem, tin, "--max-error", "2", "--overwrite", "-q"]);
+    match outcome {
+        Passes if run.code != Some(0) => Err(format!("simplify: {}", run.err)),
+        Passes => match terrabite(["verify", dem, tin, "--max-error", "2"]) {
+            run if run.code == Some(0) => Ok(()),
+            run => Err(format!("verify: {}{}", run.err, run.out)),
+        },
+        Refused(words) if run.code == Some(1) && words.iter().all(|w| run.err.contains(w)) => Ok(()),
+        Refused(_) => Err(format!("expected to be refused: {run:?}")),
+    }
+}
+
+#[test]
+fn every_format_that_can_be_written_here() {
+    let mut wrong = Vec::new();
+    for Case { driver: name, name: file, kind, options, outcome } in cases() {
+        if !DOCS.contains(&format!("| {name} |")) {
+            wrong.push(format!("{name}: not in docs/rasters.md"));
+        }
+        let Ok(driver) = DriverManager::get_driver_by_name(name) else {
+            eprintln!("skipped: {name} is not built in");
+            continue;
+        };
+        let folder = Folder::new();
+        let base = Dem::new(60, 50).kind(kind).on_the_map().write(&folder, "base.tif");
+        let options: RasterCreationOptions = options.iter().copied().collect();
+        eprintln!("{name}: {file}");
+        // A VRT looks at it again when it is closed.
+        let source = Dataset::open(&base).unwrap();
+        let copied = source.create_copy(&driver, folder.join(file), &options);
+        if let Err(error) = copied.and_then(Dataset::close) {
+            wrong.push(format!("{name}: cannot be made: {error}"));
+            continue;
+        }
+        let tin = folder.at("tin.ply");
+        if let Err(error) = tried(&folder.at(file), &tin, &outcome) {
+            wrong.push(format!("{name} {file}: {error}"));
+        }
+        if let Refused(_) = outcome {
+            let run = terrabite(["simplify", &folder.at(file), &tin, "--max-error", "2", "--band", "1", "-q"]);
+            assert_eq!(run.code, Some(0), "{run:?}");
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn formats_of_one_degree() {
+    let folder = Folder::new();
+    for (name, file, cells) in [("SRTMHGT", "N46E015.hgt", 1200), ("DTED", "dem.dt0", 120)] {
+        assert!(DOCS.contains(&format!("| {name} |")));
+        let (side, cell) = (cells + 1, 1.0 / cells as f64);
+        let transform = [15.0 - cell / 2.0, cell, 0.0, 47.0 + cell / 2.0, 0.0, -cell];
+        let base = Dem::new(side, side).on_the_map().geo_transform(transform).epsg(4326).write(&folder, "base.tif");
+        let driver = DriverManager::get_driver_by_name(name).unwrap();
+        let copy = Dataset::open(&base).unwrap().create_copy(&driver, folder.join(file), &Default::default());
+        copy.unwrap().close().unwrap();
+        tried(&folder.at(file), &folder.at("tin.ply"), &Passes).unwrap();
+    }
+}
+
+#[test]
+fn geotiffs_of_every_make() {
+    let folder = Folder::new();
+    let dem = || Dem::new(60, 50).on_the_map();
+    let option = |options: &[&str]| options.iter().fold(dem(), |dem, option| dem.option(option));
+    let all = [
+        option(&["BIGTIFF=YES"]),
+        option(&["BIGTIFF=YES", "ENDIANNESS=BIG"]).tiled(16),
+        option(&["INTERLEAVE=PIXEL"]).bands(3),
+        option(&["INTERLEAVE=BAND"]).bands(3).tiled(16),
+        option(&["COMPRESS=LZW", "PREDICTOR=2"]),
+        option(&["COMPRESS=DEFLATE", "PREDICTOR=3"]).kind(Kind::Float32),
+        option(&["COMPRESS=PACKBITS"]),
+        option(&["COMPRESS=ZSTD"]).tiled(32),
+        option(&["COMPRESS=LERC"]).kind(Kind::Float32),
+        option(&["NBITS=12"]).kind(Kind::UInt16),
+        option(&["NBITS=16"]).kind(Kind::Float32),
+        option(&["NBITS=1"]).kind(Kind::Byte).heights(|c, r| f64::from(u8::from((c / 9 + r / 7) % 2 == 0))),
+        // Blocks of zeros that are not in the file.
+        option(&["SPARSE_OK=TRUE"]).tiled(16).heights(|c, _| if c < 33 { 0.0 } else { c as f64 }),
+        dem().scaling(0.1, -30.0),
+        dem().kind(Kind::Byte).scaling(0.5, 100.0).compressed(),
+    ];
+    for (i, dem) in all.iter().enumerate() {
+        let dem = dem.write(&folder, "dem.tif");
+        tried(&dem, &folder.at("tin.ply"), &Passes).unwrap_or_else(|e| panic!("number {i}: {e}"));
+    }
+}
+
+#[test]
+fn overviews_are_not_what_is_meshed() {
+    let folder = Folder::new();
+    let base = Dem::new(700, 600).on_the_map().write(&folder, "base.tif");
+    let driver = DriverManager::get_driver_by_name("COG").unwrap();
+    let options: RasterCreationOptions = ["BLOCKSIZE=128", "OVERVIEWS=IGNORE_EXISTING"].into_iter().collect();
+    let copy = Dataset::open(&base).unwrap().create_copy(&driver, folder.join("cog.tif"), &options).unwrap();
+    assert!(copy.rasterband(1).unwrap().overview_count().unwrap() > 0);
+    copy.close().unwrap();
+    let [whole, cog] = [&base, &folder.at("cog.tif")].map(|dem| {
+        tried(dem, &folder.at("tin.ply"), &Passes).unwrap();
+        let tin = std::fs::read(folder.join("tin.ply")).unwrap();
+        // The header names the file.
+        let end = tin.windows(11).position(|w| w == b"end_header\n").unwrap();
+        tin[end..].to_vec()
+    });
+    assert!(whole == cog);
+}
+
+#[test]
+fn subdatasets_are_listed_and_opened_by_name() {
+    let folder = Folder::new();
+    let base = Dem::new(30, 20).bands(2).on_the_map().write(&folder, "base.tif");
+    let Ok(driver) = DriverManager::get_driver_by_name("netCDF") else { return };
+    let copy = Dataset::open(&base).unwrap().create_copy(&driver, folder.join("dems.nc"), &Default::default());
+    copy.unwrap().close().unwrap();
+    let (dems, tin) = (folder.at("dems.nc"), folder.at("tin.ply"));
+    let words = ["expected a raster band, found none", "subdatasets", ":Band1'", ":Band2'"];
+    terrabite(["simplify", &dems, &tin, "--max-error", "1"]).fails(1, &words);
+    tried(&format!("NETCDF:\"{dems}\":Band2"), &tin, &Passes).unwrap();
+}
+
+#[test]
+fn archives_and_servers() {
+    let folder = Folder::new();
+    let base = Dem::new(30, 20).on_the_map().write(&folder, "base.tif");
+    let driver = DriverManager::get_driver_by_name("AAIGrid").unwrap();
+    // Written through GDAL into the archive.
+    let inside = format!("/vsizip/{}/dem.asc", folder.at("dems.zip"));
+    let copy = Dataset::open(&base).unwrap().create_copy(&driver, &inside, &Default::default());
+    copy.unwrap().close().unwrap();
+    let tin = folder.at("tin.ply");
+    tried(&inside, &tin, &Passes).unwrap();
+    terrabite(["verify", &inside, &tin, "--max-error", "2", "--window", "0,0,30,20"]).succeeds();
+
+    let bytes = std::fs::read(&base).unwrap();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    std::thread::spawn(move || listener.incoming().flatten().for_each(|stream| serve(stream, &bytes)));
+    let url = format!("/vsicurl/http://{address}/dem.tif");
+    let run = terrabite(["simplify", &url, &tin, "--max-error", "2", "--overwrite", "-q"]);
+    if run.code != Some(0) && run.err.contains("not recognized") {
+        eprintln!("skipped: this GDAL knows no servers: {run:?}");
+        return;
+    }
+    run.succeeds();
+    terrabite(["verify", &url, &tin, "--max-error", "2"]).succeeds();
+    let missing = format!("/vsicurl/http://{address}/none.tif");
+    terrabite(["info", &missing]).fails(1, &["none.tif", "cannot be opened as a raster"]);
+}
+
+/// Answers one request, for a file or a range of it.
+fn serve(mut stream: std::net::TcpStream, bytes: &[u8]) {
+    let mut request = [0; 4096];
+    let length = stream.read(&mut request).unwrap_or(0);
+    let request = String::from_utf8_lossy(&request[..length]).into_owned();
+    let (head, there) = (request.starts_with("HEAD"), request.contains("/dem.tif "));
+    let range = request.lines().find_map(|l| l.strip_prefix("Range: bytes=")).and_then(|r| {
+        let (first, last) = r.trim().split_once('-')?;
+        let first: usize = first.parse().ok()?;
+        Some(first..last.parse().map_or(bytes.len(), |last: usize| (last + 1).min(bytes.len())))
+    });
+    let (status, part) = match (there, range) {
+        (false, _) => ("404 Not Found".to_string(), 0..0),
+        (true, None) => ("200 OK".to_string(), 0..bytes.len()),
+        (true, Some(r)) if r.start >= bytes.len() => ("416 Range Not Satisfiable".to_string(), 0..0),
+        (true, Some(r)) => {
+            let of = format!("Content-Range: bytes {}-{}/{}", r.start, r.end - 1, bytes.len());
+            (format!("206 Partial Content\r\n{of}"), r)
+        }
+    };
+    let header = format!(
+        "HTTP/1.1 {status}\r\nContent-Length: {}\r\nAccept-Ranges: bytes\r\nConnection: close\r\n\r\n",
+        part.len()
+    );
+    // A client that has seen enough is nobody's failure.
+    let _ = stream.write_all(header.as_bytes());
+    if !head {
+        let _ = stream.write_all(&bytes[part]);
+    }
+}
+
+#[test]
+fn samples_that_are_no_heights_are_refused() {
+    let folder = Folder::new();
+    Dem::new(20, 20).kind(Kind::Byte).on_the_map().write(&folder, "dem.tif");
+    let vrt = |number: &str, more: &str| {
+        let band = format!(
+            r#"<VRTRasterBand dataType="{number}" band="1">{more}<SimpleSource><SourceFilename
+            relativeToVRT="1">dem.tif</SourceFilename><SourceBand>1</SourceBand></SimpleSource></VRTRasterBand>"#
+        );
+        folder.with("dem.vrt", format!(r#"<VRTDataset rasterXSize="20" rasterYSize="20">{band}</VRTDataset>"#))
+    };
+    let tin = folder.at("tin.ply");
+    for number in ["CFloat32", "CFloat64", "CInt16", "CInt32"] {
+        let run = terrabite(["simplify", &vrt(number, ""), &tin, "--max-error", "1", "--band", "1"]);
+        run.fails(1, &["dem.vrt", "band 1: expected integer or real samples, found", "complex"]);
+    }
+    let colours = r#"<ColorInterp>Palette</ColorInterp><ColorTable><Entry c1="200" c2="0" c3="0"/></ColorTable>"#;
+    let dem = vrt("Byte", colours);
+    let words = ["dem.vrt", "numbers of colours in a table", "say --band 1", "gdal_translate -expand rgb"];
+    terrabite(["simplify", &dem, &tin, "--max-error", "1"]).fails(1, &words);
+    terrabite(["simplify", &dem, &tin, "--max-error", "1", "--planar"]).fails(1, &words);
+    terrabite(["simplify", &dem, &tin, "--max-error", "1", "--band", "1"]).succeeds();
+    terrabite(["verify", &dem, &tin, "--max-error", "1"]).succeeds();
+}
