@@ -19,6 +19,7 @@ mod hole;
 mod improve;
 mod journal;
 mod judge;
+mod lanes;
 mod net;
 mod order;
 mod removal;
