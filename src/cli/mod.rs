@@ -16,6 +16,7 @@ mod simplify;
 mod simplify_channels;
 mod simplify_engine;
 mod simplify_kept;
+mod simplify_polish;
 mod simplify_report;
 mod synth;
 mod values;

@@ -11,6 +11,7 @@
 //!
 //! Nothing is random and nothing is timed: effort is counted, ties go by number. Method and figures: docs/quality.md.
 
+mod angles;
 mod energy;
 mod fan;
 mod filling;
@@ -30,6 +31,7 @@ mod star;
 #[cfg(test)]
 mod tests;
 
+use self::angles::Angles;
 use self::fitting::Fitting;
 use self::judge::Judge;
 use self::net::Net;
@@ -38,7 +40,9 @@ use self::removal::Removal;
 use self::repair::Repair;
 use crate::control::Cancelled;
 use crate::mesh::TileMesh;
-use crate::triangulate::Task;
+use crate::triangulate::{Feasibility, Task};
+
+pub use self::schedule::{Caps, Schedule, ScheduleError};
 
 /// How much work is put into fewer triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -68,12 +72,28 @@ pub enum Heights {
 }
 
 /// How to polish.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Options {
     /// How much work to put in.
     pub effort: Effort,
     /// What heights vertices have.
     pub heights: Heights,
+    /// What is not left to these two.
+    pub tuning: Tuning,
+}
+
+/// What may be chosen beside effort and heights.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Tuning {
+    /// What is done when, instead of what the effort says; see [`Schedule::check`].
+    pub schedule: Option<Schedule>,
+    /// Degrees, from 0 to 60. No triangle is made whose smallest angle, seen from above with square cells, is below this
+    /// and below the smallest one of the triangles that make room for it. So triangles that were sharper at the start may
+    /// stay. 0 asks for nothing.
+    pub min_angle: f64,
+    /// Makes edges pass the strong test, even if the task asks for weak feasibility only; edges that were there before may
+    /// stay. (A strong task is never polished otherwise.)
+    pub strong_edges: bool,
 }
 
 /// Memory that polishing reuses from tile to tile; it carries nothing from one to the next.
@@ -99,17 +119,26 @@ pub struct Scratch {
 /// `mesh.relaxed` does not grow, and is never more than the triangles that have an edge which fails it. The same mesh and
 /// task give the same result, always and everywhere.
 ///
+/// [`Tuning::strong_edges`] and a strong task are polished alike; [`Tuning::min_angle`] never makes the smallest angle of
+/// what is replaced smaller, nor than the floor.
+///
 /// # Errors
 /// [`Cancelled`], with a mesh of no use.
 ///
 /// # Panics
-/// If the mesh does not keep the contract.
+/// If the mesh does not keep the contract, or the schedule its ranges ([`Schedule::check`]).
 pub fn polish(task: &Task<'_>, options: &Options, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
+    let tuning = &options.tuning;
+    let schedule = tuning.schedule.unwrap_or(Schedule::preset(options.effort, options.heights));
+    schedule.check().unwrap_or_else(|error| panic!("a schedule: {error}"));
+    let feasibility = if tuning.strong_edges { Feasibility::Strong } else { task.feasibility };
+    let task = &Task { feasibility, ..*task };
     let mut judge = Judge::new(task);
+    judge.angles = Angles::at_least(tuning.min_angle);
     judge.fitting = (options.heights == Heights::Fitted).then(|| Fitting::new(task.tolerance));
     scratch.net.load(task.domain, mesh);
     scratch.order.reset(&scratch.net);
-    scratch.work(options.effort, &mut judge)?;
+    scratch.work(&schedule, &mut judge)?;
     let relaxed = mesh.relaxed;
     scratch.net.store(mesh);
     if relaxed > 0 {

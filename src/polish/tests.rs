@@ -27,8 +27,12 @@ fn polished(task: &Task<'_>, options: &Options, start: &TileMesh, scratch: &mut 
     mesh
 }
 
+fn options(effort: Effort, heights: super::Heights) -> Options {
+    Options { effort, heights, ..Options::default() }
+}
+
 fn all_options() -> impl Iterator<Item = Options> {
-    HEIGHTS.into_iter().flat_map(|heights| EFFORTS.map(|effort| Options { effort, heights }))
+    HEIGHTS.into_iter().flat_map(|heights| EFFORTS.map(|effort| options(effort, heights)))
 }
 
 fn task<'a>(
@@ -239,8 +243,9 @@ fn take_back(fitting: Option<Fitting>) {
             flips += usize::from(alive && improver.flip(&mut net, side, super::improve::Demand::Better, &judge));
         }
         hole.ring.retain(|&r| !net.is_locked(r));
+        let how = super::improve::Search { rounds: 2, places: 8 };
         for &r in &hole.ring {
-            let moved = improver.relocate(&mut net, r, 2, super::improve::Demand::Better, &judge);
+            let moved = improver.relocate(&mut net, r, how, super::improve::Demand::Better, &judge);
             moves += usize::from(moved);
         }
         assert_ne!(state(&net), before);
@@ -261,7 +266,7 @@ fn fitted_heights_leave_points_and_rim_alone() {
     let mut start = TileMesh::default();
     GreedyInsertion::default().triangulate(&task, &mut Default::default(), &mut start).expect("nobody cancels");
     for effort in [Effort::Balanced, Effort::Best] {
-        let options = Options { effort, heights: super::Heights::Fitted };
+        let options = options(effort, super::Heights::Fitted);
         let mesh = polished(&task, &options, &start, &mut Scratch::default());
         check(&tile, &rim.domain, &mesh, 0.7);
         let others = &mesh.vertices[rim.domain.fixed().count()..];
@@ -296,9 +301,8 @@ fn more_effort_leaves_fewer_triangles() {
     let rim = Rim::new(&tile, 0.5, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
     let task = task(&tile, &rim.domain, 0.5, Feasibility::Weak, &cancel);
     let start = cut(&task);
-    let count = |effort, heights| {
-        polished(&task, &Options { effort, heights }, &start, &mut Scratch::default()).triangles.len()
-    };
+    let count =
+        |effort, heights| polished(&task, &options(effort, heights), &start, &mut Scratch::default()).triangles.len();
     let [sampled, fitted] = HEIGHTS.map(|heights| EFFORTS.map(|effort| count(effort, heights)));
     println!("{} {sampled:?} {fitted:?}", start.triangles.len());
     assert!(fitted[1] * 10 < sampled[1] * 9 && fitted[2] < fitted[1], "{sampled:?} {fitted:?}");

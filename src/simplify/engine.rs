@@ -1,8 +1,9 @@
 use serde::Serialize;
 
+use super::Params;
 use crate::control::Cancelled;
 use crate::mesh::TileMesh;
-use crate::polish::{self, Effort, Heights as VertexHeights};
+use crate::polish::{self, Effort};
 use crate::triangulate::cuts::{Cuts, GreedyCuts};
 use crate::triangulate::insertion::{GreedyInsertion, InsertionOptions};
 use crate::triangulate::{Engine, Task};
@@ -97,7 +98,8 @@ impl Quality {
         }
     }
 
-    fn effort(&self) -> Option<Effort> {
+    /// What it asks of polishing.
+    pub fn effort(&self) -> Option<Effort> {
         match self {
             Quality::None => None,
             Quality::Fast => Some(Effort::Fast),
@@ -137,15 +139,10 @@ impl EngineScratch {
     }
 
     /// Polishes the mesh of whichever engine.
-    pub(super) fn polish(
-        &mut self,
-        quality: Quality,
-        heights: VertexHeights,
-        task: &Task<'_>,
-        mesh: &mut TileMesh,
-    ) -> Result<(), Cancelled> {
-        let Some(effort) = quality.effort() else { return Ok(()) };
-        polish::polish(task, &polish::Options { effort, heights }, &mut self.polish, mesh)
+    pub(super) fn polish(&mut self, params: &Params, task: &Task<'_>, mesh: &mut TileMesh) -> Result<(), Cancelled> {
+        let Some(effort) = params.quality.effort() else { return Ok(()) };
+        let options = polish::Options { effort, heights: params.heights, tuning: params.tuning };
+        polish::polish(task, &options, &mut self.polish, mesh)
     }
 
     /// The memory of greedy insertion.

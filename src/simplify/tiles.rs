@@ -241,7 +241,7 @@ impl Workspace {
 
     fn polish(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {
         let task = task(&self.tile, rim, tolerance(job.params), job);
-        self.engine.polish(job.params.quality, job.params.heights, &task, &mut self.mesh)
+        self.engine.polish(job.params, &task, &mut self.mesh)
     }
 }
 
