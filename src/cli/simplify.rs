@@ -141,7 +141,7 @@ enum QualityArg {
 enum HeightsArg {
     /// Vertices stand on samples and have their heights
     Sampled,
-    /// Vertices stand where triangles fit best: the fewest triangles, larger errors on the whole, in twice the time
+    /// Vertices stand where triangles fit best: the fewest triangles, larger errors on the whole, in hardly more time
     Fitted,
 }
 

@@ -7,7 +7,8 @@
 //! may be used, `energy` how well they fit. `removal` takes vertices out where feasible triangles fill the hole;
 //! `improve` moves vertices and turns edges (`fan` finds the place); `repair` takes vertices out and mends what that
 //! breaks. `star` finds the height that fits best, and where to look for a better place; `fitting` says which heights and
-//! places there are. `schedule` says what is done when, `order` where.
+//! places there are, `angles` how sharp triangles may be. `schedule` says what is done when, `order` where; `lanes` is
+//! arithmetic on eight numbers at once.
 //!
 //! Nothing is random and nothing is timed: effort is counted, ties go by number. Method and figures: docs/quality.md.
 
@@ -64,7 +65,7 @@ pub enum Heights {
     /// Those of the samples they stand on.
     #[default]
     Sampled,
-    /// Their own, fitted to the samples around, on the lattice of quarter cells: a quarter fewer triangles in twice the
+    /// Their own, fitted to the samples around, on the lattice of quarter cells: a quarter fewer triangles in hardly more
     /// time. Heights are multiples of a power of two from 1/2048 to 1/1024 of the tolerance; between samples a vertex is
     /// within the tolerance (the smallest limit, where samples have weights) of its cell's bilinear surface. At a
     /// tolerance of 0, or next to it, the same as sampled.
