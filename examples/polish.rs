@@ -1,6 +1,6 @@
-//! Polishing measured: `polish RASTER TOLERANCE [TILE [weak|strong [all|EFFORT [sampled|fitted [cuts|insertion]]]]]`
+//! Polishing measured: `polish RASTER TOLERANCE [TILE [weak|strong [all|EFFORT [sampled|fitted [cuts|insertion [ANGLE [weak|strong]]]]]]]`
 //! cuts a raster into tiles, triangulates each with greedy cuts (or by greedy insertion) and polishes it with every effort,
-//! or the one named, in one thread. Prints triangles, seconds of
+//! or the one named, perhaps with a floor for angles and strong edges, in one thread. Prints triangles, seconds of
 //! processor time (Linux), and the root of the mean square error as a share of the tolerance.
 
 use std::path::Path;
@@ -9,7 +9,7 @@ use terrabite::control::{CancelToken, Control};
 use terrabite::field::{Field, FieldOptions, Tile};
 use terrabite::measure::{ErrorStats, measure};
 use terrabite::mesh::TileMesh;
-use terrabite::polish::{Effort, Heights, Options, Scratch, polish};
+use terrabite::polish::{Effort, Heights, Options, Scratch, Tuning, polish};
 use terrabite::raster::Raster;
 use terrabite::seam::{MinLink, Rim};
 use terrabite::tiling::TileGrid;
@@ -26,7 +26,7 @@ fn main() -> Outcome<()> {
     let argument = |i: usize| arguments.get(i).map(String::as_str);
     let (Some(raster), Some(tolerance)) = (argument(0), argument(1)) else {
         return Err(
-            "expected: polish RASTER TOLERANCE [TILE [weak|strong [all|fast|balanced|best [sampled|fitted [cuts|insertion]]]]]".into()
+            "expected: polish RASTER TOLERANCE [TILE [weak|strong [all|fast|balanced|best [sampled|fitted [cuts|insertion [ANGLE [weak|strong]]]]]]]".into()
         );
     };
     let tolerance: f64 = tolerance.parse()?;
@@ -34,6 +34,9 @@ fn main() -> Outcome<()> {
     let feasibility = if argument(3) == Some("strong") { Feasibility::Strong } else { Feasibility::Weak };
     let only = argument(4).filter(|&name| name != "all");
     let heights = if argument(5) == Some("fitted") { Heights::Fitted } else { Heights::Sampled };
+
+    let min_angle = argument(7).unwrap_or("0").parse()?;
+    let tuning = Tuning { min_angle, strong_edges: argument(8) == Some("strong"), ..Tuning::default() };
 
     let raster = Raster::open(Path::new(raster), 1)?;
     let field = Field::open(&raster, &FieldOptions::default(), &Control::default())?;
@@ -62,7 +65,7 @@ fn main() -> Outcome<()> {
             }
             polished.clone_from(&cut);
             let start = cpu_seconds()?;
-            polish(&task, &Options { effort, heights }, &mut scratch, &mut polished)?;
+            polish(&task, &Options { effort, heights, tuning }, &mut scratch, &mut polished)?;
             result.0 += polished.triangles.len();
             result.1 += cpu_seconds()? - start;
             result.2.add(&measure(&samples, &polished, tolerance, (0, 0), last));

@@ -128,6 +128,9 @@ impl From<Error> for Failure {
                 Failure::usage(error).hint("leave --selection and --measure, or give --max-error alone")
             }
             Error::FittedWithoutPolish => Failure::usage(error).hint("choose another --quality, or --heights sampled"),
+            Error::TuningWithoutPolish => {
+                Failure::usage(error).hint("choose another --quality, or leave --min-angle and --polish-…")
+            }
             Error::GoalWithPolish { .. } => {
                 Failure::usage(error).hint("choose --quality none, or give --max-error alone")
             }

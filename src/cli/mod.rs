@@ -18,6 +18,7 @@ mod simplify_channels;
 mod simplify_engine;
 mod simplify_kept;
 mod simplify_map;
+mod simplify_polish;
 mod simplify_report;
 mod synth;
 mod values;

@@ -14,6 +14,7 @@ use super::simplify_channels::Extended;
 use super::simplify_engine::EngineArgs;
 use super::simplify_kept::Kept;
 use super::simplify_map::{MapArgs, MapReport, Written};
+use super::simplify_polish::PolishArgs;
 use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
@@ -48,6 +49,11 @@ pub(crate) struct SimplifyArgs {
     /// What heights vertices have where polishing has moved them: those of samples, or fitted to the samples around
     #[arg(long, value_enum, default_value_t = HeightsArg::Sampled)]
     heights: HeightsArg,
+    /// Polishing makes no triangle with a smaller angle, seen from above, unless it takes the place of a sharper one; 0 asks
+    /// for nothing
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, hide_default_value = true, value_parser = values::angle,
+        allow_hyphen_values = true)]
+    min_angle: f64,
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
     #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
@@ -101,6 +107,8 @@ pub(crate) struct SimplifyArgs {
     engine: EngineArgs,
     #[command(flatten)]
     map: MapArgs,
+    #[command(flatten)]
+    polish: PolishArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -142,7 +150,7 @@ enum QualityArg {
 enum HeightsArg {
     /// Vertices stand on samples and have their heights
     Sampled,
-    /// Vertices stand where triangles fit best: the fewest triangles, larger errors on the whole, in twice the time
+    /// Vertices stand where triangles fit best: the fewest triangles, larger errors on the whole, in hardly more time
     Fitted,
 }
 
@@ -165,6 +173,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let mut params = args.params()?;
     params.takes_goal()?;
     params.takes_heights()?;
+    params.takes_tuning()?;
     if args.points.is_some() {
         params.takes_points()?;
     }
@@ -265,15 +274,21 @@ impl SimplifyArgs {
         // Polishing comes to fewer triangles from insertion, and sooner; alone, cuts are faster.
         let insertion = quality != Quality::None || !self.goal.goal().is_none() || self.points.is_some();
         let insertion = insertion || self.channels.are_given();
+        let heights = match self.heights {
+            HeightsArg::Sampled => VertexHeights::Sampled,
+            HeightsArg::Fitted => VertexHeights::Fitted,
+        };
+        let feasibility = self.feasibility.into();
+        if feasibility == Feasibility::Strong && self.polish.asks_for_weak_edges() {
+            return Err(Failure::usage("--polish-edges weak cannot stand beside --feasibility strong"));
+        }
         let mut params = Params {
-            feasibility: self.feasibility.into(),
+            feasibility,
             tile: self.tile,
             engine: self.engine.choice(insertion)?,
             quality,
-            heights: match self.heights {
-                HeightsArg::Sampled => VertexHeights::Sampled,
-                HeightsArg::Fitted => VertexHeights::Fitted,
-            },
+            heights,
+            tuning: self.polish.tuning(quality, heights, self.min_angle),
             goal: self.goal.goal(),
             ..Params::new(self.goal.tolerance())
         };

@@ -4,6 +4,7 @@
 
 use std::num::NonZeroUsize;
 
+use crate::polish::{Caps, Schedule};
 use crate::raster::{BoundingBox, Window};
 
 /// A width and a height, in samples or pixels.
@@ -53,6 +54,34 @@ pub(crate) fn share(text: &str) -> Result<f64, String> {
     let share = text.parse::<f64>().ok().filter(|s| (0.0..=1.0).contains(s));
     // A negative zero is zero.
     share.map(f64::abs).ok_or_else(|| "expected a number from 0 to 1, such as 0.5".to_string())
+}
+
+/// An angle in degrees, from 0 to 60: no triangle has all its angles above that.
+pub(crate) fn angle(text: &str) -> Result<f64, String> {
+    let degrees = text.parse::<f64>().ok().filter(|a| (0.0..=60.0).contains(a));
+    // A negative zero is zero.
+    degrees.map(f64::abs).ok_or_else(|| "expected degrees from 0 to 60, such as 20".to_string())
+}
+
+/// A number of sweeps, or `all`.
+pub(crate) fn sweeps(text: &str) -> Result<u32, String> {
+    if text == "all" {
+        return Ok(Schedule::ALL);
+    }
+    text.parse().map_err(|_| "expected a whole number, or all".to_string())
+}
+
+/// `CAP,CAP,…`.
+pub(crate) fn caps(text: &str) -> Result<Caps, String> {
+    let values: Option<Vec<f32>> = text.split(',').map(|cap| cap.trim().parse().ok()).collect();
+    let caps = values.and_then(|values| Caps::new(&values));
+    caps.ok_or_else(|| format!("expected one to {} numbers, none below 0, such as 1,2,5", Caps::MOST))
+}
+
+/// A share above 0, at most 1.
+pub(crate) fn shrink(text: &str) -> Result<f32, String> {
+    let share = text.parse().ok().filter(|&s: &f32| s > 0.0 && s <= 1.0);
+    share.ok_or_else(|| "expected a number above 0, at most 1, such as 0.8".to_string())
 }
 
 /// A standard deviation in cells, above 0 and at most 64: so far the smoothing looks.

@@ -5,14 +5,14 @@
 //! surface. Summed in single precision, in lanes and in one fixed order, so that every machine steers alike.
 //! It only steers: what is kept has passed the exact test.
 
+use super::lanes::{Kernel, LANES, Lanes, run};
 use super::net::Fit;
-use crate::field::{Heights, PADDING, Tile};
+use crate::field::{Heights, Tile};
 use crate::lattice::STEPS;
 use crate::mesh::Vertex;
 use crate::triangulate::Feasibility;
 use crate::triangulate::feasible::{Plane, Spans, Tester};
 
-pub(super) const LANES: usize = PADDING;
 const INDEX: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 /// Which of the lanes count, by how many samples are left of a row: factors, as branches would undo the lanes.
@@ -101,10 +101,10 @@ impl<'a> Meter<'a> {
             per_tolerance: self.per_tolerance,
             limit,
         };
-        let (arch, weights) = (pulp::Arch::new(), &self.tile.weights[..]);
+        let weights = &self.tile.weights[..];
         match &self.tile.heights {
-            Heights::F32(heights) => arch.dispatch(Scan { frame, heights, weights }),
-            Heights::F64(heights) => arch.dispatch(Scan { frame, heights, weights }),
+            Heights::F32(heights) => run(Scan { frame, heights, weights }),
+            Heights::F64(heights) => run(Scan { frame, heights, weights }),
         }
     }
 }
@@ -167,22 +167,22 @@ struct Line<H> {
 }
 
 /// Sums by lanes.
-struct Sums {
-    energy: [f32; LANES],
-    worst: [f32; LANES],
+#[derive(Clone, Copy)]
+struct Sums<E> {
+    energy: E,
+    worst: E,
 }
 
-/// Not a closure: those are not always inlined into what is compiled for the processor.
-impl<H: Sample> pulp::NullaryFnOnce for Scan<'_, H> {
+impl<H: Sample> Kernel for Scan<'_, H> {
     type Output = Fit;
 
     #[inline(always)]
-    fn call(self) -> Fit {
+    fn run<L: Lanes>(self, on: L) -> Fit {
         let Frame { spans, plane, .. } = &self.frame;
         let reference = H::of(self.frame.height_of_a);
         let offset = self.frame.height_of_a - reference.to_f64();
         let per_tolerance = self.frame.per_tolerance;
-        let mut sums = Sums { energy: [0.0; LANES], worst: [0.0; LANES] };
+        let mut sums = Sums { energy: on.all(0.0), worst: on.all(0.0) };
         let (gradient, origin) = (plane.gradient(), plane.origin());
         let [across, down] = gradient.map(|g| g * per_tolerance);
         let offset = offset * per_tolerance;
@@ -195,45 +195,60 @@ impl<H: Sample> pulp::NullaryFnOnce for Scan<'_, H> {
                 let index = row as usize * self.frame.width + first as usize;
                 let (x, y) = (f64::from(first * STEPS - origin.x), f64::from(row * STEPS - origin.y));
                 let start = (across * x + down * y + offset) as f32;
-                self.row(index, (last - first + 1) as usize, Line { start, step, reference }, &mut sums);
+                sums = self.row(index, (last - first + 1) as usize, Line { start, step, reference }, sums, on);
             }
             row += 1;
-            if row % ROWS_BETWEEN_LOOKS == 0 && total(&sums.energy) > self.frame.limit {
+            if row % ROWS_BETWEEN_LOOKS == 0 && total(&on.parts(sums.energy)) > self.frame.limit {
                 break;
             }
         }
-        Fit { energy: total(&sums.energy), worst: largest(&sums.worst) }
+        Fit { energy: total(&on.parts(sums.energy)), worst: largest(&on.parts(sums.worst)) }
     }
 }
 
 impl<H: Sample> Scan<'_, H> {
-    /// Whole lanes; those past the end do not count, and the tile has room for them ([`PADDING`]).
+    /// Whole lanes; those past the end do not count, and the tile has room for them ([`crate::field::PADDING`]).
     #[inline(always)]
-    fn row(&self, index: usize, count: usize, line: Line<H>, sums: &mut Sums) {
-        let per_tolerance = self.frame.per_tolerance as f32;
+    fn row<L: Lanes>(
+        &self,
+        index: usize,
+        count: usize,
+        line: Line<H>,
+        mut sums: Sums<L::Eight>,
+        on: L,
+    ) -> Sums<L::Eight> {
+        let per_tolerance = on.all(self.frame.per_tolerance as f32);
+        let (start, step) = (on.all(line.start), on.all(line.step));
         let mut first = 0;
         while first < count {
             let lane = self.heights[index + first..].first_chunk::<LANES>().expect("a tile is padded");
-            let mut factors = COUNTS[(count - first).min(LANES)];
+            let mut factors = on.of(COUNTS[(count - first).min(LANES)]);
             if !self.weights.is_empty() {
                 let weights = self.weights[index + first..].first_chunk::<LANES>().expect("a tile is padded");
-                factors = std::array::from_fn(|i| factors[i] * weights[i] as f32);
+                factors = on.mul(factors, on.of(weights.map(|w| w as f32)));
             }
-            let base = first as f32;
-            let t: [f32; LANES] = std::array::from_fn(|i| {
-                let above = lane[i].above(line.reference) * per_tolerance;
-                (line.start + line.step * (base + INDEX[i]) - above).abs() * factors[i]
-            });
-            sums.energy = std::array::from_fn(|i| sums.energy[i] + energy(t[i]));
-            sums.worst = std::array::from_fn(|i| if t[i] > sums.worst[i] { t[i] } else { sums.worst[i] });
+            let above = on.mul(on.of(lane.map(|height| height.above(line.reference))), per_tolerance);
+            let along = on.add(on.all(first as f32), on.of(INDEX));
+            let error = on.sub(on.add(start, on.mul(step, along)), above);
+            let t = on.mul(on.abs(error), factors);
+            sums.energy = on.add(sums.energy, energies(on, t));
+            sums.worst = on.max(t, sums.worst);
             first += LANES;
         }
+        sums
     }
 }
 
-/// The energy of one error, as a share of the tolerance.
+/// The energies of eight errors.
 #[inline(always)]
-pub(super) fn energy(t: f32) -> f32 {
+pub(super) fn energies<L: Lanes>(on: L, t: L::Eight) -> L::Eight {
+    let over = on.max(on.sub(t, on.all(ONSET)), on.all(0.0));
+    let t2 = on.mul(t, t);
+    on.add(on.mul(over, over), on.mul(on.all(PULL), on.mul(t2, t2)))
+}
+
+/// The energy of one error, as a share of the tolerance.
+fn energy(t: f32) -> f32 {
     let (over, t2) = (t - ONSET, t * t);
     let over = if over > 0.0 { over } else { 0.0 };
     over * over + PULL * (t2 * t2)

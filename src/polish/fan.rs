@@ -1,5 +1,6 @@
 //! A vertex inside its ring: where its triangles fit best.
 
+use super::angles::Sharpest;
 use super::energy::Meter;
 use super::fitting::{Fitting, near_surface};
 use super::judge::Judge;
@@ -29,11 +30,18 @@ pub(super) struct Fan {
     /// early.
     order: Vec<u32>,
     star: Star,
+    sharpest: Sharpest,
 }
 
 impl Fan {
-    /// Takes a ring, and how the triangles to the apex that it has now fit.
-    pub(super) fn reset(&mut self, ring: impl Iterator<Item = Vertex>, fits: impl Iterator<Item = Fit>) {
+    /// Takes a ring, how the triangles to the apex that it has now fit, and how sharp others may be.
+    pub(super) fn reset(
+        &mut self,
+        ring: impl Iterator<Item = Vertex>,
+        fits: impl Iterator<Item = Fit>,
+        sharpest: Sharpest,
+    ) {
+        self.sharpest = sharpest;
         self.ring.clear();
         self.ring.extend(ring);
         self.fits.clear();
@@ -51,12 +59,19 @@ impl Fan {
         self.ring.iter().map(distance).min().unwrap_or(0)
     }
 
-    /// One round of the eight places `step` cells around an apex. Returns the best of those where the energy falls below
+    /// One round of the first `places` of eight, `step` cells around an apex. Returns the best of those where the energy falls below
     /// `share` of what it is, else the apex itself.
-    pub(super) fn look_around(&mut self, centre: Vertex, step: i32, share: f32, meter: &Meter<'_>) -> Vertex {
+    pub(super) fn look_around(
+        &mut self,
+        centre: Vertex,
+        step: i32,
+        places: usize,
+        share: f32,
+        meter: &Meter<'_>,
+    ) -> Vertex {
         let mut limit = self.energy() * share;
         let mut best = centre;
-        for (x, y) in AROUND {
+        for &(x, y) in &AROUND[..places] {
             let place = Point { x: centre.at.x + x * step * STEPS, y: centre.at.y + y * step * STEPS };
             if let Some(apex) = self.try_at(place, limit, meter) {
                 limit = self.energy();
@@ -120,7 +135,7 @@ impl Fan {
         Some(apex)
     }
 
-    /// Whether a place is inside the ring, and on the tile.
+    /// Whether a place is inside the ring, on the tile, and such that no triangle is too sharp.
     fn holds(&self, place: Point, meter: &Meter<'_>) -> bool {
         let far = meter.tile().far_corner();
         if place.x < 0 || place.y < 0 || place.x > far.x || place.y > far.y {
@@ -128,7 +143,13 @@ impl Fan {
         }
         let k = self.ring.len();
         let inside = |i: usize| orient(self.ring[i].at, self.ring[(i + 1) % k].at, place) > 0;
-        (0..k).all(inside)
+        (0..k).all(inside) && self.is_blunt_at(place)
+    }
+
+    /// Whether no triangle to a place inside the ring is too sharp.
+    fn is_blunt_at(&self, place: Point) -> bool {
+        let apex = Vertex { at: place, height: 0.0 };
+        self.sharpest.allows_any() || (0..self.ring.len()).all(|i| self.sharpest.allows(self.triangle(apex, i)))
     }
 
     /// The sample at a place, if the energy is below `limit` there: then the fits are those it gives.

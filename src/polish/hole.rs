@@ -1,6 +1,7 @@
 //! Holes: rings of vertices whose inside is to be triangulated anew.
 
 use super::net::{NONE, Net, next, previous};
+use crate::mesh::Vertex;
 
 /// A ring of vertices, the triangles inside it, and what lies beyond its edges. Edge i runs from vertex i of the ring to
 /// the next, with the inside to its left.
@@ -14,6 +15,11 @@ pub(super) struct Hole {
 }
 
 impl Hole {
+    /// The triangles inside, by their corners.
+    pub(super) fn corners(&self, net: &Net) -> impl Iterator<Item = [Vertex; 3]> {
+        self.triangles.iter().map(|&t| net.corners(t))
+    }
+
     fn clear(&mut self) {
         self.ring.clear();
         self.outer.clear();

@@ -24,13 +24,22 @@ pub(super) enum Demand {
     Feasible,
 }
 
+/// How a vertex is moved.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Search {
+    /// Rounds, at most.
+    pub(super) rounds: u32,
+    /// How many places are looked at in a round, where vertices stand on samples: the first of eight.
+    pub(super) places: usize,
+}
+
 /// The best place that is found: the first step is a quarter of the way to the nearest neighbour, and a step that leads
 /// nowhere is halved.
-fn search(fan: &mut Fan, centre: Vertex, rounds: u32, judge: &Judge<'_>) -> Vertex {
+fn search(fan: &mut Fan, centre: Vertex, search: Search, judge: &Judge<'_>) -> Vertex {
     let (mut apex, mut step) = (centre, (fan.clearance(centre.at) / STEPS / 4).max(1));
-    for _ in 0..rounds {
+    for _ in 0..search.rounds {
         let before = apex.at;
-        apex = fan.look_around(apex, step, MOVE_SHARE, &judge.meter);
+        apex = fan.look_around(apex, step, search.places, MOVE_SHARE, &judge.meter);
         if apex.at == before {
             if step == 1 {
                 break;
@@ -67,19 +76,20 @@ impl Improver {
         &self.hole.ring
     }
 
-    /// Moves a free vertex over the samples around it, in `rounds` rounds; where heights are fitted, over the places around
+    /// Moves a free vertex over the samples around it; where heights are fitted, over the places around
     /// it and to a height of its own. Returns whether it moved.
-    pub(super) fn relocate(&mut self, net: &mut Net, v: u32, rounds: u32, demand: Demand, judge: &Judge<'_>) -> bool {
+    pub(super) fn relocate(&mut self, net: &mut Net, v: u32, how: Search, demand: Demand, judge: &Judge<'_>) -> bool {
         if !self.hole.around(net, v, LONGEST_RING) {
             return false;
         }
         let Improver { hole, fan } = self;
         let centre = net.vertex(v);
         let fits = hole.triangles.iter().map(|&t| net.triangles[t as usize].fit);
-        fan.reset(hole.ring.iter().map(|&r| net.vertex(r)), fits);
+        let sharpest = judge.angles.bound(hole.corners(net));
+        fan.reset(hole.ring.iter().map(|&r| net.vertex(r)), fits, sharpest);
         let apex = match &judge.fitting {
-            None => search(fan, centre, rounds, judge),
-            Some(fitting) => fit(fan, centre, rounds, judge, fitting),
+            None => search(fan, centre, how, judge),
+            Some(fitting) => fit(fan, centre, how.rounds, judge, fitting),
         };
         if apex == centre {
             return false;
@@ -107,6 +117,10 @@ impl Improver {
         }
         let corners = [[p, s, r], [s, q, r]].map(|t| t.map(|v| net.vertex(v)));
         let (t, u) = (side as usize / 3, twin as usize / 3);
+        let sharpest = judge.angles.bound([side / 3, twin / 3].into_iter().map(|t| net.corners(t)));
+        if !corners.iter().all(|&c| sharpest.allows(c)) {
+            return false;
+        }
         let limit = (net.triangles[t].fit.energy + net.triangles[u].fit.energy) * FLIP_SHARE;
         let first = judge.meter.fit(corners[0], limit);
         let hopeful = first.energy < limit;

@@ -1,5 +1,6 @@
 //! Whether a triangle may be used, with a memory of what spoke against its like.
 
+use super::angles::Angles;
 use super::energy::Meter;
 use super::fitting::Fitting;
 use super::net::Fit;
@@ -24,6 +25,8 @@ pub(super) struct Judge<'a> {
     pub(super) cancel: &'a CancelToken,
     /// How vertices are fitted that move; else they stand on samples.
     pub(super) fitting: Option<Fitting>,
+    /// How sharp triangles may be.
+    pub(super) angles: Angles,
     tolerance: f64,
     /// Place, height and limit.
     witnesses: [(Point, f64, f64); WITNESSES],
@@ -36,7 +39,8 @@ impl<'a> Judge<'a> {
         let meter = Meter::new(tester, task.tolerance);
         let witnesses = [(Point { x: 0, y: 0 }, 0.0, 0.0); WITNESSES];
         let (cancel, tolerance) = (task.cancel, task.tolerance);
-        Judge { tester, meter, cancel, fitting: None, tolerance, witnesses, known: 0 }
+        let (fitting, angles) = (None, Angles::ANY);
+        Judge { tester, meter, cancel, fitting, angles, tolerance, witnesses, known: 0 }
     }
 
     pub(super) fn tolerance(&self) -> f64 {

@@ -7,10 +7,12 @@
 //! may be used, `energy` how well they fit. `removal` takes vertices out where feasible triangles fill the hole;
 //! `improve` moves vertices and turns edges (`fan` finds the place); `repair` takes vertices out and mends what that
 //! breaks. `star` finds the height that fits best, and where to look for a better place; `fitting` says which heights and
-//! places there are. `schedule` says what is done when, `order` where.
+//! places there are, `angles` how sharp triangles may be. `schedule` says what is done when, `order` where; `lanes` is
+//! arithmetic on eight numbers at once.
 //!
 //! Nothing is random and nothing is timed: effort is counted, ties go by number. Method and figures: docs/quality.md.
 
+mod angles;
 mod energy;
 mod fan;
 mod filling;
@@ -19,6 +21,7 @@ mod hole;
 mod improve;
 mod journal;
 mod judge;
+mod lanes;
 mod net;
 mod order;
 mod removal;
@@ -29,6 +32,7 @@ mod star;
 #[cfg(test)]
 mod tests;
 
+use self::angles::Angles;
 use self::fitting::Fitting;
 use self::judge::Judge;
 use self::net::Net;
@@ -42,6 +46,8 @@ use crate::lattice::Point;
 use crate::mesh::TileMesh;
 use crate::triangulate::feasible::Tester;
 use crate::triangulate::{Feasibility, Task};
+
+pub use self::schedule::{Caps, Schedule, ScheduleError};
 
 /// How much work is put into fewer triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -63,7 +69,7 @@ pub enum Heights {
     /// Those of the samples they stand on.
     #[default]
     Sampled,
-    /// Their own, fitted to the samples around, on the lattice of quarter cells: a quarter fewer triangles in twice the
+    /// Their own, fitted to the samples around, on the lattice of quarter cells: a quarter fewer triangles in hardly more
     /// time. Heights are multiples of a power of two from 1/2048 to 1/1024 of the tolerance; between samples a vertex is
     /// within the tolerance (the smallest limit, where samples have weights) of its cell's bilinear surface. At a
     /// tolerance of 0, or next to it, the same as sampled.
@@ -71,12 +77,28 @@ pub enum Heights {
 }
 
 /// How to polish.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Options {
     /// How much work to put in.
     pub effort: Effort,
     /// What heights vertices have.
     pub heights: Heights,
+    /// What is not left to these two.
+    pub tuning: Tuning,
+}
+
+/// What may be chosen beside effort and heights.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Tuning {
+    /// What is done when, instead of what the effort says; see [`Schedule::check`].
+    pub schedule: Option<Schedule>,
+    /// Degrees, from 0 to 60. No triangle is made whose smallest angle, seen from above with square cells, is below this
+    /// and below the smallest one of the triangles that make room for it. So triangles that were sharper at the start may
+    /// stay. 0 asks for nothing.
+    pub min_angle: f64,
+    /// Makes edges pass the strong test, even if the task asks for weak feasibility only; edges that were there before may
+    /// stay. (A strong task is never polished otherwise.)
+    pub strong_edges: bool,
 }
 
 /// Memory that polishing reuses from tile to tile; it carries nothing from one to the next.
@@ -102,11 +124,14 @@ pub struct Scratch {
 /// `mesh.relaxed` does not grow, and is never more than the triangles that have an edge which fails it. The same mesh and
 /// task give the same result, always and everywhere.
 ///
+/// [`Tuning::strong_edges`] and a strong task are polished alike; [`Tuning::min_angle`] never makes the smallest angle of
+/// what is replaced smaller, nor than the floor.
+///
 /// # Errors
 /// [`Cancelled`], with a mesh of no use.
 ///
 /// # Panics
-/// If the mesh does not keep the contract.
+/// If the mesh does not keep the contract, or the schedule its ranges ([`Schedule::check`]).
 pub fn polish(task: &Task<'_>, options: &Options, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
     scratch.net.load(task.domain, mesh);
     scratch.polish(task, options, Visit::All, mesh)
@@ -145,10 +170,16 @@ impl Scratch {
         visit: Visit<'_>,
         mesh: &mut TileMesh,
     ) -> Result<(), Cancelled> {
-        let mut judge = Judge::new(task);
+        let tuning = &options.tuning;
+        let schedule = tuning.schedule.unwrap_or(Schedule::preset(options.effort, options.heights));
+        schedule.check().unwrap_or_else(|error| panic!("a schedule: {error}"));
+        let feasibility = if tuning.strong_edges { Feasibility::Strong } else { task.feasibility };
+        let strict = Task { feasibility, ..*task };
+        let mut judge = Judge::new(&strict);
+        judge.angles = Angles::at_least(tuning.min_angle);
         judge.fitting = (options.heights == Heights::Fitted).then(|| Fitting::new(task.tolerance));
         self.order.reset(&self.net);
-        self.work(options.effort, visit, &mut judge)?;
+        self.work(&schedule, visit, &mut judge)?;
         let relaxed = mesh.relaxed;
         self.net.store(mesh);
         // A part does not know how many of its triangles are.

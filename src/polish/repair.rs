@@ -1,18 +1,16 @@
 //! Remove and repair: a vertex goes although what fills its hole violates the tolerance a little; then vertices of
 //! violating triangles move and edges turn until nothing does, or everything is as it was.
 
+use super::angles::Sharpest;
 use super::filling::{Filler, Weigher};
 use super::hole::Hole;
-use super::improve::{Demand, Improver};
+use super::improve::{Demand, Improver, Search};
 use super::judge::Judge;
 use super::net::{NONE, Net};
 use super::order::{Errand, Order};
 use super::removal::VISITS_BETWEEN_CHECKS;
 use crate::control::Cancelled;
 use crate::mesh::Vertex;
-
-/// Longer rings are left alone.
-const LONGEST_RING: usize = 14;
 
 /// How far an attempt goes.
 #[derive(Debug, Clone, Copy)]
@@ -23,8 +21,10 @@ pub(super) struct Patience {
     pub(super) rounds: usize,
     /// Share to which a round must bring down the energy of violating triangles for another one to follow.
     pub(super) shrink: f32,
-    /// Rounds of looking around when a vertex moves.
-    pub(super) steps: u32,
+    /// How vertices are moved.
+    pub(super) search: Search,
+    /// Vertices with longer rings are left alone.
+    pub(super) longest_ring: usize,
 }
 
 /// The memory of remove-and-repair.
@@ -75,14 +75,15 @@ impl Repair {
         Ok(gone)
     }
 
-    /// Moves every free vertex, by `steps` rounds of looking around, and turns every edge, once, where that brings the
-    /// energy down and violates nothing, if something at it has changed.
+    /// Moves every free vertex and, if that is asked for, turns every edge, once, where that brings the energy down and
+    /// violates nothing, if something at it has changed.
     pub(super) fn relax(
         &mut self,
         net: &mut Net,
         order: &mut Order,
         judge: &Judge<'_>,
-        steps: u32,
+        search: Search,
+        turns: bool,
     ) -> Result<(), Cancelled> {
         for i in 0..order.raster.len() {
             if i % VISITS_BETWEEN_CHECKS == 0 {
@@ -90,10 +91,13 @@ impl Repair {
             }
             let v = order.raster[i];
             let visit = net.is_free(v) && order.take_due(v, Errand::Move);
-            if visit && self.improver.relocate(net, v, steps, Demand::Feasible, judge) {
+            if visit && self.improver.relocate(net, v, search, Demand::Feasible, judge) {
                 order.make_due(v);
                 self.improver.ring().iter().for_each(|&r| order.make_due(r));
             }
+        }
+        if !turns {
+            return Ok(());
         }
         for side in 0..3 * net.triangles.len() as u32 {
             if (side as usize).is_multiple_of(8 * VISITS_BETWEEN_CHECKS) {
@@ -111,12 +115,13 @@ impl Repair {
 
     /// Takes a vertex out, or leaves everything as it was.
     fn attempt(&mut self, net: &mut Net, v: u32, judge: &Judge<'_>, patience: Patience) -> bool {
-        if !self.hole.around(net, v, LONGEST_RING) {
+        if !self.hole.around(net, v, patience.longest_ring) {
             return false;
         }
         let before: f32 = self.hole.triangles.iter().map(|&t| net.triangles[t as usize].fit.energy).sum();
         let ring = self.hole.ring.iter().map(|&r| net.vertex(r));
-        if self.filler.fill(ring, f64::from(before + patience.cap), &mut LeastEnergy(judge)).is_none() {
+        let mut weigher = LeastEnergy { judge, sharpest: judge.angles.bound(self.hole.corners(net)) };
+        if self.filler.fill(ring, f64::from(before + patience.cap), &mut weigher).is_none() {
             return false;
         }
         net.begin();
@@ -152,7 +157,7 @@ impl Repair {
             self.corners.dedup();
             self.corners.retain(|&v| !net.is_locked(v));
             for &v in &self.corners {
-                self.improver.relocate(net, v, patience.steps, Demand::Better, judge);
+                self.improver.relocate(net, v, patience.search, Demand::Better, judge);
             }
             for &t in &self.violating {
                 for side in 3 * t..3 * t + 3 {
@@ -197,11 +202,17 @@ fn all_feasible(net: &Net, judge: &Judge<'_>) -> bool {
 }
 
 /// Any triangle, by its energy.
-struct LeastEnergy<'a, 'b>(&'a Judge<'b>);
+struct LeastEnergy<'a, 'b> {
+    judge: &'a Judge<'b>,
+    sharpest: Sharpest,
+}
 
 impl Weigher for LeastEnergy<'_, '_> {
     fn triangle(&mut self, corners: [Vertex; 3], budget: f64) -> f64 {
-        f64::from(self.0.meter.fit(corners, budget as f32).energy)
+        if !self.sharpest.allows(corners) {
+            return f64::INFINITY;
+        }
+        f64::from(self.judge.meter.fit(corners, budget as f32).energy)
     }
 
     /// What is wrong with an edge is in the energy, too.

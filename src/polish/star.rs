@@ -3,7 +3,8 @@
 //! The error at a sample is linear in the height of the apex. So the raster is read once per place (`read`); energy, best
 //! height and derivatives come from what was noted then.
 
-use super::energy::{LANES, Meter, ONSET, PULL, Sample, energy, largest, total};
+use super::energy::{Meter, ONSET, PULL, Sample, energies, largest, total};
+use super::lanes::{Kernel, LANES, Lanes, run};
 use super::net::Fit;
 use crate::field::Heights;
 use crate::lattice::{Point, STEPS};
@@ -41,39 +42,37 @@ struct Part {
     gradient: [f64; 2],
 }
 
-/// Sums over samples at one height of the apex.
-#[derive(Debug, Clone, Copy)]
-struct Totals {
-    energy: f32,
-    worst: f32,
+/// Sums over samples at one height of the apex, by lanes.
+#[derive(Clone, Copy)]
+struct Totals<E> {
+    energy: E,
+    worst: E,
     /// First and second derivative of the energy with respect to the rise.
-    slope: f32,
-    curve: f32,
+    slope: E,
+    curve: E,
 }
 
 impl Star {
     /// Reads the star of an apex inside its ring.
     pub(super) fn read(&mut self, ring: &[Vertex], apex: Vertex, meter: &Meter<'_>) {
         self.parts.clear();
-        let (arch, tile) = (pulp::Arch::new(), meter.tile());
-        match &tile.heights {
-            Heights::F32(heights) => arch.dispatch(Read { star: self, ring, apex, meter, heights }),
-            Heights::F64(heights) => arch.dispatch(Read { star: self, ring, apex, meter, heights }),
+        match &meter.tile().heights {
+            Heights::F32(heights) => run(Read { star: self, ring, apex, meter, heights }),
+            Heights::F64(heights) => run(Read { star: self, ring, apex, meter, heights }),
         }
     }
 
     /// The rise of the apex that has the least energy, about, and that energy.
     pub(super) fn best_rise(&self) -> (f32, f32) {
         let end = self.parts.last().map_or(0, |p| p.behind);
-        pulp::Arch::new().dispatch(Newton { share: &self.share[..end], error: &self.error[..end] })
+        run(Newton { share: &self.share[..end], error: &self.error[..end] })
     }
 
     /// How the samples of triangle i fit when the apex is `rise` tolerances higher.
     pub(super) fn fit(&self, i: usize, rise: f32) -> Fit {
         let Part { start, end, .. } = self.parts[i];
         let (share, error) = (&self.share[start..end], &self.error[start..end]);
-        let totals = pulp::Arch::new().dispatch(Sum { share, error, rise });
-        Fit { energy: totals.energy, worst: totals.worst }
+        run(FitAt { share, error, rise })
     }
 
     /// The Gauss–Newton step of the apex: lattice steps across and down, tolerances up.
@@ -85,12 +84,12 @@ impl Star {
         let (mut slope, mut curve) = ([0.0f64; 3], [[0.0f64; 3]; 3]);
         for &Part { start, behind, gradient: [p, q], .. } in &self.parts {
             let (share, error) = (&self.share[start..behind], &self.error[start..behind]);
-            let totals = pulp::Arch::new().dispatch(Sum { share, error, rise: 0.0 });
+            let (falls, bends) = run(Derivatives { share, error });
             let along = [-p, -q, 1.0];
             for i in 0..3 {
-                slope[i] += f64::from(totals.slope) * along[i];
+                slope[i] += f64::from(falls) * along[i];
                 for j in 0..3 {
-                    curve[i][j] += f64::from(totals.curve) * along[i] * along[j];
+                    curve[i][j] += f64::from(bends) * along[i] * along[j];
                 }
             }
         }
@@ -128,11 +127,11 @@ struct Line<H> {
     reference: H,
 }
 
-impl<H: Sample> pulp::NullaryFnOnce for Read<'_, '_, H> {
+impl<H: Sample> Kernel for Read<'_, '_, H> {
     type Output = ();
 
     #[inline(always)]
-    fn call(mut self) {
+    fn run<L: Lanes>(mut self, _: L) {
         let (mut len, k) = (0, self.ring.len());
         for i in 0..k {
             let corners = [self.apex, self.ring[i], self.ring[(i + 1) % k]];
@@ -231,18 +230,36 @@ impl Star {
     }
 }
 
-struct Sum<'a> {
+/// How samples fit at one height.
+struct FitAt<'a> {
     share: &'a [f32],
     error: &'a [f32],
     rise: f32,
 }
 
-impl pulp::NullaryFnOnce for Sum<'_> {
-    type Output = Totals;
+impl Kernel for FitAt<'_> {
+    type Output = Fit;
 
     #[inline(always)]
-    fn call(self) -> Totals {
-        totals(self.share, self.error, self.rise)
+    fn run<L: Lanes>(self, on: L) -> Fit {
+        let Totals { energy, worst, .. } = totals(on, self.share, self.error, self.rise);
+        Fit { energy: total(&on.parts(energy)), worst: largest(&on.parts(worst)) }
+    }
+}
+
+/// First and second derivative of the energy where the star was read.
+struct Derivatives<'a> {
+    share: &'a [f32],
+    error: &'a [f32],
+}
+
+impl Kernel for Derivatives<'_> {
+    type Output = (f32, f32);
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, on: L) -> (f32, f32) {
+        let Totals { slope, curve, .. } = totals(on, self.share, self.error, 0.0);
+        (total(&on.parts(slope)), total(&on.parts(curve)))
     }
 }
 
@@ -251,22 +268,23 @@ struct Newton<'a> {
     error: &'a [f32],
 }
 
-impl pulp::NullaryFnOnce for Newton<'_> {
+impl Kernel for Newton<'_> {
     type Output = (f32, f32);
 
     #[inline(always)]
-    fn call(self) -> (f32, f32) {
+    fn run<L: Lanes>(self, on: L) -> (f32, f32) {
         let (mut best, mut least, mut rise) = (0.0, f32::INFINITY, 0.0);
         for _ in 0..NEWTON_STEPS {
-            let now = totals(self.share, self.error, rise);
-            let falls = now.energy < least;
+            let Totals { energy, slope, curve, .. } = totals(on, self.share, self.error, rise);
+            let energy = total(&on.parts(energy));
+            let falls = energy < least;
             if !falls {
                 rise = best + (rise - best) * BACKTRACK;
                 continue;
             }
-            let slows = least - now.energy < SETTLED * least;
-            (best, least) = (rise, now.energy);
-            let step = -now.slope / now.curve;
+            let slows = least - energy < SETTLED * least;
+            (best, least) = (rise, energy);
+            let step = -total(&on.parts(slope)) / total(&on.parts(curve));
             let moves = step.abs() > SETTLED;
             if slows || !moves || !step.is_finite() {
                 break;
@@ -277,23 +295,28 @@ impl pulp::NullaryFnOnce for Newton<'_> {
     }
 }
 
-/// Sums over whole lanes, in one fixed order.
+/// Sums over whole lanes, in one fixed order. (What is not asked for is not computed: this is inlined.)
 #[inline(always)]
-fn totals(share: &[f32], error: &[f32], rise: f32) -> Totals {
-    let [mut e, mut slope, mut curve, mut worst] = [[0.0f32; LANES]; 4];
+fn totals<L: Lanes>(on: L, share: &[f32], error: &[f32], rise: f32) -> Totals<L::Eight> {
+    let zero = on.all(0.0);
+    let mut sums = Totals { energy: zero, worst: zero, slope: zero, curve: zero };
+    let (rise, onset) = (on.all(rise), on.all(ONSET));
     for (share, error) in share.as_chunks::<LANES>().0.iter().zip(error.as_chunks::<LANES>().0) {
-        let t: [f32; LANES] = std::array::from_fn(|i| error[i] + share[i] * rise);
-        let size = t.map(f32::abs);
-        let over: [f32; LANES] = std::array::from_fn(|i| if size[i] > ONSET { size[i] - ONSET } else { 0.0 });
-        let stiff: [f32; LANES] = std::array::from_fn(|i| if size[i] > ONSET { 2.0 } else { 0.0 });
-        e = std::array::from_fn(|i| e[i] + energy(size[i]));
-        worst = std::array::from_fn(|i| if size[i] > worst[i] { size[i] } else { worst[i] });
-        slope = std::array::from_fn(|i| {
-            slope[i] + share[i] * ((2.0 * over[i]).copysign(t[i]) + 4.0 * PULL * (t[i] * t[i]) * t[i])
-        });
-        curve = std::array::from_fn(|i| curve[i] + (share[i] * share[i]) * (stiff[i] + 12.0 * PULL * (t[i] * t[i])));
+        let (share, error) = (on.of(*share), on.of(*error));
+        let t = on.add(error, on.mul(share, rise));
+        let size = on.abs(t);
+        // What an error is beyond the onset, with its sign.
+        let over = on.if_greater(size, onset, on.sub(t, on.if_greater(t, zero, onset, on.all(-ONSET))), zero);
+        let stiff = on.if_greater(size, onset, on.all(2.0), zero);
+        let t2 = on.mul(t, t);
+        sums.energy = on.add(sums.energy, energies(on, size));
+        sums.worst = on.max(size, sums.worst);
+        let pull = on.mul(on.mul(on.all(4.0 * PULL), t2), t);
+        sums.slope = on.add(sums.slope, on.mul(share, on.add(on.mul(on.all(2.0), over), pull)));
+        let bend = on.add(stiff, on.mul(on.all(12.0 * PULL), t2));
+        sums.curve = on.add(sums.curve, on.mul(on.mul(share, share), bend));
     }
-    Totals { energy: total(&e), worst: largest(&worst), slope: total(&slope), curve: total(&curve) }
+    sums
 }
 
 #[cfg(test)]

@@ -27,8 +27,12 @@ fn polished(task: &Task<'_>, options: &Options, start: &TileMesh, scratch: &mut 
     mesh
 }
 
+fn options(effort: Effort, heights: super::Heights) -> Options {
+    Options { effort, heights, ..Options::default() }
+}
+
 fn all_options() -> impl Iterator<Item = Options> {
-    HEIGHTS.into_iter().flat_map(|heights| EFFORTS.map(|effort| Options { effort, heights }))
+    HEIGHTS.into_iter().flat_map(|heights| EFFORTS.map(|effort| options(effort, heights)))
 }
 
 fn task<'a>(
@@ -95,6 +99,106 @@ proptest! {
         let cancel = CancelToken::default();
         let rim = Rim::new(&tile, tolerance, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
         check_all(&tile, &rim.domain, tolerance);
+    }
+}
+
+/// The smallest of all angles, as the square of its sine.
+fn sharpest(mesh: &TileMesh) -> f64 {
+    mesh.triangles.iter().map(|&t| super::angles::sharpness(mesh.corners(t))).fold(1.0, f64::min)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn no_angle_falls_below_the_floor_unless_it_was_there(
+        width in 3usize..26, height in 3usize..26, seed in any::<u64>(), kind in 0u8..4,
+        tolerance in tolerances(), min_angle in prop::sample::select(vec![1.0, 10.0, 20.0, 35.0, 60.0]),
+    ) {
+        let (tile, cancel) = (tile(width, height, seed, kind), CancelToken::default());
+        let rim = Rim::new(&tile, tolerance, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+        let task = task(&tile, &rim.domain, tolerance, Feasibility::Weak, &cancel);
+        let start = cut(&task);
+        let sine = f64::to_radians(min_angle).sin();
+        for options in all_options() {
+            let tuning = Tuning { min_angle, ..Tuning::default() };
+            let mesh = polished(&task, &Options { tuning, ..options }, &start, &mut Scratch::default());
+            check(&tile, &rim.domain, &mesh, tolerance);
+            let least = sharpest(&start).min(sine * sine * (1.0 - 1e-12));
+            prop_assert!(sharpest(&mesh) >= least, "{} {} {least}", sharpest(&mesh), sharpest(&start));
+        }
+    }
+}
+
+#[test]
+fn strong_edges_are_those_of_a_strong_task() {
+    let tile = tile(40, 40, 11, 0);
+    let cancel = CancelToken::default();
+    let rim = Rim::new(&tile, 2.0, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+    let [weak, strong] = FEASIBILITIES.map(|f| task(&tile, &rim.domain, 2.0, f, &cancel));
+    let start = cut(&weak);
+    for options in all_options() {
+        let tuning = Tuning { strong_edges: true, ..Tuning::default() };
+        let mesh = polished(&weak, &Options { tuning, ..options }, &start, &mut Scratch::default());
+        assert_eq!(mesh, polished(&strong, &options, &start, &mut Scratch::default()));
+        let fail = |mesh: &TileMesh| count_relaxed(&tile, mesh, strong.tolerance, |_| true);
+        assert!(fail(&mesh) <= fail(&start), "{options:?}: {} of {}", fail(&mesh), fail(&start));
+    }
+}
+
+#[test]
+fn presets_keep_to_their_ranges_and_others_are_named() {
+    for options in all_options() {
+        let usual = Schedule::preset(options.effort, options.heights);
+        assert_eq!(usual.check(), Ok(()));
+        let strange = Schedule { places: 5, ..usual };
+        assert_eq!(strange.check().expect_err("five places").to_string(), "places: expected 4 or 8");
+        let others = [
+            Schedule { rounds: usual.rounds + 1, ..usual },
+            Schedule { caps: Caps::new(&[0.7]).expect("a cap"), ..usual },
+            Schedule { turns: !usual.turns, ..usual },
+            Schedule { longest_repaired: 9, ..usual },
+        ];
+        assert!(others.iter().all(|other| other.named() != usual.named()));
+    }
+    assert!(Caps::new(&[]).is_none() && Caps::new(&[1.0, -1.0]).is_none() && Caps::new(&[f32::NAN]).is_none());
+}
+
+/// Every number at once, the other way than usual.
+#[test]
+fn promises_hold_with_any_schedule() {
+    let tile = tile(40, 30, 21, 0);
+    let cancel = CancelToken::default();
+    let rim = Rim::new(&tile, 1.0, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+    let task = task(&tile, &rim.domain, 1.0, Feasibility::Weak, &cancel);
+    let start = cut(&task);
+    let nothing = Schedule { sweeps: 0, passes: 0, ..Schedule::preset(Effort::Balanced, super::Heights::Sampled) };
+    let strange = Schedule {
+        sweeps: 1,
+        moves: 2,
+        last_sweeps: 2,
+        passes: 4,
+        caps: Caps::new(&[0.0, 9.0]).expect("caps"),
+        retry: true,
+        yield_of: 3,
+        rounds: 1,
+        shrink: 1.0,
+        steps: 5,
+        steps_between: 4,
+        places: 4,
+        turns: false,
+        longest_ring: 3,
+        longest_repaired: 5,
+    };
+    for heights in HEIGHTS {
+        let with = |schedule| {
+            let tuning = Tuning { schedule: Some(schedule), ..Tuning::default() };
+            polished(&task, &Options { heights, tuning, ..Options::default() }, &start, &mut Scratch::default())
+        };
+        assert_eq!(with(nothing), start);
+        let mesh = with(strange);
+        check(&tile, &rim.domain, &mesh, 1.0);
+        assert!(mesh.triangles.len() < start.triangles.len());
     }
 }
 
@@ -239,8 +343,9 @@ fn take_back(fitting: Option<Fitting>) {
             flips += usize::from(alive && improver.flip(&mut net, side, super::improve::Demand::Better, &judge));
         }
         hole.ring.retain(|&r| !net.is_locked(r));
+        let how = super::improve::Search { rounds: 2, places: 8 };
         for &r in &hole.ring {
-            let moved = improver.relocate(&mut net, r, 2, super::improve::Demand::Better, &judge);
+            let moved = improver.relocate(&mut net, r, how, super::improve::Demand::Better, &judge);
             moves += usize::from(moved);
         }
         assert_ne!(state(&net), before);
@@ -261,7 +366,7 @@ fn fitted_heights_leave_points_and_rim_alone() {
     let mut start = TileMesh::default();
     GreedyInsertion::default().triangulate(&task, &mut Default::default(), &mut start).expect("nobody cancels");
     for effort in [Effort::Balanced, Effort::Best] {
-        let options = Options { effort, heights: super::Heights::Fitted };
+        let options = options(effort, super::Heights::Fitted);
         let mesh = polished(&task, &options, &start, &mut Scratch::default());
         check(&tile, &rim.domain, &mesh, 0.7);
         let others = &mesh.vertices[rim.domain.fixed().count()..];
@@ -296,9 +401,8 @@ fn more_effort_leaves_fewer_triangles() {
     let rim = Rim::new(&tile, 0.5, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
     let task = task(&tile, &rim.domain, 0.5, Feasibility::Weak, &cancel);
     let start = cut(&task);
-    let count = |effort, heights| {
-        polished(&task, &Options { effort, heights }, &start, &mut Scratch::default()).triangles.len()
-    };
+    let count =
+        |effort, heights| polished(&task, &options(effort, heights), &start, &mut Scratch::default()).triangles.len();
     let [sampled, fitted] = HEIGHTS.map(|heights| EFFORTS.map(|effort| count(effort, heights)));
     println!("{} {sampled:?} {fitted:?}", start.triangles.len());
     assert!(fitted[1] * 10 < sampled[1] * 9 && fitted[2] < fitted[1], "{sampled:?} {fitted:?}");

@@ -98,7 +98,8 @@ impl Quality {
         }
     }
 
-    fn effort(&self) -> Option<Effort> {
+    /// What it asks of polishing.
+    pub fn effort(&self) -> Option<Effort> {
         match self {
             Quality::None => None,
             Quality::Fast => Some(Effort::Fast),
@@ -116,7 +117,7 @@ impl Quality {
 /// How meshes are polished, if they are.
 pub(super) fn polishing(params: &Params) -> Option<polish::Options> {
     let effort = params.quality.effort()?;
-    Some(polish::Options { effort, heights: params.heights })
+    Some(polish::Options { effort, heights: params.heights, tuning: params.tuning })
 }
 
 /// The memory of whichever engine runs; that of the others stays empty.

@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use super::{BudgetTooSmall, DiskTooSmall, GoalTooSmall};
 use crate::control::Cancelled;
 use crate::field::FieldError;
+use crate::polish::ScheduleError;
 use crate::raster::RasterError;
 use crate::sink::SinkError;
 use crate::spool::SpoolError;
@@ -107,6 +108,15 @@ pub enum Error {
     /// Heights are fitted by polishing.
     #[error("expected polishing, to fit heights, found quality none")]
     FittedWithoutPolish,
+    /// There are numbers for polishing, and none.
+    #[error("expected polishing, to tune it, found quality none")]
+    TuningWithoutPolish,
+    /// A number of polishing's schedule.
+    #[error(transparent)]
+    Schedule(#[from] ScheduleError),
+    /// The floor for angles.
+    #[error("expected a smallest angle from 0 to 60 degrees, found {0}")]
+    MinAngle(f64),
     /// What is polished has other vertices and errors than the engine ended with.
     #[error("expected no polishing, to end at a budget or a root mean square, found quality {quality}")]
     GoalWithPolish {

@@ -31,6 +31,7 @@ pub(super) fn find_end(job: &Job<'_>, workspaces: &Pool<Workspace>) -> Result<Op
     let Job { field, params, grid, control, .. } = *job;
     params.takes_goal()?;
     params.takes_heights()?;
+    params.takes_tuning()?;
     let EngineChoice::GreedyInsertion(options) = params.engine else { return Ok(None) };
     if params.goal.is_none() {
         return Ok(None);

@@ -30,6 +30,7 @@ pub use tiles::{MakeSpool, Pass, TileTimes, grid, triangulate, triangulate_into}
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::polish::{Schedule, Tuning};
 use crate::raster::{PointSet, exact};
 use crate::tiling::TileGrid;
 use crate::triangulate::Feasibility;
@@ -60,6 +61,8 @@ pub struct Params {
     pub quality: Quality,
     /// What heights the vertices have that polishing moves.
     pub heights: VertexHeights,
+    /// What is chosen of polishing beside that.
+    pub tuning: Tuning,
     /// What ends the refinement beside the tolerance. Only for engines that refine ([`Params::takes_goal`]).
     pub goal: Goal,
     /// A tile's side in cells; 0 makes one tile of the whole raster.
@@ -82,6 +85,7 @@ impl Params {
             engine: EngineChoice::default(),
             quality: Quality::default(),
             heights: VertexHeights::default(),
+            tuning: Tuning::default(),
             goal: Goal::default(),
             tile: DEFAULT_TILE,
             points: None,
@@ -123,6 +127,21 @@ impl Params {
         if unpolished { Err(Error::FittedWithoutPolish) } else { Ok(()) }
     }
 
+    /// Makes sure that what is chosen of polishing is in its ranges, and that there is any.
+    ///
+    /// # Errors
+    /// [`Error::TuningWithoutPolish`], [`Error::Schedule`], [`Error::MinAngle`].
+    pub fn takes_tuning(&self) -> Result<(), Error> {
+        if !(0.0..=60.0).contains(&self.tuning.min_angle) {
+            return Err(Error::MinAngle(self.tuning.min_angle));
+        }
+        if let Some(schedule) = &self.tuning.schedule {
+            schedule.check()?;
+        }
+        let untuned = self.quality != Quality::None || self.tuning == Tuning::default();
+        if untuned { Ok(()) } else { Err(Error::TuningWithoutPolish) }
+    }
+
     /// Makes sure that the engine can end where the goal says.
     ///
     /// # Errors
@@ -157,6 +176,17 @@ impl Params {
         ];
         if self.heights != VertexHeights::default() {
             named.push(("heights", format!("{:?}", self.heights).to_lowercase()));
+        }
+        if let Some((schedule, effort)) = self.tuning.schedule.zip(self.quality.effort())
+            && schedule != Schedule::preset(effort, self.heights)
+        {
+            named.push(("polishing", schedule.named()));
+        }
+        if self.tuning.min_angle > 0.0 {
+            named.push(("smallest angle", exact(self.tuning.min_angle)));
+        }
+        if self.tuning.strong_edges && self.feasibility == Feasibility::Weak {
+            named.push(("edges in polishing", "strong".to_string()));
         }
         if !self.goal.is_none() {
             named.push(("goal", self.goal.named()));

@@ -8,6 +8,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::control::Control;
 use crate::field::{Field, FieldOptions, Heights};
+use crate::polish::{Effort, Schedule, Tuning};
 use crate::raster::{Raster, Window};
 use crate::sink::{Contents, PlySink, Sink, SinkError};
 use crate::spool::{Chunk, Spool};
@@ -82,6 +83,28 @@ pub(super) fn engines() -> Vec<EngineChoice> {
     let measures = measures.map(|measure| InsertionOptions { measure, ..default });
     let insertion = swaps.into_iter().chain(selections).chain(measures).map(EngineChoice::GreedyInsertion);
     [Cuts::Plain, Cuts::Improved].map(EngineChoice::GreedyCuts).into_iter().chain(insertion).collect()
+}
+
+#[test]
+fn what_is_tuned_is_part_of_what_a_work_dir_is_for() {
+    let usual = Params::new(1.0);
+    let tuned = |tuning| Params { tuning, ..usual.clone() }.named();
+    let schedule = Schedule::preset(Effort::Balanced, VertexHeights::Sampled);
+    let more = Schedule { rounds: 4, ..schedule };
+    assert_eq!(tuned(Tuning { schedule: Some(schedule), ..Tuning::default() }), usual.named());
+    let others = [
+        Tuning { schedule: Some(more), ..Tuning::default() },
+        Tuning { min_angle: 10.0, ..Tuning::default() },
+        Tuning { min_angle: 20.0, ..Tuning::default() },
+        Tuning { strong_edges: true, ..Tuning::default() },
+    ];
+    let mut named: Vec<_> = others.map(tuned).into_iter().chain([usual.named()]).collect();
+    named.sort();
+    named.dedup();
+    assert_eq!(named.len(), 5);
+    let refused = |tuning| Params { tuning, ..usual.clone() }.takes_tuning().is_err();
+    assert!(refused(Tuning { min_angle: 61.0, ..Tuning::default() }));
+    assert!(refused(Tuning { schedule: Some(Schedule { places: 7, ..schedule }), ..Tuning::default() }));
 }
 
 /// Every quality, with heights of both kinds.

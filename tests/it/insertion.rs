@@ -35,6 +35,10 @@ fn every_variant_passes() {
         vec!["--quality", "best"],
         vec!["--heights", "fitted"],
         vec!["--quality", "fast", "--heights", "fitted", "--feasibility", "strong"],
+        vec!["--min-angle", "20"],
+        vec!["--polish-edges", "strong"],
+        vec!["--polish-passes", "2", "--polish-caps", "0.5,2", "--polish-rounds", "5", "--polish-turns", "false"],
+        vec!["--polish-sweeps", "0", "--polish-moves", "2", "--polish-last-sweeps", "all", "--polish-places", "4"],
     ] {
         for tile in ["0", "32"] {
             let options: Vec<&str> = options.iter().copied().chain(["--max-error", "2", "--tile", tile]).collect();
@@ -59,6 +63,27 @@ fn options_that_mean_nothing_are_usage_errors() {
     fails(&cuts(&["--max-points", "9"]), &["greedy cuts", "--engine greedy-insertion"]);
     fails(&["--max-error", "1", "--quality", "none", "--heights", "fitted"], &["fit heights", "--heights sampled"]);
     fails(&["--max-points", "9", "--quality", "fast"], &["quality fast", "--quality none"]);
+    for untuned in [["--min-angle", "9"], ["--polish-rounds", "3"], ["--polish-edges", "strong"]] {
+        let none = ["--max-error", "1", "--quality", "none"];
+        fails(&[none.as_slice(), &untuned].concat(), &["quality none", "--polish-…"]);
+    }
+    for [option, value, message] in [
+        ["--min-angle", "61", "0 to 60"],
+        ["--min-angle", "-1", "0 to 60"],
+        ["--polish-caps", "1,-1", "none below 0"],
+        ["--polish-caps", "1,2,3,4,5,6,7,8,9", "one to 8 numbers"],
+        ["--polish-shrink", "0", "above 0"],
+        ["--polish-sweeps", "-1", "--polish-sweeps"],
+        ["--polish-places", "6", "--polish-places"],
+        ["--polish-rounds", "0", "--polish-rounds"],
+        ["--polish-longest-repaired", "65", "--polish-longest-repaired"],
+    ] {
+        fails(&["--max-error", "1", &format!("{option}={value}")], &[option, message]);
+    }
+    fails(
+        &["--max-error", "1", "--feasibility", "strong", "--polish-edges", "weak"],
+        &["--polish-edges", "--feasibility"],
+    );
     fails(
         &["--max-error", "1", "--engine", "greedy-insertion", "--cuts", "plain"],
         &["--cuts", "--engine greedy-cuts"],

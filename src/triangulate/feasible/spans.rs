@@ -22,6 +22,14 @@ pub(crate) struct Spans {
 const NUDGE: f64 = 1.0 / (1u32 << 25) as f64;
 const COLUMN: f64 = 1.0 / STEPS as f64;
 
+/// The nearest integer of a number below 2³¹ in magnitude, never half-way between two. By an addition that leaves no room
+/// for a fraction: a conversion that saturates takes several times as long, and there are two to every row.
+#[inline(always)]
+fn rounded(value: f64) -> i32 {
+    const NO_FRACTION: f64 = 1.5 * (1u64 << 52) as f64;
+    (value + NO_FRACTION).to_bits() as i32
+}
+
 impl Spans {
     /// The samples of the triangle with these corners, in any order, not all on a line.
     pub(crate) fn new(a: Point, b: Point, c: Point) -> Spans {
@@ -64,8 +72,7 @@ impl Spans {
     #[inline(always)]
     pub(crate) fn columns(&self, row: i32) -> (i32, i32) {
         let (left, right) = self.crossings(row);
-        // Columns are not negative, so truncation rounds down.
-        ((left + (1.0 - NUDGE)) as i32, (right + NUDGE) as i32)
+        (rounded(left + (0.5 - NUDGE)), rounded(right - (0.5 - NUDGE)))
     }
 
     /// The same for a triangle that may reach beyond columns 0 to `width` − 1: of these columns only.
@@ -86,9 +93,9 @@ impl Spans {
         if right - left < NUDGE || row * STEPS == self.high.y && row != lower_rim {
             return NONE;
         }
-        let first = (left + (1.0 - NUDGE)) as i32;
-        let closed = (right + NUDGE) as i32;
-        let last = if closed == right_rim { closed } else { (right + (1.0 - NUDGE)) as i32 - 1 };
+        let first = rounded(left + (0.5 - NUDGE));
+        let closed = rounded(right - (0.5 - NUDGE));
+        let last = if closed == right_rim { closed } else { rounded(right + (0.5 - NUDGE)) - 1 };
         (first, last)
     }
 

@@ -1,0 +1,138 @@
+//! `simplify`: what polishing does, number by number.
+
+use clap::ValueEnum;
+
+use super::values;
+use crate::polish::{Caps, Effort, Schedule, Tuning};
+use crate::simplify::{Quality, VertexHeights};
+
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Polishing, for experts: each is as --quality says unless given")]
+pub(super) struct PolishArgs {
+    /// Edges that polishing makes: tested at samples alone (weak), or as --feasibility strong does (strong) [default: as
+    /// --feasibility says]
+    #[arg(long, value_enum, value_name = "TEST")]
+    polish_edges: Option<EdgesArg>,
+    /// Sweeps of removal in the beginning, or all: until nothing goes
+    #[arg(long, value_name = "N", value_parser = values::sweeps)]
+    polish_sweeps: Option<u32>,
+    /// Rounds of moves after those
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
+    polish_moves: Option<u32>,
+    /// Sweeps of removal in the end, or all
+    #[arg(long, value_name = "N", value_parser = values::sweeps)]
+    polish_last_sweeps: Option<u32>,
+    /// Passes of remove-and-repair, at most
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
+    polish_passes: Option<u32>,
+    /// By how much the energy may rise when a vertex goes: for the first passes, the last is the rest's
+    #[arg(long, value_name = "CAP,…", value_parser = values::caps)]
+    polish_caps: Option<Caps>,
+    /// Whether every pass tries all vertices, or only those at which something has changed
+    #[arg(long, value_name = "BOOL")]
+    polish_retry: Option<bool>,
+    /// Passes beyond the caps end when fewer than one in so many vertices go; 0 never
+    #[arg(long, value_name = "N")]
+    polish_yield: Option<u32>,
+    /// Rounds of repair after a vertex has gone, at most
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    polish_rounds: Option<u32>,
+    /// To what share a round must bring down the energy of violating triangles for another to follow
+    #[arg(long, value_name = "SHARE", value_parser = values::shrink)]
+    polish_shrink: Option<f32>,
+    /// Steps of a vertex that moves in a round of repair
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
+    polish_steps: Option<u32>,
+    /// Steps of a vertex that moves between passes
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
+    polish_steps_between: Option<u32>,
+    /// Places looked at around a vertex that stands on a sample
+    #[arg(long, value_enum, value_name = "N")]
+    polish_places: Option<PlacesArg>,
+    /// Whether edges turn between passes, too
+    #[arg(long, value_name = "BOOL")]
+    polish_turns: Option<bool>,
+    /// Removal fills holes with at most so many corners by dynamic programming, longer ones ear by ear
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=128))]
+    polish_longest_ring: Option<u32>,
+    /// Remove-and-repair leaves vertices with more neighbours alone
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=64))]
+    polish_longest_repaired: Option<u32>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum EdgesArg {
+    Weak,
+    Strong,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PlacesArg {
+    #[value(name = "4")]
+    Four,
+    #[value(name = "8")]
+    Eight,
+}
+
+impl PolishArgs {
+    /// Whether edges are asked to pass less than triangles.
+    pub(super) fn asks_for_weak_edges(&self) -> bool {
+        self.polish_edges == Some(EdgesArg::Weak)
+    }
+
+    /// What is asked for beside quality and heights.
+    pub(super) fn tuning(&self, quality: Quality, heights: VertexHeights, min_angle: f64) -> Tuning {
+        let strong_edges = self.polish_edges == Some(EdgesArg::Strong);
+        Tuning { schedule: self.schedule(quality, heights), min_angle, strong_edges }
+    }
+
+    /// The schedule, if it is not as usual.
+    fn schedule(&self, quality: Quality, heights: VertexHeights) -> Option<Schedule> {
+        let usual = Schedule::preset(quality.effort().unwrap_or(Effort::default()), heights);
+        let schedule = Schedule {
+            sweeps: self.polish_sweeps.unwrap_or(usual.sweeps),
+            moves: self.polish_moves.unwrap_or(usual.moves),
+            last_sweeps: self.polish_last_sweeps.unwrap_or(usual.last_sweeps),
+            passes: self.polish_passes.unwrap_or(usual.passes),
+            caps: self.polish_caps.unwrap_or(usual.caps),
+            retry: self.polish_retry.unwrap_or(usual.retry),
+            yield_of: self.polish_yield.unwrap_or(usual.yield_of),
+            rounds: self.polish_rounds.unwrap_or(usual.rounds),
+            shrink: self.polish_shrink.unwrap_or(usual.shrink),
+            steps: self.polish_steps.unwrap_or(usual.steps),
+            steps_between: self.polish_steps_between.unwrap_or(usual.steps_between),
+            places: match self.polish_places {
+                None => usual.places,
+                Some(PlacesArg::Four) => 4,
+                Some(PlacesArg::Eight) => 8,
+            },
+            turns: self.polish_turns.unwrap_or(usual.turns),
+            longest_ring: self.polish_longest_ring.unwrap_or(usual.longest_ring),
+            longest_repaired: self.polish_longest_repaired.unwrap_or(usual.longest_repaired),
+        };
+        let is_given = schedule != usual || self.is_given() && quality == Quality::None;
+        is_given.then_some(schedule)
+    }
+
+    /// Whether there is any number here.
+    fn is_given(&self) -> bool {
+        let counts = [
+            self.polish_sweeps,
+            self.polish_moves,
+            self.polish_last_sweeps,
+            self.polish_passes,
+            self.polish_yield,
+            self.polish_rounds,
+            self.polish_steps,
+            self.polish_steps_between,
+            self.polish_longest_ring,
+            self.polish_longest_repaired,
+        ];
+        counts.iter().any(Option::is_some)
+            || self.polish_caps.is_some()
+            || self.polish_shrink.is_some()
+            || self.polish_places.is_some()
+            || self.polish_retry.is_some()
+            || self.polish_turns.is_some()
+    }
+}
