@@ -355,7 +355,7 @@ impl Job<'_> {
         };
         // A tile too long is told of later.
         let passes = grid(self.raster.width(), self.raster.height(), &self.params).map_or(1, |g| self.params.passes(g));
-        Estimate { spool_bytes: once.spool_bytes * passes, ..once }
+        Estimate { spool_bytes: once.spool_bytes.saturating_mul(passes), ..once }
     }
 
     /// The channels and their ranges, where there are some. Finding the ranges may take long, so an output that cannot

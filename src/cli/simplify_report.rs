@@ -96,7 +96,7 @@ impl Needs {
                 "memory",
                 format!("up to {} of {} with {threads} threads", BinaryBytes(needed_bytes), BinaryBytes(budget_bytes)),
             ),
-            ("disk", format!("{} of temporary files", BinaryBytes(field_bytes + spool_bytes))),
+            ("disk", format!("{} of temporary files", BinaryBytes(field_bytes.saturating_add(spool_bytes)))),
             ("output", format!("about {}", BinaryBytes(output_bytes))),
         ]
     }
