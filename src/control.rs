@@ -42,6 +42,8 @@ pub enum Stage {
     Survey,
     /// Triangulating tiles.
     Triangulate,
+    /// Polishing once more, with the seams between tiles.
+    Seams,
     /// Writing the output file.
     Write,
     /// Reading a mesh back and sorting it.

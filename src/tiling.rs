@@ -14,7 +14,7 @@ pub struct TileGrid {
 }
 
 /// One tile's place in the grid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct TileId {
     /// Tiles to its left.
     pub column: usize,
@@ -27,16 +27,36 @@ struct Cut {
     cells: usize,
     tile: usize,
     count: usize,
+    /// Lines run through the middle of tiles instead of between them.
+    shifted: bool,
 }
 
 impl Cut {
     fn new(cells: usize, tile: usize) -> Cut {
         let tile = if tile == 0 { cells } else { tile.min(cells) };
-        Cut { cells, tile, count: cells.div_ceil(tile) }
+        Cut { cells, tile, count: cells.div_ceil(tile), shifted: false }
+    }
+
+    /// The cut whose lines run through the middle of this one's tiles. Where there is one tile, there is no line to
+    /// leave, and it stays. `None`: a tile has no middle.
+    fn shifted(self) -> Option<Cut> {
+        let least = (0..self.count).rev().take(2).map(|i| self.start(i + 1) - self.start(i)).min();
+        match self.count {
+            1 => Some(self),
+            count => (least >= Some(2)).then_some(Cut { count: count + 1, shifted: true, ..self }),
+        }
     }
 
     /// The first sample of tile `i`; of tile `count`: the last sample of all.
     fn start(&self, i: usize) -> usize {
+        if self.shifted {
+            let tiles = Cut { count: self.count - 1, shifted: false, ..*self };
+            return match i {
+                0 => 0,
+                _ if i == self.count => self.cells,
+                _ => (tiles.start(i - 1) + tiles.start(i)) / 2,
+            };
+        }
         if i == self.count {
             self.cells
         } else if i + 1 == self.count && i > 0 {
@@ -52,6 +72,13 @@ impl TileGrid {
     /// Cuts `width` × `height` samples into tiles of `tile` cells; 0 makes one tile.
     pub fn new(width: usize, height: usize, tile: usize) -> TileGrid {
         TileGrid { across: Cut::new(width - 1, tile), down: Cut::new(height - 1, tile) }
+    }
+
+    /// The grid whose lines run through the middle of these tiles, so that it has their lines inside its own tiles,
+    /// which are no larger, one more each way. `None` where there is no line, or tiles have no middle.
+    pub fn shifted(&self) -> Option<TileGrid> {
+        let cut = || Some(TileGrid { across: self.across.shifted()?, down: self.down.shifted()? });
+        if self.len() == 1 { None } else { cut() }
     }
 
     /// Whether every tile fits the lattice's exact arithmetic.
@@ -129,6 +156,28 @@ mod tests {
                 let cells = w.width - 1;
                 prop_assert!(tile == 0 || cells <= tile);
                 prop_assert!(grid.columns() == 1 || 2 * cells >= tile, "{} cells", cells);
+            }
+            prop_assert_eq!(right, width - 1);
+        }
+
+        #[test]
+        fn shifted_tiles_have_the_lines_inside(width in 2usize..3000, height in 2usize..50, tile in 0usize..700) {
+            let grid = TileGrid::new(width, height, tile);
+            let Some(shifted) = grid.shifted() else {
+                prop_assert!(grid.len() == 1 || tile < 4);
+                return Ok(());
+            };
+            let of = |grid: &TileGrid, column| grid.window(TileId { column, row: 0 });
+            let mut right = 0;
+            for column in 0..shifted.columns() {
+                let w = of(&shifted, column);
+                prop_assert_eq!(w.column, right);
+                prop_assert!(w.width >= 2 && w.len() <= grid.largest());
+                right = w.column + w.width - 1;
+                if shifted.columns() > 1 && column > 0 && column < grid.columns() {
+                    let line = of(&grid, column).column;
+                    prop_assert!(w.column < line && line < right, "{} in {:?}", line, w);
+                }
             }
             prop_assert_eq!(right, width - 1);
         }

@@ -111,6 +111,9 @@ impl From<Error> for Failure {
             Error::NoGoal { .. } => {
                 Failure::usage(error).hint("--max-points, --max-triangles and --max-rms need --engine greedy-insertion")
             }
+            Error::GoalWithNodata { .. } => Failure::usage(error)
+                .hint("leave --max-points, --max-triangles and --max-rms, or fill them first (gdal_fillnodata)"),
+            Error::PointOffGround { .. } => Failure::usage(error).hint("take it out of the layer of --points"),
             Error::GoalWithPasses => {
                 Failure::usage(error).hint("leave --selection and --measure, or give --max-error alone")
             }

@@ -109,6 +109,7 @@ fn title(stage: Stage) -> &'static str {
         Stage::Ranges => "finding ranges",
         Stage::Survey => "surveying",
         Stage::Triangulate => "triangulating",
+        Stage::Seams => "over seams",
         Stage::Write => "writing",
         Stage::Sort => "sorting",
         Stage::Compare => "comparing",

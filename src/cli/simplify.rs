@@ -52,6 +52,9 @@ pub(crate) struct SimplifyArgs {
     /// The band, counted from 1
     #[arg(long, value_name = "N", default_value_t = 1)]
     band: usize,
+    /// The stored value of samples that are no heights, instead of what the raster says
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true, conflicts_with = "planar")]
+    nodata: Option<String>,
     #[command(flatten)]
     channels: ChannelArgs,
     #[command(flatten)]
@@ -159,7 +162,10 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     if args.points.is_some() {
         params.takes_points()?;
     }
-    let (raster, channels) = args.channels.open(&args.input, args.band)?;
+    let (mut raster, channels) = args.channels.open(&args.input, args.band)?;
+    if let Some(value) = &args.nodata {
+        raster = raster.with_nodata(value)?;
+    }
     if channels.is_some() {
         params.takes_channels()?;
     }
@@ -295,10 +301,13 @@ impl Job<'_> {
 
     fn estimate(&self, density: f64) -> Estimate {
         let heights = estimate(&self.raster, self.importance.as_ref(), density);
-        match &self.channels {
+        let once = match &self.channels {
             None => heights,
             Some(options) => heights.with_channels(&self.bands, options.planar),
-        }
+        };
+        // A tile too long is told of later.
+        let passes = grid(self.raster.width(), self.raster.height(), &self.params).map_or(1, |g| self.params.passes(g));
+        Estimate { spool_bytes: once.spool_bytes * passes, ..once }
     }
 
     /// The channels and their ranges, where there are some. Finding the ranges may take long, so an output that cannot
@@ -316,6 +325,7 @@ impl Job<'_> {
         let watches: Vec<Watch> = rasters.map(Watch::new).collect::<Result<_, _>>()?;
         let extended = self.extended()?;
         let mut named = self.params.named();
+        named.extend(self.args.nodata.as_ref().map(|_| ("nodata", format!("{:?}", self.raster.nodata()))));
         named.extend(extended.iter().flat_map(Extended::named));
         let open = |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &watches, named.clone());
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
@@ -360,10 +370,7 @@ impl Job<'_> {
         }
         let opened = Instant::now();
         let mesh = match kept {
-            Some(kept) => {
-                let grid = grid(field.width(), field.height(), &self.params)?;
-                triangulate_into(kept.spool(grid)?, &field, &self.params, self.control)?
-            }
+            Some(kept) => triangulate_into(&|grid, pass| kept.spool(grid, pass), &field, &self.params, self.control)?,
             None => triangulate(&field, &self.params, self.control)?,
         };
         watches.iter().try_for_each(Watch::check)?;
@@ -422,6 +429,7 @@ fn comments(raster: &Raster, args: &SimplifyArgs) -> Vec<String> {
         format!("crs {}", raster.crs_name()),
     ];
     comments.extend(args.goal.comments());
+    comments.extend(args.nodata.as_ref().map(|value| format!("nodata {value}")));
     comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));
     comments.extend(args.points.iter().map(|points| format!("points {}", name(points))));
     comments

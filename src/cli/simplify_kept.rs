@@ -6,7 +6,7 @@ use super::simplify::SimplifyArgs;
 use super::{Failure, print};
 use crate::field::FieldError;
 use crate::raster::{Files, Raster, RasterError, Watch, identity};
-use crate::simplify::Error;
+use crate::simplify::{Error, Pass};
 use crate::spool::{Spool, SpoolError};
 use crate::staged::{OutputError, StagedFile};
 use crate::tiling::TileGrid;
@@ -47,8 +47,8 @@ impl Kept {
         self.0.chunk_bytes()
     }
 
-    pub(super) fn spool(&self, grid: TileGrid) -> Result<Spool, SpoolError> {
-        self.0.spool(grid)
+    pub(super) fn spool(&self, grid: TileGrid, pass: Pass) -> Result<Spool, SpoolError> {
+        self.0.spool(grid, pass == Pass::Seams)
     }
 
     pub(super) fn committing(&self) -> Result<(), Error> {

@@ -21,7 +21,11 @@ pub(super) struct Report {
     access: Access,
     /// Null where errors are not weighted.
     importance: Option<ImportanceReport>,
+    /// Those on the ground, which the mesh covers.
     samples: u64,
+    /// Samples that are no heights, and heights that no ground reaches: in no cell with two others beside them.
+    nodata_samples: u64,
+    stray_samples: u64,
     triangles: u64,
     vertices: u64,
     samples_per_triangle: f64,
@@ -184,6 +188,8 @@ impl Report {
                 weighted_max: errors.weighted_max,
             }),
             samples: errors.samples,
+            nodata_samples: errors.nodata,
+            stray_samples: errors.stray,
             triangles: summary.triangles,
             vertices: summary.vertices,
             samples_per_triangle: errors.samples as f64 / summary.triangles as f64,
@@ -238,11 +244,14 @@ impl Report {
     pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
         let Seconds { total, open, tiles, write, threads: t } = self.seconds;
         let e = &self.error;
-        let mut lines = vec![
-            ("samples", format!("{}, {}", grouped(self.samples), access(&self.access))),
+        let mut lines = vec![("samples", format!("{}, {}", grouped(self.samples), access(&self.access)))];
+        if self.nodata_samples > 0 {
+            lines.push(("nodata", self.nodata()));
+        }
+        lines.extend([
             ("triangles", format!("{}, {:.1} samples each", grouped(self.triangles), self.samples_per_triangle)),
             ("vertices", grouped(self.vertices)),
-        ];
+        ]);
         let place = format!("at column {}, row {} ({}, {})", e.column, e.row, e.x, e.y);
         let shares = format!("50 % up to {:.4}, 95 % {:.4}, 99 % {:.4}", e.p50, e.p95, e.p99);
         match &self.importance {
@@ -314,6 +323,14 @@ impl Report {
 
     fn allowed(&self) -> String {
         self.tolerance.map_or(String::new(), |tolerance| format!(" of {tolerance} allowed"))
+    }
+
+    fn nodata(&self) -> String {
+        let stray = match self.stray_samples {
+            0 => String::new(),
+            n => format!(", and {} heights in no cell with two others: not covered", grouped(n)),
+        };
+        format!("{} samples{stray}", grouped(self.nodata_samples))
     }
 
     fn memory(&self) -> String {

@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use super::map::map;
 use super::store::{Bytes, Offsets, Store};
-use super::windows::refuse_masked;
 use super::{FieldError, FieldOptions};
 use crate::control::{Control, Stage};
 use crate::faults::{self, Point};
@@ -33,33 +32,63 @@ struct Layout {
 }
 
 impl Layout {
-    fn of(raster: &Raster) -> Layout {
+    fn of(raster: &Raster, sample_bytes: usize) -> Layout {
         let (block_width, block_height) = (BLOCK.min(raster.width()), BLOCK.min(raster.height()));
         let blocks_across = raster.width().div_ceil(block_width);
-        let sample_bytes = raster.sample_type().bytes();
         let blocks = blocks_across as u64 * raster.height().div_ceil(block_height) as u64;
         let bytes = blocks * (block_width * block_height * sample_bytes) as u64;
         Layout { width: raster.width(), block_width, block_height, blocks_across, sample_bytes, bytes }
     }
 }
 
-/// How many bytes the temporary file of a raster takes.
+/// How many bytes the temporary files of a raster take.
 pub fn decoded_bytes(raster: &Raster) -> u64 {
-    Layout::of(raster).bytes
+    let mask = raster.has_mask().unwrap_or(false).then(|| Layout::of(raster, 1).bytes);
+    Layout::of(raster, raster.sample_type().bytes()).bytes + mask.unwrap_or(0)
 }
 
-/// Decodes all samples, in parallel; returns them mapped, and the size of the file (already unlinked).
-pub(super) fn decode(
-    raster: &Raster,
-    options: &FieldOptions,
-    control: &Control<'_>,
-) -> Result<(Store, u64), FieldError> {
-    let layout = Layout::of(raster);
-    let failed = |source| FieldError::Temporary { dir: options.temp_dir.clone(), bytes: layout.bytes, source };
-    let file = tempfile::tempfile_in(&options.temp_dir).map_err(failed)?;
-    file.set_len(layout.bytes).map_err(failed)?;
+/// A temporary file that is being filled.
+struct Decoding {
+    file: File,
+    layout: Layout,
+}
 
-    let masked = raster.has_mask()?;
+impl Decoding {
+    fn new(raster: &Raster, sample_bytes: usize, folder: &Path) -> std::io::Result<Decoding> {
+        let layout = Layout::of(raster, sample_bytes);
+        let file = tempfile::tempfile_in(folder)?;
+        file.set_len(layout.bytes)?;
+        Ok(Decoding { file, layout })
+    }
+
+    fn finish(self) -> std::io::Result<Store> {
+        let Decoding { file, layout } = self;
+        Ok(Store {
+            bytes: Bytes::Mapped(map(&file)?, file),
+            block_width: layout.block_width,
+            block_height: layout.block_height,
+            blocks_across: layout.blocks_across,
+            offsets: Offsets::Regular,
+            sample_bytes: layout.sample_bytes,
+        })
+    }
+}
+
+/// What decoding leaves: files already unlinked.
+pub(super) struct Decoded {
+    pub(super) samples: Store,
+    /// A byte for every sample, where the raster has a mask.
+    pub(super) mask: Option<Store>,
+    pub(super) bytes: u64,
+}
+
+/// Decodes all samples, in parallel, and the mask beside them.
+pub(super) fn decode(raster: &Raster, options: &FieldOptions, control: &Control<'_>) -> Result<Decoded, FieldError> {
+    let (folder, bytes) = (options.temp_dir.as_path(), decoded_bytes(raster));
+    let failed = |source| FieldError::Temporary { dir: options.temp_dir.clone(), bytes, source };
+    let samples = Decoding::new(raster, raster.sample_type().bytes(), folder).map_err(failed)?;
+    let mask = raster.has_mask()?.then(|| Decoding::new(raster, 1, folder)).transpose().map_err(failed)?;
+
     let units = units(raster);
     let (path, band) = (raster.path(), raster.band());
     control.progress.begin(Stage::Decode, units.len() as u64, raster.width() as u64 * raster.height() as u64);
@@ -67,28 +96,24 @@ pub(super) fn decode(
         control.cancel.check()?;
         faults::reach(Point::DecodeUnit);
         let source = reader.open(path, band)?;
-        let mut words = vec![0u64; (unit.len() * layout.sample_bytes).div_ceil(8)];
-        let samples = &mut bytemuck::cast_slice_mut(&mut words)[..unit.len() * layout.sample_bytes];
-        source.read_native(unit, samples)?;
-        if masked {
-            refuse_masked(source, unit)?;
+        let unit_bytes = unit.len() * samples.layout.sample_bytes;
+        let mut words = vec![0u64; unit_bytes.div_ceil(8)];
+        let read = &mut bytemuck::cast_slice_mut(&mut words)[..unit_bytes];
+        source.read_native(unit, read)?;
+        write_unit(&samples.file, samples.layout, unit, read).map_err(failed)?;
+        if let Some(mask) = &mask {
+            let mut valid = vec![0u8; unit.len()];
+            source.read_mask(unit, &mut valid)?;
+            write_unit(&mask.file, mask.layout, unit, &valid).map_err(failed)?;
         }
-        write_unit(&file, layout, unit, samples).map_err(failed)?;
         control.progress.step(Stage::Decode, unit.len() as u64);
         Ok::<(), FieldError>(())
     })?;
     control.progress.end(Stage::Decode);
 
-    let bytes = Bytes::Mapped(map(&file).map_err(failed)?, file);
-    let store = Store {
-        bytes,
-        block_width: layout.block_width,
-        block_height: layout.block_height,
-        blocks_across: layout.blocks_across,
-        offsets: Offsets::Regular,
-        sample_bytes: layout.sample_bytes,
-    };
-    Ok((store, layout.bytes))
+    let samples = samples.finish().map_err(failed)?;
+    let mask = mask.map(Decoding::finish).transpose().map_err(failed)?;
+    Ok(Decoded { samples, mask, bytes })
 }
 
 /// A thread's own handle of the raster, opened when first needed: GDAL's datasets serve one thread at a time.

@@ -49,10 +49,10 @@ pub enum FieldError {
         /// Why not.
         reason: String,
     },
-    /// A sample is marked as having no height, or no value in a channel.
+    /// A sample of a channel has no value where there is a height.
     #[error(
-        "{}: expected a value everywhere, found a nodata sample ({found}) at column {column}, row {row}; rasters with \
-         nodata samples are not supported yet: fill them first (gdal_fillnodata) or cut them away (gdal_translate -srcwin)",
+        "{}: expected a value wherever there is a height, found a nodata sample ({found}) at column {column}, row {row}; \
+         gdal_fillnodata can give it one",
         path.display()
     )]
     Nodata {

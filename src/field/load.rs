@@ -2,13 +2,35 @@
 
 use super::stored::{Height, Stored};
 use super::tile::padded;
-use super::{Field, FieldError, Tile};
+use super::{Field, FieldError, Tile, Validity};
 use crate::exact::MAX_WEIGHT;
 use crate::raster::{Window, with_sample_type};
 
+/// What becomes of samples without a value.
+pub(super) enum Missing<'a> {
+    /// They are marked, also those one sample around the window, and stand at 0.
+    Marked(&'a mut Validity),
+    /// They stand at 0 where these are missing, too, and are refused elsewhere.
+    RefusedWhere(&'a Validity),
+    /// They are refused.
+    Refused,
+}
+
+impl Missing<'_> {
+    /// Whether a sample is known to be missing.
+    fn is_known(&self, column: i32, row: i32) -> bool {
+        match self {
+            Missing::Marked(validity) => !validity.is_valid(column, row),
+            Missing::RefusedWhere(validity) => !validity.is_valid(column, row),
+            Missing::Refused => false,
+        }
+    }
+}
+
 impl Field {
     /// Copies a window into `tile` as heights, with weights where the field has them, and beside them the channels'
-    /// values, reusing its memory.
+    /// values, reusing its memory. Samples that the nodata value, NaN or a mask says are no heights are marked in
+    /// [`Tile::validity`]; of weights and channels none may be missing where there is a height.
     ///
     /// # Errors
     /// [`FieldError::Nodata`], [`FieldError::NotAHeight`], [`FieldError::NotAWeight`], [`FieldError::Inexact`], each
@@ -21,21 +43,26 @@ impl Field {
         assert!(inside, "{window:?} of a field of {} × {}", self.width, self.height);
         tile.width = window.width;
         tile.height = window.height;
-        let Tile { heights, weights, channels, stored, .. } = tile;
-        match &self.importance {
-            Some(importance) => importance.load_weights(window, stored, padded(weights, window.len()))?,
-            None => weights.clear(),
-        }
+        let Tile { heights, weights, channels, stored, validity, .. } = tile;
+        validity.reset(window, (self.width, self.height));
+        let missing = Missing::Marked(validity);
         if self.fits_f32() {
             let heights = heights.as_f32(window.len());
-            with_sample_type!(self.sample_type, T => self.copy::<T, f32>(window, stored, heights))?;
+            with_sample_type!(self.sample_type, T => self.copy::<T, f32>(window, stored, heights, missing))?;
         } else {
             let heights = heights.as_f64(window.len());
-            with_sample_type!(self.sample_type, T => self.copy::<T, f64>(window, stored, heights))?;
+            with_sample_type!(self.sample_type, T => self.copy::<T, f64>(window, stored, heights, missing))?;
+        }
+        match &self.importance {
+            Some(importance) => importance.load_weights(window, stored, padded(weights, window.len()), validity)?,
+            None => weights.clear(),
         }
         let fields = self.channels.iter().flat_map(|c| &c.fields);
         channels.resize_with(self.channels().len(), Vec::new);
-        fields.zip(channels).try_for_each(|(field, values)| field.load_values(window, values, stored))?;
+        let validity = &*validity;
+        fields.zip(channels).try_for_each(|(field, values)| {
+            field.load_values(window, values, stored, Missing::RefusedWhere(validity))
+        })?;
         tile.channel_error = self.channels.as_ref().map(|c| c.error.clone());
         Ok(())
     }
@@ -46,8 +73,15 @@ impl Field {
     }
 
     /// Copies a window of an importance raster as weights.
-    fn load_weights(&self, window: Window, stored: &mut Vec<u64>, out: &mut [f64]) -> Result<(), FieldError> {
-        with_sample_type!(self.sample_type, T => self.copy::<T, f64>(window, stored, out))
+    fn load_weights(
+        &self,
+        window: Window,
+        stored: &mut Vec<u64>,
+        out: &mut [f64],
+        heights: &Validity,
+    ) -> Result<(), FieldError> {
+        let missing = Missing::RefusedWhere(heights);
+        with_sample_type!(self.sample_type, T => self.copy::<T, f64>(window, stored, out, missing))
             .map_err(FieldError::about_a_weight)?;
         let Some(index) = out.iter().position(|weight| !(0.0..=MAX_WEIGHT).contains(weight)) else { return Ok(()) };
         Err(FieldError::NotAWeight {
@@ -63,31 +97,106 @@ impl Field {
         window: Window,
         scratch: &mut Vec<u64>,
         out: &mut [H],
+        mut missing: Missing<'_>,
     ) -> Result<(), FieldError> {
         let nodata = T::nodata(self.nodata);
+        // Where no sample can be missing, nobody need look around the window.
+        let may_miss = nodata.is_some() || T::HAS_NAN || self.mask.is_some();
+        let outer = match &missing {
+            Missing::Marked(_) if may_miss => self.around(window),
+            _ => window,
+        };
+        self.mark_masked(outer, window, &mut missing)?;
         let scaling = (!self.scaling.is_none()).then_some(self.scaling);
-        self.source.for_each_run(&self.name, window, scratch, |row, column, bytes| {
-            let start = row * window.width + column;
-            let run = &mut out[start..start + bytes.len() / size_of::<T>()];
+        let (left, top) = ((window.column - outer.column) as i32, (window.row - outer.row) as i32);
+        let is_nodata = |stored: T| nodata.is_some_and(|n| stored == n) || stored.to_f64().is_nan();
+        self.source.for_each_run(&self.name, outer, scratch, |row, column, bytes| {
+            let stored = bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned::<T>);
+            let (row, first) = (row as i32 - top, column as i32 - left);
+            let end = first + stored.len() as i32;
+            let inner = first.max(0)..end.min(window.width as i32);
             let mut suspicious = false;
-            for (height, stored) in run.iter_mut().zip(bytes.chunks_exact(size_of::<T>())) {
-                let stored: T = bytemuck::pod_read_unaligned(stored);
-                *height = H::of(stored, scaling);
-                suspicious |= !height.usable() | nodata.is_some_and(|n| stored == n) | !stored.exact();
+            if row < 0 || row >= window.height as i32 || inner.is_empty() {
+                suspicious = stored.clone().any(is_nodata);
+            } else {
+                let start = row as usize * window.width;
+                let heights = &mut out[start + inner.start as usize..start + inner.end as usize];
+                for (height, stored) in heights.iter_mut().zip(stored.clone().skip((inner.start - first) as usize)) {
+                    *height = H::of(stored, scaling);
+                    suspicious |= !height.usable() | nodata.is_some_and(|n| stored == n) | !stored.exact();
+                }
+                // The sample before the window and the one behind.
+                suspicious |= first < inner.start && stored.clone().next().is_some_and(is_nodata);
+                suspicious |= end > inner.end && stored.clone().next_back().is_some_and(is_nodata);
             }
             if !suspicious {
                 return Ok(());
             }
-            let bad = bytes.chunks_exact(size_of::<T>()).enumerate().find_map(|(i, stored)| {
-                let stored: T = bytemuck::pod_read_unaligned(stored);
-                self.refusal(stored, nodata, window.column + column + i, window.row + row)
-            });
-            bad.map_or(Ok(()), Err)
+            for (column, stored) in (first..).zip(stored) {
+                if missing.is_known(column, row) {
+                    continue;
+                }
+                let within = inner.contains(&column) && row >= 0 && row < window.height as i32;
+                match &mut missing {
+                    Missing::Marked(validity) if is_nodata(stored) => validity.mark(column, row),
+                    _ if !within => {}
+                    _ => {
+                        let place = ((window.column as i64 + i64::from(column)) as usize, window.row + row as usize);
+                        self.refusal(stored, nodata, place).map_or(Ok(()), Err)?;
+                    }
+                }
+            }
+            Ok(())
+        })?;
+        self.level_missing(window, out, &missing);
+        Ok(())
+    }
+
+    /// The window and the samples around it.
+    fn around(&self, window: Window) -> Window {
+        let (column, row) = (window.column.saturating_sub(1), window.row.saturating_sub(1));
+        let (right, bottom) = (window.column + window.width, window.row + window.height);
+        let (right, bottom) = ((right + 1).min(self.width), (bottom + 1).min(self.height));
+        Window { column, row, width: right - column, height: bottom - row }
+    }
+
+    /// Marks what a mask says is no height, or refuses it.
+    fn mark_masked(&self, outer: Window, window: Window, missing: &mut Missing<'_>) -> Result<(), FieldError> {
+        let Some(mask) = &self.mask else { return Ok(()) };
+        let mut words = Vec::new();
+        mask.for_each_run(&self.name, outer, &mut words, |row, column, bytes| {
+            for (i, _) in bytes.iter().enumerate().filter(|(_, valid)| **valid == 0) {
+                let (column, row) = (outer.column + column + i, outer.row + row);
+                let place = (column as i32 - window.column as i32, row as i32 - window.row as i32);
+                match missing {
+                    Missing::Marked(validity) => validity.mark(place.0, place.1),
+                    _ if missing.is_known(place.0, place.1) => {}
+                    _ => {
+                        let (path, found) = (self.name.clone(), "masked".to_string());
+                        return Err(FieldError::Nodata { path, column, row, found });
+                    }
+                }
+            }
+            Ok(())
         })
     }
 
+    /// Puts 0 where no value is.
+    fn level_missing<H: Height>(&self, window: Window, out: &mut [H], missing: &Missing<'_>) {
+        let validity = match missing {
+            Missing::Marked(validity) => &**validity,
+            Missing::RefusedWhere(validity) => validity,
+            Missing::Refused => return,
+        };
+        for (row, values) in out.chunks_exact_mut(window.width).enumerate() {
+            for (value, _) in values.iter_mut().zip(validity.row(row)).filter(|(_, valid)| !**valid) {
+                *value = H::ZERO;
+            }
+        }
+    }
+
     /// Why the value stored at this place is no height, if it is none.
-    fn refusal<T: Stored>(&self, stored: T, nodata: Option<T>, column: usize, row: usize) -> Option<FieldError> {
+    fn refusal<T: Stored>(&self, stored: T, nodata: Option<T>, (column, row): (usize, usize)) -> Option<FieldError> {
         let path = self.name.clone();
         let value = stored.to_f64();
         let height = self.scaling.height(value);

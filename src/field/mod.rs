@@ -23,6 +23,7 @@ mod source;
 mod store;
 mod stored;
 mod tile;
+mod validity;
 mod windows;
 
 pub use channels::{ChannelOptions, find_ranges};
@@ -32,6 +33,7 @@ pub use map::exit_on_truncation;
 pub use open::{Access, Choice, Field, FieldOptions, suits_windows};
 pub(crate) use tile::PADDING;
 pub use tile::{Heights, Tile};
+pub use validity::{Cell, Validity};
 
 #[cfg(test)]
 mod tests;

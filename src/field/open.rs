@@ -1,7 +1,8 @@
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::channels::Channels;
-use super::decode::decode;
+use super::decode::{Decoded, decode};
 use super::in_place::map_in_place;
 use super::source::Source;
 use super::store::{Bytes, Offsets, Store};
@@ -20,6 +21,8 @@ pub struct Field {
     pub(super) nodata: Nodata,
     pub(super) geo_transform: GeoTransform,
     pub(super) source: Source,
+    /// A byte for every sample, 0 where it is no height; where a mask or alpha band says so.
+    pub(super) mask: Option<Source>,
     pub(super) access: Access,
     pub(super) channels: Option<Channels>,
     /// Weights of errors, a field of the same size.
@@ -99,18 +102,21 @@ impl Field {
             Choice::Auto | Choice::InPlace => plain_layout(raster).and_then(|layout| map_in_place(raster, layout)),
             Choice::Windows | Choice::Decode => Err("so asked for".to_string()),
         };
-        let (source, access) = match (mapped, options.choice) {
-            (Ok(store), _) => (Source::Blocks(store), Access::InPlace),
+        let windows = |reason| {
+            let windows = Arc::new(Windows::new(raster));
+            let mask = raster.has_mask()?.then(|| Source::Masks(windows.clone()));
+            Ok::<_, FieldError>((Source::Windows(windows), mask, Access::Windows { reason }))
+        };
+        let (source, mask, access) = match (mapped, options.choice) {
+            (Ok(store), _) => (Source::Blocks(store), None, Access::InPlace),
             (Err(reason), Choice::InPlace) => {
                 return Err(FieldError::NotInPlace { path: raster.path().to_path_buf(), reason });
             }
-            (Err(reason), Choice::Auto) if suits_windows(raster) => {
-                (Source::Windows(Windows::new(raster)?), Access::Windows { reason })
-            }
-            (Err(reason), Choice::Windows) => (Source::Windows(Windows::new(raster)?), Access::Windows { reason }),
+            (Err(reason), Choice::Auto) if suits_windows(raster) => windows(reason)?,
+            (Err(reason), Choice::Windows) => windows(reason)?,
             (Err(reason), Choice::Auto | Choice::Decode) => {
-                let (store, bytes) = decode(raster, options, control)?;
-                (Source::Blocks(store), Access::Decoded { reason, bytes })
+                let Decoded { samples, mask, bytes } = decode(raster, options, control)?;
+                (Source::Blocks(samples), mask.map(Source::Blocks), Access::Decoded { reason, bytes })
             }
         };
         Ok(Field {
@@ -122,6 +128,7 @@ impl Field {
             nodata: raster.nodata(),
             geo_transform: raster.geo_transform(),
             source,
+            mask,
             access,
             channels: None,
             importance: None,
@@ -190,6 +197,7 @@ impl Field {
             nodata: Nodata::None,
             geo_transform: GeoTransform::DEFAULT,
             source: Source::Blocks(store),
+            mask: None,
             access: Access::Memory,
             channels: None,
             importance: None,

@@ -1,4 +1,5 @@
 use std::path::Path;
+use std::sync::Arc;
 
 use super::FieldError;
 use super::store::Store;
@@ -10,7 +11,9 @@ pub(super) enum Source {
     /// Blocks in memory or mapped.
     Blocks(Store),
     /// The raster itself, through GDAL.
-    Windows(Windows),
+    Windows(Arc<Windows>),
+    /// The raster's mask, through GDAL: a byte for every sample, 0 where it is invalid.
+    Masks(Arc<Windows>),
     /// Nowhere: bytes of 0.
     Level,
 }
@@ -42,6 +45,10 @@ impl Source {
                 let bytes = windows.read(window, scratch)?;
                 let row_bytes = bytes.len() / window.height;
                 bytes.chunks_exact(row_bytes).enumerate().try_for_each(|(row, bytes)| run(row, 0, bytes))
+            }
+            Source::Masks(windows) => {
+                let bytes = windows.read_mask(window, scratch)?;
+                bytes.chunks_exact(window.width).enumerate().try_for_each(|(row, bytes)| run(row, 0, bytes))
             }
         }
     }

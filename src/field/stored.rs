@@ -9,11 +9,14 @@ pub(super) trait Stored: bytemuck::Pod + PartialEq {
     fn exact(self) -> bool;
     /// The nodata value in this type, if it has one there.
     fn nodata(nodata: Nodata) -> Option<Self>;
+    /// Whether there are values that are no numbers.
+    const HAS_NAN: bool;
 }
 
 macro_rules! stored {
     ($($t:ty: $exact:expr, $nodata:expr);* $(;)?) => {$(
         impl Stored for $t {
+            const HAS_NAN: bool = <$t>::MAX as f64 > u64::MAX as f64;
             #[inline(always)]
             fn to_f64(self) -> f64 {
                 self as f64
@@ -54,10 +57,12 @@ stored!(
 
 /// The type heights are kept in.
 pub(super) trait Height: Copy {
+    const ZERO: Self;
     fn of<T: Stored>(stored: T, scaling: Option<Scaling>) -> Self;
     fn usable(self) -> bool;
 }
 impl Height for f32 {
+    const ZERO: f32 = 0.0;
     #[inline(always)]
     fn of<T: Stored>(stored: T, _: Option<Scaling>) -> f32 {
         stored.to_f64() as f32
@@ -68,6 +73,7 @@ impl Height for f32 {
     }
 }
 impl Height for f64 {
+    const ZERO: f64 = 0.0;
     #[inline(always)]
     fn of<T: Stored>(stored: T, scaling: Option<Scaling>) -> f64 {
         scaling.map_or(stored.to_f64(), |s| s.height(stored.to_f64()))

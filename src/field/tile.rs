@@ -1,5 +1,6 @@
 use std::sync::Arc;
 
+use super::Validity;
 use crate::channels::ChannelError;
 use crate::exact::{self, MAX_WEIGHT};
 use crate::lattice::Point;
@@ -7,7 +8,8 @@ use crate::mesh::Vertex;
 
 /// The samples of one tile, copied out of the field: what every engine works on.
 ///
-/// Row-major, `width` × `height` samples, every one a finite height. The memory is reused from tile to tile.
+/// Row-major, `width` × `height` samples, every one a finite height: 0 where a sample is not valid. The memory is reused
+/// from tile to tile.
 ///
 /// Where an importance raster says how much errors weigh, a tile has a weight for every sample, and holds its heights in
 /// double precision whatever their type: kernels then have one precision for heights, weights and limits, and those for
@@ -24,6 +26,8 @@ pub struct Tile {
     pub(crate) channel_error: Option<Arc<ChannelError>>,
     /// What errors weigh: empty where all weigh 1; else as long as the heights, which are double then.
     pub(crate) weights: Vec<f64>,
+    /// Which samples are heights. The ground's loops keep engines away from the others.
+    pub(crate) validity: Validity,
     /// Scratch memory for samples as they are stored.
     pub(super) stored: Vec<u64>,
 }
@@ -185,7 +189,12 @@ impl Tile {
         if self.weights.is_empty() { tolerance } else { exact::limit(self.weight(column, row), tolerance) }
     }
 
-    /// A checksum of heights, weights and channels, bit for bit: equal tiles have equal ones on every machine of one byte
+    /// Which samples are heights.
+    pub fn validity(&self) -> &Validity {
+        &self.validity
+    }
+
+    /// A checksum of heights, their validity, weights and channels, bit for bit: equal tiles have equal ones on every machine of one byte
     /// order.
     pub fn checksum(&self) -> u32 {
         let len = self.width * self.height;
@@ -198,6 +207,7 @@ impl Tile {
         if self.is_weighted() {
             hasher.update(bytemuck::cast_slice(&self.weights[..len]));
         }
+        hasher.update(self.validity.bytes());
         hasher.finalize()
     }
 

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 
 use super::FieldError;
-use crate::raster::{Raster, RasterError, Window};
+use crate::raster::{Raster, Window};
 
 /// Samples read through GDAL window by window, when they are wanted: nothing is decoded beforehand.
 ///
@@ -12,23 +12,37 @@ use crate::raster::{Raster, RasterError, Window};
 pub(super) struct Windows {
     path: PathBuf,
     band: usize,
-    masked: bool,
     handles: Vec<Mutex<Option<Raster>>>,
 }
 
 impl Windows {
-    pub(super) fn new(raster: &Raster) -> Result<Windows, RasterError> {
-        Ok(Windows {
+    pub(super) fn new(raster: &Raster) -> Windows {
+        Windows {
             path: raster.path().to_path_buf(),
             band: raster.band(),
-            masked: raster.has_mask()?,
             handles: (0..=rayon::current_num_threads()).map(|_| Mutex::default()).collect(),
+        }
+    }
+
+    /// Reads a window as it is stored. `words` is scratch memory; the samples are its first bytes.
+    pub(super) fn read<'a>(&self, window: Window, words: &'a mut Vec<u64>) -> Result<&'a [u8], FieldError> {
+        self.with_handle(|raster| {
+            let samples = room(words, window.len() * raster.sample_type().bytes());
+            raster.read_native(window, samples)?;
+            Ok(&*samples)
         })
     }
 
-    /// Reads a window as it is stored, refusing masked samples. `words` is scratch memory; the samples are its first
-    /// bytes.
-    pub(super) fn read<'a>(&self, window: Window, words: &'a mut Vec<u64>) -> Result<&'a [u8], FieldError> {
+    /// Reads the mask of a window, a byte for every sample: 0 is invalid.
+    pub(super) fn read_mask<'a>(&self, window: Window, words: &'a mut Vec<u64>) -> Result<&'a [u8], FieldError> {
+        self.with_handle(|raster| {
+            let mask = room(words, window.len());
+            raster.read_mask(window, mask)?;
+            Ok(&*mask)
+        })
+    }
+
+    fn with_handle<T>(&self, read: impl FnOnce(&Raster) -> Result<T, FieldError>) -> Result<T, FieldError> {
         let last = self.handles.len() - 1;
         let own = rayon::current_thread_index().map_or(last, |thread| thread.min(last));
         // What a panic leaves here is a handle, or none.
@@ -37,27 +51,14 @@ impl Windows {
             Some(raster) => raster,
             None => Raster::open(&self.path, self.band)?,
         };
-        let bytes = window.len() * raster.sample_type().bytes();
-        words.resize(bytes.div_ceil(8), 0);
-        let samples = &mut bytemuck::cast_slice_mut(words)[..bytes];
-        raster.read_native(window, samples)?;
-        if self.masked {
-            refuse_masked(&raster, window)?;
-        }
+        let found = read(&raster)?;
         *handle = Some(raster);
-        Ok(samples)
+        Ok(found)
     }
 }
 
-/// Refuses a window that holds samples which a mask or alpha band marks invalid.
-pub(super) fn refuse_masked(source: &Raster, window: Window) -> Result<(), FieldError> {
-    let mut mask = vec![0u8; window.len()];
-    source.read_mask(window, &mut mask)?;
-    let Some(index) = mask.iter().position(|&m| m == 0) else { return Ok(()) };
-    Err(FieldError::Nodata {
-        path: source.path().to_path_buf(),
-        column: window.column + index % window.width,
-        row: window.row + index / window.width,
-        found: "masked".to_string(),
-    })
+/// So many bytes, aligned for every type of sample.
+fn room(words: &mut Vec<u64>, bytes: usize) -> &mut [u8] {
+    words.resize(bytes.div_ceil(8), 0);
+    &mut bytemuck::cast_slice_mut(words)[..bytes]
 }

@@ -20,7 +20,7 @@ const OUTPUT_BYTES_PER_TRIANGLE: f64 = 25.0;
 pub struct Estimate {
     /// Temporary disk for decoded samples and weights, exactly; 0 where nothing is decoded beforehand.
     pub field_bytes: u64,
-    /// Temporary disk for finished tiles, at `samples_per_triangle`.
+    /// Temporary disk for finished tiles, at `samples_per_triangle`, for one pass over them.
     pub spool_bytes: u64,
     /// The output file, at `samples_per_triangle`.
     pub output_bytes: u64,

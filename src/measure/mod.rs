@@ -2,8 +2,9 @@
 //!
 //! Nothing an engine noted on its way is used: every triangle is scanned again. A tile counts the samples it owns (a
 //! sample on a seam belongs to the tile to its right or below, as seam vertices do), so that over all tiles every
-//! sample is counted once.
+//! sample is counted once. Where samples are missing, `ground` says who owns which, and who has seen which.
 
+mod ground;
 mod shape;
 mod weighted;
 
@@ -12,6 +13,7 @@ pub use weighted::WeightedStats;
 
 use std::ops::RangeInclusive;
 
+use self::ground::Ground;
 use crate::exact::MAX_TOLERANCE;
 use crate::field::{Heights, Tile};
 use crate::lattice::Point;
@@ -24,8 +26,12 @@ pub const BINS: usize = 256;
 /// Errors over a set of samples: vertical distances between surface and samples, in the heights' units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorStats {
-    /// How many samples were measured.
+    /// How many samples were measured: those on the ground.
     pub samples: u64,
+    /// How many are no heights.
+    pub nodata: u64,
+    /// How many are heights but in no cell with two others beside them, so that no ground reaches them.
+    pub stray: u64,
     /// The largest error.
     pub max: f64,
     /// The largest error × weight; where errors are not weighted, the largest error.
@@ -47,7 +53,9 @@ impl Default for ErrorStats {
     fn default() -> Self {
         let (max, worst, squares) = (0.0, (0, 0), 0.0);
         let histogram = Box::new([0; BINS]);
-        ErrorStats { samples: 0, max, weighted_max: max, worst, squares, histogram, extended: None, shape: None }
+        let (samples, nodata, stray) = (0, 0, 0);
+        let (extended, shape) = (None, None);
+        ErrorStats { samples, nodata, stray, max, weighted_max: max, worst, squares, histogram, extended, shape }
     }
 }
 
@@ -67,10 +75,17 @@ impl ErrorStats {
             self.shape.get_or_insert_default().add(other);
         }
         self.samples += other.samples;
+        self.nodata += other.nodata;
+        self.stray += other.stray;
         self.squares += other.squares;
         for (sum, count) in self.histogram.iter_mut().zip(other.histogram.iter()) {
             *sum += count;
         }
+    }
+
+    /// Samples on the ground and others.
+    pub fn all_samples(&self) -> u64 {
+        self.samples + self.nodata + self.stray
     }
 
     /// Root of the mean square error.
@@ -110,10 +125,12 @@ impl From<f64> for Bound {
 }
 
 /// Measures `mesh` over the samples that the tile owns: all but the last column and the last row, unless `last_column`
-/// and `last_row` say that they are the raster's. `origin` is the place of the tile's first sample in the raster.
+/// and `last_row` say that they are the raster's. `origin` is the place of the tile's first sample in the raster. Where
+/// samples are missing, those on the ground are measured, and the tile also owns what its neighbours to the right and
+/// below have no ground at.
 ///
 /// # Panics
-/// If the triangles do not cover every sample the tile owns exactly once; or if, where a [`Bound::Within`] says so, one is
+/// If the triangles do not cover every sample the tile owns exactly once, or one that is missing; or if, where a [`Bound::Within`] says so, one is
 /// farther than its limit (the tolerance, or [`Tile::limit`]) from its triangle, or its weighted error is larger: an engine
 /// is broken, and its mesh must not be written. With channels, if a vertex does not lie on a sample.
 pub fn measure(
@@ -129,7 +146,9 @@ pub fn measure(
     };
     let owned = (tile.width - usize::from(!last_column), tile.height - usize::from(!last_row));
     let bins_per_error = if scale > 0.0 { BINS as f64 / scale } else { 0.0 };
-    let mut meter = Meter { tile, tolerance, bins_per_error, owned, stats: ErrorStats::default(), worst: (0, 0) };
+    let ground = (!tile.validity.is_whole()).then(|| Ground::new(tile));
+    let mut meter =
+        Meter { tile, tolerance, bins_per_error, owned, ground, stats: ErrorStats::default(), worst: (0, 0) };
     match &tile.heights {
         Heights::F32(heights) => mesh.triangles.iter().for_each(|&t| meter.triangle(heights, mesh.corners(t))),
         Heights::F64(heights) if tile.is_weighted() => {
@@ -140,7 +159,10 @@ pub fn measure(
     }
     let mut stats = meter.stats;
     stats.worst = (origin.0 + meter.worst.0 as u64, origin.1 + meter.worst.1 as u64);
-    assert_eq!(stats.samples, (owned.0 * owned.1) as u64, "samples covered of a tile at {origin:?}");
+    match &meter.ground {
+        None => assert_eq!(stats.samples, (owned.0 * owned.1) as u64, "samples covered of a tile at {origin:?}"),
+        Some(ground) => (stats.nodata, stats.stray) = ground.finish(tile, owned),
+    }
     if !tile.is_weighted() {
         stats.weighted_max = stats.max;
         let (max, worst) = (stats.max, stats.worst);
@@ -163,6 +185,8 @@ struct Meter<'a> {
     tolerance: f64,
     bins_per_error: f64,
     owned: (usize, usize),
+    /// Where samples are missing.
+    ground: Option<Ground>,
     stats: ErrorStats,
     worst: (usize, usize),
 }
@@ -189,10 +213,19 @@ impl Meter<'_> {
         mut visit: impl FnMut(&mut Self, RangeInclusive<usize>, (usize, usize), f64, &Plane),
     ) {
         let (spans, plane) = (Spans::new(a.at, b.at, c.at), Plane::new(a, b, c));
+        if let Some(mut ground) = self.ground.take() {
+            ground.for_each_run(&spans, |run, (column, row)| {
+                let start = plane.at(Point::of_sample(column as i32, row as i32));
+                visit(self, run, (column, row), start, &plane);
+            });
+            self.ground = Some(ground);
+            return;
+        }
         let (right_rim, lower_rim) = (self.tile.width as i32 - 1, self.tile.height as i32 - 1);
         for row in spans.rows() {
             let (first, last) = spans.own_columns(row, right_rim, lower_rim);
-            let last = last.min(self.owned.0 as i32 - 1);
+            // Triangles may reach beyond the tile.
+            let (first, last) = (first.max(0), last.min(self.owned.0 as i32 - 1));
             if first > last || row as usize >= self.owned.1 {
                 continue;
             }

@@ -12,7 +12,8 @@ pub struct WeightedStats {
     pub worst: (u64, u64),
 }
 
-/// Measures over the samples in the first `owned` columns and rows, each triangle again.
+/// Measures over the samples in the first `owned` columns and rows, each triangle again; where samples are missing over
+/// all of the tile, those on edges more than once.
 pub(super) fn measure_weighted(
     tile: &Tile,
     error: &ChannelError,
@@ -22,13 +23,16 @@ pub(super) fn measure_weighted(
 ) -> WeightedStats {
     let mut stats = WeightedStats { max: 0.0, worst: origin };
     let (right_rim, lower_rim) = (tile.width as i32 - 1, tile.height as i32 - 1);
+    let is_whole = tile.validity.is_whole();
+    let owned = if is_whole { owned } else { (tile.width, tile.height) };
     let mut surfaces = Surfaces::default();
     for &triangle in &mesh.triangles {
         let [a, b, c] = mesh.corners(triangle);
         surfaces.set(tile, [a, b, c]);
         let spans = Spans::new(a.at, b.at, c.at);
         for row in spans.rows().take_while(|&row| (row as usize) < owned.1) {
-            let (first, last) = spans.own_columns(row, right_rim, lower_rim);
+            let (first, last) =
+                if is_whole { spans.own_columns(row, right_rim, lower_rim) } else { spans.columns(row) };
             for column in first..=last.min(owned.0 as i32 - 1) {
                 let weighted = surfaces.weighted(tile, error, (column as usize, row as usize));
                 // Not a number counts as the largest.

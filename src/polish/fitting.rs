@@ -42,7 +42,7 @@ impl Fitting {
 /// Whether a vertex between samples is within the tolerance of the bilinear surface of its cell, exactly. (At a sample, the
 /// triangles' own test says it.)
 ///
-/// Along a grid line that surface is the line between two samples. Of the samples that have a part in it, the smallest
+/// Nothing is where one of the samples that have a part in it is missing. Along a grid line that surface is the line between two samples. Of the samples that have a part in it, the smallest
 /// limit holds.
 pub(super) fn near_surface(tile: &Tile, vertex: Vertex, tolerance: f64) -> bool {
     let Point { x, y } = vertex.at;
@@ -57,6 +57,9 @@ pub(super) fn near_surface(tile: &Tile, vertex: Vertex, tolerance: f64) -> bool 
     let corners = [(0, 0, left * upper), (1, 0, right * upper), (0, 1, left * lower), (1, 1, right * lower)];
     for (term, (i, j, weight)) in terms.iter_mut().zip(corners) {
         if weight > 0 {
+            if !tile.validity.is_valid(column + i, row + j) {
+                return false;
+            }
             let (column, row) = ((column + i) as usize, (row + j) as usize);
             *term = (weight, tile.at(column, row));
             limit = limit.min(tile.limit(column, row, tolerance));

@@ -35,9 +35,13 @@ use self::net::Net;
 use self::order::Order;
 use self::removal::Removal;
 use self::repair::Repair;
+use self::schedule::Visit;
 use crate::control::Cancelled;
+use crate::field::Tile;
+use crate::lattice::Point;
 use crate::mesh::TileMesh;
-use crate::triangulate::Task;
+use crate::triangulate::feasible::Tester;
+use crate::triangulate::{Feasibility, Task};
 
 /// How much work is put into fewer triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -104,24 +108,66 @@ pub struct Scratch {
 /// # Panics
 /// If the mesh does not keep the contract.
 pub fn polish(task: &Task<'_>, options: &Options, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
-    let mut judge = Judge::new(task);
-    judge.fitting = (options.heights == Heights::Fitted).then(|| Fitting::new(task.tolerance));
     scratch.net.load(task.domain, mesh);
-    scratch.order.reset(&scratch.net);
-    scratch.work(options.effort, &mut judge)?;
-    let relaxed = mesh.relaxed;
-    scratch.net.store(mesh);
-    if relaxed > 0 {
-        mesh.relaxed = relaxed.min(count_relaxed(&judge, mesh));
-    }
-    Ok(())
+    scratch.polish(task, options, Visit::All, mesh)
 }
 
-/// How many triangles have an edge that fails the strong test.
-fn count_relaxed(judge: &Judge<'_>, mesh: &TileMesh) -> u64 {
+/// Polishes a part of a mesh, any triangles of it, around some of its vertices, `centres`: what has been polished with those
+/// locked and is to be without.
+///
+/// The first `locked` vertices stay as they are, even those that no triangle has; among them are both ends of every edge
+/// with one triangle. The task's domain does not matter. `mesh.relaxed` becomes the number of triangles that have an edge
+/// that fails the strong test, where the task asks for that.
+///
+/// # Errors
+/// [`Cancelled`], with a mesh of no use.
+///
+/// # Panics
+/// If an edge has one triangle and an end that is not locked, or more than two.
+pub fn polish_around(
+    task: &Task<'_>,
+    options: &Options,
+    locked: u32,
+    centres: &[u32],
+    scratch: &mut Scratch,
+    mesh: &mut TileMesh,
+) -> Result<(), Cancelled> {
+    scratch.net.load_part(locked, mesh);
+    scratch.polish(task, options, Visit::Near(centres), mesh)
+}
+
+impl Scratch {
+    /// Polishes the net that is loaded, which is `mesh`.
+    fn polish(
+        &mut self,
+        task: &Task<'_>,
+        options: &Options,
+        visit: Visit<'_>,
+        mesh: &mut TileMesh,
+    ) -> Result<(), Cancelled> {
+        let mut judge = Judge::new(task);
+        judge.fitting = (options.heights == Heights::Fitted).then(|| Fitting::new(task.tolerance));
+        self.order.reset(&self.net);
+        self.work(options.effort, visit, &mut judge)?;
+        let relaxed = mesh.relaxed;
+        self.net.store(mesh);
+        // A part does not know how many of its triangles are.
+        let most = if visit == Visit::All { relaxed } else { u64::MAX };
+        let is_strong = task.feasibility == Feasibility::Strong;
+        mesh.relaxed = match most {
+            0 => 0,
+            most => most.min(count_relaxed(task.tile, mesh, task.tolerance, |_| is_strong)),
+        };
+        Ok(())
+    }
+}
+
+/// How many of the triangles that are wanted have an edge that fails the strong test.
+pub(crate) fn count_relaxed(tile: &Tile, mesh: &TileMesh, tolerance: f64, wanted: impl Fn([Point; 3]) -> bool) -> u64 {
+    let tester = Tester::new(tile, tolerance, Feasibility::Strong);
     let fails = |&t: &[u32; 3]| {
         let [a, b, c] = mesh.corners(t);
-        [(a, b), (b, c), (c, a)].iter().any(|&(p, q)| !judge.may_join(p, q))
+        wanted([a.at, b.at, c.at]) && [(a, b), (b, c), (c, a)].iter().any(|&(p, q)| !tester.strong_edge(p, q))
     };
     mesh.triangles.iter().filter(|t| fails(t)).count() as u64
 }

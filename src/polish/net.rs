@@ -35,6 +35,15 @@ impl Triangle {
     }
 }
 
+/// Whether an edge that is no loop's may have one triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Lone {
+    /// No.
+    Refused,
+    /// Where both its ends are locked.
+    BetweenLocked,
+}
+
 /// A triangulation under change. Slots of triangles and numbers of vertices stay what they are; what is removed leaves
 /// its slot empty, and changes never need more slots than they empty.
 ///
@@ -60,7 +69,25 @@ impl Net {
     /// # Panics
     /// If an edge is neither a loop's nor shared by two triangles in opposite directions.
     pub(super) fn load(&mut self, domain: &Domain, mesh: &TileMesh) {
-        self.locked = domain.fixed().count() as u32;
+        self.take(domain.fixed().count() as u32, mesh);
+        for l in &domain.loops {
+            self.rim.extend((0..l.len()).map(|i| (l[i], l[(i + 1) % l.len()])));
+        }
+        self.rim.sort_unstable();
+        self.link_all(Lone::Refused);
+    }
+
+    /// Takes over a part of a mesh, whose first vertices are locked. Edges between these may have one triangle.
+    ///
+    /// # Panics
+    /// If another edge has, or one has more than two.
+    pub(super) fn load_part(&mut self, locked: u32, mesh: &TileMesh) {
+        self.take(locked, mesh);
+        self.link_all(Lone::BetweenLocked);
+    }
+
+    fn take(&mut self, locked: u32, mesh: &TileMesh) {
+        self.locked = locked;
         self.vertices.clone_from(&mesh.vertices);
         self.triangles.clear();
         self.triangles.extend(mesh.triangles.iter().map(|&corners| Triangle { corners, ..Triangle::GONE }));
@@ -68,33 +95,28 @@ impl Net {
         self.outgoing.resize(mesh.vertices.len(), NONE);
         self.journal.reset(self.triangles.len(), self.vertices.len());
         self.rim.clear();
-        for l in &domain.loops {
-            self.rim.extend((0..l.len()).map(|i| (l[i], l[(i + 1) % l.len()])));
-        }
-        self.rim.sort_unstable();
-        self.link_all();
     }
 
     /// Finds every side's twin. A loop's edge has none, even if another loop runs back along it.
-    fn link_all(&mut self) {
+    fn link_all(&mut self, lone: Lone) {
         self.gather_sides();
-        let Net { sides, starts, triangles, .. } = self;
-        let ends = |e: u32| {
-            let corners = triangles[e as usize / 3].corners;
-            (corners[e as usize % 3], corners[(e as usize + 1) % 3])
-        };
+        let Net { sides, starts, triangles, locked, .. } = self;
         for bounds in starts.windows(2) {
             let bucket = &mut sides[bounds[0] as usize..bounds[1] as usize];
-            bucket.sort_unstable_by_key(|&e| (ends(e).0.max(ends(e).1), e));
-            for pair in bucket.chunks(2) {
-                let [e, f] = pair[..] else { panic!("half-edge {pair:?} has no other side") };
-                assert_eq!((ends(e).0, ends(e).1), (ends(f).1, ends(f).0), "half-edges {e} and {f}");
+            bucket.sort_unstable_by_key(|&e| (high(triangles, e), e));
+            let mut rest = &*bucket;
+            while let Some(&first) = rest.first() {
+                let sides = rest.iter().take_while(|&&e| high(triangles, e) == high(triangles, first)).count();
+                match rest[..sides] {
+                    [e, f] if ends(triangles, e) == swap(ends(triangles, f)) => {
+                        triangles[e as usize / 3].twins[e as usize % 3] = f;
+                        triangles[f as usize / 3].twins[f as usize % 3] = e;
+                    }
+                    [e] if lone == Lone::BetweenLocked && high(triangles, e) < *locked => {}
+                    _ => panic!("{sides} sides of the edge {:?}", ends(triangles, first)),
+                }
+                rest = &rest[sides..];
             }
-        }
-        for pair in sides.chunks(2) {
-            let [e, f] = [pair[0], pair[1]];
-            triangles[e as usize / 3].twins[e as usize % 3] = f;
-            triangles[f as usize / 3].twins[f as usize % 3] = e;
         }
     }
 
@@ -134,7 +156,8 @@ impl Net {
         mesh.clear();
         // The half-edges are of no more use: their place takes the new numbers.
         for (number, vertex) in self.outgoing.iter_mut().zip(&self.vertices) {
-            if *number != NONE {
+            // Those that are locked stay even if no triangle has them: a part of a mesh may be without.
+            if *number != NONE || mesh.vertices.len() < self.locked as usize {
                 *number = mesh.vertices.len() as u32;
                 mesh.vertices.push(*vertex);
             }
@@ -173,6 +196,22 @@ impl Net {
     pub(super) fn orient(&self, a: u32, b: u32, c: u32) -> i64 {
         orient(self.vertex(a).at, self.vertex(b).at, self.vertex(c).at)
     }
+}
+
+/// Where a half-edge begins and ends.
+fn ends(triangles: &[Triangle], e: u32) -> (u32, u32) {
+    let corners = triangles[e as usize / 3].corners;
+    (corners[e as usize % 3], corners[(e as usize + 1) % 3])
+}
+
+/// The end with the higher number.
+fn high(triangles: &[Triangle], e: u32) -> u32 {
+    let (from, to) = ends(triangles, e);
+    from.max(to)
+}
+
+fn swap((a, b): (u32, u32)) -> (u32, u32) {
+    (b, a)
 }
 
 /// The next side of the same triangle.

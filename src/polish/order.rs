@@ -1,6 +1,6 @@
 //! In which order vertices are visited, and which need not be visited again.
 
-use super::net::Net;
+use super::net::{NONE, Net};
 
 /// What a vertex may be visited for.
 #[derive(Debug, Clone, Copy)]
@@ -34,6 +34,20 @@ impl Order {
         self.raster.sort_unstable_by_key(|&v| (net.vertex(v).at.y, net.vertex(v).at.x));
         self.due.clear();
         self.due.resize(net.vertices.len(), ALL);
+    }
+
+    /// Of all vertices only those are due that are at most `rings` edges away from these, as far as these are there.
+    pub(super) fn make_only_near_due(&mut self, net: &Net, centres: &[u32], rings: usize) {
+        self.due.fill(0);
+        let there = |v: &&u32| net.outgoing[**v as usize] != NONE;
+        centres.iter().filter(there).for_each(|&v| self.make_due(v));
+        for _ in 0..rings {
+            let is_due = |v: &u32| self.due[*v as usize] == ALL;
+            let alive = net.triangles.iter().filter(|t| t.alive());
+            let beside = alive.filter(|t| t.corners.iter().any(is_due));
+            let ring: Vec<u32> = beside.flat_map(|t| t.corners).collect();
+            ring.into_iter().for_each(|v| self.make_due(v));
+        }
     }
 
     /// Something at a vertex has changed.

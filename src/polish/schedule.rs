@@ -1,6 +1,8 @@
 //! What is done when, for every effort. The figures are from measurements, see docs/quality.md.
 
 use super::judge::Judge;
+use super::net::Net;
+use super::order::Order;
 use super::repair::{Patience, Repair};
 use super::{Effort, Scratch};
 use crate::control::Cancelled;
@@ -27,9 +29,31 @@ const BEST_FITTED: Patience = Patience { cap: 0.0, rounds: 12, shrink: 0.85, ste
 const BEST_YIELD: usize = 500;
 const BEST_FITTED_YIELD: usize = 1000;
 
+/// How far from a seam vertices are visited again, in edges: 1, 2, 3 leave 0.13, 0.01, −0.11 % more triangles than one tile.
+const RINGS: usize = 2;
+
+/// Which vertices are visited.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Visit<'a> {
+    /// All.
+    All,
+    /// Those around these.
+    Near(&'a [u32]),
+}
+
+impl Visit<'_> {
+    fn make_due(self, net: &Net, order: &mut Order) {
+        match self {
+            Visit::All => order.make_all_due(),
+            Visit::Near(centres) => order.make_only_near_due(net, centres, RINGS),
+        }
+    }
+}
+
 impl Scratch {
     /// Does what an effort asks for, on a net that has been loaded.
-    pub(super) fn work(&mut self, effort: Effort, judge: &mut Judge<'_>) -> Result<(), Cancelled> {
+    pub(super) fn work(&mut self, effort: Effort, visit: Visit<'_>, judge: &mut Judge<'_>) -> Result<(), Cancelled> {
+        visit.make_due(&self.net, &mut self.order);
         if !judge.meter.is_of_use() {
             // At tolerance 0 there is nothing to lean on: either a triangle fits or it does not.
             self.removal.sweeps(usize::MAX, &mut self.net, &mut self.order, judge)?;
@@ -37,8 +61,8 @@ impl Scratch {
         }
         match effort {
             Effort::Fast => self.fast(judge),
-            Effort::Balanced => self.balanced(judge),
-            Effort::Best => self.best(judge),
+            Effort::Balanced => self.balanced(visit, judge),
+            Effort::Best => self.best(visit, judge),
         }
     }
 
@@ -52,11 +76,11 @@ impl Scratch {
         Ok(())
     }
 
-    fn balanced(&mut self, judge: &mut Judge<'_>) -> Result<(), Cancelled> {
+    fn balanced(&mut self, visit: Visit<'_>, judge: &mut Judge<'_>) -> Result<(), Cancelled> {
         let Scratch { net, order, removal, repair } = self;
         removal.sweeps(usize::MAX, net, order, judge)?;
         Repair::measure(net, judge);
-        order.make_all_due();
+        visit.make_due(net, order);
         let fitted = judge.fitting.is_some();
         let (caps, patience) = if fitted { (FITTED_CAPS, FITTED) } else { (BALANCED_CAPS, BALANCED) };
         for cap in caps {
@@ -66,7 +90,7 @@ impl Scratch {
         Ok(())
     }
 
-    fn best(&mut self, judge: &mut Judge<'_>) -> Result<(), Cancelled> {
+    fn best(&mut self, visit: Visit<'_>, judge: &mut Judge<'_>) -> Result<(), Cancelled> {
         let Scratch { net, order, removal, repair } = self;
         removal.sweeps(usize::MAX, net, order, judge)?;
         Repair::measure(net, judge);
@@ -78,7 +102,7 @@ impl Scratch {
         };
         for pass in 0..BEST_PASSES {
             let cap = caps[pass.min(caps.len() - 1)];
-            order.make_all_due();
+            visit.make_due(net, order);
             let gone = repair.sweep(net, order, judge, Patience { cap, ..patience })?;
             repair.relax(net, order, judge, patience.steps)?;
             if pass >= caps.len() && gone * least < order.raster.len() {

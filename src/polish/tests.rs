@@ -72,10 +72,10 @@ fn check_heights(tile: &Tile, mesh: &TileMesh, tolerance: f64, heights: super::H
 
 fn check_relaxed(task: &Task<'_>, start: &TileMesh, mesh: &TileMesh) {
     assert!(mesh.relaxed <= start.relaxed);
-    let judge = Judge::new(task);
-    assert!(mesh.relaxed <= count_relaxed(&judge, mesh));
+    let fails = || count_relaxed(task.tile, mesh, task.tolerance, |_| true);
+    assert!(mesh.relaxed <= fails());
     if task.feasibility == Feasibility::Strong && start.relaxed == 0 {
-        assert_eq!(count_relaxed(&judge, mesh), 0, "new edges pass the strong test");
+        assert_eq!(fails(), 0, "new edges pass the strong test");
     }
 }
 

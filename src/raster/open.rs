@@ -26,7 +26,7 @@ pub struct Raster {
 }
 
 /// A rectangle of samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Window {
     /// First column.
     pub column: usize,

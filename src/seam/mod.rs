@@ -6,11 +6,17 @@
 //! neighbours compute the same one without talking. [`Rim`] puts the four sides of a tile together and says which
 //! vertices the tile owns. Vertices a side must have are the points on its line: both neighbours are given them. Where no
 //! tolerance is known yet, [`levels`] has a side for every tolerance, each within the next.
+//!
+//! Where samples are missing, `boundary` walks around the ground of the tile and `ground` makes its rim: a side is then
+//! also a function of where the ground is in the two lines of samples beside its own.
 
+mod boundary;
+mod ground;
 mod limits;
 mod min_link;
 mod nested;
 mod rim;
+mod runs;
 mod weighted;
 
 pub use limits::Limits;

@@ -1,22 +1,27 @@
 use std::ops::Range;
 
-use super::{Level, Limits, MinLink, WeightedLine, levels};
+use super::runs::Runs;
+use super::{Level, MinLink, ground, levels};
 use crate::control::{CancelToken, Cancelled};
 use crate::field::Tile;
 use crate::lattice::Point;
 use crate::mesh::{Domain, Vertex};
 
-/// The rim of a tile: its corners and the vertices of its four sides, as the domain of an engine.
+/// The rim of a tile: its corners and the vertices of its four sides, as the domain of an engine, and where samples are
+/// missing the loops around its ground.
 ///
-/// Vertices that the tile owns come first, so that their number is their place among the tile's own: the corners
-/// (north-west, then north-east, south-west, south-east), then the sides (north, west, east, south), each from the
-/// lower coordinate to the higher. Vertices owned by a neighbour follow.
+/// Vertices that the tile owns come first: the corners (north-west, then north-east, south-west, south-east), then the
+/// sides (north, west, east, south), each from the lower coordinate to the higher. Vertices owned by a neighbour follow,
+/// then those of loops inside the tile.
 #[derive(Debug, Clone, Default)]
 pub struct Rim {
-    /// What is to be triangulated: one loop, and the points inside it.
+    /// What is to be triangulated: the loops, and the points inside.
     pub domain: Domain,
     /// How many of which kind the tile owns.
     pub owned: RimCounts,
+    /// Vertices that the tile owns but has no ground at, so that only neighbours use them: their places among those it
+    /// owns, ascending. The domain goes without them.
+    pub idle: Vec<(u32, Vertex)>,
     /// The others, in the domain's order.
     pub foreign: Vec<Foreign>,
 }
@@ -25,7 +30,7 @@ pub struct Rim {
 /// last column owns its east side too, the last row its south side.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RimCounts {
-    /// Corners.
+    /// Which corners, as bits: 1 is north-west, 2 north-east, 4 south-west, 8 south-east.
     pub corners: u32,
     /// Vertices between the corners of the north side.
     pub north: u32,
@@ -40,7 +45,22 @@ pub struct RimCounts {
 impl RimCounts {
     /// All of them.
     pub fn total(&self) -> u32 {
-        self.corners + self.north + self.west + self.east + self.south
+        self.before_west() + self.west + self.east + self.south
+    }
+
+    /// The place of the first vertex of the north side: all corners come before it.
+    pub fn before_north(&self) -> u32 {
+        self.corners.count_ones()
+    }
+
+    /// The place of the first vertex of the west side.
+    pub fn before_west(&self) -> u32 {
+        self.before_north() + self.north
+    }
+
+    /// The place of a corner, by its bit.
+    pub fn corner(&self, bit: u32) -> u32 {
+        (self.corners & (bit - 1)).count_ones()
     }
 }
 
@@ -57,6 +77,15 @@ pub enum Foreign {
     East(u32),
     /// On the south side: the north side of the tile below.
     South(u32),
+    /// At a place of a tile so many columns and rows further, in that tile's lattice.
+    At {
+        /// Columns of tiles to the right, -1 for the left.
+        across: i32,
+        /// Rows of tiles down.
+        down: u32,
+        /// Where.
+        at: Point,
+    },
 }
 
 impl Rim {
@@ -69,7 +98,8 @@ impl Rim {
     ///
     /// `points` are samples that must be vertices, as column and row of the tile, each once, by rows, then by columns.
     /// Those on a side become vertices of the side, so neighbours agree where both are given the points of their
-    /// windows; corners are vertices anyway; the others become the domain's points.
+    /// windows; corners are vertices anyway; the others become the domain's points, or vertices of its loops. All lie on
+    /// the ground.
     ///
     /// [`ChannelError::limit`]: crate::channels::ChannelError::limit
     ///
@@ -87,29 +117,15 @@ impl Rim {
         cancel: &CancelToken,
     ) -> Result<Rim, Cancelled> {
         let (right, bottom) = (tile.width() - 1, tile.height() - 1);
-        let mut line = Vec::with_capacity(tile.width().max(tile.height()));
-        let mut limits = Vec::new();
-        let mut channels = vec![Vec::new(); tile.channels.len()];
-        let mut side = |len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
-            line.clear();
-            line.extend((0..len).map(|i| tile.at(place(i).0, place(i).1)));
-            let path = if let Some(error) = &tile.channel_error {
-                for (channel, values) in channels.iter_mut().enumerate() {
-                    values.clear();
-                    values.extend((0..len).map(|i| tile.channel_at(channel, place(i).0, place(i).1)));
-                }
-                let channels = WeightedLine { error, channels: &channels };
-                min_link.path_weighted(&line, channels, tolerance, forced, cancel)?
-            } else if tile.is_weighted() {
-                limits.clear();
-                limits.extend((0..len).map(|i| tile.limit(place(i).0, place(i).1, tolerance)));
-                min_link.path(&line, Limits::Each(&limits), forced, cancel)?
-            } else {
-                min_link.path(&line, Limits::Same(tolerance), forced, cancel)?
-            };
-            Ok::<Vec<Vertex>, Cancelled>(path[1..path.len() - 1].iter().map(|&i| vertex(tile, place(i))).collect())
-        };
         let forced = Forced::new(points, right, bottom);
+        let mut runs = Runs::new(tile, tolerance, min_link, cancel);
+        if !tile.validity.is_whole() {
+            return ground::rim(&mut runs, &forced, (last_column, last_row));
+        }
+        let mut side = |len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
+            let between = runs.between(len, forced, place)?;
+            Ok::<Vec<Vertex>, Cancelled>(between.into_iter().map(|i| vertex(tile, place(i))).collect())
+        };
         let north = side(tile.width(), &forced.north, &|i| (i, 0))?;
         let south = side(tile.width(), &forced.south, &|i| (i, bottom))?;
         let west = side(tile.height(), &forced.west, &|i| (0, i))?;
@@ -124,7 +140,7 @@ impl Rim {
     /// times weights. `points` are as for [`Rim::new`].
     ///
     /// # Panics
-    /// If a point is outside the tile.
+    /// If a point is outside the tile, or the tile is not whole ([`Validity::is_whole`](crate::field::Validity::is_whole)).
     pub fn nested(
         tile: &Tile,
         tolerance: f64,
@@ -132,6 +148,7 @@ impl Rim {
         last: (bool, bool),
         keeps: impl Fn(SideVertex) -> bool,
     ) -> (Rim, Vec<SideVertex>) {
+        assert!(tile.validity.is_whole(), "nested sides around missing samples");
         let (right, bottom) = (tile.width() - 1, tile.height() - 1);
         let forced = Forced::new(points, right, bottom);
         let kept = |side: Side, len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
@@ -160,15 +177,17 @@ impl Rim {
         (last_column, last_row): (bool, bool),
         inside: &[(usize, usize)],
     ) -> Rim {
-        let (right, bottom) = (tile.width() - 1, tile.height() - 1);
-        let corner = |column, row| vec![vertex(tile, (column, row))];
         let mine = |_| unreachable!("every tile owns its first corner, its north and its west side");
+        let corner = |corner: Corner, name| {
+            let owned = corner.name((last_column, last_row)).is_none();
+            Feature { vertices: vec![vertex(tile, corner.place(tile))], owned, name }
+        };
         // In the order in which a tile numbers what it owns.
         let features: [Feature; 8] = [
-            Feature { vertices: corner(0, 0), owned: true, name: mine },
-            Feature { vertices: corner(right, 0), owned: last_column, name: |_| Foreign::NorthEast },
-            Feature { vertices: corner(0, bottom), owned: last_row, name: |_| Foreign::SouthWest },
-            Feature { vertices: corner(right, bottom), owned: last_column && last_row, name: |_| Foreign::SouthEast },
+            corner(Corner::NorthWest, mine),
+            corner(Corner::NorthEast, |_| Foreign::NorthEast),
+            corner(Corner::SouthWest, |_| Foreign::SouthWest),
+            corner(Corner::SouthEast, |_| Foreign::SouthEast),
             Feature { vertices: north, owned: true, name: mine },
             Feature { vertices: west, owned: true, name: mine },
             Feature { vertices: east, owned: last_column, name: Foreign::East },
@@ -187,7 +206,11 @@ impl Rim {
         }
         let owned = |i: usize| if features[i].owned { features[i].vertices.len() as u32 } else { 0 };
         let owned = RimCounts {
-            corners: (0..4).map(owned).sum(),
+            corners: Corner::ALL
+                .into_iter()
+                .filter(|c| c.name((last_column, last_row)).is_none())
+                .map(Corner::bit)
+                .sum(),
             north: owned(4),
             west: owned(5),
             east: owned(6),
@@ -198,7 +221,7 @@ impl Rim {
         let there = nw.chain(north).chain(ne).chain(east);
         let walk = there.chain(se).chain(south.rev()).chain(sw).chain(west.rev()).collect();
         let points = inside.iter().map(|&place| vertex(tile, place)).collect();
-        Rim { domain: Domain { vertices, loops: vec![walk], points }, owned, foreign }
+        Rim { domain: Domain { vertices, loops: vec![walk], points }, owned, idle: Vec::new(), foreign }
     }
 }
 
@@ -256,14 +279,53 @@ impl Line<'_> {
     }
 }
 
+/// A corner of a tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Corner {
+    NorthWest,
+    NorthEast,
+    SouthWest,
+    SouthEast,
+}
+
+impl Corner {
+    /// In the order in which a tile numbers those that it owns.
+    pub(super) const ALL: [Corner; 4] = [Corner::NorthWest, Corner::NorthEast, Corner::SouthWest, Corner::SouthEast];
+
+    /// In [`RimCounts::corners`].
+    pub(super) fn bit(self) -> u32 {
+        1 << self as u32
+    }
+
+    pub(super) fn place(self, tile: &Tile) -> (usize, usize) {
+        let (right, bottom) = (tile.width() - 1, tile.height() - 1);
+        match self {
+            Corner::NorthWest => (0, 0),
+            Corner::NorthEast => (right, 0),
+            Corner::SouthWest => (0, bottom),
+            Corner::SouthEast => (right, bottom),
+        }
+    }
+
+    /// What it is called, unless the tile owns it.
+    pub(super) fn name(self, (last_column, last_row): (bool, bool)) -> Option<Foreign> {
+        match self {
+            Corner::NorthWest => None,
+            Corner::NorthEast => (!last_column).then_some(Foreign::NorthEast),
+            Corner::SouthWest => (!last_row).then_some(Foreign::SouthWest),
+            Corner::SouthEast => (!(last_column && last_row)).then_some(Foreign::SouthEast),
+        }
+    }
+}
+
 /// Points by where they lie in a tile; on a side, by their place along it. Those at corners are on two sides.
 #[derive(Default)]
-struct Forced {
-    north: Vec<usize>,
-    south: Vec<usize>,
-    west: Vec<usize>,
-    east: Vec<usize>,
-    inside: Vec<(usize, usize)>,
+pub(super) struct Forced {
+    pub(super) north: Vec<usize>,
+    pub(super) south: Vec<usize>,
+    pub(super) west: Vec<usize>,
+    pub(super) east: Vec<usize>,
+    pub(super) inside: Vec<(usize, usize)>,
 }
 
 impl Forced {
@@ -299,7 +361,12 @@ struct Feature {
     name: fn(u32) -> Foreign,
 }
 
-fn vertex(tile: &Tile, (column, row): (usize, usize)) -> Vertex {
+/// Column and row of a sample, by its number in a tile.
+pub(super) fn place_of(tile: &Tile, sample: u32) -> (usize, usize) {
+    (sample as usize % tile.width(), sample as usize / tile.width())
+}
+
+pub(super) fn vertex(tile: &Tile, (column, row): (usize, usize)) -> Vertex {
     Vertex { at: Point::of_sample(column as i32, row as i32), height: tile.at(column, row) }
 }
 
@@ -350,7 +417,7 @@ mod tests {
 
     fn agree(left: &Tile, right: &Tile) {
         let (a, b) = (rim(left, (false, false)), rim(right, (true, false)));
-        let at = |i: u32| b.domain.vertices[(b.owned.corners + b.owned.north + i) as usize];
+        let at = |i: u32| b.domain.vertices[(b.owned.before_west() + i) as usize];
         let borrowed = a.foreign.iter().zip(&a.domain.vertices[a.owned.total() as usize..]);
         let mut seen = 0;
         for (foreign, vertex) in borrowed {

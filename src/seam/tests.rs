@@ -46,8 +46,8 @@ impl Scene {
     /// The places on one side that a tile owns, in its order.
     fn side(&self, id: TileId, rim: &Rim, west: bool) -> Vec<Place> {
         let (first, count) = match west {
-            false => (rim.owned.corners, rim.owned.north),
-            true => (rim.owned.corners + rim.owned.north, rim.owned.west),
+            false => (rim.owned.before_north(), rim.owned.north),
+            true => (rim.owned.before_west(), rim.owned.west),
         };
         (first..first + count).map(|i| self.place(id, rim.domain.vertices[i as usize])).collect()
     }

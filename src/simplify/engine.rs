@@ -1,8 +1,9 @@
 use serde::Serialize;
 
+use super::Params;
 use crate::control::Cancelled;
 use crate::mesh::TileMesh;
-use crate::polish::{self, Effort, Heights as VertexHeights};
+use crate::polish::{self, Effort};
 use crate::triangulate::cuts::{Cuts, GreedyCuts};
 use crate::triangulate::insertion::{GreedyInsertion, InsertionOptions};
 use crate::triangulate::{Engine, Task};
@@ -112,6 +113,12 @@ impl Quality {
     }
 }
 
+/// How meshes are polished, if they are.
+pub(super) fn polishing(params: &Params) -> Option<polish::Options> {
+    let effort = params.quality.effort()?;
+    Some(polish::Options { effort, heights: params.heights })
+}
+
 /// The memory of whichever engine runs; that of the others stays empty.
 #[derive(Default)]
 pub(super) struct EngineScratch {
@@ -137,15 +144,9 @@ impl EngineScratch {
     }
 
     /// Polishes the mesh of whichever engine.
-    pub(super) fn polish(
-        &mut self,
-        quality: Quality,
-        heights: VertexHeights,
-        task: &Task<'_>,
-        mesh: &mut TileMesh,
-    ) -> Result<(), Cancelled> {
-        let Some(effort) = quality.effort() else { return Ok(()) };
-        polish::polish(task, &polish::Options { effort, heights }, &mut self.polish, mesh)
+    pub(super) fn polish(&mut self, params: &Params, task: &Task<'_>, mesh: &mut TileMesh) -> Result<(), Cancelled> {
+        let Some(options) = polishing(params) else { return Ok(()) };
+        polish::polish(task, &options, &mut self.polish, mesh)
     }
 
     /// The memory of greedy insertion.

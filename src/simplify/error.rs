@@ -1,3 +1,5 @@
+use std::path::PathBuf;
+
 use super::{BudgetTooSmall, DiskTooSmall, GoalTooSmall};
 use crate::control::Cancelled;
 use crate::field::FieldError;
@@ -61,6 +63,35 @@ pub enum Error {
     NoPreinsertion {
         /// The engine.
         engine: &'static str,
+    },
+    /// No cell of the raster has three heights.
+    #[error("{}: expected a cell with three heights at least, found none: there is no ground to triangulate", path.display())]
+    NoGround {
+        /// The raster.
+        path: PathBuf,
+    },
+    /// A point lies where no ground is.
+    #[error("expected points on the ground, found one at column {column}, row {row}, where no cell has three heights")]
+    PointOffGround {
+        /// The sample's column.
+        column: usize,
+        /// The sample's row.
+        row: usize,
+    },
+    /// There are samples without heights, and a budget or a root mean square to end at.
+    #[error(
+        "expected heights everywhere, to end at a budget or a root mean square, found samples without in {width} × {height} \
+         samples at column {column}, row {row}, or beside them"
+    )]
+    GoalWithNodata {
+        /// The first column of the tile.
+        column: usize,
+        /// Its first row.
+        row: usize,
+        /// Samples across.
+        width: usize,
+        /// Samples down.
+        height: usize,
     },
     /// The engine makes its triangles once and for all: it cannot stop at a budget.
     #[error("expected an engine that refines, to end at a budget or a root mean square, found {engine}")]

@@ -9,6 +9,7 @@ use super::{EngineChoice, Error};
 use crate::control::Stage;
 use crate::lattice::Point;
 use crate::measure::Bound;
+use crate::raster::Window;
 use crate::seam::{Rim, Side, SideVertex};
 use crate::spool::SpoolError;
 use crate::tiling::{TileGrid, TileId};
@@ -99,7 +100,11 @@ impl Workspace {
         let id = job.grid.tile(index);
         let window = job.grid.window(id);
         job.field.load(window, &mut self.tile)?;
-        self.find_points(job, window);
+        if !self.tile.validity().is_whole() {
+            let Window { column, row, width, height } = window;
+            return Err(Error::GoalWithNodata { column, row, width, height });
+        }
+        self.find_points(job, window)?;
         let last = (job.grid.is_last_column(id), job.grid.is_last_row(id));
         let (rim, order) = Rim::nested(&self.tile, lowest, &self.points, last, |v| rim_key(job.grid, id, v).0 <= cut);
         let far = self.tile.far_corner();

@@ -14,13 +14,15 @@ use crate::tiling::TileGrid;
 pub struct Mesh {
     pub(super) spool: Spool,
     pub(super) grid: TileGrid,
+    /// The grid whose tiles the chunks are.
+    pub(super) chunks: TileGrid,
     pub(super) geo_transform: GeoTransform,
     pub(super) channels: Vec<Channel>,
     pub(super) max_error: f64,
     pub(super) error_scale: f64,
     pub(super) outcome: Option<Outcome>,
     pub(super) times: TileTimes,
-    pub(super) survey_bytes: u64,
+    pub(super) other_bytes: u64,
     pub(super) found: u64,
 }
 
@@ -69,14 +71,14 @@ impl Mesh {
         self.times
     }
 
-    /// How many tiles the spool had already.
+    /// How many tiles of [`Mesh::grid`] the spool had already.
     pub fn tiles_found(&self) -> u64 {
         self.found
     }
 
     /// Temporary disk in use.
     pub fn spool_bytes(&self) -> u64 {
-        self.spool.bytes() + self.survey_bytes
+        self.spool.bytes() + self.other_bytes
     }
 
     /// Chunk after chunk, in tile order.
@@ -109,7 +111,7 @@ impl Mesh {
         control: &Control<'_>,
         may_finish: &dyn Fn() -> Result<(), Error>,
     ) -> Result<Summary, Error> {
-        let steps = 2 * self.grid.len() as u64;
+        let steps = 2 * self.chunks.len() as u64;
         control.progress.begin(Stage::Write, steps, 0);
         let mut summary = self.count()?;
         let (vertices, triangles) = (summary.vertices, summary.triangles);
@@ -124,8 +126,8 @@ impl Mesh {
 
     fn count(&self) -> Result<Summary, Error> {
         let mut summary = Summary::default();
-        let columns = self.grid.columns();
-        for row in 0..self.grid.rows() {
+        let columns = self.chunks.columns();
+        for row in 0..self.chunks.rows() {
             for counts in self.spool.counts(row * columns..(row + 1) * columns)? {
                 summary.vertices += counts.vertices;
                 summary.triangles += counts.triangles;
@@ -139,7 +141,7 @@ impl Mesh {
         for chunk in self.chunks() {
             control.cancel.check()?;
             let chunk = chunk?;
-            let window = self.grid.window(self.grid.tile(chunk.tile));
+            let window = self.chunks.window(self.chunks.tile(chunk.tile));
             let (column, row) = (window.column as i64 * i64::from(STEPS), window.row as i64 * i64::from(STEPS));
             placed.clear();
             placed.extend(chunk.vertices.iter().map(|v| {
@@ -159,12 +161,12 @@ impl Mesh {
     fn write_triangles(&self, sink: &mut dyn Sink, control: &Control<'_>) -> Result<(), Error> {
         // A positive turn on the lattice is counter-clockwise on the map unless one of the two is mirrored.
         let mirrored = self.geo_transform.determinant() < 0.0;
-        let mut ids = Ids::new(&self.spool, self.grid)?;
+        let mut ids = Ids::new(&self.spool, self.chunks)?;
         let (mut numbers, mut numbered) = (Vec::new(), Vec::new());
         for chunk in self.chunks() {
             control.cancel.check()?;
             let chunk = chunk?;
-            if chunk.tile > 0 && chunk.tile % self.grid.columns() == 0 {
+            if chunk.tile > 0 && chunk.tile % self.chunks.columns() == 0 {
                 ids.next_row()?;
             }
             ids.of_chunk(&chunk, &mut numbers);

@@ -14,6 +14,7 @@ mod in_order;
 mod mesh;
 mod pool;
 mod probe;
+mod shifted;
 mod tiles;
 
 pub use crate::polish::Heights as VertexHeights;
@@ -24,18 +25,21 @@ pub use error::Error;
 pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
 pub use mesh::{Mesh, Summary};
 pub use probe::{probe_density, probe_field};
-pub use tiles::{TileTimes, grid, triangulate, triangulate_into};
+pub use tiles::{MakeSpool, Pass, TileTimes, grid, triangulate, triangulate_into};
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::raster::{PointSet, exact};
+use crate::tiling::TileGrid;
 use crate::triangulate::Feasibility;
 
 #[cfg(test)]
 mod channel_tests;
 #[cfg(test)]
 mod importance_tests;
+#[cfg(test)]
+mod nodata_tests;
 #[cfg(test)]
 mod points_tests;
 #[cfg(test)]
@@ -131,6 +135,11 @@ impl Params {
             EngineChoice::GreedyInsertion(_) => Err(Error::GoalWithPasses),
             EngineChoice::GreedyCuts(_) => Err(Error::NoGoal { engine: self.engine.name() }),
         }
+    }
+
+    /// How many passes a run makes over the tiles of a grid, each of which keeps its chunks until the end.
+    pub fn passes(&self, grid: TileGrid) -> u64 {
+        if tiles::shifted(grid, self).is_some() { 2 } else { 1 }
     }
 
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.

@@ -93,13 +93,14 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
     Mesh {
         spool,
         grid,
+        chunks: grid,
         geo_transform,
         channels: Vec::new(),
         max_error: params.max_error,
         error_scale: params.max_error,
         outcome: None,
         times,
-        survey_bytes: 0,
+        other_bytes: 0,
         found: 0,
     }
 }

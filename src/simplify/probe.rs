@@ -31,7 +31,7 @@ pub fn probe_density(
 /// As [`probe_density`].
 pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Result<f64, Error> {
     let grid = TileGrid::new(field.width(), field.height(), params.tile);
-    let job = Job { field, params, grid, control, end: None };
+    let job = Job { field, params, grid, shifted: None, control, end: None };
     let mut workspace = Workspace::default();
     let (mut samples, mut triangles) = (0, 0);
     for row in spread(grid.rows()) {
@@ -41,7 +41,8 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
             triangles += counted.1;
         }
     }
-    Ok(samples as f64 / triangles as f64)
+    // Where the tiles that were tried have no ground, it is as if they had one triangle.
+    Ok(samples as f64 / triangles.max(1) as f64)
 }
 
 /// Up to [`TRIED`] places in the middle of even parts.

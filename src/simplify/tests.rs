@@ -34,7 +34,7 @@ pub(super) fn geotiff(path: &Path, width: usize, height: usize, heights: &[f64])
     dataset.close().expect("closed");
 }
 
-fn mesh(width: usize, height: usize, heights: Vec<f64>, params: &Params) -> Mesh {
+pub(super) fn mesh(width: usize, height: usize, heights: Vec<f64>, params: &Params) -> Mesh {
     let field = Field::from_heights(width, height, Heights::F64(heights)).expect("a field");
     triangulate(&field, params, &Control::default()).expect("a mesh")
 }
@@ -177,7 +177,7 @@ fn the_same_on_any_number_of_threads(heights: &[f64], params: &Params) {
     let expected = told(&one);
     assert!(told(&three) == expected);
     // The same chunks in a spool that got them last tile first.
-    let backwards = Spool::new(&params.temp_dir, one.grid.len()).expect("a spool");
+    let backwards = Spool::new(&params.temp_dir, one.chunks.len()).expect("a spool");
     let chunks: Vec<Chunk> = one.chunks().collect::<Result<_, _>>().expect("chunks");
     let mut buffer = Vec::new();
     chunks.iter().rev().for_each(|c| backwards.append(c, &mut buffer).expect("kept"));

@@ -7,18 +7,20 @@ use super::engine::EngineScratch;
 use super::goal::Told;
 use super::in_order::{End, find_end};
 use super::pool::Pool;
+use super::shifted::{Lines, polish_shifted};
 use super::{Error, Mesh, Params, Quality};
 use crate::control::{Cancelled, Control, Stage};
 use crate::exact::MAX_TOLERANCE;
 use crate::faults::{self, Point};
 use crate::field::{Field, Tile};
-use crate::lattice::MAX_TILE_CELLS;
-use crate::measure::{Bound, measure, shape};
+use crate::lattice::{self, MAX_TILE_CELLS};
+use crate::measure::{Bound, ErrorStats, measure, shape};
 use crate::mesh::TileMesh;
+use crate::polish::count_relaxed;
 use crate::raster::{RasterError, Window};
 use crate::seam::{MinLink, Rim};
-use crate::spool::{Chunk, Spool};
-use crate::tiling::TileGrid;
+use crate::spool::{Chunk, Spool, SpoolError};
+use crate::tiling::{TileGrid, TileId};
 use crate::triangulate::Task;
 
 /// Seconds of all threads together, by what a tile goes through.
@@ -60,16 +62,34 @@ pub fn grid(width: usize, height: usize, params: &Params) -> Result<TileGrid, Er
 /// # Errors
 /// [`Error`]; nothing is left behind.
 pub fn triangulate(field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
-    let spool = Spool::new(&params.temp_dir, grid(field.width(), field.height(), params)?.len())?;
-    triangulate_into(spool, field, params, control)
+    triangulate_into(&|grid, _| Spool::new(&params.temp_dir, grid.len()), field, params, control)
 }
 
-/// Does what [`triangulate`] does, into a spool for as many tiles as [`grid`] says. A tile whose chunk the
-/// spool has already is not made again.
+/// Makes the spool for a pass over the tiles of a grid.
+pub type MakeSpool<'a> = dyn Fn(TileGrid, Pass) -> Result<Spool, SpoolError> + 'a;
+
+/// A pass over a field's tiles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pass {
+    /// Over the tiles of [`grid`]: there is always one.
+    Tiles,
+    /// Over those of the shifted grid: polishing with the seams.
+    Seams,
+}
+
+/// Does what [`triangulate`] does, into spools of the caller's. A tile whose chunk a spool has already is not made again.
 ///
 /// # Errors
-/// [`Error`]; what becomes of the finished tiles is the spool's matter.
-pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
+/// [`Error`]; what becomes of the finished tiles is the spools' matter.
+///
+/// # Panics
+/// If a spool is for another number of tiles.
+pub fn triangulate_into(
+    make_spool: &MakeSpool<'_>,
+    field: &Field,
+    params: &Params,
+    control: &Control<'_>,
+) -> Result<Mesh, Error> {
     // Under a goal the tolerance may be left open.
     let open = params.max_error == f64::INFINITY && !params.goal.is_none();
     if !(params.max_error.is_finite() && params.max_error >= 0.0 || open) {
@@ -82,11 +102,12 @@ pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &
         params.takes_points()?;
     }
     let grid = grid(field.width(), field.height(), params)?;
+    let spool = make_spool(grid, Pass::Tiles)?;
     assert_eq!(spool.tiles(), grid.len(), "chunks of a spool for this grid");
     let clocks = Clocks::default();
     let found = AtomicU64::new(0);
     let workspaces = Pool::default();
-    let mut job = Job { field, params, grid, control, end: None };
+    let mut job = Job { field, params, grid, shifted: shifted(grid, params), control, end: None };
     job.end = find_end(&job, &workspaces)?;
     control.progress.begin(Stage::Triangulate, grid.len() as u64, field.width() as u64 * field.height() as u64);
     (0..grid.len()).into_par_iter().try_for_each(|index| {
@@ -102,19 +123,45 @@ pub fn triangulate_into(spool: Spool, field: &Field, params: &Params, control: &
         Ok::<(), Error>(())
     })?;
     control.progress.end(Stage::Triangulate);
-    let (found, times) = (found.into_inner(), clocks.read());
+    drop(workspaces);
+    if !has_ground(&spool, grid)? {
+        return Err(Error::NoGround { path: field.name().to_path_buf() });
+    }
+    let found = found.into_inner();
+    let (spool, chunks, first_bytes) = match job.shifted {
+        None => (spool, grid, 0),
+        Some(shifted) => {
+            let second = make_spool(shifted, Pass::Seams)?;
+            assert_eq!(second.tiles(), shifted.len(), "chunks of a spool for this grid");
+            polish_shifted(&job, shifted, &spool, &second, &clocks)?;
+            (second, shifted, spool.bytes())
+        }
+    };
+    let times = clocks.read();
     Ok(Mesh {
         spool,
         grid,
+        chunks,
         geo_transform: field.geo_transform(),
         channels: field.channels().to_vec(),
         max_error: params.max_error,
         error_scale: job.end.map_or(params.max_error, |end| end.scale(&job)),
         outcome: job.end.map(|end| end.outcome),
         times,
-        survey_bytes: job.end.map_or(0, |end| end.survey_bytes),
+        other_bytes: first_bytes + job.end.map_or(0, |end| end.survey_bytes),
         found,
     })
+}
+
+/// Whether any tile has a triangle.
+fn has_ground(spool: &Spool, grid: TileGrid) -> Result<bool, Error> {
+    let columns = grid.columns();
+    for row in 0..grid.rows() {
+        if spool.counts(row * columns..(row + 1) * columns)?.iter().any(|c| c.triangles > 0) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// What all tiles of a run have in common.
@@ -123,6 +170,8 @@ pub(super) struct Job<'a> {
     pub(super) field: &'a Field,
     pub(super) params: &'a Params,
     pub(super) grid: TileGrid,
+    /// The grid of the second pass, if there is one.
+    pub(super) shifted: Option<TileGrid>,
     pub(super) control: &'a Control<'a>,
     /// Where tiles end, under a goal.
     pub(super) end: Option<End>,
@@ -158,19 +207,9 @@ impl Workspace {
             return Ok(None);
         }
         if spool.check_samples() {
-            let Job { field, grid, .. } = *job;
-            let window = grid.window(grid.tile(index));
-            field.load(window, &mut self.tile)?;
-            let (expected, found) = (self.chunk.samples_checksum, self.tile.checksum());
-            if expected != found {
-                let Window { column, row, width, height } = window;
-                let samples = if self.tile.is_weighted() { "samples and weights" } else { "samples" };
-                let what = format!("{width} × {height} {samples} at column {column}, row {row} with the checksum");
-                let [expected, found] = [expected, found].map(|checksum| format!("{checksum:08x}"));
-                return Err(RasterError::Changed { path: field.name().to_path_buf(), what, expected, found }.into());
-            }
+            check_samples(job.field, job.grid.window(job.grid.tile(index)), &self.chunk, &mut self.tile)?;
         }
-        Ok(Some(self.chunk.errors.samples))
+        Ok(Some(self.chunk.errors.all_samples()))
     }
 
     /// Takes one tile from its samples to the spool. Returns how many samples the tile owns.
@@ -189,16 +228,8 @@ impl Workspace {
             }
             Some(end) => clocks.engine.time(|| self.run_to(job, index, end))?,
         };
-        let origin = (window.column as u64, window.row as u64);
-        let errors = clocks.measure.time(|| {
-            let mut errors = measure(&self.tile, &self.mesh, bound, origin, last);
-            // Whoever has no time for polishing has none for looking at it.
-            if params.quality != Quality::None {
-                errors.shape = Some(Box::new(shape(&self.tile, &self.mesh, tolerance(params))));
-            }
-            errors
-        });
-        let samples = errors.samples;
+        let errors = clocks.measure.time(|| self.measure(job, id, bound));
+        let samples = errors.all_samples();
         clocks.spool.time(|| {
             self.chunk.fill(index, &rim, &self.mesh, errors, self.tile.checksum());
             let names = field.channels().iter().map(|c| c.name.as_str());
@@ -206,6 +237,31 @@ impl Workspace {
             spool.append(&self.chunk, &mut self.encoded)
         })?;
         Ok(samples)
+    }
+
+    /// Measures the mesh, and looks at its shape. If there is a second pass, only at the shape of what it will not change:
+    /// it measures every sample itself.
+    fn measure(&mut self, job: &Job<'_>, id: TileId, bound: Bound) -> ErrorStats {
+        let Job { params, grid, .. } = *job;
+        let window = grid.window(id);
+        let last = (grid.is_last_column(id), grid.is_last_row(id));
+        if let Some(shifted) = job.shifted {
+            let lines = Lines::new(shifted, id, window);
+            let stays = |corners: [lattice::Point; 3]| lines.straddles(corners);
+            let seen = shape(&self.tile, &self.mesh, tolerance(params), stays);
+            if self.mesh.relaxed > 0 {
+                self.mesh.relaxed = count_relaxed(&self.tile, &self.mesh, tolerance(params), stays);
+            }
+            let samples = (window.width - usize::from(!last.0)) as u64 * (window.height - usize::from(!last.1)) as u64;
+            return ErrorStats { samples, shape: Some(Box::new(seen)), ..ErrorStats::default() };
+        }
+        let origin = (window.column as u64, window.row as u64);
+        let mut errors = measure(&self.tile, &self.mesh, bound, origin, last);
+        // Whoever has no time for polishing has none for looking at it.
+        if params.quality != Quality::None {
+            errors.shape = Some(Box::new(shape(&self.tile, &self.mesh, tolerance(params), |_| true)));
+        }
+        errors
     }
 
     /// Triangulates one tile and returns how many samples and triangles it has.
@@ -220,28 +276,43 @@ impl Workspace {
     }
 
     /// The rim of the tile that is loaded, and the points inside it.
-    fn rim(&mut self, job: &Job<'_>, window: Window, last: (bool, bool)) -> Result<Rim, Cancelled> {
-        self.find_points(job, window);
+    fn rim(&mut self, job: &Job<'_>, window: Window, last: (bool, bool)) -> Result<Rim, Error> {
+        self.find_points(job, window)?;
         let tolerance = tolerance(job.params);
-        Rim::new(&self.tile, tolerance, &self.points, last, &mut self.min_link, &job.control.cancel)
+        Ok(Rim::new(&self.tile, tolerance, &self.points, last, &mut self.min_link, &job.control.cancel)?)
     }
 
     /// Finds the points of the tile that is loaded.
-    pub(super) fn find_points(&mut self, job: &Job<'_>, window: Window) {
+    pub(super) fn find_points(&mut self, job: &Job<'_>, window: Window) -> Result<(), Error> {
         self.points.clear();
         if let Some(points) = &job.params.points {
             points.within(window, &mut self.points);
         }
+        let validity = self.tile.validity();
+        let off_ground = |&&(column, row): &&(usize, usize)| !validity.is_ground(column as i32, row as i32);
+        match self.points.iter().find(off_ground).filter(|_| !validity.is_whole()) {
+            Some(&(column, row)) => {
+                Err(Error::PointOffGround { column: window.column + column, row: window.row + row })
+            }
+            None => Ok(()),
+        }
     }
 
     fn cut(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {
+        if rim.domain.loops.is_empty() {
+            self.mesh.clear();
+            return Ok(());
+        }
         let task = task(&self.tile, rim, tolerance(job.params), job);
         self.engine.triangulate(job.params.engine, &task, &mut self.mesh)
     }
 
     fn polish(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {
+        if rim.domain.loops.is_empty() {
+            return Ok(());
+        }
         let task = task(&self.tile, rim, tolerance(job.params), job);
-        self.engine.polish(job.params.quality, job.params.heights, &task, &mut self.mesh)
+        self.engine.polish(job.params, &task, &mut self.mesh)
     }
 }
 
@@ -257,14 +328,36 @@ pub(super) fn tolerance(params: &Params) -> f64 {
     params.max_error.min(MAX_TOLERANCE)
 }
 
+/// The grid of the second pass, where polishing is worth one.
+pub(super) fn shifted(grid: TileGrid, params: &Params) -> Option<TileGrid> {
+    match params.quality {
+        Quality::None | Quality::Fast => None,
+        Quality::Balanced | Quality::Best => grid.shifted(),
+    }
+}
+
+/// Compares the samples of a tile with those a chunk was made from. The tile's samples are loaded.
+pub(super) fn check_samples(field: &Field, window: Window, chunk: &Chunk, tile: &mut Tile) -> Result<(), Error> {
+    field.load(window, tile)?;
+    let (expected, found) = (chunk.samples_checksum, tile.checksum());
+    if expected == found {
+        return Ok(());
+    }
+    let Window { column, row, width, height } = window;
+    let samples = if tile.is_weighted() { "samples and weights" } else { "samples" };
+    let what = format!("{width} × {height} {samples} at column {column}, row {row} with the checksum");
+    let [expected, found] = [expected, found].map(|checksum| format!("{checksum:08x}"));
+    Err(RasterError::Changed { path: field.name().to_path_buf(), what, expected, found }.into())
+}
+
 #[derive(Default)]
-struct Clocks {
-    load: Clock,
+pub(super) struct Clocks {
+    pub(super) load: Clock,
     seams: Clock,
     engine: Clock,
-    polish: Clock,
-    measure: Clock,
-    spool: Clock,
+    pub(super) polish: Clock,
+    pub(super) measure: Clock,
+    pub(super) spool: Clock,
 }
 
 impl Clocks {
@@ -282,10 +375,10 @@ impl Clocks {
 
 /// Nanoseconds, added up over threads.
 #[derive(Default)]
-struct Clock(AtomicU64);
+pub(super) struct Clock(AtomicU64);
 
 impl Clock {
-    fn time<T>(&self, work: impl FnOnce() -> T) -> T {
+    pub(super) fn time<T>(&self, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();
         self.0.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);

@@ -7,7 +7,7 @@ use crate::mesh::Vertex;
 use crate::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 /// What is wrong with some bytes: (expected, found).
 pub(super) type Damage = (String, String);
@@ -16,37 +16,39 @@ pub(super) type Damage = (String, String);
 pub(super) fn encode(chunk: &Chunk, out: &mut Vec<u8>) {
     let start = out.len();
     out.extend_from_slice(MAGIC);
-    for word in [VERSION, chunk.generation, chunk.samples_checksum] {
+    for word in [VERSION, chunk.shared, chunk.samples_checksum] {
         out.extend_from_slice(&word.to_le_bytes());
     }
     for word in [chunk.tile as u64, chunk.relaxed] {
         out.extend_from_slice(&word.to_le_bytes());
     }
     let RimCounts { corners, north, west, east, south } = chunk.rim;
-    let lengths = [chunk.vertices.len(), chunk.foreign.len(), chunk.triangles.len(), chunk.attributes.len()];
+    let Chunk { vertices, borrowed, foreign, triangles, attributes, .. } = chunk;
+    let lengths = [vertices.len(), borrowed.len(), foreign.len(), triangles.len(), attributes.len()];
     for count in [corners, north, west, east, south].into_iter().chain(lengths.map(|l| l as u32)) {
         out.extend_from_slice(&count.to_le_bytes());
     }
-    for vertex in &chunk.vertices {
+    for vertex in vertices.iter().chain(borrowed) {
         out.extend_from_slice(&vertex.at.x.to_le_bytes());
         out.extend_from_slice(&vertex.at.y.to_le_bytes());
         out.extend_from_slice(&vertex.height.to_le_bytes());
     }
-    for &foreign in &chunk.foreign {
-        let (kind, ordinal) = match foreign {
-            Foreign::NorthEast => (0u32, 0),
-            Foreign::SouthWest => (1, 0),
-            Foreign::SouthEast => (2, 0),
-            Foreign::East(ordinal) => (3, ordinal),
-            Foreign::South(ordinal) => (4, ordinal),
+    for &foreign in foreign {
+        let words = match foreign {
+            Foreign::NorthEast => [0, 0, 0, 0],
+            Foreign::SouthWest => [1, 0, 0, 0],
+            Foreign::SouthEast => [2, 0, 0, 0],
+            Foreign::East(ordinal) => [3, ordinal as i32, 0, 0],
+            Foreign::South(ordinal) => [4, ordinal as i32, 0, 0],
+            // Shifted grids lend to the right and down only, one tile at a time.
+            Foreign::At { across, down, at } => [5, across + 4 * down as i32, at.x, at.y],
         };
-        out.extend_from_slice(&kind.to_le_bytes());
-        out.extend_from_slice(&ordinal.to_le_bytes());
+        words.iter().for_each(|word| out.extend_from_slice(&word.to_le_bytes()));
     }
-    for index in chunk.triangles.as_flattened() {
+    for index in triangles.as_flattened() {
         out.extend_from_slice(&index.to_le_bytes());
     }
-    for Attribute { name, values } in &chunk.attributes {
+    for Attribute { name, values } in attributes {
         out.extend_from_slice(&(name.len() as u32).to_le_bytes());
         out.extend_from_slice(name.as_bytes());
         values.iter().for_each(|v| out.extend_from_slice(&v.to_le_bytes()));
@@ -58,7 +60,8 @@ pub(super) fn encode(chunk: &Chunk, out: &mut Vec<u8>) {
 
 fn encode_errors(errors: &ErrorStats, out: &mut Vec<u8>) {
     let numbers = [errors.max, errors.weighted_max, errors.squares].map(f64::to_bits);
-    for word in [errors.samples, errors.worst.0, errors.worst.1].into_iter().chain(numbers) {
+    let counts = [errors.samples, errors.nodata, errors.stray, errors.worst.0, errors.worst.1];
+    for word in counts.into_iter().chain(numbers) {
         out.extend_from_slice(&word.to_le_bytes());
     }
     for count in errors.histogram.iter() {
@@ -91,7 +94,7 @@ pub(super) fn decode(bytes: &[u8], chunk: &mut Chunk) -> Result<(), Damage> {
     if magic != *MAGIC || version != VERSION {
         return Err((format!("version {VERSION}"), format!("version {version}")));
     }
-    chunk.generation = reader.u32()?;
+    chunk.shared = reader.u32()?;
     chunk.samples_checksum = reader.u32()?;
     chunk.tile = reader.u64()? as usize;
     chunk.relaxed = reader.u64()?;
@@ -102,21 +105,28 @@ pub(super) fn decode(bytes: &[u8], chunk: &mut Chunk) -> Result<(), Damage> {
         east: reader.u32()?,
         south: reader.u32()?,
     };
-    let [vertices, foreign, triangles, attributes] =
-        [reader.u32()?, reader.u32()?, reader.u32()?, reader.u32()?].map(|n| n as usize);
-    reader.records(vertices, &mut chunk.vertices, |r: [u8; 16]| {
+    let [vertices, borrowed, foreign, triangles, attributes] =
+        [reader.u32()?, reader.u32()?, reader.u32()?, reader.u32()?, reader.u32()?].map(|n| n as usize);
+    let vertex = |r: [u8; 16]| {
         let [x, y] = [&r[0..4], &r[4..8]].map(le_i32);
         Ok(Vertex { at: Point { x, y }, height: f64::from_bits(le_u64(&r[8..16])) })
-    })?;
-    reader.records(foreign, &mut chunk.foreign, |r: [u8; 8]| {
-        let ordinal = le_i32(&r[4..8]) as u32;
-        Ok(match le_i32(&r[0..4]) {
+    };
+    reader.records(vertices, &mut chunk.vertices, vertex)?;
+    reader.records(borrowed, &mut chunk.borrowed, vertex)?;
+    reader.records(foreign, &mut chunk.foreign, |r: [u8; 16]| {
+        let [kind, word, x, y] = [&r[0..4], &r[4..8], &r[8..12], &r[12..16]].map(le_i32);
+        let ordinal = word as u32;
+        Ok(match kind {
             0 => Foreign::NorthEast,
             1 => Foreign::SouthWest,
             2 => Foreign::SouthEast,
             3 => Foreign::East(ordinal),
             4 => Foreign::South(ordinal),
-            other => return Err(("a kind of vertex from 0 to 4".to_string(), other.to_string())),
+            5 if (-1..=7).contains(&word) => {
+                let down = (word + 1) as u32 / 4;
+                Foreign::At { across: word - 4 * down as i32, down, at: Point { x, y } }
+            }
+            other => return Err(("a kind of vertex from 0 to 5".to_string(), other.to_string())),
         })
     })?;
     let in_tile = (vertices + foreign) as u32;
@@ -146,6 +156,8 @@ pub(super) fn decode(bytes: &[u8], chunk: &mut Chunk) -> Result<(), Damage> {
 fn decode_errors(reader: &mut Reader<'_>) -> Result<ErrorStats, Damage> {
     let mut errors = ErrorStats {
         samples: reader.u64()?,
+        nodata: reader.u64()?,
+        stray: reader.u64()?,
         worst: (reader.u64()?, reader.u64()?),
         max: f64::from_bits(reader.u64()?),
         weighted_max: f64::from_bits(reader.u64()?),

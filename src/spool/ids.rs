@@ -1,25 +1,37 @@
 use super::{Chunk, ChunkCounts, Spool, SpoolError};
+use crate::lattice::Point;
 use crate::seam::Foreign;
 use crate::tiling::{TileGrid, TileId};
 
 /// The numbers of all vertices of a mesh: tile after tile, each tile's own vertices in their order.
 ///
 /// A number is a prefix sum over the tiles before plus a place among the owner's vertices, which follows from the
-/// owner's counts. Only two rows of tiles are held at a time; rows are visited in order.
+/// owner's counts, or on a shifted grid from the places of those it shares. Only two rows of tiles are held at a time,
+/// with 8 bytes a shared vertex; rows are visited in order.
 #[derive(Debug)]
 pub struct Ids<'a> {
     spool: &'a Spool,
     grid: TileGrid,
     row: usize,
-    /// Tiles of this row and the next: the number of their first vertex, and their counts.
-    rows: [Vec<(u64, ChunkCounts)>; 2],
+    /// Tiles of this row and the next.
+    rows: [Vec<Owner>; 2],
+}
+
+/// What numbers of a tile's vertices follow from.
+#[derive(Debug)]
+struct Owner {
+    /// The number of its first vertex.
+    first: u64,
+    counts: ChunkCounts,
+    /// Places of the vertices it shares, in their order, which is that of rows and columns.
+    shared: Vec<Point>,
 }
 
 impl<'a> Ids<'a> {
     /// Numbers from the first row of tiles on.
     ///
     /// # Errors
-    /// [`SpoolError::File`].
+    /// [`SpoolError`].
     pub fn new(spool: &'a Spool, grid: TileGrid) -> Result<Ids<'a>, SpoolError> {
         let first = load(spool, grid, 0, 0)?;
         let mut ids = Ids { spool, grid, row: 0, rows: [first, Vec::new()] };
@@ -30,7 +42,7 @@ impl<'a> Ids<'a> {
     /// Goes on to the next row of tiles.
     ///
     /// # Errors
-    /// [`SpoolError::File`].
+    /// [`SpoolError`].
     pub fn next_row(&mut self) -> Result<(), SpoolError> {
         self.row += 1;
         self.rows.swap(0, 1);
@@ -45,71 +57,73 @@ impl<'a> Ids<'a> {
     pub fn of_chunk(&self, chunk: &Chunk, into: &mut Vec<u64>) {
         let id = self.grid.tile(chunk.tile);
         assert_eq!(id.row, self.row, "tile {} is numbered with its row", chunk.tile);
-        let (first, counts) = self.rows[0][id.column];
-        let rim = u64::from(counts.rim.total());
+        let first = self.rows[0][id.column].first;
+        let (before, all) = (chunk.before_borrowed() as u64, chunk.vertices.len() as u64);
         into.clear();
-        into.extend(first..first + rim);
+        into.extend(first..first + before);
         into.extend(chunk.foreign.iter().map(|&foreign| self.of_foreign(id, foreign)));
-        into.extend(first + rim..first + counts.vertices);
+        into.extend(first + before..first + all);
     }
 
     fn of_foreign(&self, tile: TileId, foreign: Foreign) -> u64 {
         let (right, below) = (tile.column + 1, tile.row + 1);
         match foreign {
             Foreign::East(ordinal) => {
-                let (first, counts) = self.owner(right, tile.row);
-                first + u64::from(counts.rim.corners + counts.rim.north + ordinal)
+                let Owner { first, counts, .. } = self.owner(right, tile.row);
+                first + u64::from(counts.rim.before_west() + ordinal)
             }
             Foreign::South(ordinal) => {
-                let (first, counts) = self.owner(tile.column, below);
-                first + u64::from(counts.rim.corners + ordinal)
+                let Owner { first, counts, .. } = self.owner(tile.column, below);
+                first + u64::from(counts.rim.before_north() + ordinal)
             }
             Foreign::NorthEast => self.of_corner(right, tile.row),
             Foreign::SouthWest => self.of_corner(tile.column, below),
             Foreign::SouthEast => self.of_corner(right, below),
+            Foreign::At { across, down, at } => {
+                let owner = self.owner(tile.column.wrapping_add_signed(across as isize), tile.row + down as usize);
+                let found = owner.shared.binary_search_by_key(&(at.y, at.x), |p| (p.y, p.x));
+                owner.first
+                    + found.unwrap_or_else(|_| panic!("tile {tile:?} borrows {at:?}, which is not shared")) as u64
+            }
         }
     }
 
     /// The number of the corner between tiles: that of the tile to its lower right, or of the last one there is.
     fn of_corner(&self, column: usize, row: usize) -> u64 {
         let (last_column, last_row) = (self.grid.columns() - 1, self.grid.rows() - 1);
-        let (first, _) = self.owner(column.min(last_column), row.min(last_row));
-        // A tile's corners: north-west; north-east if it is in the last column; south-west if in the last row; …
-        let ordinal = match (column > last_column, row > last_row) {
-            (false, false) => 0,
-            (true, false) => 1,
-            (false, true) => {
-                if column == last_column {
-                    2
-                } else {
-                    1
-                }
-            }
-            (true, true) => 3,
-        };
-        first + ordinal
+        let Owner { first, counts, .. } = self.owner(column.min(last_column), row.min(last_row));
+        let bit = 1 << (u32::from(column > last_column) + 2 * u32::from(row > last_row));
+        first + u64::from(counts.rim.corner(bit))
     }
 
-    fn owner(&self, column: usize, row: usize) -> (u64, ChunkCounts) {
-        self.rows[row - self.row][column]
+    fn owner(&self, column: usize, row: usize) -> &Owner {
+        &self.rows[row - self.row][column]
     }
 
-    fn load_after(&self) -> Result<Vec<(u64, ChunkCounts)>, SpoolError> {
-        let Some(&(first, counts)) = self.rows[0].last() else { return Ok(Vec::new()) };
+    fn load_after(&self) -> Result<Vec<Owner>, SpoolError> {
+        let Some(last) = self.rows[0].last() else { return Ok(Vec::new()) };
         if self.row + 1 >= self.grid.rows() {
             return Ok(Vec::new());
         }
-        load(self.spool, self.grid, self.row + 1, first + counts.vertices)
+        load(self.spool, self.grid, self.row + 1, last.first + last.counts.vertices)
     }
 }
 
-fn load(spool: &Spool, grid: TileGrid, row: usize, first: u64) -> Result<Vec<(u64, ChunkCounts)>, SpoolError> {
+/// A row of tiles. Chunks are read only where they share something.
+fn load(spool: &Spool, grid: TileGrid, row: usize, first: u64) -> Result<Vec<Owner>, SpoolError> {
     let start = grid.index(TileId { column: 0, row });
+    let (mut chunk, mut buffer) = (Chunk::default(), Vec::new());
     let mut next = first;
-    let number = |counts: ChunkCounts| {
+    let counts = spool.counts(start..start + grid.columns())?;
+    let owner = |(tile, counts): (usize, ChunkCounts)| {
         let first = next;
         next += counts.vertices;
-        (first, counts)
+        let mut shared = Vec::new();
+        if counts.shared > 0 {
+            spool.read(tile, &mut chunk, &mut buffer)?;
+            shared.extend(chunk.vertices[..counts.shared as usize].iter().map(|v| v.at));
+        }
+        Ok(Owner { first, counts, shared })
     };
-    Ok(spool.counts(start..start + grid.columns())?.into_iter().map(number).collect())
+    (start..).zip(counts).map(owner).collect()
 }

@@ -7,8 +7,8 @@ use std::path::Path;
 use super::ChunkCounts;
 use crate::seam::RimCounts;
 
-/// Bytes of a record on disk: offset, length, vertices, triangles, then the five rim counts.
-const RECORD: usize = 4 * 8 + 5 * 4;
+/// Bytes of a record on disk: offset, length, vertices, triangles, then the five rim counts and the shared vertices.
+const RECORD: usize = 4 * 8 + 6 * 4;
 
 /// What has to be known of every chunk, in an unlinked temporary file of fixed-size records, one per tile.
 ///
@@ -69,7 +69,7 @@ impl Record {
         let words = [self.offset, self.length, self.counts.vertices, self.counts.triangles];
         bytes.as_chunks_mut::<8>().0.iter_mut().zip(words).for_each(|(b, w)| *b = w.to_le_bytes());
         let RimCounts { corners, north, west, east, south } = self.counts.rim;
-        let rim = [corners, north, west, east, south];
+        let rim = [corners, north, west, east, south, self.counts.shared];
         bytes[32..].as_chunks_mut::<4>().0.iter_mut().zip(rim).for_each(|(b, c)| *b = c.to_le_bytes());
         bytes
     }
@@ -78,6 +78,7 @@ impl Record {
         let word = |i: usize| u64::from_le_bytes(bytes.as_chunks().0[i]);
         let count = |i: usize| u32::from_le_bytes(bytes[32..].as_chunks().0[i]);
         let rim = RimCounts { corners: count(0), north: count(1), west: count(2), east: count(3), south: count(4) };
-        Record { offset: word(0), length: word(1), counts: ChunkCounts { rim, vertices: word(2), triangles: word(3) } }
+        let counts = ChunkCounts { rim, shared: count(5), vertices: word(2), triangles: word(3) };
+        Record { offset: word(0), length: word(1), counts }
     }
 }

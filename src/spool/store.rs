@@ -89,7 +89,7 @@ impl Spool {
         }
         let sound = codec::decode(buffer, chunk).is_ok()
             && chunk.tile == tile
-            && u64::from(chunk.rim.total()) <= chunk.vertices.len() as u64;
+            && chunk.before_borrowed() <= chunk.vertices.len();
         if sound {
             let record = Record { offset: 0, length: buffer.len() as u64, counts: chunk.counts() };
             self.index.set(tile, &record).map_err(failed)?;

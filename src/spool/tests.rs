@@ -33,6 +33,7 @@ fn errors() -> impl Strategy<Value = ErrorStats> {
         let worst = (column, row);
         let mut errors = ErrorStats { samples, max, weighted_max, worst, squares, ..ErrorStats::default() };
         errors.histogram[count as usize % BINS] = count;
+        (errors.nodata, errors.stray) = (row, count);
         errors.extended = (count % 2 == 1).then_some(WeightedStats { max: squares, worst: (row, column) });
         errors
     })
@@ -48,16 +49,28 @@ fn chunk() -> impl Strategy<Value = Chunk> {
         let corner = 0..(own + borrowed) as u32;
         let lists = (
             vec(vertex(), own),
-            vec(foreign(), borrowed),
+            (vec(foreign(), borrowed), vec(vertex(), borrowed)),
             vec([corner.clone(), corner.clone(), corner], 0..9),
             vec(attribute(own), 0..3),
         );
         (lists, errors(), any::<[u32; 7]>(), any::<[u32; 2]>()).prop_map(|(lists, errors, counts, wide)| {
-            let (vertices, foreign, triangles, attributes) = lists;
-            let [corners, north, west, east, south, generation, samples_checksum] = counts;
+            let (vertices, (foreign, borrowed), triangles, attributes) = lists;
+            let [corners, north, west, east, south, shared, samples_checksum] = counts;
             let rim = RimCounts { corners, north, west, east, south };
             let (tile, relaxed) = (wide[0] as usize, u64::from(wide[1]));
-            Chunk { tile, rim, vertices, foreign, triangles, attributes, errors, relaxed, samples_checksum, generation }
+            Chunk {
+                tile,
+                rim,
+                shared,
+                vertices,
+                foreign,
+                borrowed,
+                triangles,
+                attributes,
+                errors,
+                relaxed,
+                samples_checksum,
+            }
         })
     })
 }

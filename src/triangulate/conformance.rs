@@ -256,6 +256,14 @@ pub(crate) fn holes<E: Engine>(engine: &E) {
     check_all(engine, &tile, &one);
     // On flat ground nothing but the holes stands against large triangles.
     let flat = Tile::from_heights(14, 12, Heights::F32(vec![0.0; 14 * 12]));
+    // Wherever its loop begins: a triangle around a hole may have its apex there.
+    let mut around = vec![(4, 4), (4, 5), (5, 5), (5, 4)];
+    for _ in 0..4 {
+        around.rotate_left(1);
+        check_all(engine, &flat, &domain(&flat, &[ring((0, 0), 11), around.clone()]));
+        let corners = vec![(0, 0), (11, 0), (11, 11), (0, 11)];
+        check_all(engine, &flat, &domain(&flat, &[corners, around.clone()]));
+    }
     for loops in &holes_that_touch() {
         check_all(engine, &tile, &domain(&tile, loops));
         check_all(engine, &flat, &domain(&flat, loops));

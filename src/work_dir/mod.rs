@@ -8,6 +8,7 @@
 //! |---|---|
 //! | `manifest.json` | the job: program version, parameters, raster; durable before anything else is made |
 //! | `chunks/ROW/COLUMN.chunk` | finished tiles, checksummed, each renamed into place after it was synced |
+//! | `chunks/second/ROW/COLUMN.chunk` | the same of the second pass, where there is one |
 //! | `staged` | where the partial output is, so that a killed run's is found and removed |
 //! | `lock` | locked while a process works here; the system releases it however the process ends |
 //!
@@ -61,6 +62,8 @@ pub struct WorkDir {
 }
 
 const CHUNKS: &str = "chunks";
+/// The folder in that of the chunks with those of the second pass.
+const SECOND: &str = "second";
 
 impl WorkDir {
     /// Opens the work dir of `job`, or makes one: `dir` is missing (its parent is there), or empty, or has been made by
@@ -105,12 +108,14 @@ impl WorkDir {
         &self.dir
     }
 
-    /// The spool that takes over the chunks that are there.
+    /// The spool that takes over the chunks that are there, of a run's first pass over its tiles or of its second.
     ///
     /// # Errors
     /// [`SpoolError::Kept`].
-    pub fn spool(&self, grid: TileGrid) -> Result<Spool, SpoolError> {
-        Spool::kept(&self.dir.join(CHUNKS), grid.columns(), grid.len(), self.manifest.stamp(), !self.same_samples)
+    pub fn spool(&self, grid: TileGrid, is_second: bool) -> Result<Spool, SpoolError> {
+        let chunks = self.dir.join(CHUNKS);
+        let dir = if is_second { chunks.join(SECOND) } else { chunks };
+        Spool::kept(&dir, grid.columns(), grid.len(), self.manifest.stamp(), !self.same_samples)
     }
 
     /// Notes where the output is about to be staged.
@@ -144,7 +149,8 @@ impl WorkDir {
     pub fn chunk_bytes(&self) -> u64 {
         let entries = |dir: &Path| dir.read_dir().into_iter().flatten().flatten();
         let rows = entries(&self.dir.join(CHUNKS));
-        rows.flat_map(|row| entries(&row.path())).map(|chunk| chunk.metadata().map_or(0, |m| m.len())).sum()
+        let second = entries(&self.dir.join(CHUNKS).join(SECOND));
+        rows.chain(second).flat_map(|row| entries(&row.path())).map(size_of_file).sum()
     }
 
     /// The job is done: removes what the work dir keeps, and the folder if it was made for this and holds nothing else.
@@ -189,6 +195,11 @@ impl Drop for WorkDir {
             let _ = self.remove_notes();
         }
     }
+}
+
+/// What a file takes; a folder nothing.
+fn size_of_file(entry: std::fs::DirEntry) -> u64 {
+    entry.metadata().map_or(0, |m| if m.is_file() { m.len() } else { 0 })
 }
 
 /// Makes the folder; false if it is there.

@@ -5,6 +5,7 @@ mod channels;
 mod importance;
 mod info;
 mod insertion;
+mod nodata;
 mod points;
 mod preview_bad_input;
 mod readers;

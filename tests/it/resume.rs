@@ -112,6 +112,11 @@ fn killed_at_any_moment_it_continues_to_the_same_bytes() {
         "chunk-renamed:4",
         "chunk-renamed:7",
         "chunk-renamed:12",
+        // The second pass, over the shifted grid.
+        "tile-begun:13",
+        "chunk-written:14",
+        "chunk-renamed:20",
+        "chunk-renamed:33",
         "vertices:1",
         "vertices:6",
         "vertices:12",

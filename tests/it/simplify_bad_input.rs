@@ -59,18 +59,40 @@ fn bands_that_are_not_there() {
 }
 
 #[test]
-fn nodata_is_refused_where_it_is_met() {
+fn infinity_is_no_height_and_marks_nothing() {
+    let folder = Folder::new();
+    let strange = Dem::new(40, 30).kind(Kind::Float32).heights(|c, _| if c == 20 { f64::INFINITY } else { 5.0 });
+    let strange = strange.write(&folder, "strange.tif");
+    refuses(&folder, &strange, &[&strange, "inf", "column 20, row 0"]);
+}
+
+#[test]
+fn a_raster_without_ground_is_refused() {
+    let folder = Folder::new();
+    let all = Dem::new(40, 30).nodata(-9999.0).heights(|_, _| -9999.0).write(&folder, "all.tif");
+    refuses(&folder, &all, &[&all, "no ground"]);
+    let lines = Dem::new(40, 30).kind(Kind::Float32).heights(|c, _| if c % 2 == 0 { f64::NAN } else { 5.0 });
+    refuses(&folder, &lines.write(&folder, "lines.tif"), &["three heights"]);
+}
+
+#[test]
+fn what_does_not_go_with_missing_samples_yet() {
     let folder = Folder::new();
     let hole = Dem::new(40, 30).nodata(-9999.0).heights(|c, r| if (c, r) == (17, 11) { -9999.0 } else { 5.0 });
-    refuses(&folder, &hole.write(&folder, "hole.tif"), &["nodata"]);
-    refuses(&folder, &hole.compressed().write(&folder, "packed.tif"), &["nodata"]);
-    // Without a tag, NaN and infinity are no heights either.
-    let holes =
-        [|c: usize, _: usize| if c == 20 { f64::NAN } else { 5.0 }, |c, _| if c == 20 { f64::INFINITY } else { 5.0 }];
-    for heights in holes {
-        let strange = Dem::new(40, 30).kind(Kind::Float32).heights(heights).write(&folder, "strange.tif");
-        refuses(&folder, &strange, &[&strange]);
+    let (hole, tin) = (hole.write(&folder, "hole.tif"), folder.at("tin.ply"));
+    terrabite(["simplify", &hole, &tin, "--max-points", "50"]).fails(2, &["--max-points", "without"]);
+    assert_eq!(folder.names(), ["hole.tif"]);
+}
+
+#[test]
+fn nodata_values_that_no_sample_can_have() {
+    let folder = Folder::new();
+    let (dem, tin) = (Dem::new(40, 30).kind(Kind::Byte).write(&folder, "dem.tif"), folder.at("tin.ply"));
+    for wrong in ["-9999", "256", "0.5", "nan", "high"] {
+        let run = terrabite(["simplify", &dem, &tin, "--max-error", "1", "--nodata", wrong]);
+        run.fails(2, &[&dem, "Byte", wrong, "--nodata"]);
     }
+    assert_eq!(folder.names(), ["dem.tif"]);
 }
 
 #[test]
@@ -122,12 +144,12 @@ fn an_existing_output_is_spared() {
 #[test]
 fn a_failed_run_spares_what_it_would_overwrite() {
     let folder = Folder::new();
-    let hole = Dem::new(40, 30).nodata(-9999.0).heights(|c, _| if c == 9 { -9999.0 } else { 5.0 });
-    let hole = hole.write(&folder, "hole.tif");
+    let strange = Dem::new(40, 30).kind(Kind::Float32).heights(|c, _| if c == 9 { f64::INFINITY } else { 5.0 });
+    let strange = strange.write(&folder, "strange.tif");
     let tin = folder.with("tin.ply", "precious");
-    terrabite(["simplify", &hole, &tin, "--max-error", "1", "--overwrite"]).fails(1, &["nodata"]);
+    terrabite(["simplify", &strange, &tin, "--max-error", "1", "--overwrite"]).fails(1, &["inf"]);
     assert_eq!(std::fs::read(&tin).unwrap(), b"precious");
-    assert_eq!(folder.names(), ["hole.tif", "tin.ply"]);
+    assert_eq!(folder.names(), ["strange.tif", "tin.ply"]);
 }
 
 #[test]

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::decode::units;
+use super::load::Missing;
 use super::source::Source;
-use super::{Access, Choice, Field, FieldError, FieldOptions};
+use super::{Access, Choice, Field, FieldError, FieldOptions, Validity};
 use crate::channels::{Channel, ChannelError, PLANAR_UNIT, Range, Ranges};
 use crate::control::{Control, Stage};
 use crate::raster::{Nodata, Raster, RasterError, SampleType, Scaling, Window, channels, with_sample_type};
@@ -79,12 +80,18 @@ fn type_range(band: &Raster) -> Option<Range> {
 fn search(raster: &Raster, band: &Raster, control: &Control<'_>) -> Result<Range, FieldError> {
     let options = FieldOptions { choice: Choice::Windows, ..FieldOptions::default() };
     let field = Field::open(band, &options, control)?.called_after(raster, band);
-    let search_unit = |(values, scratch): &mut (Vec<f64>, Vec<u64>), &unit: &Window| {
+    let of_heights = raster.band() == band.band();
+    let search_unit = |(values, scratch, validity): &mut (Vec<f64>, Vec<u64>, Validity), &unit: &Window| {
         control.cancel.check()?;
-        field.load_values(unit, values, scratch)?;
+        validity.reset(unit, (field.width, field.height));
+        // Heights may be missing; what is missing of a channel may be so where there is a height.
+        let missing = if of_heights { Missing::Marked(validity) } else { Missing::Refused };
+        field.load_values(unit, values, scratch, missing)?;
         control.progress.step(Stage::Ranges, unit.len() as u64);
+        let valid = |i: usize| validity.is_valid((i % unit.width) as i32, (i / unit.width) as i32);
+        let there = values.iter().enumerate().filter(|(i, _)| valid(*i));
         // A zero has no sign here.
-        Ok(values.iter().fold(Range::EMPTY, |r, &v| r.and(Range { min: v + 0.0, max: v + 0.0 })))
+        Ok(there.fold(Range::EMPTY, |r, (_, &v)| r.and(Range { min: v + 0.0, max: v + 0.0 })))
     };
     let units = units(band);
     units.par_iter().map_init(Default::default, search_unit).try_reduce(|| Range::EMPTY, |a, b| Ok(a.and(b)))
@@ -154,9 +161,10 @@ impl Field {
         window: Window,
         values: &mut Vec<f64>,
         scratch: &mut Vec<u64>,
+        missing: Missing<'_>,
     ) -> Result<(), FieldError> {
         values.resize(window.len(), 0.0);
-        with_sample_type!(self.sample_type, T => self.copy::<T, f64>(window, scratch, values))
+        with_sample_type!(self.sample_type, T => self.copy::<T, f64>(window, scratch, values, missing))
     }
 
     /// Height 0 everywhere.
@@ -170,6 +178,7 @@ impl Field {
             nodata: Nodata::None,
             geo_transform: raster.geo_transform(),
             source: Source::Level,
+            mask: None,
             access,
             channels: None,
             importance: None,

@@ -14,7 +14,7 @@ pub(super) struct Front {
     nodes: Vec<Node>,
     pub(super) grid: EdgeGrid,
     pub(super) far_corner: Point,
-    /// A place on every hole's rim. A triangle around a whole hole crosses nothing: only this gives it away.
+    /// A place on every hole's rim, by y, then by x. A triangle around a whole hole crosses nothing: only this gives it away.
     pub(super) holes: Vec<Point>,
     mesh: TileMesh,
     alive: usize,
@@ -74,6 +74,7 @@ impl Front {
         self.far_corner = far_corner;
         self.holes.clear();
         self.holes.extend(domain.holes());
+        self.holes.sort_unstable_by_key(|h| (h.y, h.x));
         self.fresh.corners.clear();
         self.fresh.edges.clear();
         for corners in &domain.loops {

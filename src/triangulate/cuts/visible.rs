@@ -41,8 +41,12 @@ impl Front {
         inside && !self.surrounds_hole([pp, ip, qp])
     }
 
+    /// Only holes in the rows of the triangle are asked about.
     fn surrounds_hole(&self, [a, b, c]: [Point; 3]) -> bool {
-        self.holes.iter().any(|&h| orient(a, b, h) > 0 && orient(b, c, h) > 0 && orient(c, a, h) > 0)
+        let (top, bottom) = (a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y));
+        let below = &self.holes[self.holes.partition_point(|h| h.y <= top)..];
+        let inside = |h: Point| orient(a, b, h) > 0 && orient(b, c, h) > 0 && orient(c, a, h) > 0;
+        below.iter().take_while(|h| h.y < bottom).any(|&h| inside(h))
     }
 
     /// What a bite from the edge a–b to a place would meet, or `None` if the triangle is not inside the ground. An apex
@@ -69,7 +73,10 @@ impl Front {
             occupied = true;
             if self.wedge_contains(node, ap) && self.wedge_contains(node, bp) {
                 let beside = self.next(node) == a || self.prev(node) == b;
-                return (!beside).then_some(Apex::Node(node));
+                // Both ends may lie in the wedge, and a hole that begins at this very node between them.
+                let between = |p: Point| orient(v.at, ap, p) > 0 && orient(bp, v.at, p) > 0;
+                let reaches_in = between(self.at(self.next(node))) || between(self.at(self.prev(node)));
+                return (!beside && !reaches_in).then_some(Apex::Node(node));
             }
         }
         (!occupied).then_some(Apex::New(v))

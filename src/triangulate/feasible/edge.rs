@@ -122,6 +122,10 @@ fn crossings(tile: &Tile, p: Vertex, q: Vertex, mut visit: impl FnMut(Crossing) 
                 continue;
             }
             let between = [whole, whole + 1].map(|i| family.sample(line, i as i32));
+            // A half cell has no diagonal that its missing sample ends.
+            if !tile.validity.is_whole() && between.iter().any(|&(c, r)| !tile.validity.is_valid(c as i32, r as i32)) {
+                continue;
+            }
             let [before, after] = between.map(|(column, row)| tile.at(column, row));
             let steps = i64::from(STEPS);
             let crossing = Crossing {

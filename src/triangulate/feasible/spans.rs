@@ -68,6 +68,13 @@ impl Spans {
         ((left + (1.0 - NUDGE)) as i32, (right + NUDGE) as i32)
     }
 
+    /// The same for a triangle that may reach beyond columns 0 to `width` − 1: of these columns only.
+    pub(crate) fn columns_within(&self, row: i32, width: usize) -> (i32, i32) {
+        let (left, right) = self.crossings(row);
+        let (first, last) = ((left - NUDGE).ceil(), (right + NUDGE).floor());
+        (first.max(0.0) as i32, last.min(width as f64 - 1.0) as i32)
+    }
+
     /// The same for the half-open triangle, so that every sample of a triangulated region belongs to one triangle: its
     /// left and upper sides are its own, its right and lower sides are not. Beyond the last column `right_rim` and below
     /// the last row `lower_rim` there is no triangle to own them, so there they are its own, too.

@@ -65,8 +65,8 @@ pub(super) fn candidate(
 }
 
 /// The squared Frobenius norm of the Hessian, the sum of the squares of the principal curvatures, by central differences
-/// on the field smoothed with a Gaussian (3.2). Beyond the tile the field goes on as it is at the rim, so a tile's
-/// measure is a function of its own samples.
+/// on the field smoothed with a Gaussian (3.2). Beyond the tile the field goes on as it is at the rim, and where samples are
+/// missing as it is beside them, so a tile's measure is a function of its own samples.
 struct Curvature {
     width: usize,
     of: Vec<f64>,
@@ -172,9 +172,24 @@ fn exp_of_minus(x: f64) -> f64 {
 
 fn smooth(tile: &Tile, weights: &[f64]) -> Vec<f64> {
     let (width, height) = (tile.width(), tile.height());
+    let heights = filled(tile);
     let across: Vec<f64> =
-        (0..width * height).map(|i| weighted(weights, i % width, width, |c| tile.at(c, i / width))).collect();
+        (0..width * height).map(|i| weighted(weights, i % width, width, |c| heights[i - i % width + c])).collect();
     (0..width * height).map(|i| weighted(weights, i / width, height, |r| across[r * width + i % width])).collect()
+}
+
+/// The heights; for a missing one that of the sample before it in the row, at the row's beginning of the first behind it.
+fn filled(tile: &Tile) -> Vec<f64> {
+    let mut heights = Vec::with_capacity(tile.width() * tile.height());
+    for row in 0..tile.height() {
+        let valid = |column: &usize| tile.validity().is_valid(*column as i32, row as i32);
+        let mut last = (0..tile.width()).find(valid).map_or(0.0, |column| tile.at(column, row));
+        heights.extend((0..tile.width()).map(|column| {
+            last = if valid(&column) { tile.at(column, row) } else { last };
+            last
+        }));
+    }
+    heights
 }
 
 fn weighted(weights: &[f64], middle: usize, count: usize, value: impl Fn(usize) -> f64) -> f64 {

@@ -1,0 +1,108 @@
+use std::ops::RangeInclusive;
+
+use crate::field::Tile;
+use crate::triangulate::feasible::Spans;
+
+/// Which samples of a tile are still to be measured, where some are missing. A triangle's half-open share of samples does
+/// not do there: what lies on the right and lower rims of the ground would belong to nobody.
+///
+/// Memory: one byte per sample.
+pub(super) struct Ground {
+    width: usize,
+    samples: Vec<Sample>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sample {
+    /// Not a height.
+    Missing,
+    /// A neighbour's, or nobody's.
+    Foreign,
+    /// Owned and on the ground.
+    Due,
+    /// Measured.
+    Seen,
+}
+
+impl Ground {
+    pub(super) fn new(tile: &Tile) -> Ground {
+        let place = |i: usize| (i % tile.width, i / tile.width);
+        let sample = |i: usize| match place(i) {
+            (column, row) if !tile.validity.is_valid(column as i32, row as i32) => Sample::Missing,
+            (column, row) if owns(tile, column, row) => Sample::Due,
+            _ => Sample::Foreign,
+        };
+        Ground { width: tile.width, samples: (0..tile.width * tile.height).map(sample).collect() }
+    }
+
+    /// Visits the runs of samples of a closed triangle that are due: their places in the tile, column and row of the first.
+    ///
+    /// # Panics
+    /// If a sample is missing.
+    pub(super) fn for_each_run(&mut self, spans: &Spans, mut visit: impl FnMut(RangeInclusive<usize>, (usize, usize))) {
+        let height = self.samples.len() / self.width;
+        for row in spans.rows() {
+            // Triangles may reach beyond the tile.
+            if row < 0 || row as usize >= height {
+                continue;
+            }
+            let (first, last) = spans.columns_within(row, self.width);
+            let base = row as usize * self.width;
+            let mut begun = None;
+            for column in first..=last {
+                let (column, row) = (column as usize, row as usize);
+                let sample = &mut self.samples[base + column];
+                assert!(
+                    *sample != Sample::Missing,
+                    "a triangle touches the missing sample {column}, {row} of the tile"
+                );
+                let is_due = *sample == Sample::Due;
+                if is_due {
+                    *sample = Sample::Seen;
+                    begun = begun.or(Some(column));
+                } else if let Some(start) = begun.take() {
+                    visit(base + start..=base + column - 1, (start, row));
+                }
+            }
+            if let Some(start) = begun {
+                visit(base + start..=base + last as usize, (start, row as usize));
+            }
+        }
+    }
+
+    /// How many samples are missing, and how many that are there have no ground, of the first `owned` columns and rows.
+    ///
+    /// # Panics
+    /// If a sample is still due.
+    pub(super) fn finish(&self, tile: &Tile, owned: (usize, usize)) -> (u64, u64) {
+        let due = self.samples.iter().position(|s| *s == Sample::Due);
+        assert!(
+            due.is_none(),
+            "no triangle covers sample {:?} of the tile",
+            due.map(|i| (i % self.width, i / self.width))
+        );
+        let (mut missing, mut stray) = (0, 0);
+        for (i, sample) in self.samples.iter().enumerate() {
+            let (column, row) = (i % self.width, i / self.width);
+            if column < owned.0 && row < owned.1 {
+                let is_stray = *sample == Sample::Foreign && !tile.validity.is_ground(column as i32, row as i32);
+                missing += u64::from(*sample == Sample::Missing);
+                stray += u64::from(is_stray);
+            }
+        }
+        (missing, stray)
+    }
+}
+
+/// Whether a sample on the ground is the tile's to measure. Of the tiles around it that have ground at it, it belongs to
+/// that to the lower right, else to the lower left, the upper right or the upper left: on whole ground, rims of the raster
+/// among it, that is the one that owns it anyway.
+fn owns(tile: &Tile, column: usize, row: usize) -> bool {
+    let (right, bottom) = (tile.width - 1, tile.height - 1);
+    // Which quadrants of the sample lie in the tile.
+    let ours =
+        [(column < right, row < bottom), (column > 0, row < bottom), (column > 0, row > 0), (column < right, row > 0)];
+    let mut quadrants = [0, 1, 3, 2].into_iter();
+    let first = quadrants.find(|&quadrant| tile.validity.touches(column as i32, row as i32, quadrant));
+    first.is_some_and(|quadrant| ours[quadrant] == (true, true))
+}

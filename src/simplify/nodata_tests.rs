@@ -1,0 +1,298 @@
+//! Rasters with missing samples: what is written is held against the ground by brute force.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use proptest::prelude::*;
+
+use super::tests::{Told, engines, qualities, told};
+use super::*;
+use crate::channels::{Channel, ChannelError, Number, Range, Ranges};
+use crate::control::Control;
+use crate::exact;
+use crate::field::{Field, FieldError, Heights};
+use crate::lattice::{Point, orient};
+use crate::raster::PointSet;
+use crate::triangulate::cuts::Cuts;
+
+type Place = (i32, i32);
+
+/// Heights, NaN where there is none.
+struct Scene {
+    width: usize,
+    height: usize,
+    heights: Vec<f64>,
+    /// Weights of errors and the values of a channel: neither where the height is missing, or no weights or channel at all.
+    weights: Vec<f64>,
+    channel: Vec<f64>,
+}
+
+impl Scene {
+    fn at(&self, (column, row): Place) -> Option<f64> {
+        let inside = column >= 0 && row >= 0 && column < self.width as i32 && row < self.height as i32;
+        inside.then(|| self.heights[row as usize * self.width + column as usize]).filter(|z| !z.is_nan())
+    }
+
+    fn places(&self) -> impl Iterator<Item = Place> {
+        let (width, height) = (self.width as i32, self.height as i32);
+        (0..height).flat_map(move |row| (0..width).map(move |column| (column, row)))
+    }
+
+    /// Corners of the ground of every cell, around.
+    fn cells(&self) -> Vec<Vec<Place>> {
+        let corners = |(c, r): Place| [(c, r), (c + 1, r), (c + 1, r + 1), (c, r + 1)];
+        let valid = |p: Place| corners(p).into_iter().filter(|&q| self.at(q).is_some()).collect::<Vec<_>>();
+        self.places().map(valid).filter(|cell| cell.len() >= 3).collect()
+    }
+
+    /// The edges of the ground, with the ground to their left.
+    fn boundary(&self) -> BTreeSet<(Place, Place)> {
+        let cells = self.cells();
+        let edges = cells.iter().flat_map(|c| (0..c.len()).map(|i| (c[i], c[(i + 1) % c.len()])));
+        let all: BTreeSet<(Place, Place)> = edges.collect();
+        all.iter().copied().filter(|&(p, q)| !all.contains(&(q, p))).collect()
+    }
+
+    fn field(&self) -> Field {
+        let of = |values: &[f64]| {
+            Field::from_heights(self.width, self.height, Heights::F64(values.to_vec())).expect("a field")
+        };
+        let field = of(&self.heights);
+        if !self.weights.is_empty() {
+            return field.with_importance(of(&self.weights)).expect("weights");
+        }
+        if self.channel.is_empty() {
+            return field;
+        }
+        let range = Range { min: 0.0, max: 10.0 };
+        let error = ChannelError::new(0.5, &Ranges { heights: range, channels: vec![range], unit: 10.0 });
+        let channel = Channel { name: "red".to_string(), number: Number::F64 };
+        field.with_channels(vec![(of(&self.channel), channel)], error)
+    }
+
+    fn limit(&self, (column, row): Place, tolerance: f64) -> f64 {
+        let weight = self.weights.get(row as usize * self.width + column as usize);
+        weight.map_or(tolerance, |&weight| exact::limit(weight, tolerance))
+    }
+
+    fn mesh(&self, params: &Params, threads: usize) -> Result<Mesh, Error> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let field = self.field();
+        pool.install(|| triangulate(&field, params, &Control::default()))
+    }
+
+    /// Everything the mesh must be.
+    fn check(&self, params: &Params) {
+        let cells = self.cells();
+        let made = self.mesh(params, 1);
+        if cells.is_empty() {
+            assert!(matches!(made, Err(Error::NoGround { .. })), "{made:?}");
+            return;
+        }
+        let made = made.expect("a mesh");
+        let told = told(&made);
+        assert!(told == super::tests::told(&self.mesh(params, 2).expect("a mesh")), "another mesh by two threads");
+        let ground: BTreeSet<Place> = cells.iter().flatten().copied().collect();
+        self.check_counts(&made, ground.len() as u64);
+        self.check_mesh(&told, &cells, &ground, params);
+    }
+
+    fn check_counts(&self, mesh: &Mesh, ground: u64) {
+        let mut errors = crate::measure::ErrorStats::default();
+        mesh.chunks().for_each(|c| errors.add(&c.expect("a chunk").errors));
+        let missing = self.places().filter(|&p| self.at(p).is_none()).count() as u64;
+        assert_eq!((errors.samples, errors.nodata), (ground, missing));
+        assert_eq!(errors.all_samples(), (self.width * self.height) as u64);
+    }
+
+    fn check_mesh(&self, told: &Told, cells: &[Vec<Place>], ground: &BTreeSet<Place>, params: &Params) {
+        let at = |v: u64| {
+            let [x, y, _] = told.vertices[v as usize];
+            let steps = |d: f64| (d * 4.0) as i32;
+            Point { x: steps(x - 0.5), y: steps(-y - 0.5) }
+        };
+        let mut covered = BTreeSet::new();
+        let mut edges: BTreeSet<(u64, u64)> = BTreeSet::new();
+        let mut area = 0;
+        // Rows run down, so the map's sense of turning is not the lattice's.
+        for [a, c, b] in told.triangles.iter().copied() {
+            let [pa, pb, pc] = [a, b, c].map(at);
+            let o = orient(pa, pb, pc);
+            assert!(o > 0, "orientation {o}");
+            area += o;
+            for edge in [(a, b), (b, c), (c, a)] {
+                assert!(edges.insert(edge), "edge {edge:?} twice");
+            }
+            for (column, row) in self.places() {
+                let p = Point::of_sample(column, row);
+                let w = [orient(pb, pc, p), orient(pc, pa, p), orient(pa, pb, p)];
+                if w.iter().any(|&w| w < 0) {
+                    continue;
+                }
+                let Some(height) = self.at((column, row)) else { panic!("sample {column}, {row} is covered") };
+                let z = [a, b, c].map(|v| told.vertices[v as usize][2]);
+                let terms = [(w[0], z[0]), (w[1], z[1]), (w[2], z[2]), (-o, height)];
+                let limit = self.limit((column, row), params.max_error);
+                assert!(exact::within(&terms, o, limit), "sample {column}, {row}");
+                covered.insert((column, row));
+            }
+        }
+        assert_eq!(area, cells.iter().map(|c| if c.len() == 4 { 32 } else { 16 }).sum::<i64>(), "area");
+        assert!(covered == *ground, "{covered:?} instead of {ground:?}");
+        // Edges without another side are the boundary, all of it.
+        let mut boundary = self.boundary();
+        for &(a, b) in edges.iter().filter(|&&(a, b)| !edges.contains(&(b, a))) {
+            let ([p, q], sample) = ([a, b].map(at), |p: Point| (p.x / 4, p.y / 4));
+            let (dx, dy) = ((q.x - p.x) / 4, (q.y - p.y) / 4);
+            let steps = dx.abs().max(dy.abs());
+            assert!(dx % steps == 0 && dy % steps == 0, "edge {p:?} {q:?} runs across cells");
+            for i in 0..steps {
+                let on = |i: i32| (sample(p).0 + dx / steps * i, sample(p).1 + dy / steps * i);
+                assert!(boundary.remove(&(on(i), on(i + 1))), "edge {p:?} {q:?} is inside");
+            }
+        }
+        assert!(boundary.is_empty(), "no edge along {boundary:?}");
+        let used: BTreeSet<u64> = told.triangles.iter().flatten().copied().collect();
+        assert_eq!(used.len(), told.vertices.len(), "vertices in use");
+        let places: BTreeMap<Point, u64> = used.iter().map(|&v| (at(v), v)).collect();
+        assert_eq!(places.len(), used.len(), "two vertices at one place");
+        for (column, row) in params.points.iter().flat_map(|points| points.iter()) {
+            assert!(places.contains_key(&Point::of_sample(column as i32, row as i32)), "point {column}, {row}");
+        }
+        if params.heights == VertexHeights::Sampled {
+            for (p, &v) in &places {
+                assert_eq!(self.at((p.x / 4, p.y / 4)), Some(told.vertices[v as usize][2]));
+            }
+        }
+    }
+}
+
+/// Heights of four kinds, with holes of five.
+fn scene(width: usize, height: usize, seed: u64, kind: u8, holes: u8) -> Scene {
+    let noise = |i: usize, salt: u64| {
+        let v = (i as u64 + 1 + salt * 7919).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        (v ^ v >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40
+    };
+    let terrain = super::tests::terrain(seed % 8, width, height);
+    let heights = (0..width * height).map(|i| {
+        let (c, r) = ((i % width) as f64, (i / width) as f64);
+        let missing = match holes {
+            0 => noise(i, 1) % 16 == 0,
+            1 => noise(i, 1) % 3 == 0,
+            2 => noise(i, 1) % 4 != 0,
+            // A coast.
+            3 => c * 1.3 + (r * 0.9 + (seed % 7) as f64).sin() * 3.0 < 5.0,
+            // Blocks.
+            _ => noise((c / 3.0) as usize + 97 * (r / 2.0) as usize, 2) % 3 == 0,
+        };
+        match (missing, kind) {
+            (true, _) => f64::NAN,
+            (_, 0) => (noise(i, 3) % 9) as f64,
+            (_, 1) => terrain[i],
+            (_, 2) => c * 0.5 - r + (noise(i, 3) % 2) as f64 * 0.1,
+            _ => 7.0,
+        }
+    });
+    Scene { width, height, heights: heights.collect(), weights: Vec::new(), channel: Vec::new() }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn the_mesh_is_the_ground_and_nothing_else(
+        (width, height) in (2usize..=12, 2usize..=12), seed in any::<u64>(), kind in 0u8..4, holes in 0u8..5,
+        tile in prop_oneof![Just(0usize), 2usize..=5], strong in any::<bool>(),
+        max_error in prop_oneof![Just(0.0), Just(1.0), Just(2.5), 0.0f64..6.0, Just(1e6)],
+        engine in prop::sample::select(engines()),
+        (quality, heights) in prop::sample::select(qualities()),
+    ) {
+        let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
+        let params = Params { feasibility, tile, engine, quality, heights, ..Params::new(max_error) };
+        scene(width, height, seed, kind, holes).check(&params);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn with_weights_and_points(
+        (width, height) in (3usize..=12, 3usize..=12), seed in any::<u64>(), kind in 0u8..4, holes in 0u8..5,
+        tile in prop_oneof![Just(0usize), 2usize..=5], max_error in prop_oneof![Just(1.0), 0.0f64..6.0],
+        weighted in any::<bool>(), points in prop::collection::vec(0usize..144, 0..12),
+        (quality, heights) in prop::sample::select(qualities()),
+    ) {
+        let mut scene = scene(width, height, seed, kind, holes);
+        if weighted {
+            let weight = |(i, z): (usize, &f64)| if z.is_nan() { f64::NAN } else { [0.0, 0.5, 1.0, 3.0][i * 7 % 4] };
+            scene.weights = scene.heights.iter().enumerate().map(weight).collect();
+        }
+        let ground: BTreeSet<Place> = scene.cells().into_iter().flatten().collect();
+        let places = points.into_iter().map(|i| (i % width, i / width));
+        let points = PointSet::new(places.filter(|&(c, r)| ground.contains(&(c as i32, r as i32))));
+        let params = Params { tile, quality, heights, points: Some(Arc::new(points)), ..Params::new(max_error) };
+        scene.check(&params);
+    }
+
+    #[test]
+    fn with_a_channel(
+        (width, height) in (3usize..=12, 3usize..=12), seed in any::<u64>(), kind in 0u8..4, holes in 0u8..5,
+        tile in prop_oneof![Just(0usize), 2usize..=5], max_error in prop_oneof![Just(1.0), 0.0f64..6.0],
+    ) {
+        let mut scene = scene(width, height, seed, kind, holes);
+        let red = |(i, z): (usize, &f64)| if z.is_nan() { f64::NAN } else { (i * 31 % 10) as f64 };
+        scene.channel = scene.heights.iter().enumerate().map(red).collect();
+        scene.check(&Params { tile, quality: Quality::None, ..Params::new(max_error) });
+    }
+}
+
+#[test]
+fn what_cannot_be_without_heights_says_so() {
+    let scene = scene(12, 12, 5, 0, 1);
+    let missing = scene.places().find(|&p| scene.at(p).is_none()).expect("a hole");
+    let points = PointSet::new([(missing.0 as usize, missing.1 as usize)]);
+    let pointed = Params { points: Some(Arc::new(points)), ..Params::new(1.0) };
+    let off = scene.mesh(&pointed, 1);
+    assert!(
+        matches!(off, Err(Error::PointOffGround { column, row }) if (column as i32, row as i32) == missing),
+        "{off:?}"
+    );
+    let goal = Goal { max_points: Some(50), ..Goal::default() };
+    let ended = scene.mesh(&Params { goal, quality: Quality::None, ..Params::new(1.0) }, 1);
+    assert!(matches!(ended, Err(Error::GoalWithNodata { .. })), "{ended:?}");
+    // A weight is missing where there is a height.
+    let there = scene.heights.iter().position(|z| !z.is_nan()).expect("a height");
+    let weights = (0..144).map(|i| if i == there { f64::NAN } else { 1.0 }).collect();
+    let unweighted = Scene { weights, ..scene }.mesh(&Params::new(1.0), 1);
+    assert!(matches!(unweighted, Err(Error::Field(FieldError::NotAWeight { .. }))), "{unweighted:?}");
+}
+
+#[test]
+fn larger_grounds_with_many_holes() {
+    for holes in 0..5 {
+        for engine in [EngineChoice::default(), EngineChoice::GreedyCuts(Cuts::Improved)] {
+            for (quality, heights) in
+                [(Quality::None, VertexHeights::Sampled), (Quality::Balanced, VertexHeights::Fitted)]
+            {
+                let params = Params { engine, quality, heights, tile: 24, ..Params::new(3.0) };
+                scene(70, 60, 5, 1, holes).check(&params);
+            }
+        }
+    }
+}
+
+/// Every pattern of 3 × 3 samples, cut into tiles of one cell and in one piece.
+#[test]
+fn every_small_ground() {
+    for pattern in 0u32..512 {
+        let height = |i: usize| if pattern >> i & 1 == 1 { (i * i % 5) as f64 } else { f64::NAN };
+        let heights = (0..9).map(height).collect();
+        let scene = Scene { width: 3, height: 3, heights, weights: Vec::new(), channel: Vec::new() };
+        for (tile, cuts) in [(0, false), (1, false), (1, true)] {
+            let engine = if cuts { EngineChoice::GreedyCuts(Cuts::Plain) } else { EngineChoice::default() };
+            let params = Params { tile, engine, quality: Quality::None, ..Params::new(1.0) };
+            scene.check(&params);
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! The second pass of polishing: over the tiles of a grid shifted by half a tile, so that what was a seam lies inside.
+//!
+//! Tiles are polished with their rims locked, because their neighbours have the same vertices there. When all are done,
+//! the same triangles are divided anew, along lines through the middle of tiles ([`TileGrid::shifted`]), and polished
+//! again, seams and all. Where the new lines are, triangles lie on both sides of them, and stay: they have been polished
+//! before, all but the few where a line crosses a seam. So every tile of the shifted grid is a job of its own, no two
+//! change the same vertex, their order does not matter, and each takes the memory of one tile. `lines` says which
+//! triangle lies where, `region` puts one job together from the chunks of four tiles and makes a chunk of it; what it
+//! needs of others it names by their place ([`Foreign::At`](crate::seam::Foreign::At)).
+//!
+//! - Architecture invariant: a job reads the chunks of the first pass and samples, and nothing else.
+
+mod lines;
+mod region;
+
+#[cfg(test)]
+mod tests;
+
+pub(super) use lines::Lines;
+
+use rayon::prelude::*;
+
+use self::region::Region;
+use super::pool::Pool;
+use super::tiles::{Clocks, Job, check_samples, tolerance};
+use super::{Error, engine};
+use crate::control::Stage;
+use crate::faults::{self, Point};
+use crate::field::Tile;
+use crate::measure::{Bound, measure, shape};
+use crate::mesh::Domain;
+use crate::polish;
+use crate::spool::{Chunk, Spool};
+use crate::tiling::{TileGrid, TileId};
+use crate::triangulate::Task;
+
+/// Polishes what the first pass has left in `tiles` once more, by the tiles of the shifted grid, into `spool`.
+///
+/// Memory: a [`Region`], a tile and what polishing needs, per busy thread.
+///
+/// # Errors
+/// [`Error`].
+pub(super) fn polish_shifted(
+    job: &Job<'_>,
+    shifted: TileGrid,
+    tiles: &Spool,
+    spool: &Spool,
+    clocks: &Clocks,
+) -> Result<(), Error> {
+    let Job { field, control, .. } = *job;
+    let workspaces = Pool::default();
+    control.progress.begin(Stage::Seams, shifted.len() as u64, field.width() as u64 * field.height() as u64);
+    (0..shifted.len()).into_par_iter().try_for_each(|index| {
+        control.cancel.check()?;
+        faults::reach(Point::TileBegun);
+        let run = Run { job, shifted, tiles, spool, clocks };
+        let (samples, was_there) = workspaces.with(|w: &mut Workspace| w.provide(&run, index))?;
+        if was_there {
+            control.progress.found(Stage::Seams, samples);
+        } else {
+            control.progress.step(Stage::Seams, samples);
+        }
+        Ok::<(), Error>(())
+    })?;
+    control.progress.end(Stage::Seams);
+    Ok(())
+}
+
+struct Run<'a> {
+    job: &'a Job<'a>,
+    shifted: TileGrid,
+    tiles: &'a Spool,
+    spool: &'a Spool,
+    clocks: &'a Clocks,
+}
+
+/// What one thread needs for a tile of the shifted grid; reused from one to the next.
+#[derive(Default)]
+struct Workspace {
+    tile: Tile,
+    points: Vec<(usize, usize)>,
+    region: Region,
+    polish: polish::Scratch,
+    chunk: Chunk,
+    encoded: Vec<u8>,
+}
+
+impl Workspace {
+    /// Sees to it that the spool has a tile's chunk. Returns how many samples the tile owns, and whether the chunk was
+    /// there already.
+    fn provide(&mut self, run: &Run<'_>, index: usize) -> Result<(u64, bool), Error> {
+        let window = run.shifted.window(run.shifted.tile(index));
+        if run.spool.find(index, &mut self.chunk, &mut self.encoded)? {
+            if run.spool.check_samples() {
+                check_samples(run.job.field, window, &self.chunk, &mut self.tile)?;
+            }
+            return Ok((self.chunk.errors.samples, true));
+        }
+        self.work(run, index)?;
+        Ok((self.chunk.errors.samples, false))
+    }
+
+    fn work(&mut self, run: &Run<'_>, index: usize) -> Result<(), Error> {
+        let Run { job, shifted, clocks, .. } = *run;
+        let id = shifted.tile(index);
+        let window = shifted.window(id);
+        clocks.load.time(|| job.field.load(window, &mut self.tile))?;
+        self.points.clear();
+        if let Some(points) = &job.params.points {
+            points.within(window, &mut self.points);
+        }
+        let stays = clocks.spool.time(|| self.gather(run, id))?;
+        let tolerance = tolerance(job.params);
+        clocks.polish.time(|| {
+            let (feasibility, cancel) = (job.params.feasibility, &job.control.cancel);
+            let task = Task { tile: &self.tile, domain: &Domain::default(), tolerance, feasibility, cancel };
+            let options = engine::polishing(job.params);
+            let Region { mesh, locked, seams, .. } = &mut self.region;
+            options.map_or(Ok(()), |options| {
+                polish::polish_around(&task, &options, *locked, seams, &mut self.polish, mesh)
+            })
+        })?;
+        let last = (shifted.is_last_column(id), shifted.is_last_row(id));
+        let origin = (window.column as u64, window.row as u64);
+        let errors = clocks.measure.time(|| {
+            let bound = Bound::Within(tolerance);
+            let mut errors = self.region.with_passing(|mesh| measure(&self.tile, mesh, bound, origin, last));
+            let mut seen = shape(&self.tile, &self.region.mesh, tolerance, |_| true);
+            stays.shape.iter().for_each(|s| seen.add(s));
+            errors.shape = Some(Box::new(seen));
+            errors
+        });
+        clocks.spool.time(|| {
+            self.region.fill(index, &mut self.chunk);
+            self.chunk.relaxed += stays.relaxed;
+            self.chunk.errors = errors;
+            self.chunk.samples_checksum = self.tile.checksum();
+            run.spool.append(&self.chunk, &mut self.encoded)
+        })?;
+        Ok(())
+    }
+
+    /// Puts the region together. Returns what is known of the straddling triangles of the tile of the same column and row,
+    /// if there is one: over all jobs, those of every tile.
+    fn gather(&mut self, run: &Run<'_>, id: TileId) -> Result<Stays, Error> {
+        let (grid, shifted) = (run.job.grid, run.shifted);
+        let mut stays = Stays::default();
+        self.region.begin(id, shifted.window(id));
+        // Where there are as many tiles one way, the grid is not shifted that way.
+        let before = |is_shifted: bool, at: usize| if is_shifted { at.saturating_sub(1) } else { at };
+        let rows = before(shifted.rows() > grid.rows(), id.row)..=id.row.min(grid.rows() - 1);
+        let columns = before(shifted.columns() > grid.columns(), id.column)..=id.column.min(grid.columns() - 1);
+        for row in rows {
+            for column in columns.clone() {
+                let tile = TileId { column, row };
+                run.tiles.read(grid.index(tile), &mut self.chunk, &mut self.encoded)?;
+                self.region.add(grid, shifted, &self.chunk);
+                if tile == id {
+                    stays.relaxed = self.chunk.relaxed;
+                    stays.shape = self.chunk.errors.shape.take();
+                }
+            }
+        }
+        self.region.end(&self.points);
+        Ok(stays)
+    }
+}
+
+/// What the first pass has found out about a tile's triangles that nobody changes any more.
+#[derive(Default)]
+struct Stays {
+    relaxed: u64,
+    shape: Option<Box<crate::measure::ShapeStats>>,
+}
