@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 
 use super::values;
-use crate::polish::{Caps, Effort, Schedule, Tuning};
+use crate::polish::{Caps, Schedule, Tuning};
 use crate::simplify::{Quality, VertexHeights};
 
 #[derive(Debug, Clone, clap::Args)]
@@ -88,7 +88,7 @@ impl PolishArgs {
 
     /// The schedule, if it is not as usual.
     fn schedule(&self, quality: Quality, heights: VertexHeights) -> Option<Schedule> {
-        let usual = Schedule::preset(quality.effort().unwrap_or(Effort::default()), heights);
+        let usual = Schedule::preset(quality.effort().unwrap_or_default(), heights);
         let schedule = Schedule {
             sweeps: self.polish_sweeps.unwrap_or(usual.sweeps),
             moves: self.polish_moves.unwrap_or(usual.moves),
