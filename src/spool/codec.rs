@@ -7,7 +7,7 @@ use crate::mesh::Vertex;
 use crate::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 
 /// What is wrong with some bytes: (expected, found).
 pub(super) type Damage = (String, String);

@@ -94,10 +94,10 @@ impl Workspace {
             if run.spool.check_samples() {
                 check_samples(run.job.field, window, &self.chunk, &mut self.tile)?;
             }
-            return Ok((self.chunk.errors.samples, true));
+            return Ok((self.chunk.errors.all_samples(), true));
         }
         self.work(run, index)?;
-        Ok((self.chunk.errors.samples, false))
+        Ok((self.chunk.errors.all_samples(), false))
     }
 
     fn work(&mut self, run: &Run<'_>, index: usize) -> Result<(), Error> {
