@@ -69,7 +69,6 @@ fn masks_tags_and_nan_mark_the_same_samples_whichever_way_they_are_read() {
     band.write((0, 0), size, &mut Buffer::new(size, heights)).expect("written");
     band.create_mask_band(true).expect("a mask");
     band.open_mask_band().expect("a mask").write((0, 0), size, &mut Buffer::new(size, mask)).expect("written");
-    drop(band);
     dataset.close().expect("closed");
     let raster = Raster::open(&path, 1).expect("opens").with_nodata("-9999").expect("a value");
     assert!(raster.has_mask().expect("told"));

@@ -88,7 +88,8 @@ fn named(runs: &mut Runs<'_>, forced: &Forced, (last_column, last_row): (bool, b
         }
     }
     type Place<'a> = &'a dyn Fn(usize) -> (usize, usize);
-    let sides: [(Side, usize, &[usize], Place<'_>, Option<fn(u32) -> Foreign>); 4] = [
+    type Name = Option<fn(u32) -> Foreign>;
+    let sides: [(Side, usize, &[usize], Place<'_>, Name); 4] = [
         (Side::North, tile.width(), &forced.north, &|i| (i, 0), None),
         (Side::West, tile.height(), &forced.west, &|i| (0, i), None),
         (Side::East, tile.height(), &forced.east, &|i| (right, i), (!last_column).then_some(Foreign::East)),
