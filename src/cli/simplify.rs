@@ -383,7 +383,8 @@ impl Job<'_> {
         let extended = self.extended()?;
         let mut named = self.params.named();
         named.extend(self.args.nodata.as_ref().map(|_| ("nodata", format!("{:?}", self.raster.nodata()))));
-        named.extend(self.raster.cutline().map(|c| ("cutline", format!("polygons with checksum {:08x}", c.checksum()))));
+        named
+            .extend(self.raster.cutline().map(|c| ("cutline", format!("polygons with checksum {:08x}", c.checksum()))));
         named.extend(extended.iter().flat_map(Extended::named));
         let open = |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &watches, named.clone());
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
@@ -394,9 +395,7 @@ impl Job<'_> {
                 kept.finish();
                 Ok(report)
             }
-            (Err(error), Some(kept)) => {
-                Err(self.explain(matches!(error, Error::NoGround { .. }), kept.explain(error)))
-            }
+            (Err(error), Some(kept)) => Err(self.explain(matches!(error, Error::NoGround { .. }), kept.explain(error))),
         }
     }
 

@@ -313,7 +313,8 @@ fn outside_of_a_cutline_is_as_without_heights() {
     // Without a geotransform x is column + ½ and y is −(row + ½).
     let rings = "[[[3,-2],[66,-12],[50,-47],[8,-40],[3,-2]],[[20,-20],[33,-18],[28,-31],[20,-20]]]";
     let geometry = format!(r#"{{"type": "Polygon", "coordinates": {rings}}}"#);
-    std::fs::write(&layer, format!(r#"{{"type": "Feature", "properties": {{}}, "geometry": {geometry}}}"#)).expect("written");
+    std::fs::write(&layer, format!(r#"{{"type": "Feature", "properties": {{}}, "geometry": {geometry}}}"#))
+        .expect("written");
     let source = CutlineSource { path: layer, layer: None };
     let open = || Raster::open(&path, 1).expect("a raster");
     let cutline = read_cutline(&open(), &source, &Control::default().cancel).expect("polygons");

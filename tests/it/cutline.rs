@@ -121,7 +121,10 @@ fn beside_a_window_weights_and_channels() {
     let weights = weights.write(&folder, "weights.tif");
     let of = |window: [usize; 4]| {
         let [left, top, width, height] = window;
-        (top..top + height).flat_map(|r| (left..left + width).map(move |c| (c, r))).filter(|&(c, r)| !is_inside(c, r)).count()
+        (top..top + height)
+            .flat_map(|r| (left..left + width).map(move |c| (c, r)))
+            .filter(|&(c, r)| !is_inside(c, r))
+            .count()
     };
     for (options, missing) in [
         (&["--window", "30,10,70,60"][..], of([30, 10, 70, 60])),
@@ -218,7 +221,8 @@ fn a_crs_without_a_way_to_the_rasters_is_refused() {
     let folder = Folder::new();
     let dem = dem().write(&folder, "dem.tif");
     let text = fs::read_to_string(polygons(&folder)).unwrap();
-    let mars = folder.with("mars.geojson", text.replace("urn:ogc:def:crs:EPSG::32633", "urn:ogc:def:crs:IAU_2015::49900"));
+    let mars =
+        folder.with("mars.geojson", text.replace("urn:ogc:def:crs:EPSG::32633", "urn:ogc:def:crs:IAU_2015::49900"));
     let tin = folder.at("tin.ply");
     let run = terrabite(["simplify", &dem, &tin, "--max-error", "3", "--cutline", &mars]);
     run.fails(1, &["mars.geojson", "--cutline"]);

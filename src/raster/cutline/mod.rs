@@ -60,8 +60,9 @@ impl Cutline {
 impl Raster {
     /// The same raster, in which samples outside of the cutline have no height. The cutline is one that was read for this
     /// raster, or for the same window of it.
-    pub fn with_cutline(self, cutline: Cutline) -> Raster {
-        Raster { cutline: Some(Arc::new(cutline)), ..self }
+    pub fn with_cutline(mut self, cutline: Cutline) -> Raster {
+        self.cutline = Some(Arc::new(cutline));
+        self
     }
 
     /// What is outside of it has no height.
