@@ -208,10 +208,13 @@ fn what_cannot_be_used_is_refused_by_name() {
     refuses(&empty, &[], 1, &["empty.geojson", "expected polygons, found none"]);
     refuses(&good, &["--cutline-layer", "sea"], 1, &["expected layer sea, found lake", "--cutline-layer"]);
     refuses(&far, &[], 1, &["dem.tif", "no ground", "--cutline", "far.geojson"]);
-    refuses(&far, &["--work-dir", &folder.at("work")], 1, &["no ground", "--cutline", "far.geojson"]);
     refuses(&good, &["--max-points", "100"], 2, &["--cutline", "--max-points"]);
     refuses(&good, &["--planar"], 2, &["--cutline", "--planar"]);
-    let verify = ["verify", &dem, &folder.at("tin.ply"), "--max-error", "3", "--cutline", &points];
+    let (tin, work) = (folder.at("tin.ply"), folder.at("work"));
+    let kept = ["simplify", &dem, &tin, "--max-error", "3", "--cutline", &far, "--work-dir", &work];
+    let kept = terrabite(kept).fails(1, &["no ground", "--cutline", "far.geojson"]);
+    assert!(!kept.err.contains("continues"), "{kept:?}");
+    let verify = ["verify", &dem, &tin, "--max-error", "3", "--cutline", &points];
     terrabite(verify).fails(1, &["points.geojson", "found POINT"]);
 }
 
