@@ -15,7 +15,7 @@ pub(super) struct ChannelArgs {
     #[arg(requires = "channels", conflicts_with = "planar")]
     emphasis: Option<f64>,
     /// The raster is an image without heights: flat, all bands are channels unless --channels says which
-    #[arg(long, conflicts_with = "band")]
+    #[arg(long, conflicts_with_all = ["band", "cutline"])]
     planar: bool,
 }
 

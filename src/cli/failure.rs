@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use crate::control::Cancelled;
 use crate::field::FieldError;
 use crate::preview::PreviewError;
-use crate::raster::{PointsError, RasterError};
+use crate::raster::{CutlineError, PointsError, RasterError};
 use crate::simplify::Error;
 use crate::sink::SinkError;
 use crate::spool::SpoolError;
@@ -100,6 +100,21 @@ impl From<PointsError> for Failure {
     }
 }
 
+impl From<CutlineError> for Failure {
+    fn from(error: CutlineError) -> Failure {
+        let failure = Failure::new(&error);
+        match error {
+            CutlineError::Cancelled(stopped) => stopped.into(),
+            CutlineError::Open { .. } => failure.hint("choose another file with --cutline"),
+            CutlineError::NoSuchLayer { .. } => failure.hint("choose one with --cutline-layer"),
+            CutlineError::Layer { .. } => failure.hint("choose another layer with --cutline-layer"),
+            CutlineError::Crs { .. } => {
+                failure.hint("give --cutline a layer in the raster's CRS, transformed with ogr2ogr -t_srs")
+            }
+        }
+    }
+}
+
 impl From<Error> for Failure {
     fn from(error: Error) -> Failure {
         match error {
@@ -191,6 +206,7 @@ impl From<PreviewError> for Failure {
     fn from(error: PreviewError) -> Failure {
         match error {
             PreviewError::Raster(error) => error.into(),
+            PreviewError::Cutline(error) => error.into(),
             PreviewError::Output(error) => error.into(),
             PreviewError::Cancelled(stopped) => stopped.into(),
             PreviewError::Option { .. } => Failure::usage(error),

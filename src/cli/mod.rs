@@ -5,6 +5,7 @@
 
 mod channels;
 mod clip;
+mod cutline;
 mod failure;
 mod goal;
 mod importance;

@@ -4,6 +4,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 
 use super::clip::ClipArgs;
+use super::cutline::CutlineArgs;
 use super::progress::Bars;
 use super::values::Size;
 use super::{Failure, GDAL_CACHE, print, values};
@@ -38,6 +39,8 @@ pub(crate) struct PreviewArgs {
     /// The stored value of samples without a height, in place of the raster's nodata tag
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
     nodata: Option<String>,
+    #[command(flatten)]
+    cutline: CutlineArgs,
     /// The tolerance: the end of the colour scale of `--mode error`
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_error: Option<f64>,
@@ -78,6 +81,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
         },
         band: args.band,
         nodata: args.nodata.clone(),
+        cutline: args.cutline.source(),
         size: (args.size.width, args.size.height),
         window: args.clip.window(),
         bounding_box: args.clip.bounding_box(),

@@ -7,6 +7,7 @@ use clap::ValueEnum;
 
 use super::channels::ChannelArgs;
 use super::clip::ClipArgs;
+use super::cutline::CutlineArgs;
 use super::goal::GoalArgs;
 use super::importance::ImportanceArgs;
 use super::progress::Bars;
@@ -65,6 +66,8 @@ pub(crate) struct SimplifyArgs {
     nodata: Option<String>,
     #[command(flatten)]
     clip: ClipArgs,
+    #[command(flatten)]
+    pub(super) cutline: CutlineArgs,
     #[command(flatten)]
     channels: ChannelArgs,
     #[command(flatten)]
@@ -177,6 +180,11 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     if args.points.is_some() {
         params.takes_points()?;
     }
+    if args.cutline.cutline.is_some() && !args.goal.goal().is_none() {
+        // Their sides are nested ones, which samples without heights have no place in.
+        return Err(Failure::usage("--cutline cannot stand beside --max-points, --max-triangles and --max-rms")
+            .hint("give --max-error alone, or a part of the raster by --window or --bbox"));
+    }
     let (raster, channels) = args.channels.open(&args.input, args.band.unwrap_or(1))?;
     if args.band.is_none() && !args.channels.are_listed() && raster.has_colour_table() {
         return Err(RasterError::ColourTable { path: args.input.clone(), band: raster.band() }.into());
@@ -194,6 +202,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let grid = grid(raster.width(), raster.height(), &params)?;
     let bars = Bars::new(args.quiet);
     let control = bars.control();
+    let raster = args.cutline.cut(raster, &control.cancel)?;
     let points = args.read_points(&raster, &control)?;
     params.points = points.as_ref().map(|p| p.set.clone());
     let wanted = args.threads.map_or_else(default_threads, NonZeroUsize::get);
@@ -312,7 +321,8 @@ impl SimplifyArgs {
 
     /// Files that are read: the output is none of them.
     pub(super) fn inputs(&self) -> Vec<&Path> {
-        let all = [Some(&self.input), self.importance.importance.as_ref(), self.points.as_ref()];
+        let (importance, cutline) = (self.importance.importance.as_ref(), self.cutline.cutline.as_ref());
+        let all = [Some(&self.input), importance, cutline, self.points.as_ref()];
         all.into_iter().flatten().map(PathBuf::as_path).collect()
     }
 }
@@ -373,17 +383,30 @@ impl Job<'_> {
         let extended = self.extended()?;
         let mut named = self.params.named();
         named.extend(self.args.nodata.as_ref().map(|_| ("nodata", format!("{:?}", self.raster.nodata()))));
+        named
+            .extend(self.raster.cutline().map(|c| ("cutline", format!("polygons with checksum {:08x}", c.checksum()))));
         named.extend(extended.iter().flat_map(Extended::named));
         let open = |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &watches, named.clone());
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
         match (self.make(start, &watches, extended.as_ref(), kept.as_ref()), kept) {
             (Ok(report), None) => Ok(report),
-            (Err(error), None) => Err(error.into()),
+            (Err(error), None) => Err(self.explain(matches!(error, Error::NoGround { .. }), error.into())),
             (Ok(report), Some(kept)) => {
                 kept.finish();
                 Ok(report)
             }
-            (Err(error), Some(kept)) => Err(kept.explain(error)),
+            (Err(error), Some(kept)) => Err(self.explain(matches!(error, Error::NoGround { .. }), kept.explain(error))),
+        }
+    }
+
+    /// Where there is no ground, it may be the cutline's doing.
+    fn explain(&self, no_ground: bool, failure: Failure) -> Failure {
+        match &self.args.cutline.cutline {
+            Some(file) if no_ground => failure.hint(&format!(
+                "samples outside of the polygons of --cutline {} count as none: choose others, or see by ogrinfo where they lie",
+                file.display()
+            )),
+            _ => failure,
         }
     }
 
@@ -441,6 +464,10 @@ impl Job<'_> {
             Some(extended) => report.channels(extended.report(&summary.errors)),
             None => report,
         };
+        let report = match (&args.cutline.cutline, self.raster.cutline()) {
+            (Some(file), Some(cutline)) => report.cutline(file, cutline),
+            _ => report,
+        };
         let report = match (&args.points, &self.points) {
             (Some(file), Some(points)) => report.points(file, points),
             _ => report,
@@ -479,6 +506,7 @@ fn comments(raster: &Raster, args: &SimplifyArgs) -> Vec<String> {
     comments.extend(raster.window().map(|window| format!("window {window}")));
     comments.extend(args.goal.comments());
     comments.extend(args.nodata.as_ref().map(|value| format!("nodata {value}")));
+    comments.extend(args.cutline.comments());
     comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));
     comments.extend(args.points.iter().map(|points| format!("points {}", name(points))));
     comments

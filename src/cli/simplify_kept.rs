@@ -71,7 +71,8 @@ impl Kept {
                 Some(format!("the finished tiles in {dir} are of the old one: delete it, or restore the raster"))
             }
             // No run of this command can succeed.
-            Error::Field(
+            Error::NoGround { .. }
+            | Error::Field(
                 FieldError::Nodata { .. }
                 | FieldError::NotAHeight { .. }
                 | FieldError::NotAWeight { .. }

@@ -10,7 +10,7 @@ use crate::field::{Access, Field};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
 use crate::measure::ShapeStats;
-use crate::raster::{PointCounts, Points, Raster};
+use crate::raster::{Cutline, PointCounts, Points, Raster};
 use crate::simplify::{EngineChoice, Mesh, Params, Plan, Quality, Summary, TileTimes, VertexHeights};
 use crate::triangulate::Feasibility;
 
@@ -24,6 +24,8 @@ pub(super) struct Report {
     importance: Option<ImportanceReport>,
     /// Columns and rows before the samples meant, and samples across and down; null where they are the whole raster.
     window: Option<[usize; 4]>,
+    /// Null where all of the raster is meant, or of the window.
+    cutline: Option<CutlineReport>,
     map: Option<MapReport>,
     /// Those on the ground, which the mesh covers.
     samples: u64,
@@ -67,6 +69,14 @@ struct ImportanceReport {
     access: Access,
     /// The largest error × weight.
     weighted_max: f64,
+}
+
+/// Polygons outside of which samples count as samples without a height.
+#[derive(Debug, Clone, Serialize)]
+struct CutlineReport {
+    file: String,
+    polygons: u64,
+    vertices: u64,
 }
 
 /// Points that were asked to be vertices.
@@ -192,6 +202,7 @@ impl Report {
                 weighted_max: errors.weighted_max,
             }),
             window: None,
+            cutline: None,
             map: None,
             samples: errors.samples,
             nodata_samples: errors.nodata,
@@ -235,6 +246,12 @@ impl Report {
         Report { window: raster.window().map(|w| [w.column, w.row, w.width, w.height]), ..self }
     }
 
+    /// Of a run inside polygons, read from this file.
+    pub(super) fn cutline(self, file: &Path, cutline: &Cutline) -> Report {
+        let (polygons, vertices) = cutline.counts();
+        Report { cutline: Some(CutlineReport { file: file.display().to_string(), polygons, vertices }), ..self }
+    }
+
     /// What coordinates mean and how they are written; and the tolerance as it was asked for.
     pub(super) fn map(self, map: MapReport, goal: &GoalArgs) -> Report {
         Report { map: Some(map), tolerance: Some(goal.tolerance()).filter(|t| t.is_finite()), ..self }
@@ -271,6 +288,10 @@ impl Report {
         if let Some([column, row, width, height]) = self.window {
             let from = format!("from column {column}, row {row} of the raster on, where columns and rows count as 0");
             lines.push(("window", format!("{width} × {height} samples {from}")));
+        }
+        if let Some(CutlineReport { file, polygons, vertices }) = &self.cutline {
+            let (polygons, vertices) = (grouped(*polygons), grouped(*vertices));
+            lines.push(("cutline", format!("{polygons} polygons with {vertices} vertices, of {file}")));
         }
         lines.extend(self.map.iter().flat_map(MapReport::lines));
         let place = format!("at column {}, row {} ({}, {})", e.column, e.row, e.x, e.y);

@@ -3,6 +3,7 @@ use std::process::ExitCode;
 
 use super::channels::ChannelArgs;
 use super::clip::ClipArgs;
+use super::cutline::CutlineArgs;
 use super::importance::ImportanceArgs;
 use super::progress::Bars;
 use super::{Failure, GDAL_CACHE, print, values};
@@ -12,8 +13,8 @@ use crate::verify::{Verdict, VerifyOptions, WeightedOptions, verify, verify_with
 
 /// Judge a mesh against its raster: vertical errors, coverage, cracks, folds.
 ///
-/// Reads the raster and the written file, and nothing else. Where the raster has samples without a height (its nodata
-/// tag, NaN, a mask or alpha band), the mesh must cover exactly the cells with four heights and half of those with three.
+/// Reads the raster and the written file, and what options name. Where the raster has samples without a height (its nodata
+/// tag, NaN, a mask or alpha band, --cutline), the mesh must cover exactly the cells with four heights and half of those with three.
 /// Exit code 0: the mesh passes, 1: it fails.
 #[derive(Debug, clap::Args)]
 pub(crate) struct VerifyArgs {
@@ -30,6 +31,8 @@ pub(crate) struct VerifyArgs {
     /// The stored value of samples without a height, in place of the raster's nodata tag
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true, conflicts_with = "planar")]
     nodata: Option<String>,
+    #[command(flatten)]
+    cutline: CutlineArgs,
     #[command(flatten)]
     clip: ClipArgs,
     #[command(flatten)]
@@ -65,9 +68,10 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
         None => raster,
     };
     let importance = args.importance.open(&raster)?;
+    let bars = Bars::new(args.quiet);
+    let raster = args.cutline.cut(raster, &bars.control().cancel)?;
     let options =
         VerifyOptions { max_error: args.max_error, importance: importance.as_ref(), temp_dir: args.temp_dir.clone() };
-    let bars = Bars::new(args.quiet);
     let verdict = match channels {
         None => verify(&raster, &args.mesh, &options, &bars.control())?,
         Some(ChannelOptions { bands, emphasis, planar }) => {

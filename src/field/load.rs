@@ -29,8 +29,8 @@ impl Missing<'_> {
 
 impl Field {
     /// Copies a window into `tile` as heights, with weights where the field has them, and beside them the channels'
-    /// values, reusing its memory. Samples that the nodata value, NaN or a mask says are no heights are marked in
-    /// [`Tile::validity`]; of weights and channels none may be missing where there is a height.
+    /// values, reusing its memory. Samples that the nodata value, NaN, a mask or the cutline says are no heights are
+    /// marked in [`Tile::validity`]; of weights and channels none may be missing where there is a height.
     ///
     /// # Errors
     /// [`FieldError::Nodata`], [`FieldError::NotAHeight`], [`FieldError::NotAWeight`], [`FieldError::Inexact`], each
@@ -99,6 +99,10 @@ impl Field {
         out: &mut [H],
         mut missing: Missing<'_>,
     ) -> Result<(), FieldError> {
+        if self.mark_outside(window, &mut missing) {
+            out.fill(H::ZERO);
+            return Ok(());
+        }
         let nodata = T::nodata(self.nodata);
         // Where no sample can be missing, nobody need look around the window.
         let may_miss = nodata.is_some() || T::HAS_NAN || self.mask.is_some();
@@ -158,6 +162,22 @@ impl Field {
         let (right, bottom) = (window.column + window.width, window.row + window.height);
         let (right, bottom) = ((right + 1).min(self.width), (bottom + 1).min(self.height));
         Window { column, row, width: right - column, height: bottom - row }
+    }
+
+    /// Marks what is outside of the cutline. Whether all of the window is, so that nothing need be read.
+    fn mark_outside(&self, window: Window, missing: &mut Missing<'_>) -> bool {
+        let (Some(cutline), Missing::Marked(validity)) = (&self.cutline, missing) else { return false };
+        let outer = self.around(window);
+        let (left, top) = (window.column - outer.column, window.row - outer.row);
+        let mut inside = Vec::new();
+        cutline.mask(outer, &mut inside);
+        for (row, inside) in inside.chunks_exact(outer.width).enumerate() {
+            for (column, _) in inside.iter().enumerate().filter(|(_, inside)| !**inside) {
+                validity.mark(column as i32 - left as i32, row as i32 - top as i32);
+            }
+        }
+        let mut rows = inside.chunks_exact(outer.width).skip(top).take(window.height);
+        !rows.any(|row| row[left..left + window.width].contains(&true))
     }
 
     /// Marks what a mask says is no height, or refuses it.

@@ -9,7 +9,7 @@ use super::store::{Bytes, Offsets, Store};
 use super::windows::Windows;
 use super::{FieldError, Heights};
 use crate::control::Control;
-use crate::raster::{GeoTransform, Nodata, Raster, SampleType, Scaling, plain_layout};
+use crate::raster::{Cutline, GeoTransform, Nodata, Raster, SampleType, Scaling, plain_layout};
 
 /// The samples of a raster of any size, readable from any number of threads.
 pub struct Field {
@@ -23,6 +23,8 @@ pub struct Field {
     pub(super) source: Source,
     /// A byte for every sample, 0 where it is no height; where a mask or alpha band says so.
     pub(super) mask: Option<Source>,
+    /// What is outside of it is no height.
+    pub(super) cutline: Option<Arc<Cutline>>,
     pub(super) access: Access,
     pub(super) channels: Option<Channels>,
     /// Weights of errors, a field of the same size.
@@ -129,6 +131,7 @@ impl Field {
             geo_transform: raster.geo_transform(),
             source,
             mask,
+            cutline: raster.cutline().cloned(),
             access,
             channels: None,
             importance: None,
@@ -199,6 +202,7 @@ impl Field {
             geo_transform: GeoTransform::DEFAULT,
             source: Source::Blocks(store),
             mask: None,
+            cutline: None,
             access: Access::Memory,
             channels: None,
             importance: None,

@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use crate::control::Cancelled;
 use crate::ply::PlyError;
-use crate::raster::{RasterError, Window};
+use crate::raster::{CutlineError, RasterError, Window};
 use crate::staged::OutputError;
 
 /// Why there is no picture.
@@ -12,6 +12,9 @@ pub enum PreviewError {
     /// The raster cannot be used.
     #[error(transparent)]
     Raster(#[from] RasterError),
+    /// The cutline cannot be used.
+    #[error(transparent)]
+    Cutline(#[from] CutlineError),
     /// The mesh cannot be used.
     #[error(transparent)]
     Mesh(#[from] PlyError),

@@ -1,4 +1,4 @@
-use crate::raster::{BoundingBox, Window};
+use crate::raster::{BoundingBox, CutlineSource, Window};
 
 /// What is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -25,6 +25,8 @@ pub struct PreviewOptions {
     pub band: usize,
     /// The stored value of samples without a height, in place of the raster's tag; `None` keeps the tag.
     pub nodata: Option<String>,
+    /// Polygons outside of which samples have no height.
+    pub cutline: Option<CutlineSource>,
     /// The picture is as large as fits in so many pixels across and down; a legend comes on top of it.
     pub size: (usize, usize),
     /// The samples that are drawn; all where `None`.
@@ -45,6 +47,7 @@ impl Default for PreviewOptions {
             mode: Mode::default(),
             band: 1,
             nodata: None,
+            cutline: None,
             size: (1024, 1024),
             window: None,
             bounding_box: None,

@@ -11,7 +11,7 @@ use super::view::View;
 use super::{Mode, PreviewError, PreviewOptions};
 use crate::control::Control;
 use crate::ply::PlyFile;
-use crate::raster::{Raster, Window};
+use crate::raster::{Raster, Window, read_cutline};
 use crate::staged::StagedFile;
 
 use super::canvas::Canvas;
@@ -45,10 +45,19 @@ pub fn preview(
     control: &Control,
 ) -> Result<PreviewReport, PreviewError> {
     check(options)?;
-    let staged = StagedFile::create(out, options.overwrite, &[raster, mesh])?;
+    let cutline = options.cutline.as_ref();
+    let inputs: Vec<&Path> = [raster, mesh].into_iter().chain(cutline.map(|c| c.path.as_path())).collect();
+    let staged = StagedFile::create(out, options.overwrite, &inputs)?;
     let raster = Raster::open(raster, options.band)?;
     let raster = match &options.nodata {
         Some(value) => raster.with_nodata(value)?,
+        None => raster,
+    };
+    let raster = match cutline {
+        Some(source) => {
+            let cutline = read_cutline(&raster, source, &control.cancel)?;
+            raster.with_cutline(cutline)
+        }
         None => raster,
     };
     let window = window(&raster, options)?;

@@ -1,4 +1,5 @@
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use gdal::raster::{ColorInterpretation, RasterBand};
 use gdal::spatial_ref::SpatialRef;
@@ -6,7 +7,7 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
 use super::error::reason;
 use super::sample_type::with_sample_type;
-use super::{GdalName, GeoTransform, Nodata, RasterError, SampleType, Scaling};
+use super::{Cutline, GdalName, GeoTransform, Nodata, RasterError, SampleType, Scaling};
 
 /// One band of an open raster. Not shared between threads: each opens its own.
 #[derive(Debug)]
@@ -26,6 +27,8 @@ pub struct Raster {
     pub(super) nodata: Nodata,
     /// What the caller says.
     pub(super) given_nodata: Option<Nodata>,
+    /// What is outside of it has no height.
+    pub(super) cutline: Option<Arc<Cutline>>,
     geo_transform: Option<GeoTransform>,
 }
 
@@ -35,6 +38,7 @@ pub struct Opening {
     path: PathBuf,
     band: usize,
     given_nodata: Option<Nodata>,
+    cutline: Option<Arc<Cutline>>,
     window: Option<Window>,
 }
 
@@ -44,10 +48,11 @@ impl Opening {
     /// # Errors
     /// As [`Raster::open`] and [`Raster::clip`].
     pub fn open(&self) -> Result<Raster, RasterError> {
-        Ok(Raster { given_nodata: self.given_nodata, ..self.open_band(self.band)? })
+        Ok(Raster { given_nodata: self.given_nodata, cutline: self.cutline.clone(), ..self.open_band(self.band)? })
     }
 
-    /// Opens another band of the same file, of which the same window is looked at; its nodata value is its own.
+    /// Opens another band of the same file, of which the same window is looked at; its nodata value is its own, and it has
+    /// no cutline.
     ///
     /// # Errors
     /// As [`Opening::open`].
@@ -166,6 +171,7 @@ impl Raster {
             scaling,
             nodata,
             given_nodata: None,
+            cutline: None,
             geo_transform,
         })
     }
@@ -175,7 +181,11 @@ impl Raster {
     ///
     /// # Errors
     /// [`RasterError::Window`] if it reaches out of the raster or has less than 2 samples across or down.
+    ///
+    /// # Panics
+    /// If the raster has a cutline: its places are those of the window for which it was read.
     pub fn clip(self, window: Window) -> Result<Raster, RasterError> {
+        assert!(self.cutline.is_none(), "a window of a raster with a cutline");
         let inside = |first: usize, count: usize, all: usize| first.checked_add(count).is_some_and(|end| end <= all);
         let Window { column, row, width, height } = window;
         if !inside(column, width, self.width()) || !inside(row, height, self.height()) || width < 2 || height < 2 {
@@ -213,7 +223,8 @@ impl Raster {
 
     /// What it takes to open the same raster once more.
     pub fn opening(&self) -> Opening {
-        Opening { path: self.path.clone(), band: self.band, given_nodata: self.given_nodata, window: self.window() }
+        let (path, cutline) = (self.path.clone(), self.cutline.clone());
+        Opening { path, band: self.band, given_nodata: self.given_nodata, cutline, window: self.window() }
     }
 
     /// The path it was opened by.
@@ -317,13 +328,14 @@ impl Raster {
         self.dataset.metadata_item("COMPRESSION", "IMAGE_STRUCTURE")
     }
 
-    /// Whether GDAL marks samples invalid by a mask or alpha band, apart from any nodata value.
+    /// Whether GDAL marks samples invalid by a mask or alpha band, or by one value for each band together
+    /// (`NODATA_VALUES`), apart from any nodata value of the band's own.
     ///
     /// # Errors
     /// [`RasterError::Gdal`] when GDAL cannot tell.
     pub fn has_mask(&self) -> Result<bool, RasterError> {
         let flags = self.rasterband()?.mask_flags().map_err(|e| RasterError::gdal(&self.path, "mask", &e))?;
-        Ok(!flags.is_all_valid() && !flags.is_nodata())
+        Ok(!flags.is_all_valid() && (!flags.is_nodata() || flags.is_per_dataset()))
     }
 
     /// Reads a window as it is stored, in the machine's byte order, rows one after the other. `out` is

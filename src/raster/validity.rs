@@ -1,6 +1,7 @@
 //! Which samples have a height.
 //!
-//! A sample has one unless its stored value is the mark of nodata or NaN, or a mask or alpha band says that it has none.
+//! A sample has one unless its stored value is the mark of nodata or NaN, a mask or alpha band says that it has none, or it
+//! is outside of the cutline.
 
 use super::{Nodata, Raster, RasterError, SampleType, Window};
 
@@ -13,6 +14,14 @@ impl Raster {
     /// # Panics
     /// If `out` is not `window.len()` long, or the window is not inside the raster.
     pub fn read_valid_heights(&self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
+        let mut inside = Vec::new();
+        if let Some(cutline) = &self.cutline {
+            cutline.mask(window, &mut inside);
+            if !inside.contains(&true) {
+                out.fill(f64::NAN);
+                return Ok(());
+            }
+        }
         self.read_stored(window, out)?;
         match self.nodata() {
             Nodata::None => {}
@@ -30,6 +39,8 @@ impl Raster {
             self.read_mask(window, &mut mask)?;
             out.iter_mut().zip(mask).filter(|(_, m)| *m == 0).for_each(|(v, _)| *v = f64::NAN);
         }
+        // Empty where there is no cutline.
+        out.iter_mut().zip(inside).filter(|(_, inside)| !inside).for_each(|(v, _)| *v = f64::NAN);
         Ok(())
     }
 
@@ -47,20 +58,20 @@ impl Raster {
 
 #[cfg(test)]
 mod tests {
-    use gdal::DriverManager;
     use gdal::raster::{Buffer, GdalType};
+    use gdal::{DriverManager, Metadata};
 
     use super::*;
 
     const WINDOW: Window = Window { column: 0, row: 0, width: 3, height: 2 };
 
     /// Reads samples back, with a mark for those without a height.
-    fn read<T: GdalType + Copy>(samples: [T; 6], adorn: impl FnOnce(&gdal::Dataset)) -> (Raster, [f64; 6]) {
+    fn read<T: GdalType + Copy>(samples: [T; 6], adorn: impl FnOnce(&mut gdal::Dataset)) -> (Raster, [f64; 6]) {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("raster.tif");
         let driver = DriverManager::get_driver_by_name("GTiff").expect("the driver");
-        let dataset = driver.create_with_band_type::<T, _>(&path, 3, 2, 1).expect("a raster");
-        adorn(&dataset);
+        let mut dataset = driver.create_with_band_type::<T, _>(&path, 3, 2, 1).expect("a raster");
+        adorn(&mut dataset);
         let mut buffer = Buffer::new((3, 2), samples.to_vec());
         dataset.rasterband(1).and_then(|mut b| b.write((0, 0), (3, 2), &mut buffer)).expect("written");
         dataset.close().expect("closed");
@@ -77,7 +88,7 @@ mod tests {
     #[test]
     fn marks_are_compared_with_what_is_stored() {
         let tag = |v: f64| {
-            move |d: &gdal::Dataset| {
+            move |d: &mut gdal::Dataset| {
                 let mut band = d.rasterband(1).expect("the band");
                 band.set_no_data_value(Some(v)).expect("tagged");
                 band.set_scale(0.5).expect("scaled");
@@ -99,6 +110,15 @@ mod tests {
         let (_, heights) = read([mark - 1, mark, 0, 1, 2, mark + 1], |d| {
             d.rasterband(1).and_then(|mut b| b.set_no_data_value_i64(Some(mark))).expect("tagged");
         });
+        assert_eq!(valid(heights), [true, false, true, true, true, true]);
+    }
+
+    #[test]
+    fn one_mark_for_each_band_together_counts() {
+        let (raster, heights) = read([1i16, -9999, 3, 4, 5, -9998], |d| {
+            d.set_metadata_item("NODATA_VALUES", "-9999", "").expect("marked");
+        });
+        assert!(raster.has_mask().expect("told"));
         assert_eq!(valid(heights), [true, false, true, true, true, true]);
     }
 

@@ -22,6 +22,9 @@ const BYTES_PER_POINT: u64 = 8;
 /// What one thread needs for a point of its tile: twice its place, in lists that grow by doubling, and its vertex.
 const TILE_BYTES_PER_POINT: u64 = 80;
 
+/// What a cutline takes per vertex: its sides, in lists that grow by doubling; and each thread for those that cross its tile.
+const BYTES_PER_CUTLINE_VERTEX: u64 = 64;
+
 /// What a channel adds to that: samples 8, the vertices' values in the chunk, as it grows, 16, and encoded 8.
 const BYTES_PER_CHANNEL_SAMPLE: u64 = 32;
 
@@ -108,11 +111,12 @@ impl Plan {
         let channels = channels.len() as u64 * BYTES_PER_CHANNEL_SAMPLE;
         let per_sample = engine.bytes_per_sample() + quality.bytes_per_sample() + weights + channels;
         let cache_bytes = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
-        let base = BASE + points as u64 * BYTES_PER_POINT;
+        let cutline = raster.cutline().map_or(0, |c| c.counts().1) * BYTES_PER_CUTLINE_VERTEX;
+        let base = BASE + points as u64 * BYTES_PER_POINT + cutline;
         let fixed = base + cache_bytes;
         let per_thread = |samples: usize| {
             let points = samples.min(points) as u64 * TILE_BYTES_PER_POINT;
-            samples as u64 * per_sample + points + PER_THREAD + BLOCK_COPIES * blocks
+            samples as u64 * per_sample + points + cutline + PER_THREAD + BLOCK_COPIES * blocks
         };
         let each = per_thread(grid.largest());
         let fitting = budget_bytes.saturating_sub(fixed) / each;

@@ -10,9 +10,9 @@ use super::*;
 use crate::channels::{Channel, ChannelError, Number, Range, Ranges};
 use crate::control::Control;
 use crate::exact;
-use crate::field::{Field, FieldError, Heights};
+use crate::field::{Choice, Field, FieldError, FieldOptions, Heights};
 use crate::lattice::{Point, orient};
-use crate::raster::PointSet;
+use crate::raster::{CutlineSource, PointSet, Raster, Window, read_cutline};
 use crate::triangulate::cuts::Cuts;
 
 type Place = (i32, i32);
@@ -293,6 +293,50 @@ fn every_small_ground() {
             let engine = if cuts { EngineChoice::GreedyCuts(Cuts::Plain) } else { EngineChoice::default() };
             let params = Params { tile, engine, quality: Quality::None, ..Params::new(1.0) };
             scene.check(&params);
+        }
+    }
+}
+
+/// A polygon with a hole over a raster: as if there were no heights outside, whatever the tiles, the threads and the way
+/// to the samples.
+#[test]
+fn outside_of_a_cutline_is_as_without_heights() {
+    const SIZE: (usize, usize) = (70, 50);
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, layer) = (folder.path().join("dem.tif"), folder.path().join("cut.geojson"));
+    let mut heights: Vec<f64> = (0..SIZE.0 * SIZE.1).map(|i| (i * i % 1009) as f64 / 100.0).collect();
+    let driver = gdal::DriverManager::get_driver_by_name("GTiff").expect("GTiff");
+    let dataset = driver.create_with_band_type::<f64, _>(&path, SIZE.0, SIZE.1, 1).expect("a raster");
+    let mut buffer = gdal::raster::Buffer::new(SIZE, heights.clone());
+    dataset.rasterband(1).expect("a band").write((0, 0), SIZE, &mut buffer).expect("written");
+    dataset.close().expect("closed");
+    // Without a geotransform x is column + ½ and y is −(row + ½).
+    let rings = "[[[3,-2],[66,-12],[50,-47],[8,-40],[3,-2]],[[20,-20],[33,-18],[28,-31],[20,-20]]]";
+    let geometry = format!(r#"{{"type": "Polygon", "coordinates": {rings}}}"#);
+    std::fs::write(&layer, format!(r#"{{"type": "Feature", "properties": {{}}, "geometry": {geometry}}}"#))
+        .expect("written");
+    let source = CutlineSource { path: layer, layer: None };
+    let open = || Raster::open(&path, 1).expect("a raster");
+    let cutline = read_cutline(&open(), &source, &Control::default().cancel).expect("polygons");
+    let mut inside = Vec::new();
+    cutline.mask(Window { column: 0, row: 0, width: SIZE.0, height: SIZE.1 }, &mut inside);
+    assert!((1000..2500).contains(&inside.iter().filter(|i| **i).count()));
+    heights.iter_mut().zip(&inside).filter(|(_, inside)| !**inside).for_each(|(z, _)| *z = f64::NAN);
+    let scene = Scene { width: SIZE.0, height: SIZE.1, heights, weights: Vec::new(), channel: Vec::new() };
+    for tile in [9, 16, 33, 0] {
+        let params = Params { tile, ..Params::new(1.5) };
+        scene.check(&params);
+        let expected = told(&scene.mesh(&params, 1).expect("a mesh"));
+        for (threads, choice) in [(1, Choice::Auto), (3, Choice::Windows), (4, Choice::Decode)] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let options = FieldOptions { choice, ..FieldOptions::default() };
+            let raster = open().with_cutline(cutline.clone());
+            let (control, params) = (Control::default(), &params);
+            let mesh = pool.install(move || {
+                let field = Field::open(&raster, &options, &control)?;
+                triangulate(&field, params, &control)
+            });
+            assert!(told(&mesh.expect("a mesh")) == expected, "tiles of {tile}, {threads} threads, {choice:?}");
         }
     }
 }

@@ -3,6 +3,7 @@
 mod budget;
 mod channels;
 mod clip;
+mod cutline;
 mod formats;
 mod hostile;
 mod importance;

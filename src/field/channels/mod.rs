@@ -202,6 +202,7 @@ impl Field {
             geo_transform: raster.geo_transform(),
             source: Source::Level,
             mask: None,
+            cutline: None,
             access,
             channels: None,
             importance: None,

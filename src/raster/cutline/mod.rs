@@ -11,7 +11,9 @@ mod read;
 pub use error::CutlineError;
 pub use read::{CutlineSource, read_cutline};
 
-use super::Window;
+use std::sync::Arc;
+
+use super::{Raster, Window};
 use polygon::Polygon;
 
 /// Polygons over a raster: a sample is inside where it stands in any of them, holes left out (the even-odd rule). On a
@@ -52,6 +54,20 @@ impl Cutline {
     fn new(polygons: Vec<Polygon>) -> Cutline {
         let vertices = polygons.iter().map(Polygon::sides).sum();
         Cutline { polygons, vertices }
+    }
+}
+
+impl Raster {
+    /// The same raster, in which samples outside of the cutline have no height. The cutline is one that was read for this
+    /// raster, or for the same window of it.
+    pub fn with_cutline(mut self, cutline: Cutline) -> Raster {
+        self.cutline = Some(Arc::new(cutline));
+        self
+    }
+
+    /// What is outside of it has no height.
+    pub fn cutline(&self) -> Option<&Arc<Cutline>> {
+        self.cutline.as_ref()
     }
 }
 

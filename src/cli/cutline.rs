@@ -1,0 +1,39 @@
+//! `--cutline` and `--cutline-layer`: the options that `simplify`, `verify` and `preview` share.
+
+use std::path::{Path, PathBuf};
+
+use crate::control::CancelToken;
+use crate::raster::{CutlineError, CutlineSource, Raster, read_cutline};
+
+/// Polygons outside of which there is no ground.
+#[derive(Debug, clap::Args)]
+pub(crate) struct CutlineArgs {
+    /// A layer of polygons, in any format OGR reads: samples outside of them count as samples without a height
+    #[arg(long, value_name = "FILE")]
+    pub(super) cutline: Option<PathBuf>,
+    /// The layer of --cutline [default: the first]
+    #[arg(long, value_name = "NAME", requires = "cutline")]
+    cutline_layer: Option<String>,
+}
+
+impl CutlineArgs {
+    /// Where the polygons come from, if there are any.
+    pub(super) fn source(&self) -> Option<CutlineSource> {
+        let path = self.cutline.clone()?;
+        Some(CutlineSource { path, layer: self.cutline_layer.clone() })
+    }
+
+    /// The raster, without heights outside of the polygons. They are placed on the window that is looked at.
+    pub(super) fn cut(&self, raster: Raster, cancel: &CancelToken) -> Result<Raster, CutlineError> {
+        let Some(source) = self.source() else { return Ok(raster) };
+        let cutline = read_cutline(&raster, &source, cancel)?;
+        Ok(raster.with_cutline(cutline))
+    }
+
+    /// What of this stands in the mesh's header: what `verify` has to be told.
+    pub(super) fn comments(&self) -> Vec<String> {
+        let name = |path: &PathBuf| path.file_name().map_or(path.as_path(), Path::new).display().to_string();
+        let file = self.cutline.iter().map(|path| format!("cutline {}", name(path)));
+        file.chain(self.cutline_layer.iter().map(|layer| format!("cutline layer {layer}"))).collect()
+    }
+}
