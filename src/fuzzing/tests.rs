@@ -116,7 +116,7 @@ fn geotiff<T: GdalType + Copy>(
 }
 
 /// A TIFF by hand: samples of 16 bits in strips of two rows, with these tags beside those that there must be.
-pub(super) fn tiff_by_hand(width: u32, samples: &[u16], further: &[(u16, u16, u32)]) -> Vec<u8> {
+fn tiff_by_hand(width: u32, samples: &[u16], further: &[(u16, u16, u32)]) -> Vec<u8> {
     let height = samples.len() as u32 / width;
     let strips = height.div_ceil(2);
     let data = 8u32;
@@ -163,6 +163,7 @@ fn tiffs() -> Seeds {
         ("packed", geotiff::<u16>((6, 4), 1, &["NBITS=12"], |i| i as u16 * 100)),
         ("deflated", geotiff::<u16>((6, 4), 1, &["COMPRESS=DEFLATE", "PREDICTOR=2"], |i| i as u16)),
         ("by-hand", tiff_by_hand(6, &samples, &[(266, 3, 1), (284, 3, 1), (339, 3, 2)])),
+        ("reversed", tiff_by_hand(6, &samples, &[(266, 3, 2), (284, 3, 1), (339, 3, 2)])),
     ]
 }
 
@@ -298,4 +299,21 @@ fn a_mesh_without_a_face_or_too_far_is_none() {
     assert_eq!(weighted(&[1.0, 1.0, 1.0, 1.0]), Ok(()));
     // The fourth sample is the third vertex of the list: rows are read from left to right.
     assert!(weighted(&[1.0, 1.0, 1.001, 1.0]).is_err() && weighted(&[1.0, 1.0, 0.5, 9.0]) == Ok(()));
+}
+
+/// The first and the last row are the same in either order; the heights between were taken as they stood in the file.
+#[test]
+fn bits_in_reverse_order_are_not_used_in_place() {
+    let samples: Vec<u16> = (0..48).map(|i| if (12..36).contains(&i) { i } else { 0 }).collect();
+    let bytes = tiff_by_hand(6, &samples, &[(266, 3, 2)]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("dem.tif");
+    std::fs::write(&path, &bytes).expect("written");
+    let raster = crate::raster::Raster::open(&path, 1).expect("opens");
+    let reason = crate::raster::plain_layout(&raster).expect_err("not in place");
+    assert!(reason.contains("FillOrder"), "{reason}");
+    super::tiff(&bytes);
+    let usual = tiff_by_hand(6, &samples, &[(266, 3, 1)]);
+    std::fs::write(&path, &usual).expect("written");
+    crate::raster::plain_layout(&crate::raster::Raster::open(&path, 1).expect("opens")).expect("in place");
 }
