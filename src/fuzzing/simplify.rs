@@ -131,6 +131,8 @@ impl Scene {
             (0..width * height).map(|_| sample(from, &HEIGHTS[..tame], &BAD_HEIGHTS, MAX_HEIGHT)).collect();
         if single {
             samples.iter_mut().for_each(|z| *z = f64::from(*z as f32));
+            // Rounded, the limit itself is beyond it.
+            samples.iter_mut().filter(|z| !bad && z.abs() > MAX_HEIGHT).for_each(|z| *z = 0.0);
         }
         let mut weights = Vec::new();
         if weighted {
@@ -169,9 +171,8 @@ impl Scene {
 
     /// Whether there is no reason to refuse it.
     fn is_sound(&self) -> bool {
-        let most = if self.single { f64::from(MAX_HEIGHT as f32) } else { MAX_HEIGHT };
         let is_weighed = |i: usize| self.weights.get(i).is_none_or(|w| (0.0..=MAX_WEIGHT).contains(w));
-        let is_sample = |(i, z): (usize, &f64)| z.is_nan() || z.abs() <= most && is_weighed(i);
+        let is_sample = |(i, z): (usize, &f64)| z.is_nan() || z.abs() <= MAX_HEIGHT && is_weighed(i);
         let tolerance = self.params.max_error;
         tolerance.is_finite()
             && tolerance >= 0.0
@@ -286,10 +287,11 @@ fn engine(from: &mut Bytes<'_>) -> EngineChoice {
 fn write(path: &Path, size: (usize, usize), samples: Vec<f64>, nodata: Option<f64>) {
     let driver = DriverManager::get_driver_by_name("GTiff").expect("GTiff");
     let dataset = driver.create_with_band_type::<f64, _>(path, size.0, size.1, 1).expect("a raster");
-    let mut band = dataset.rasterband(1).expect("a band");
-    band.set_no_data_value(nodata).expect("a nodata value");
-    band.write((0, 0), size, &mut Buffer::new(size, samples)).expect("written");
-    drop(band);
+    {
+        let mut band = dataset.rasterband(1).expect("a band");
+        band.set_no_data_value(nodata).expect("a nodata value");
+        band.write((0, 0), size, &mut Buffer::new(size, samples)).expect("written");
+    }
     dataset.close().expect("closed");
 }
 

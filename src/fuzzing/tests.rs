@@ -21,6 +21,7 @@ use crate::sink::PlySink;
 use crate::spool::{Attribute, Chunk, fuzzing as codec};
 use crate::staged::StagedFile;
 
+type Run = fn(&[u8]);
 type Seeds = Vec<(&'static str, Vec<u8>)>;
 
 fn corpus(target: &str) -> PathBuf {
@@ -187,7 +188,7 @@ fn jobs() -> Seeds {
 #[test]
 fn seeds_pass_and_are_in_the_corpus() {
     let write = std::env::var_os("TERRABITE_CORPUS").is_some_and(|v| v == "write");
-    let targets: [(&str, Seeds, fn(&[u8])); 4] = [
+    let targets: [(&str, Seeds, Run); 4] = [
         ("ply", meshes(), super::ply),
         ("chunk", chunks(), super::chunk),
         ("tiff", tiffs(), super::tiff),

@@ -270,7 +270,7 @@ fn torn_kept_chunks_count_as_missing() {
     assert!(!kept(&folder, grid, 7).find(0, &mut chunk, &mut buffer).unwrap());
 }
 
-/// Found by the fuzzer of chunks: their sum went over.
+/// Their sum goes over 32 bits.
 #[test]
 fn counts_beyond_all_numbers_are_refused() {
     let grid = TileGrid::new(13, 13, 12);
