@@ -4,7 +4,7 @@ CARGO ?= cargo
 # Where rustup puts it; a shell started before the installation does not look there.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help setup demo test check bench bench-quality bench-scale bench-kernels paper fmt accept
+.PHONY: help setup demo test check fuzz bench bench-quality bench-scale bench-kernels paper fmt accept
 
 help:
 	@echo 'make setup   install what is missing (Debian: GDAL, a C compiler, Python for one test)'
@@ -17,6 +17,7 @@ help:
 	@echo 'make bench-kernels  the parts, by criterion'
 	@echo 'make paper   repeats the experiments of Garland & Heckbert 1995, tables and plots'
 	@echo 'make accept  the long acceptance run'
+	@echo 'make fuzz    the fuzzers, two minutes each (choose: FUZZ_TARGETS=tiff FUZZ_SECONDS=600)'
 	@echo 'make fmt     format the sources'
 
 setup:
@@ -56,6 +57,16 @@ paper: setup
 accept: setup
 	$(CARGO) build --release --locked --bin terrabite --example cells
 	scripts/accept.sh
+
+# Nightly, and `cargo install cargo-fuzz`. What is new goes to fuzz/found, so that the corpus stays small.
+FUZZ_TARGETS ?= ply chunk tiff simplify
+FUZZ_SECONDS ?= 120
+fuzz: setup
+	@for target in $(FUZZ_TARGETS); do \
+		mkdir -p fuzz/found/$$target && \
+		$(CARGO) +nightly fuzz run --sanitizer none $$target fuzz/found/$$target fuzz/corpus/$$target -- \
+			-max_total_time=$(FUZZ_SECONDS) -max_len=4096 -timeout=30 || exit 1; \
+	done
 
 fmt:
 	$(CARGO) fmt

@@ -89,6 +89,9 @@ pub mod durable;
 pub mod exact;
 pub mod faults;
 pub mod field;
+#[cfg(any(test, feature = "fuzzing"))]
+#[doc(hidden)]
+pub mod fuzzing;
 pub mod info;
 pub mod lattice;
 pub mod measure;

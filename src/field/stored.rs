@@ -69,7 +69,8 @@ impl Height for f32 {
     }
     #[inline(always)]
     fn usable(self) -> bool {
-        self.abs() <= MAX_HEIGHT as f32
+        // Rounded to single precision the limit lies beyond itself.
+        self.abs() < MAX_HEIGHT as f32
     }
 }
 impl Height for f64 {

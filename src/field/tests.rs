@@ -29,6 +29,17 @@ fn marks_nan_and_refuses_infinite_and_misshapen() {
     assert!(matches!(field(vec![0.0; 3]), Err(FieldError::Shape { found: 3, .. })));
 }
 
+/// Found by the fuzzer of jobs: what lay beyond the limit by rounding was refused only beside a hole.
+#[test]
+fn singles_just_beyond_the_limit_are_refused_whatever_lies_beside_them() {
+    for beside in [0.0, f32::NAN] {
+        let heights = Heights::F32(vec![1e30, beside, 0.0, 0.0]);
+        let field = Field::from_heights(2, 2, heights).expect("a shape");
+        let loaded = field.load(window(0, 0, 2, 2), &mut Tile::default());
+        assert!(matches!(loaded, Err(FieldError::NotAHeight { column: 0, row: 0, .. })));
+    }
+}
+
 proptest! {
     #[test]
     fn a_window_is_what_the_array_holds(

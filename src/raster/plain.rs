@@ -37,6 +37,9 @@ pub fn plain_layout(raster: &Raster) -> Result<PlainLayout, String> {
         return Err("it is not a plain file".to_string());
     }
     native_byte_order(&file)?;
+    if has_bits_reversed(&file).map_err(|e| e.to_string())? {
+        return Err("the bits of its bytes are in reverse order (FillOrder)".to_string());
+    }
     let band = raster.rasterband().map_err(|e| e.to_string())?;
     if let Some(compression) = raster.compression() {
         return Err(format!("it is compressed ({compression})"));
@@ -83,4 +86,35 @@ fn native_byte_order(file: &std::path::Path) -> Result<(), String> {
     std::fs::File::open(file).and_then(|mut f| f.read_exact(&mut mark)).map_err(|e| e.to_string())?;
     let native = if cfg!(target_endian = "little") { *b"II" } else { *b"MM" };
     if mark == native { Ok(()) } else { Err("its byte order is not this machine's".to_string()) }
+}
+
+/// Whether the first directory says that bytes begin with their lowest bit: GDAL turns them around when it reads, and
+/// has no metadata that tells. The byte order is the machine's.
+fn has_bits_reversed(file: &std::path::Path) -> std::io::Result<bool> {
+    use std::os::unix::fs::FileExt;
+    const FILL_ORDER: u64 = 266;
+    let file = std::fs::File::open(file)?;
+    let half = |at: u64| {
+        let mut bytes = [0; 2];
+        file.read_exact_at(&mut bytes, at).map(|()| u64::from(u16::from_ne_bytes(bytes)))
+    };
+    let word = |at: u64| {
+        let mut bytes = [0; 4];
+        file.read_exact_at(&mut bytes, at).map(|()| u64::from(u32::from_ne_bytes(bytes)))
+    };
+    let long = |at: u64| {
+        let mut bytes = [0; 8];
+        file.read_exact_at(&mut bytes, at).map(|()| u64::from_ne_bytes(bytes))
+    };
+    let is_big = half(2)? == 43;
+    let directory = if is_big { long(8)? } else { word(4)? };
+    let (count, first, length, value) =
+        if is_big { (long(directory)?, 8, 20, 12) } else { (half(directory)?, 2, 12, 8) };
+    for entry in 0..count {
+        let at = directory.saturating_add(first).saturating_add(entry.saturating_mul(length));
+        if half(at)? == FILL_ORDER && half(at.saturating_add(value))? != 1 {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }

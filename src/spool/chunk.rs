@@ -92,7 +92,9 @@ impl Chunk {
 
     /// How many of its own vertices come before those it borrows.
     pub fn before_borrowed(&self) -> usize {
-        (self.rim.total() + self.shared) as usize
+        let RimCounts { corners, north, west, east, south } = self.rim;
+        // Counts from a file may be anything: their sum is more than 32 bits hold.
+        [corners.count_ones(), north, west, east, south, self.shared].into_iter().map(|count| count as usize).sum()
     }
 
     /// Gives the owned vertices the attributes `names`; `value` is that of one of them at a vertex. To be called after

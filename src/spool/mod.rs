@@ -12,6 +12,8 @@ mod chunk;
 mod codec;
 mod error;
 mod folders;
+#[cfg(any(test, feature = "fuzzing"))]
+pub(crate) mod fuzzing;
 mod ids;
 mod index;
 mod store;

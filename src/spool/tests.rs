@@ -270,6 +270,17 @@ fn torn_kept_chunks_count_as_missing() {
     assert!(!kept(&folder, grid, 7).find(0, &mut chunk, &mut buffer).unwrap());
 }
 
+/// Their sum goes over 32 bits.
+#[test]
+fn counts_beyond_all_numbers_are_refused() {
+    let grid = TileGrid::new(13, 13, 12);
+    let folder = tempfile::tempdir().unwrap();
+    let (mut chunk, mut buffer) = (Chunk::default(), Vec::new());
+    let rim = RimCounts { north: u32::MAX, west: 2, ..small().rim };
+    kept(&folder, grid, 7).append(&Chunk { tile: 0, rim, shared: u32::MAX, ..small() }, &mut buffer).unwrap();
+    assert!(!kept(&folder, grid, 7).find(0, &mut chunk, &mut buffer).unwrap());
+}
+
 #[test]
 fn what_cannot_be_kept_is_named() {
     let folder = tempfile::tempdir().unwrap();

@@ -21,6 +21,8 @@
 //! is refused, whichever sample changed.
 
 mod error;
+#[cfg(any(test, feature = "fuzzing"))]
+pub(crate) mod fuzzing;
 mod lock;
 mod manifest;
 mod staged_output;

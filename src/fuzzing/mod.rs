@@ -1,0 +1,24 @@
+//! What the fuzzers of `fuzz/` run: one function a target, from any bytes to a panic where a promise is broken. The tests
+//! run them on the corpus, on seeds that are spoilt a little, and on bytes at random.
+
+mod bytes;
+mod chunk;
+mod naive;
+mod ply;
+mod simplify;
+#[cfg(test)]
+mod tests;
+mod tiff;
+
+pub use chunk::chunk;
+pub use ply::ply;
+pub use simplify::simplify;
+pub use tiff::tiff;
+
+use std::path::PathBuf;
+
+/// Where temporary files go: to memory where there is such a place, as disks are slow.
+fn temp_dir() -> PathBuf {
+    let memory = PathBuf::from("/dev/shm");
+    if memory.is_dir() { memory } else { std::env::temp_dir() }
+}

@@ -1,0 +1,65 @@
+use std::path::Path;
+use std::sync::OnceLock;
+
+use gdal::DriverManager;
+use gdal::raster::Buffer;
+
+use super::naive::{self, Ground, Surface};
+use super::temp_dir;
+use crate::control::Control;
+use crate::ply::{Frame, PlyError, PlyFile};
+use crate::raster::{Raster, quiet_gdal};
+use crate::verify::{VerifyOptions, verify};
+
+pub(super) const SIDE: usize = 5;
+pub(super) const TOLERANCE: f64 = 1.0;
+
+/// Heights on no plane around a hole of one sample.
+pub(super) fn heights() -> Vec<f64> {
+    (0..SIDE * SIDE).map(|i| if i == SIDE * SIDE / 2 { f64::NAN } else { (i * i % 7) as f64 }).collect()
+}
+
+/// The raster that meshes are held against, made once a process, in memory.
+fn raster() -> Raster {
+    static MADE: OnceLock<()> = OnceLock::new();
+    let path = Path::new("/vsimem/terrabite-fuzzing.tif");
+    MADE.get_or_init(|| {
+        quiet_gdal();
+        let driver = DriverManager::get_driver_by_name("GTiff").expect("GTiff");
+        let dataset = driver.create_with_band_type::<f64, _>(path, SIDE, SIDE, 1).expect("a raster");
+        let mut samples = Buffer::new((SIDE, SIDE), heights());
+        dataset.rasterband(1).expect("a band").write((0, 0), (SIDE, SIDE), &mut samples).expect("written");
+        dataset.close().expect("closed");
+    });
+    Raster::open(path, 1).expect("opens")
+}
+
+/// A file of any bytes is judged, or refused; and what passes is within the tolerance of every sample and covers the
+/// ground.
+pub fn ply(bytes: &[u8]) {
+    let folder = tempfile::tempdir_in(temp_dir()).expect("a folder");
+    let path = folder.path().join("mesh.ply");
+    std::fs::write(&path, bytes).expect("written");
+    let options = VerifyOptions { max_error: TOLERANCE, importance: None, temp_dir: Some(folder.path().to_path_buf()) };
+    let Ok(verdict) = verify(&raster(), &path, &options, &Control::default()) else { return };
+    assert!(!verdict.to_string().is_empty());
+    if !verdict.passes() {
+        return;
+    }
+    let mut mesh = PlyFile::open(&path).expect("a mesh");
+    let frame = Frame::of(&mesh);
+    let mut surface = Surface::default();
+    mesh.for_each_vertex(|_, [x, y, z]| {
+        surface.places.push(naive::place(x + frame.origin.0, y + frame.origin.1));
+        surface.heights.push(z / frame.z_scale);
+        Ok::<(), PlyError>(())
+    })
+    .expect("vertices");
+    mesh.for_each_face(|_, face| {
+        surface.faces.push(face.map(|v| v as usize));
+        Ok::<(), PlyError>(())
+    })
+    .expect("faces");
+    let ground = Ground { width: SIDE, height: SIDE, heights: &heights(), weights: &[] };
+    ground.check(&surface, TOLERANCE).unwrap_or_else(|wrong| panic!("it passes, but {wrong}: {verdict}"));
+}
