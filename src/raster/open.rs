@@ -7,7 +7,7 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
 use super::error::reason;
 use super::sample_type::with_sample_type;
-use super::{Cutline, GdalName, GeoTransform, Nodata, RasterError, SampleType, Scaling};
+use super::{Cutline, GdalName, GeoTransform, Nodata, RasterError, SampleType, Scaling, Window};
 
 /// One band of an open raster. Not shared between threads: each opens its own.
 #[derive(Debug)]
@@ -62,38 +62,6 @@ impl Opening {
             Some(window) => raster.clip(window),
             None => Ok(raster),
         }
-    }
-}
-
-/// A rectangle of samples.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Window {
-    /// First column.
-    pub column: usize,
-    /// First row.
-    pub row: usize,
-    /// Samples across.
-    pub width: usize,
-    /// Samples down.
-    pub height: usize,
-}
-
-impl Window {
-    /// How many samples it holds.
-    pub fn len(&self) -> usize {
-        self.width * self.height
-    }
-
-    /// Whether it holds none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-}
-
-/// As `--window` takes it.
-impl std::fmt::Display for Window {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{},{},{},{}", self.column, self.row, self.width, self.height)
     }
 }
 
