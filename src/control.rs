@@ -36,6 +36,8 @@ pub struct Cancelled;
 pub enum Stage {
     /// Decoding the raster into the temporary tiled file.
     Decode,
+    /// Finding holes that are to be bridged.
+    Holes,
     /// Finding the ranges of heights and channels.
     Ranges,
     /// Finding out, tile by tile, where a goal for all of them is met.

@@ -153,9 +153,11 @@ impl From<Error> for Failure {
             Error::Budget(error) => {
                 Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("choose it with --memory")
             }
+            Error::Field(FieldError::HolesTooLarge { .. }) => Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }
+                .hint("choose a smaller --fill-holes, or a larger --memory"),
             Error::Disk(error) => Failure { code: DISK_TOO_SMALL, ..Failure::new(error) }
                 .hint("free some space, or choose other folders with --temp-dir and OUTPUT"),
-            Error::Field(FieldError::Temporary { ref source, .. })
+            Error::Field(FieldError::Temporary { ref source, .. } | FieldError::HolesFile { ref source, .. })
             | Error::Spool(SpoolError::File { ref source, .. }) => {
                 Failure { code: code_of(source), ..Failure::new(&error) }.hint("choose another folder with --temp-dir")
             }

@@ -106,6 +106,7 @@ impl Drop for Bars {
 fn title(stage: Stage) -> &'static str {
     match stage {
         Stage::Decode => "decoding",
+        Stage::Holes => "finding holes",
         Stage::Ranges => "finding ranges",
         Stage::Survey => "surveying",
         Stage::Triangulate => "triangulating",

@@ -19,7 +19,9 @@ use super::simplify_polish::PolishArgs;
 use super::simplify_report::{Needs, Report, Seconds};
 use super::{Failure, print, values};
 use crate::control::Control;
-use crate::field::{Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, exit_on_truncation};
+use crate::field::{
+    Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, HoleOptions, exit_on_truncation, may_have_holes,
+};
 use crate::info::{DENSEST, Estimate, estimate};
 use crate::raster::{PointSource, Points, PointsError, Raster, RasterError, Watch, bound_gdal_cache, read_points};
 use crate::simplify::{
@@ -64,6 +66,11 @@ pub(crate) struct SimplifyArgs {
     /// The stored value of samples that are no heights, instead of what the raster says
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true, conflicts_with = "planar")]
     nodata: Option<String>,
+    /// Bridge holes of at most so many samples without a height: the mesh goes on over them, bound by no tolerance there. A
+    /// hole is a group of such samples, diagonal neighbours included, with none in the first or last row or column; 0 bridges
+    /// none
+    #[arg(long, value_name = "SAMPLES", value_parser = values::count, default_value_t = 0)]
+    fill_holes: u64,
     #[command(flatten)]
     clip: ClipArgs,
     #[command(flatten)]
@@ -196,6 +203,12 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     };
     if channels.is_some() {
         params.takes_channels()?;
+        if args.fill_holes > 0 {
+            return Err(Failure::usage(
+                "--fill-holes cannot stand beside --channels and --planar: holes have no values",
+            )
+            .hint("gdal_fillnodata can give them values"));
+        }
     }
     let bands = channels.as_ref().map(|c| c.open(&raster)).transpose()?.unwrap_or_default();
     let importance = args.importance.open(&raster)?;
@@ -215,6 +228,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         engine: params.engine,
         quality: params.quality,
         points: params.points.as_ref().map_or(0, |p| p.len()),
+        holes: args.fill_holes > 0 && may_have_holes(&raster).map_err(Error::from)?,
     };
     let plan = Plan::new(budget, &load, wanted).map_err(Error::from)?;
     bound_gdal_cache(plan.cache_bytes);
@@ -346,6 +360,11 @@ impl Job<'_> {
     /// What the run will need, from the density of a few tiles.
     fn needs(&self) -> Result<Needs, Error> {
         let density = match &self.channels {
+            // Points may lie in holes, which only the whole raster tells.
+            None if self.args.fill_holes > 0 => {
+                let params = Params { points: None, ..self.params.clone() };
+                probe_density(&self.raster, self.importance.as_ref(), &params, self.control)?
+            }
             None => probe_density(&self.raster, self.importance.as_ref(), &self.params, self.control)?,
             Some(options) => {
                 let extended = Extended::find(&self.raster, options, self.control)?;
@@ -376,6 +395,11 @@ impl Job<'_> {
         Ok(Some(Extended::find(&self.raster, options, self.control)?))
     }
 
+    /// The most samples of a hole that is bridged, if any is.
+    fn fill_holes(&self) -> Option<u64> {
+        Some(self.args.fill_holes).filter(|most| *most > 0)
+    }
+
     fn run(&self) -> Result<Report, Failure> {
         let start = Instant::now();
         let rasters = [Some(&self.raster), self.importance.as_ref()].into_iter().flatten();
@@ -385,6 +409,7 @@ impl Job<'_> {
         named.extend(self.args.nodata.as_ref().map(|_| ("nodata", format!("{:?}", self.raster.nodata()))));
         named
             .extend(self.raster.cutline().map(|c| ("cutline", format!("polygons with checksum {:08x}", c.checksum()))));
+        named.extend(self.fill_holes().map(|most| ("fill holes", most.to_string())));
         named.extend(extended.iter().flat_map(Extended::named));
         let open = |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &watches, named.clone());
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
@@ -429,6 +454,12 @@ impl Job<'_> {
             None => Field::open_with_importance(&self.raster, self.importance.as_ref(), &options, self.control)?,
             Some(extended) => extended.open(&self.raster, &options, self.control)?,
         };
+        let holes = HoleOptions {
+            most: args.fill_holes,
+            // Lists that grow leave about as much behind.
+            memory_bytes: self.plan.before_tiles_bytes / 2,
+            temp_dir: self.params.temp_dir.clone(),
+        };
         let in_place = |f: &&Field| *f.access() == Access::InPlace;
         // Channels are bands of the same file.
         let mapped = [field.each().find(in_place).map(|_| &field), field.importance().filter(in_place)];
@@ -438,6 +469,8 @@ impl Job<'_> {
             exit_on_truncation(&message, staged.partial_path())
                 .map_err(|source| FieldError::Map { path: args.input.clone(), source })?;
         }
+        // What follows reads samples, perhaps of a mapped file.
+        let field = if args.fill_holes > 0 { field.with_holes_bridged(&holes, self.control)? } else { field };
         let opened = Instant::now();
         let mesh = match kept {
             Some(kept) => triangulate_into(&|grid, pass| kept.spool(grid, pass), &field, &self.params, self.control)?,
@@ -462,6 +495,10 @@ impl Job<'_> {
         let report = Report::new(&field, &self.params, self.plan, &args.output, &summary, seconds, &mesh);
         let report = match extended {
             Some(extended) => report.channels(extended.report(&summary.errors)),
+            None => report,
+        };
+        let report = match self.fill_holes() {
+            Some(_) => report.holes(field.holes()),
             None => report,
         };
         let report = match (&args.cutline.cutline, self.raster.cutline()) {
@@ -506,6 +543,7 @@ fn comments(raster: &Raster, args: &SimplifyArgs) -> Vec<String> {
     comments.extend(raster.window().map(|window| format!("window {window}")));
     comments.extend(args.goal.comments());
     comments.extend(args.nodata.as_ref().map(|value| format!("nodata {value}")));
+    comments.extend(Some(args.fill_holes).filter(|most| *most > 0).map(|most| format!("fill holes {most}")));
     comments.extend(args.cutline.comments());
     comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));
     comments.extend(args.points.iter().map(|points| format!("points {}", name(points))));

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::goal::{GoalArgs, GoalReport};
 use super::simplify_channels::ChannelReport;
 use super::simplify_map::MapReport;
-use crate::field::{Access, Field};
+use crate::field::{Access, Field, Holes};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
 use crate::measure::ShapeStats;
@@ -27,11 +27,14 @@ pub(super) struct Report {
     /// Null where all of the raster is meant, or of the window.
     cutline: Option<CutlineReport>,
     map: Option<MapReport>,
-    /// Those on the ground, which the mesh covers.
+    /// Those on the ground that have heights: the mesh covers them and is within the tolerance there.
     samples: u64,
     /// Samples that are no heights, and heights that no ground reaches: in no cell with two others beside them.
     nodata_samples: u64,
     stray_samples: u64,
+    /// Holes that are bridged, and their samples: the mesh covers them and is bound to nothing there. Null where none were to be.
+    bridged_holes: Option<u64>,
+    bridged_samples: Option<u64>,
     triangles: u64,
     vertices: u64,
     samples_per_triangle: f64,
@@ -207,6 +210,8 @@ impl Report {
             samples: errors.samples,
             nodata_samples: errors.nodata,
             stray_samples: errors.stray,
+            bridged_holes: None,
+            bridged_samples: None,
             triangles: summary.triangles,
             vertices: summary.vertices,
             samples_per_triangle: errors.samples as f64 / summary.triangles as f64,
@@ -246,6 +251,12 @@ impl Report {
         Report { window: raster.window().map(|w| [w.column, w.row, w.width, w.height]), ..self }
     }
 
+    /// Of a run that bridges holes: those that it has found.
+    pub(super) fn holes(self, holes: Option<&Holes>) -> Report {
+        let (count, samples) = holes.map_or((0, 0), |holes| (holes.count(), holes.samples()));
+        Report { bridged_holes: Some(count), bridged_samples: Some(samples), ..self }
+    }
+
     /// Of a run inside polygons, read from this file.
     pub(super) fn cutline(self, file: &Path, cutline: &Cutline) -> Report {
         let (polygons, vertices) = cutline.counts();
@@ -280,6 +291,12 @@ impl Report {
         let mut lines = vec![("samples", format!("{}, {}", grouped(self.samples), access(&self.access)))];
         if self.nodata_samples > 0 {
             lines.push(("nodata", self.nodata()));
+        }
+        if let (Some(holes), Some(samples)) = (self.bridged_holes, self.bridged_samples) {
+            lines.push((
+                "bridged",
+                format!("{} holes of {} samples without a height", grouped(holes), grouped(samples)),
+            ));
         }
         lines.extend([
             ("triangles", format!("{}, {:.1} samples each", grouped(self.triangles), self.samples_per_triangle)),

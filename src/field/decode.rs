@@ -135,21 +135,29 @@ impl Reader {
 /// Windows that together are the raster. Whole blocks of the source as far as [`UNIT_BYTES`] allow; where one row of
 /// blocks is more than that, columns of blocks, or, in strips, as many whole strips as fit and at least one.
 pub(super) fn units(raster: &Raster) -> Vec<Window> {
-    let (block_width, block_height) = raster.block_size();
-    let most = (UNIT_BYTES / raster.sample_type().bytes()).max(1);
+    windows_of((raster.width(), raster.height()), raster.block_size(), raster.sample_type().bytes())
+}
+
+/// The same for so many samples across and down in blocks of this size, where a unit takes so many bytes for each.
+pub(super) fn windows_of(
+    (raster_width, raster_height): (usize, usize),
+    (block_width, block_height): (usize, usize),
+    sample_bytes: usize,
+) -> Vec<Window> {
+    let most = (UNIT_BYTES / sample_bytes).max(1);
     let fitting = |side: usize, other: usize, whole: usize| {
         let blocks = (most / other / side).max(1);
         (blocks * side).min(whole)
     };
-    let width = fitting(block_width, block_height, raster.width());
-    let rows = fitting(block_height, width, raster.height());
+    let width = fitting(block_width, block_height, raster_width);
+    let rows = fitting(block_height, width, raster_height);
     // One block larger than a unit is read in parts; GDAL keeps it decoded.
     let rows = if rows * width > most && block_height > 1 { (most / width).max(1) } else { rows };
     let mut units = Vec::new();
-    for row in (0..raster.height()).step_by(rows) {
-        for column in (0..raster.width()).step_by(width) {
-            let width = width.min(raster.width() - column);
-            units.push(Window { column, row, width, height: rows.min(raster.height() - row) });
+    for row in (0..raster_height).step_by(rows) {
+        for column in (0..raster_width).step_by(width) {
+            let width = width.min(raster_width - column);
+            units.push(Window { column, row, width, height: rows.min(raster_height - row) });
         }
     }
     units

@@ -49,6 +49,27 @@ pub enum FieldError {
         /// Why not.
         reason: String,
     },
+    /// The temporary file of heights in bridged holes cannot be made, written or read.
+    #[error("{}: the temporary file of bridged holes failed: {source}", dir.display())]
+    HolesFile {
+        /// The folder of temporary files.
+        dir: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Holes that may be bridged take too much memory before it is known whether they are.
+    #[error(
+        "{}: expected holes that are found in {budget_bytes} bytes of memory, found more at row {row}",
+        path.display()
+    )]
+    HolesTooLarge {
+        /// The raster.
+        path: PathBuf,
+        /// The row by which they do.
+        row: usize,
+        /// What they may take.
+        budget_bytes: u64,
+    },
     /// A sample of a channel has no value where there is a height.
     #[error(
         "{}: expected a value wherever there is a height, found a nodata sample ({found}) at column {column}, row {row}; \

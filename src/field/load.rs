@@ -2,7 +2,7 @@
 
 use super::stored::{Height, Stored};
 use super::tile::padded;
-use super::{Field, FieldError, Tile, Validity};
+use super::{Field, FieldError, Heights, Tile, Validity};
 use crate::exact::MAX_WEIGHT;
 use crate::raster::{Window, with_sample_type};
 
@@ -10,6 +10,8 @@ use crate::raster::{Window, with_sample_type};
 pub(super) enum Missing<'a> {
     /// They are marked, also those one sample around the window, and stand at 0.
     Marked(&'a mut Validity),
+    /// They are marked, those of the window alone, and stand at 0.
+    MarkedWithin(&'a mut Validity),
     /// They stand at 0 where these are missing, too, and are refused elsewhere.
     RefusedWhere(&'a Validity),
     /// They are refused.
@@ -20,7 +22,7 @@ impl Missing<'_> {
     /// Whether a sample is known to be missing.
     fn is_known(&self, column: i32, row: i32) -> bool {
         match self {
-            Missing::Marked(validity) => !validity.is_valid(column, row),
+            Missing::Marked(validity) | Missing::MarkedWithin(validity) => !validity.is_valid(column, row),
             Missing::RefusedWhere(validity) => !validity.is_valid(column, row),
             Missing::Refused => false,
         }
@@ -30,7 +32,7 @@ impl Missing<'_> {
 impl Field {
     /// Copies a window into `tile` as heights, with weights where the field has them, and beside them the channels'
     /// values, reusing its memory. Samples that the nodata value, NaN, a mask or the cutline says are no heights are
-    /// marked in [`Tile::validity`]; of weights and channels none may be missing where there is a height.
+    /// marked in [`Tile::validity`], but those of bridged holes; of weights and channels none may be missing where there is a height.
     ///
     /// # Errors
     /// [`FieldError::Nodata`], [`FieldError::NotAHeight`], [`FieldError::NotAWeight`], [`FieldError::Inexact`], each
@@ -43,10 +45,16 @@ impl Field {
         assert!(inside, "{window:?} of a field of {} × {}", self.width, self.height);
         tile.width = window.width;
         tile.height = window.height;
-        let Tile { heights, weights, channels, stored, validity, .. } = tile;
+        let Tile { heights, weights, stored, validity, bridged, .. } = tile;
+        bridged.clear();
+        if let Some(holes) = &self.holes {
+            holes.within(self.around(window), bridged)?;
+        }
+        // Of a hole beside the window nothing but the validity is seen.
+        let is_bridged = bridged.iter().any(|sample| sample.place_in(window).is_some());
         validity.reset(window, (self.width, self.height));
         let missing = Missing::Marked(validity);
-        if self.fits_f32() {
+        if self.fits_f32() && !is_bridged {
             let heights = heights.as_f32(window.len());
             with_sample_type!(self.sample_type, T => self.copy::<T, f32>(window, stored, heights, missing))?;
         } else {
@@ -55,8 +63,11 @@ impl Field {
         }
         match &self.importance {
             Some(importance) => importance.load_weights(window, stored, padded(weights, window.len()), validity)?,
+            None if is_bridged => padded(weights, window.len()).fill(1.0),
             None => weights.clear(),
         }
+        self.bridge(window, tile);
+        let Tile { channels, stored, validity, .. } = tile;
         let fields = self.channels.iter().flat_map(|c| &c.fields);
         channels.resize_with(self.channels().len(), Vec::new);
         let validity = &*validity;
@@ -67,7 +78,25 @@ impl Field {
         Ok(())
     }
 
-    /// Whether tiles of this field hold their heights in single precision.
+    /// Puts the samples of bridged holes that are known of the tile on the ground.
+    fn bridge(&self, window: Window, tile: &mut Tile) {
+        let Tile { heights, weights, validity, bridged, .. } = tile;
+        for sample in bridged {
+            let (column, row) =
+                (i64::from(sample.column) - window.column as i64, i64::from(sample.row) - window.row as i64);
+            // It has a height only if the raster has changed, which is noticed elsewhere.
+            if validity.is_valid(column as i32, row as i32) {
+                continue;
+            }
+            validity.bridge(column as i32, row as i32);
+            if let (Some(place), Heights::F64(heights)) = (sample.place_in(window), &mut *heights) {
+                heights[place] = sample.height;
+                weights[place] = 0.0;
+            }
+        }
+    }
+
+    /// Whether tiles of this field hold their heights in single precision, but where holes are bridged.
     pub fn fits_f32(&self) -> bool {
         self.importance.is_none() && self.sample_type.fits_f32() && self.scaling.is_none()
     }
@@ -142,7 +171,9 @@ impl Field {
                 }
                 let within = inner.contains(&column) && row >= 0 && row < window.height as i32;
                 match &mut missing {
-                    Missing::Marked(validity) if is_nodata(stored) => validity.mark(column, row),
+                    Missing::Marked(validity) | Missing::MarkedWithin(validity) if is_nodata(stored) => {
+                        validity.mark(column, row);
+                    }
                     _ if !within => {}
                     _ => {
                         let place = ((window.column as i64 + i64::from(column)) as usize, window.row + row as usize);
@@ -157,7 +188,7 @@ impl Field {
     }
 
     /// The window and the samples around it.
-    fn around(&self, window: Window) -> Window {
+    pub(super) fn around(&self, window: Window) -> Window {
         let (column, row) = (window.column.saturating_sub(1), window.row.saturating_sub(1));
         let (right, bottom) = (window.column + window.width, window.row + window.height);
         let (right, bottom) = ((right + 1).min(self.width), (bottom + 1).min(self.height));
@@ -166,8 +197,12 @@ impl Field {
 
     /// Marks what is outside of the cutline. Whether all of the window is, so that nothing need be read.
     fn mark_outside(&self, window: Window, missing: &mut Missing<'_>) -> bool {
-        let (Some(cutline), Missing::Marked(validity)) = (&self.cutline, missing) else { return false };
-        let outer = self.around(window);
+        let Some(cutline) = &self.cutline else { return false };
+        let (validity, outer) = match missing {
+            Missing::Marked(validity) => (validity, self.around(window)),
+            Missing::MarkedWithin(validity) => (validity, window),
+            Missing::RefusedWhere(_) | Missing::Refused => return false,
+        };
         let (left, top) = (window.column - outer.column, window.row - outer.row);
         let mut inside = Vec::new();
         cutline.mask(outer, &mut inside);
@@ -189,7 +224,7 @@ impl Field {
                 let (column, row) = (outer.column + column + i, outer.row + row);
                 let place = (column as i32 - window.column as i32, row as i32 - window.row as i32);
                 match missing {
-                    Missing::Marked(validity) => validity.mark(place.0, place.1),
+                    Missing::Marked(validity) | Missing::MarkedWithin(validity) => validity.mark(place.0, place.1),
                     _ if missing.is_known(place.0, place.1) => {}
                     _ => {
                         let (path, found) = (self.name.clone(), "masked".to_string());
@@ -204,7 +239,7 @@ impl Field {
     /// Puts 0 where no value is.
     fn level_missing<H: Height>(&self, window: Window, out: &mut [H], missing: &Missing<'_>) {
         let validity = match missing {
-            Missing::Marked(validity) => &**validity,
+            Missing::Marked(validity) | Missing::MarkedWithin(validity) => &**validity,
             Missing::RefusedWhere(validity) => validity,
             Missing::Refused => return,
         };

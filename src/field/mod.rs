@@ -8,6 +8,9 @@
 //! A second raster may come with the first, an importance raster: the weights of errors at the same samples. It is a
 //! field of its own, read in the same ways, and its numbers become the weights of a [`Tile`].
 //!
+//! Small holes of a raster may be bridged ([`Field::with_holes_bridged`], `holes`): tiles then have their samples as ground
+//! that no tolerance binds.
+//!
 //! Copying out ([`Field::load`]) is the one place that knows stored types, byte order, scale and offset, and which
 //! stored values are no heights, or no weights. Behind it there are only heights and weights, and beside them the values
 //! of channels, which are fields of their own (`channels`).
@@ -15,6 +18,7 @@
 mod channels;
 mod decode;
 mod error;
+mod holes;
 mod in_place;
 mod load;
 mod map;
@@ -29,6 +33,7 @@ mod windows;
 pub use channels::{ChannelOptions, find_ranges, height_range};
 pub use decode::{UNIT_BYTES, decoded_bytes};
 pub use error::FieldError;
+pub use holes::{HoleOptions, Holes, may_have_holes};
 pub use map::exit_on_truncation;
 pub use open::{Access, Choice, Field, FieldOptions, suits_windows};
 pub(crate) use tile::PADDING;

@@ -3,6 +3,7 @@ use std::sync::Arc;
 
 use super::channels::Channels;
 use super::decode::{Decoded, decode};
+use super::holes::Holes;
 use super::in_place::map_in_place;
 use super::source::Source;
 use super::store::{Bytes, Offsets, Store};
@@ -16,6 +17,8 @@ pub struct Field {
     pub(super) name: PathBuf,
     pub(super) width: usize,
     pub(super) height: usize,
+    /// Samples across and down in the blocks of what it is read from.
+    pub(super) block: (usize, usize),
     pub(super) sample_type: SampleType,
     pub(super) scaling: Scaling,
     pub(super) nodata: Nodata,
@@ -29,6 +32,8 @@ pub struct Field {
     pub(super) channels: Option<Channels>,
     /// Weights of errors, a field of the same size.
     pub(super) importance: Option<Box<Field>>,
+    /// Holes that are bridged.
+    pub(super) holes: Option<Holes>,
 }
 
 /// How a field came to be readable.
@@ -125,6 +130,7 @@ impl Field {
             name: raster.path().to_path_buf(),
             width: raster.width(),
             height: raster.height(),
+            block: raster.block_size(),
             sample_type: raster.sample_type(),
             scaling: raster.scaling(),
             nodata: raster.nodata(),
@@ -135,6 +141,7 @@ impl Field {
             access,
             channels: None,
             importance: None,
+            holes: None,
         })
     }
 
@@ -196,6 +203,7 @@ impl Field {
             name: PathBuf::from("heights in memory"),
             width,
             height,
+            block: (width, height),
             sample_type,
             scaling: Scaling::NONE,
             nodata: Nodata::None,
@@ -206,6 +214,7 @@ impl Field {
             access: Access::Memory,
             channels: None,
             importance: None,
+            holes: None,
         })
     }
 
@@ -239,13 +248,14 @@ impl Field {
         self.importance.as_deref()
     }
 
-    /// The bytes of its temporary files, those of its weights and channels among them.
+    /// The bytes of its temporary files, those of its weights, channels and bridged holes among them.
     pub fn decoded_bytes(&self) -> u64 {
         let bytes = |field: &Field| match field.access {
             Access::Decoded { bytes, .. } => bytes,
             Access::InPlace | Access::Windows { .. } | Access::Memory => 0,
         };
-        self.each().chain(self.importance()).map(bytes).sum()
+        let holes = self.holes().map_or(0, Holes::bytes);
+        self.each().chain(self.importance()).map(bytes).sum::<u64>() + holes
     }
 
     /// What messages call it: the raster's path.

@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
 use super::Validity;
+use super::holes::Bridged;
 use crate::channels::ChannelError;
 use crate::exact::{self, MAX_WEIGHT};
 use crate::lattice::Point;
@@ -11,7 +12,7 @@ use crate::mesh::Vertex;
 /// Row-major, `width` × `height` samples, every one a finite height: 0 where a sample is not valid. The memory is reused
 /// from tile to tile.
 ///
-/// Where an importance raster says how much errors weigh, a tile has a weight for every sample, and holds its heights in
+/// Where an importance raster says how much errors weigh, or a hole is bridged, a tile has a weight for every sample, and holds its heights in
 /// double precision whatever their type: kernels then have one precision for heights, weights and limits, and those for
 /// single precision need not know of weights.
 #[derive(Debug, Clone, Default)]
@@ -24,12 +25,15 @@ pub struct Tile {
     pub(crate) channels: Vec<Vec<f64>>,
     /// What an error in the channels counts; `None` where there are none.
     pub(crate) channel_error: Option<Arc<ChannelError>>,
-    /// What errors weigh: empty where all weigh 1; else as long as the heights, which are double then.
+    /// What errors weigh: empty where all weigh 1; else as long as the heights, which are double then. 0 at samples of
+    /// bridged holes.
     pub(crate) weights: Vec<f64>,
     /// Which samples are heights. The ground's loops keep engines away from the others.
     pub(crate) validity: Validity,
     /// Scratch memory for samples as they are stored.
     pub(super) stored: Vec<u64>,
+    /// Scratch memory for samples of bridged holes.
+    pub(super) bridged: Vec<Bridged>,
 }
 
 /// Values behind the last sample, all 0: whole lanes can be read from every sample on.
@@ -207,7 +211,7 @@ impl Tile {
         if self.is_weighted() {
             hasher.update(bytemuck::cast_slice(&self.weights[..len]));
         }
-        hasher.update(self.validity.bytes());
+        self.validity.bytes().iter().for_each(|bytes| hasher.update(bytes));
         hasher.finalize()
     }
 

@@ -1,10 +1,10 @@
 use crate::raster::Window;
 
 /// Which samples of a window are heights, and which of those one sample around it: neighbours see the same ground on
-/// both sides of their common line.
+/// both sides of their common line. Samples of bridged holes count as valid.
 ///
 /// The ground is every cell with four valid samples, and of every cell with three the triangle of these. Memory: nothing
-/// where every sample is valid, else one byte per sample.
+/// where every sample is valid, else one byte per sample, and another where holes are bridged.
 #[derive(Debug, Clone, Default)]
 pub struct Validity {
     width: usize,
@@ -13,6 +13,8 @@ pub struct Validity {
     beyond: [bool; 4],
     /// Row by row, the samples around among them. Empty where all are valid.
     flags: Vec<bool>,
+    /// Which samples are valid although they have no height, in the same order. Empty where none is.
+    bridged: Vec<bool>,
 }
 
 /// What of a cell is ground. Corners are counted around: upper left, upper right, lower right, lower left.
@@ -44,6 +46,7 @@ impl Validity {
         let (right, bottom) = (window.column + window.width, window.row + window.height);
         self.beyond = [window.column > 0, window.row > 0, right < width, bottom < height];
         self.flags.clear();
+        self.bridged.clear();
     }
 
     /// Takes a sample's height away. Counted from the window's corner; −1 is before it.
@@ -53,6 +56,14 @@ impl Validity {
         }
         let index = self.index(column, row);
         self.flags[index] = false;
+    }
+
+    /// Makes a sample without a height valid, as one of a bridged hole.
+    pub(super) fn bridge(&mut self, column: i32, row: i32) {
+        let index = self.index(column, row);
+        self.flags[index] = true;
+        self.bridged.resize(self.flags.len(), false);
+        self.bridged[index] = true;
     }
 
     /// Outside the field nothing is valid.
@@ -80,7 +91,7 @@ impl Validity {
         (row + 1) as usize * (self.width + 2) + (column + 1) as usize
     }
 
-    /// Whether every sample is valid, those around the window among them.
+    /// Whether every sample is valid and none of a bridged hole, those around the window among them.
     #[inline(always)]
     pub fn is_whole(&self) -> bool {
         self.flags.is_empty()
@@ -90,6 +101,18 @@ impl Validity {
     #[inline(always)]
     pub fn is_valid(&self, column: i32, row: i32) -> bool {
         self.flags.is_empty() || self.flags[self.index(column, row)]
+    }
+
+    /// Whether a sample is one of a bridged hole: valid, at a height that nothing has measured.
+    #[inline(always)]
+    pub fn is_bridged(&self, column: i32, row: i32) -> bool {
+        !self.bridged.is_empty() && self.bridged[self.index(column, row)]
+    }
+
+    /// Whether a sample is valid and has a height of its own.
+    #[inline(always)]
+    pub fn has_height(&self, column: i32, row: i32) -> bool {
+        self.is_valid(column, row) && !self.is_bridged(column, row)
     }
 
     /// The samples of a row of the window; empty where all are valid.
@@ -121,8 +144,8 @@ impl Validity {
     }
 
     /// The flags, for checksums.
-    pub(super) fn bytes(&self) -> &[u8] {
-        bytemuck::cast_slice(&self.flags)
+    pub(super) fn bytes(&self) -> [&[u8]; 2] {
+        [&self.flags, &self.bridged].map(|flags| bytemuck::cast_slice(flags))
     }
 }
 

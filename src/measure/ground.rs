@@ -1,5 +1,6 @@
 use std::ops::RangeInclusive;
 
+use super::ErrorStats;
 use crate::field::Tile;
 use crate::triangulate::feasible::Spans;
 
@@ -18,6 +19,8 @@ enum Sample {
     Missing,
     /// A neighbour's, or nobody's.
     Foreign,
+    /// Owned and on the ground, but without a height, and in no triangle so far.
+    Bridged,
     /// Owned and on the ground.
     Due,
     /// Measured.
@@ -29,8 +32,9 @@ impl Ground {
         let place = |i: usize| (i % tile.width, i / tile.width);
         let sample = |i: usize| match place(i) {
             (column, row) if !tile.validity.is_valid(column as i32, row as i32) => Sample::Missing,
-            (column, row) if owns(tile, column, row) => Sample::Due,
-            _ => Sample::Foreign,
+            (column, row) if !owns(tile, column, row) => Sample::Foreign,
+            (column, row) if tile.validity.is_bridged(column as i32, row as i32) => Sample::Bridged,
+            _ => Sample::Due,
         };
         Ground { width: tile.width, samples: (0..tile.width * tile.height).map(sample).collect() }
     }
@@ -60,7 +64,12 @@ impl Ground {
                 if is_due {
                     *sample = Sample::Seen;
                     begun = begun.or(Some(column));
-                } else if let Some(start) = begun.take() {
+                    continue;
+                }
+                if *sample == Sample::Bridged {
+                    *sample = Sample::Foreign;
+                }
+                if let Some(start) = begun.take() {
                     visit(base + start..=base + column - 1, (start, row));
                 }
             }
@@ -70,27 +79,27 @@ impl Ground {
         }
     }
 
-    /// How many samples are missing, and how many that are there have no ground, of the first `owned` columns and rows.
+    /// Counts which samples are missing, which that are there have no ground, and which are bridged, of the first `owned`
+    /// columns and rows.
     ///
     /// # Panics
     /// If a sample is still due.
-    pub(super) fn finish(&self, tile: &Tile, owned: (usize, usize)) -> (u64, u64) {
-        let due = self.samples.iter().position(|s| *s == Sample::Due);
+    pub(super) fn finish(&self, tile: &Tile, owned: (usize, usize), stats: &mut ErrorStats) {
+        let due = self.samples.iter().position(|s| matches!(s, Sample::Due | Sample::Bridged));
         assert!(
             due.is_none(),
             "no triangle covers sample {:?} of the tile",
             due.map(|i| (i % self.width, i / self.width))
         );
-        let (mut missing, mut stray) = (0, 0);
         for (i, sample) in self.samples.iter().enumerate() {
             let (column, row) = (i % self.width, i / self.width);
             if column < owned.0 && row < owned.1 {
                 let is_stray = *sample == Sample::Foreign && !tile.validity.is_ground(column as i32, row as i32);
-                missing += u64::from(*sample == Sample::Missing);
-                stray += u64::from(is_stray);
+                stats.nodata += u64::from(*sample == Sample::Missing);
+                stats.stray += u64::from(is_stray);
+                stats.bridged += u64::from(tile.validity.is_bridged(column as i32, row as i32));
             }
         }
-        (missing, stray)
     }
 }
 

@@ -26,12 +26,14 @@ pub const BINS: usize = 256;
 /// Errors over a set of samples: vertical distances between surface and samples, in the heights' units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorStats {
-    /// How many samples were measured: those on the ground.
+    /// How many samples were measured: those on the ground that have heights.
     pub samples: u64,
     /// How many are no heights.
     pub nodata: u64,
     /// How many are heights but in no cell with two others beside them, so that no ground reaches them.
     pub stray: u64,
+    /// How many are on the ground as samples of bridged holes, without a height to measure by.
+    pub bridged: u64,
     /// The largest error.
     pub max: f64,
     /// The largest error × weight; where errors are not weighted, the largest error.
@@ -53,9 +55,21 @@ impl Default for ErrorStats {
     fn default() -> Self {
         let (max, worst, squares) = (0.0, (0, 0), 0.0);
         let histogram = Box::new([0; BINS]);
-        let (samples, nodata, stray) = (0, 0, 0);
+        let (samples, nodata, stray, bridged) = (0, 0, 0, 0);
         let (extended, shape) = (None, None);
-        ErrorStats { samples, nodata, stray, max, weighted_max: max, worst, squares, histogram, extended, shape }
+        ErrorStats {
+            samples,
+            nodata,
+            stray,
+            bridged,
+            max,
+            weighted_max: max,
+            worst,
+            squares,
+            histogram,
+            extended,
+            shape,
+        }
     }
 }
 
@@ -77,6 +91,7 @@ impl ErrorStats {
         self.samples += other.samples;
         self.nodata += other.nodata;
         self.stray += other.stray;
+        self.bridged += other.bridged;
         self.squares += other.squares;
         for (sum, count) in self.histogram.iter_mut().zip(other.histogram.iter()) {
             *sum += count;
@@ -85,7 +100,7 @@ impl ErrorStats {
 
     /// Samples on the ground and others.
     pub fn all_samples(&self) -> u64 {
-        self.samples + self.nodata + self.stray
+        self.samples + self.nodata + self.stray + self.bridged
     }
 
     /// Root of the mean square error.
@@ -161,7 +176,7 @@ pub fn measure(
     stats.worst = (origin.0 + meter.worst.0 as u64, origin.1 + meter.worst.1 as u64);
     match &meter.ground {
         None => assert_eq!(stats.samples, (owned.0 * owned.1) as u64, "samples covered of a tile at {origin:?}"),
-        Some(ground) => (stats.nodata, stats.stray) = ground.finish(tile, owned),
+        Some(ground) => ground.finish(tile, owned, &mut stats),
     }
     if !tile.is_weighted() {
         stats.weighted_max = stats.max;

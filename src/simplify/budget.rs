@@ -16,6 +16,10 @@ const BASE: u64 = 52 << 20;
 /// type.
 const BYTES_PER_WEIGHT: u64 = 12;
 
+/// What bridged holes add to what a thread needs, per sample: that of weights, which say where no tolerance binds, a flag,
+/// and the place and height of a sample that is bridged.
+const BYTES_PER_BRIDGED: u64 = BYTES_PER_WEIGHT + 1 + 16;
+
 /// What the set of all points takes per point, see `PointSet`.
 const BYTES_PER_POINT: u64 = 8;
 
@@ -55,13 +59,15 @@ pub struct Load<'a> {
     pub quality: Quality,
     /// How many samples must be vertices.
     pub points: usize,
+    /// Whether holes are bridged.
+    pub holes: bool,
 }
 
 impl<'a> Load<'a> {
     /// A raster and nothing else, by the engine that is the default.
     pub fn of(raster: &'a Raster, grid: TileGrid) -> Load<'a> {
         let (engine, quality) = (EngineChoice::default(), Quality::default());
-        Load { raster, importance: None, channels: &[], grid, engine, quality, points: 0 }
+        Load { raster, importance: None, channels: &[], grid, engine, quality, points: 0, holes: false }
     }
 }
 
@@ -76,6 +82,9 @@ pub struct Plan {
     pub cache_bytes: u64,
     /// What the run holds at the most.
     pub needed_bytes: u64,
+    /// What may be held beside the fixed things while no tile is worked on.
+    #[serde(skip)]
+    pub before_tiles_bytes: u64,
 }
 
 /// The budget is too small for even one thread.
@@ -104,10 +113,11 @@ impl Plan {
     /// # Errors
     /// [`BudgetTooSmall`].
     pub fn new(budget_bytes: u64, load: &Load<'_>, threads: usize) -> Result<Plan, BudgetTooSmall> {
-        let Load { raster, importance, channels, grid, engine, quality, points } = *load;
+        let Load { raster, importance, channels, grid, engine, quality, points, holes } = *load;
         // Blocks of bands that are interleaved are decoded together.
         let blocks = block_bytes(raster) + importance.into_iter().chain(channels).map(block_bytes).sum::<u64>();
         let weights = if importance.is_some() { BYTES_PER_WEIGHT } else { 0 };
+        let weights = if holes { BYTES_PER_BRIDGED } else { weights };
         let channels = channels.len() as u64 * BYTES_PER_CHANNEL_SAMPLE;
         let per_sample = engine.bytes_per_sample() + quality.bytes_per_sample() + weights + channels;
         let cache_bytes = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
@@ -131,7 +141,10 @@ impl Plan {
         }
         let threads = (fitting.max(1) as usize).min(threads);
         let cache_bytes = if fitting == 0 { *CACHE.start() } else { cache_bytes };
-        Ok(Plan { budget_bytes, threads, cache_bytes, needed_bytes: base + cache_bytes + threads as u64 * each })
+        let needed_bytes = base + cache_bytes + threads as u64 * each;
+        let tiles = threads as u64 * grid.largest() as u64 * per_sample;
+        let before_tiles_bytes = (budget_bytes + tiles).saturating_sub(needed_bytes);
+        Ok(Plan { budget_bytes, threads, cache_bytes, needed_bytes, before_tiles_bytes })
     }
 }
 

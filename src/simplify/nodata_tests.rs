@@ -10,7 +10,7 @@ use super::*;
 use crate::channels::{Channel, ChannelError, Number, Range, Ranges};
 use crate::control::Control;
 use crate::exact;
-use crate::field::{Choice, Field, FieldError, FieldOptions, Heights};
+use crate::field::{Choice, Field, FieldError, FieldOptions, Heights, HoleOptions};
 use crate::lattice::{Point, orient};
 use crate::raster::{CutlineSource, PointSet, Raster, Window, read_cutline};
 use crate::triangulate::cuts::Cuts;
@@ -25,12 +25,46 @@ struct Scene {
     /// Weights of errors and the values of a channel: neither where the height is missing, or no weights or channel at all.
     weights: Vec<f64>,
     channel: Vec<f64>,
+    /// Holes of so many samples are bridged, and these are theirs.
+    most: usize,
+    bridged: BTreeSet<Place>,
 }
 
 impl Scene {
+    fn new(width: usize, height: usize, heights: Vec<f64>) -> Scene {
+        let bridged = BTreeSet::new();
+        Scene { width, height, heights, weights: Vec::new(), channel: Vec::new(), most: 0, bridged }
+    }
+
     fn at(&self, (column, row): Place) -> Option<f64> {
         let inside = column >= 0 && row >= 0 && column < self.width as i32 && row < self.height as i32;
         inside.then(|| self.heights[row as usize * self.width + column as usize]).filter(|z| !z.is_nan())
+    }
+
+    fn is_ground(&self, place: Place) -> bool {
+        self.at(place).is_some() || self.bridged.contains(&place)
+    }
+
+    /// Bridges holes of at most so many samples.
+    fn bridging(self, most: usize) -> Scene {
+        let (mut seen, mut bridged) = (BTreeSet::new(), BTreeSet::new());
+        for start in self.places().filter(|&p| self.at(p).is_none()) {
+            let (mut hole, mut open) = (BTreeSet::new(), vec![start]);
+            while let Some((column, row)) = open.pop().filter(|&p| seen.insert(p)) {
+                hole.insert((column, row));
+                let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (column + dx, row + dy)));
+                let within = |p: &Place| p.0 >= 0 && p.1 >= 0 && p.0 < self.width as i32 && p.1 < self.height as i32;
+                open.extend(around.filter(|p| within(p) && self.at(*p).is_none() && !seen.contains(p)));
+                open.sort_unstable();
+                open.dedup();
+            }
+            let (right, bottom) = (self.width as i32 - 1, self.height as i32 - 1);
+            let at_edge = |&(column, row): &Place| column == 0 || row == 0 || column == right || row == bottom;
+            if hole.len() <= most && !hole.iter().any(at_edge) {
+                bridged.extend(hole);
+            }
+        }
+        Scene { most, bridged, ..self }
     }
 
     fn places(&self) -> impl Iterator<Item = Place> {
@@ -41,7 +75,7 @@ impl Scene {
     /// Corners of the ground of every cell, around.
     fn cells(&self) -> Vec<Vec<Place>> {
         let corners = |(c, r): Place| [(c, r), (c + 1, r), (c + 1, r + 1), (c, r + 1)];
-        let valid = |p: Place| corners(p).into_iter().filter(|&q| self.at(q).is_some()).collect::<Vec<_>>();
+        let valid = |p: Place| corners(p).into_iter().filter(|&q| self.is_ground(q)).collect::<Vec<_>>();
         self.places().map(valid).filter(|cell| cell.len() >= 3).collect()
     }
 
@@ -57,7 +91,9 @@ impl Scene {
         let of = |values: &[f64]| {
             Field::from_heights(self.width, self.height, Heights::F64(values.to_vec())).expect("a field")
         };
-        let field = of(&self.heights);
+        let most = self.most as u64;
+        let options = HoleOptions { most, memory_bytes: u64::MAX, temp_dir: std::env::temp_dir() };
+        let field = of(&self.heights).with_holes_bridged(&options, &Control::default()).expect("bridged");
         if !self.weights.is_empty() {
             return field.with_importance(of(&self.weights)).expect("weights");
         }
@@ -100,8 +136,9 @@ impl Scene {
     fn check_counts(&self, mesh: &Mesh, ground: u64) {
         let mut errors = crate::measure::ErrorStats::default();
         mesh.chunks().for_each(|c| errors.add(&c.expect("a chunk").errors));
-        let missing = self.places().filter(|&p| self.at(p).is_none()).count() as u64;
-        assert_eq!((errors.samples, errors.nodata), (ground, missing));
+        let missing = self.places().filter(|&p| !self.is_ground(p)).count() as u64;
+        let bridged = self.bridged.len() as u64;
+        assert_eq!((errors.samples, errors.nodata, errors.bridged), (ground - bridged, missing, bridged));
         assert_eq!(errors.all_samples(), (self.width * self.height) as u64);
     }
 
@@ -129,12 +166,15 @@ impl Scene {
                 if w.iter().any(|&w| w < 0) {
                     continue;
                 }
+                covered.insert((column, row));
+                if self.bridged.contains(&(column, row)) {
+                    continue;
+                }
                 let Some(height) = self.at((column, row)) else { panic!("sample {column}, {row} is covered") };
                 let z = [a, b, c].map(|v| told.vertices[v as usize][2]);
                 let terms = [(w[0], z[0]), (w[1], z[1]), (w[2], z[2]), (-o, height)];
                 let limit = self.limit((column, row), params.max_error);
                 assert!(exact::within(&terms, o, limit), "sample {column}, {row}");
-                covered.insert((column, row));
             }
         }
         assert_eq!(area, cells.iter().map(|c| if c.len() == 4 { 32 } else { 16 }).sum::<i64>(), "area");
@@ -161,7 +201,11 @@ impl Scene {
         }
         if params.heights == VertexHeights::Sampled {
             for (p, &v) in &places {
-                assert_eq!(self.at((p.x / 4, p.y / 4)), Some(told.vertices[v as usize][2]));
+                let (sample, height) = ((p.x / 4, p.y / 4), told.vertices[v as usize][2]);
+                match self.at(sample) {
+                    Some(of_sample) => assert_eq!(of_sample, height),
+                    None => assert!(self.bridged.contains(&sample) && height.is_finite()),
+                }
             }
         }
     }
@@ -193,7 +237,7 @@ fn scene(width: usize, height: usize, seed: u64, kind: u8, holes: u8) -> Scene {
             _ => 7.0,
         }
     });
-    Scene { width, height, heights: heights.collect(), weights: Vec::new(), channel: Vec::new() }
+    Scene::new(width, height, heights.collect())
 }
 
 proptest! {
@@ -210,6 +254,36 @@ proptest! {
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
         let params = Params { feasibility, tile, engine, quality, heights, ..Params::new(max_error) };
         scene(width, height, seed, kind, holes).check(&params);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn bridged_holes_are_ground_that_nothing_binds(
+        (width, height) in (4usize..=14, 4usize..=14), seed in any::<u64>(), kind in 0u8..4, holes in 0u8..5,
+        tile in prop_oneof![Just(0usize), 2usize..=6], strong in any::<bool>(),
+        max_error in prop_oneof![Just(0.0), Just(1.0), 0.0f64..6.0], most in prop_oneof![Just(1usize), 2usize..30],
+        weighted in prop::bool::weighted(0.3), engine in prop::sample::select(engines()),
+        (quality, heights) in prop::sample::select(qualities()),
+    ) {
+        let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
+        let mut scene = scene(width, height, seed, kind, holes).bridging(most);
+        if weighted {
+            let weight = |(i, z): (usize, &f64)| if z.is_nan() { f64::NAN } else { [0.0, 0.5, 1.0, 3.0][i * 7 % 4] };
+            scene.weights = scene.heights.iter().enumerate().map(weight).collect();
+        }
+        // Points may lie in bridged holes; only insertion takes them.
+        let insertion = engine.preinserts();
+        let ground = scene.places().filter(|&p| insertion && (0..4).any(|i| {
+            let corner = (p.0 - i % 2, p.1 - i / 2);
+            [(0, 0), (1, 0), (0, 1), (1, 1)].iter().filter(|d| scene.is_ground((corner.0 + d.0, corner.1 + d.1))).count() >= 3
+        }) && scene.is_ground(p));
+        let points = ground.filter(|p| (p.0 * 7 + p.1 * 5) % 9 == 0).map(|(c, r)| (c as usize, r as usize));
+        let points = Some(Arc::new(PointSet::new(points.collect::<Vec<_>>())));
+        let params = Params { feasibility, tile, engine, quality, heights, points, ..Params::new(max_error) };
+        scene.check(&params);
     }
 }
 
@@ -288,7 +362,7 @@ fn every_small_ground() {
     for pattern in 0u32..512 {
         let height = |i: usize| if pattern >> i & 1 == 1 { (i * i % 5) as f64 } else { f64::NAN };
         let heights = (0..9).map(height).collect();
-        let scene = Scene { width: 3, height: 3, heights, weights: Vec::new(), channel: Vec::new() };
+        let scene = Scene::new(3, 3, heights);
         for (tile, cuts) in [(0, false), (1, false), (1, true)] {
             let engine = if cuts { EngineChoice::GreedyCuts(Cuts::Plain) } else { EngineChoice::default() };
             let params = Params { tile, engine, quality: Quality::None, ..Params::new(1.0) };
@@ -322,7 +396,7 @@ fn outside_of_a_cutline_is_as_without_heights() {
     cutline.mask(Window { column: 0, row: 0, width: SIZE.0, height: SIZE.1 }, &mut inside);
     assert!((1000..2500).contains(&inside.iter().filter(|i| **i).count()));
     heights.iter_mut().zip(&inside).filter(|(_, inside)| !**inside).for_each(|(z, _)| *z = f64::NAN);
-    let scene = Scene { width: SIZE.0, height: SIZE.1, heights, weights: Vec::new(), channel: Vec::new() };
+    let scene = Scene::new(SIZE.0, SIZE.1, heights);
     for tile in [9, 16, 33, 0] {
         let params = Params { tile, ..Params::new(1.5) };
         scene.check(&params);

@@ -344,7 +344,7 @@ pub(super) fn check_samples(field: &Field, window: Window, chunk: &Chunk, tile: 
         return Ok(());
     }
     let Window { column, row, width, height } = window;
-    let samples = if tile.is_weighted() { "samples and weights" } else { "samples" };
+    let samples = if field.importance().is_some() { "samples and weights" } else { "samples" };
     let what = format!("{width} × {height} {samples} at column {column}, row {row} with the checksum");
     let [expected, found] = [expected, found].map(|checksum| format!("{checksum:08x}"));
     Err(RasterError::Changed { path: field.name().to_path_buf(), what, expected, found }.into())

@@ -31,7 +31,8 @@ fn errors() -> impl Strategy<Value = ErrorStats> {
     let numbers = [0.0..1e30f64, 0.0..1e30f64, 0.0..1e30f64];
     (any::<[u64; 4]>(), numbers).prop_map(|([samples, column, row, count], [max, weighted_max, squares])| {
         let worst = (column, row);
-        let mut errors = ErrorStats { samples, max, weighted_max, worst, squares, ..ErrorStats::default() };
+        let mut errors =
+            ErrorStats { samples, bridged: samples / 7, max, weighted_max, worst, squares, ..ErrorStats::default() };
         errors.histogram[count as usize % BINS] = count;
         (errors.nodata, errors.stray) = (row, count);
         errors.extended = (count % 2 == 1).then_some(WeightedStats { max: squares, worst: (row, column) });

@@ -153,9 +153,11 @@ impl Field {
     /// The same field with these channels, each a field whose heights are the channel's values.
     ///
     /// # Panics
-    /// If a channel has another size, there are more or fewer than the error is for, or the field has weights.
+    /// If a channel has another size, there are more or fewer than the error is for, or the field has weights or bridged
+    /// holes.
     pub fn with_channels(self, channels: Vec<(Field, Channel)>, error: ChannelError) -> Field {
         assert!(self.importance.is_none(), "channels beside weights");
+        assert!(self.holes.is_none(), "channels beside bridged holes");
         let (fields, named): (Vec<Field>, Vec<Channel>) = channels.into_iter().unzip();
         assert!(fields.iter().all(|f| (f.width, f.height) == (self.width, self.height)), "sizes of channels");
         assert_eq!(fields.len(), error.scales().len(), "channels of the error");
@@ -196,6 +198,7 @@ impl Field {
             name: raster.path().to_path_buf(),
             width: raster.width(),
             height: raster.height(),
+            block: raster.block_size(),
             sample_type: SampleType::U8,
             scaling: Scaling::NONE,
             nodata: Nodata::None,
@@ -206,6 +209,7 @@ impl Field {
             access,
             channels: None,
             importance: None,
+            holes: None,
         }
     }
 

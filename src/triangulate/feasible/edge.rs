@@ -122,8 +122,9 @@ fn crossings(tile: &Tile, p: Vertex, q: Vertex, mut visit: impl FnMut(Crossing) 
                 continue;
             }
             let between = [whole, whole + 1].map(|i| family.sample(line, i as i32));
-            // A half cell has no diagonal that its missing sample ends.
-            if !tile.validity.is_whole() && between.iter().any(|&(c, r)| !tile.validity.is_valid(c as i32, r as i32)) {
+            // A half cell has no diagonal that its missing sample ends; beside a sample of a bridged hole nothing binds.
+            let has_height = |&(column, row): &(usize, usize)| tile.validity.has_height(column as i32, row as i32);
+            if !tile.validity.is_whole() && !between.iter().all(has_height) {
                 continue;
             }
             let [before, after] = between.map(|(column, row)| tile.at(column, row));
