@@ -5,24 +5,29 @@ use rayon::prelude::*;
 
 use super::finding::{Finding, SamplePlace};
 use super::grid::{Grid, STEPS};
+use super::samples::{Samples, flag};
 use super::segments::{ALONG_COLUMN, ALONG_ROW, FALLING, RISING, Segment, SegmentRows, Segments};
 
 /// What is known of a sample, bit by bit.
 mod state {
-    /// It has a height.
+    /// It has a height or is bridged.
     pub(super) const VALID: u8 = 1;
     /// It lies in a closed triangle.
     pub(super) const COVERED: u8 = 2;
+    /// It is bridged.
+    pub(super) const BRIDGED: u8 = 4;
 }
-use state::{COVERED, VALID};
+use state::{BRIDGED, COVERED, VALID};
 
 /// What the ground comes to, and where it is bare.
 #[derive(Debug, Default)]
 pub(super) struct GroundFindings {
-    /// Samples of the ground.
+    /// Samples of the ground that have a height.
     pub(super) checked: u64,
-    /// Samples without a height.
+    /// Samples without a height that are not bridged.
     pub(super) nodata: u64,
+    /// Those that are.
+    pub(super) bridged: u64,
     /// Samples with a height in no cell of the ground.
     pub(super) without_ground: Finding<SamplePlace>,
     /// Samples of the ground in no triangle.
@@ -53,9 +58,10 @@ impl Ground {
         Ground { grid, states, segments: Vec::new(), row: 0, found: GroundFindings::default() }
     }
 
-    /// Takes the next rows: heights, NaN where there are none, and whether a triangle touches the sample. Gives the
-    /// segments of the rows that are settled by that, for edges to be laid along.
-    pub(super) fn settle(&mut self, heights: &[f64], covered: impl Fn(usize) -> bool + Sync) -> SegmentRows<'_> {
+    /// Takes the next rows, and whether a triangle touches the sample. Gives the segments of the rows that are settled by
+    /// that, for edges to be laid along.
+    pub(super) fn settle(&mut self, samples: Samples<'_>, covered: impl Fn(usize) -> bool + Sync) -> SegmentRows<'_> {
+        let heights = samples.heights;
         let width = self.grid.width as usize;
         let held = self.states.len();
         // Room for the row below the last one; growing by doubling would take twice as much.
@@ -63,7 +69,11 @@ impl Ground {
         self.states.resize(held + heights.len(), 0);
         self.states[held..].par_iter_mut().with_min_len(1 << 14).zip(heights).enumerate().for_each(
             |(i, (state, height))| {
-                let valid = if height.is_nan() { 0 } else { VALID };
+                let valid = match (height.is_nan(), samples.flags(i) & flag::BRIDGED != 0) {
+                    (false, _) => VALID,
+                    (true, true) => VALID | BRIDGED,
+                    (true, false) => 0,
+                };
                 *state = if covered(i) { valid | COVERED } else { valid };
             },
         );
@@ -75,7 +85,8 @@ impl Ground {
         self.segments.clear();
         self.segments.reserve_exact(rows * width);
         self.segments.resize(rows * width, [Segment::default(); 4]);
-        let full: Vec<bool> = self.states.par_chunks(width).map(|row| row.iter().all(|s| s & VALID != 0)).collect();
+        let is_full = |row: &[u8]| row.iter().all(|s| s & (VALID | BRIDGED) == VALID);
+        let full: Vec<bool> = self.states.par_chunks(width).map(is_full).collect();
         let states = &self.states;
         let line = |row: usize| &states[row * width..(row + 1) * width];
         let settled: Vec<Row> = self
@@ -103,6 +114,7 @@ impl Ground {
 struct Row {
     checked: u64,
     nodata: u64,
+    bridged: u64,
     without_ground: Columns,
     uncovered: Columns,
     double_area: i64,
@@ -127,6 +139,7 @@ impl GroundFindings {
     fn add(&mut self, grid: &Grid, row: i64, found: &Row) {
         self.checked += found.checked;
         self.nodata += found.nodata;
+        self.bridged += found.bridged;
         self.double_area += i128::from(found.double_area);
         let place = |columns: &Columns| grid.sample(columns.first, row);
         self.without_ground.add_all(found.without_ground.count, || place(&found.without_ground));
@@ -168,7 +181,8 @@ fn any_row([above, here, below]: [&[u8]; 3], segments: &mut [Segments]) -> Row {
             (false, _) => row.nodata += 1,
             (true, false) => row.without_ground.add(column),
             (true, true) => {
-                row.checked += 1;
+                let count = if here[column] & BRIDGED != 0 { &mut row.bridged } else { &mut row.checked };
+                *count += 1;
                 if here[column] & COVERED == 0 {
                     row.uncovered.add(column);
                 }

@@ -51,9 +51,11 @@ mod faces;
 mod finding;
 mod grid;
 mod ground;
+mod holes;
 mod pace;
 mod plane;
 mod ranges;
+mod runs;
 mod samples;
 mod scratch;
 mod segments;
@@ -84,8 +86,10 @@ use corners::{VertexFindings, read_vertices};
 use edges::{EdgeFindings, match_edges};
 use faces::{FaceFindings, FaceSorts, read_faces};
 use grid::Grid;
+use holes::find_bridges;
 use pace::Pace;
-use samples::{BandReader, Bands};
+use runs::RunFlags;
+use samples::{BandReader, Bands, flag};
 use scratch::Scratch;
 use sweep::{Comparison, sweep};
 use weighted::judge_weighted;
@@ -99,6 +103,15 @@ pub struct VerifyOptions<'a> {
     pub importance: Option<&'a Raster>,
     /// Where temporary files are made, about 200 bytes per triangle; `None` is the system's place for them.
     pub temp_dir: Option<PathBuf>,
+}
+
+/// Which ground a mesh is to cover, where it is not that of the samples with a height.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct GroundOptions {
+    /// Holes of at most so many samples are bridged. A *hole* is a group of samples without a height, eight neighbours to a
+    /// sample, that has none in the raster's first or last row or column. The ground goes on over it as if its samples had
+    /// heights, and the surface there may have any.
+    pub fill_holes: u64,
 }
 
 /// Judges the PLY file `mesh` against `raster`, reading both once or twice from beginning to end.
@@ -115,7 +128,7 @@ pub fn verify(
     options: &VerifyOptions<'_>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
-    judge(raster, mesh, options, None, None, control)
+    judge(raster, mesh, options, GroundOptions::default(), None, None, control)
 }
 
 /// Does what [`verify`] does, and judges the weighted error of heights and channels as well.
@@ -132,12 +145,32 @@ pub fn verify_with_channels(
     channels: &WeightedOptions,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
-    assert!(!channels.bands.is_empty(), "no channel to judge");
-    assert!(options.importance.is_none(), "channels beside an importance raster");
-    if !(0.0..=1.0).contains(&channels.emphasis) {
-        return Err(VerifyError::Emphasis { found: channels.emphasis });
+    verify_ground(raster, mesh, options, GroundOptions::default(), Some(channels), control)
+}
+
+/// Does what [`verify`] does, or with channels [`verify_with_channels`], on another ground.
+///
+/// # Errors
+/// As theirs. Weights and channels may be missing where holes are bridged.
+///
+/// # Panics
+/// As [`verify_with_channels`], where there are channels.
+pub fn verify_ground(
+    raster: &Raster,
+    mesh: &Path,
+    options: &VerifyOptions<'_>,
+    ground: GroundOptions,
+    channels: Option<&WeightedOptions>,
+    control: &Control<'_>,
+) -> Result<Verdict, VerifyError> {
+    if let Some(channels) = channels {
+        assert!(!channels.bands.is_empty(), "no channel to judge");
+        assert!(options.importance.is_none(), "channels beside an importance raster");
+        if !(0.0..=1.0).contains(&channels.emphasis) {
+            return Err(VerifyError::Emphasis { found: channels.emphasis });
+        }
     }
-    judge(raster, mesh, options, Some(channels), None, control)
+    judge(raster, mesh, options, ground, channels, None, control)
 }
 
 /// The raster passes in bands of so many rows, where a number is given.
@@ -145,6 +178,7 @@ fn judge(
     raster: &Raster,
     mesh: &Path,
     options: &VerifyOptions<'_>,
+    ground: GroundOptions,
     channels: Option<&WeightedOptions>,
     band_rows: Option<usize>,
     control: &Control<'_>,
@@ -174,19 +208,28 @@ fn judge(
     pace.end()?;
 
     let planar = channels.is_some_and(|c| c.planar);
-    let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster) };
-    let reader = match band_rows {
-        Some(rows) => reader.by(rows),
-        None => reader,
+    let reader = || {
+        let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster) };
+        match band_rows {
+            Some(rows) => reader.by(rows),
+            None => reader,
+        }
     };
-    let (bands, boundary) = (Bands::new(reader, options.importance), Boundary::new(grid, boundary, &scratch));
+    let mut bands = Bands::new(reader(), options.importance);
+    let mut bridged_holes = 0;
+    if ground.fill_holes > 0 {
+        let bridges = find_bridges(reader(), ground.fill_holes, &scratch, control)?;
+        bridged_holes = bridges.holes;
+        bands = bands.with_flags(RunFlags::new(bridges.runs, flag::BRIDGED));
+    }
+    let boundary = Boundary::new(grid, boundary, &scratch);
     let comparison = sweep(bands, grid, by_row, boundary, tolerance, &scratch, control)?;
     let of_channels = |c| judge_weighted(raster, &mut mesh, tolerance, c, &scratch, control);
     let extended = channels.map(of_channels).transpose()?;
     let samples = raster.width() as u64 * raster.height() as u64;
     let sizes = Sizes { samples, vertices, triangles };
     let verdict = verdict(tolerance, sizes, comparison, face_findings, edge_findings, corner_findings);
-    Ok(Verdict { extended, ..verdict })
+    Ok(Verdict { bridged_holes, extended, ..verdict })
 }
 
 struct Sizes {
@@ -210,6 +253,8 @@ fn verdict(
         samples: sizes.samples,
         checked: ground.checked,
         nodata: ground.nodata,
+        bridged_holes: 0,
+        bridged: ground.bridged,
         without_ground: ground.without_ground,
         vertices: sizes.vertices,
         triangles: sizes.triangles,

@@ -10,13 +10,17 @@ pub struct Verdict {
     pub tolerance: f64,
     /// Whether errors are weighted by an importance raster.
     pub weighted: bool,
-    /// Samples of the raster: of the ground, without a height, and without ground.
+    /// Samples of the raster: of the ground, bridged, without a height, and without ground.
     pub samples: u64,
-    /// Samples of the ground, which is every cell with four heights and half of every cell with three. Each is to be in
-    /// a triangle, and within the tolerance.
+    /// Samples with a height in the ground, which is every cell with four heights and half of every cell with three. Each
+    /// is to be in a triangle, and within the tolerance.
     pub checked: u64,
-    /// Samples without a height.
+    /// Samples without a height that are not bridged.
     pub nodata: u64,
+    /// Holes that are bridged.
+    pub bridged_holes: u64,
+    /// Their samples. Each is to be in a triangle, at any height.
+    pub bridged: u64,
     /// Samples with a height, but in no cell with three. Nothing is asked of a mesh there, so this is no failure.
     pub without_ground: Finding<SamplePlace>,
     /// Vertices of the mesh.
@@ -167,9 +171,13 @@ impl std::fmt::Display for Verdict {
     /// Several lines: what was compared, the errors, and PASS, or FAIL with the failures.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         writeln!(f, "{} samples, {} vertices, {} triangles", self.samples, self.vertices, self.triangles)?;
-        if self.nodata > 0 {
-            let Verdict { checked, nodata, without_ground, .. } = self;
+        if self.nodata + self.bridged > 0 {
+            let Verdict { checked, nodata, bridged, bridged_holes, without_ground, .. } = self;
             write!(f, "ground: {checked} samples; nodata: {nodata}")?;
+            if *bridged > 0 {
+                let holes = if *bridged_holes == 1 { "hole" } else { "holes" };
+                write!(f, "; bridged: {bridged} in {bridged_holes} {holes}")?;
+            }
             match without_ground.first {
                 None => writeln!(f)?,
                 Some(first) => {

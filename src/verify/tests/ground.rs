@@ -31,7 +31,7 @@ const PATTERNS: [(&str, &[&str], (u64, u64)); 20] = [
 ];
 
 /// Heights on no plane, NaN where there are none.
-fn samples(rows: &[&str]) -> Vec<f64> {
+pub(super) fn samples(rows: &[&str]) -> Vec<f64> {
     let marks = rows.iter().flat_map(|row| row.bytes());
     marks.enumerate().map(|(i, mark)| if mark == b'#' { ((i * i) % 7) as f64 } else { f64::NAN }).collect()
 }
@@ -40,7 +40,7 @@ fn pattern(name: &str) -> &'static [&'static str] {
     PATTERNS.iter().find(|p| p.0 == name).unwrap().1
 }
 
-fn scene(rows: &[&str]) -> Scene {
+pub(super) fn scene(rows: &[&str]) -> Scene {
     let (samples, width) = (samples(rows), rows[0].len());
     let mesh = Mesh::of_cells(width, &samples, || true);
     Scene { width, height: rows.len(), transform: NORTH_UP, samples, mesh }

@@ -2,6 +2,7 @@
 
 mod broken;
 mod ground;
+mod holes;
 mod oracle;
 mod rasters;
 mod scene;
