@@ -412,7 +412,10 @@ mod tests {
         let weights = |column: usize, elsewhere: f64| {
             (0..13 * 9).map(|i| if i % 13 == column { weight(i / 13) } else { elsewhere }).collect()
         };
-        agree(&left.with_weights(weights(12, 0.7)), &right.with_weights(weights(0, 9.0)));
+        agree(&left.clone().with_weights(weights(12, 0.7)), &right.clone().with_weights(weights(0, 9.0)));
+        // Beside a tile without weights, where one has them elsewhere only: for a hole that it bridges.
+        let elsewhere = (0..13 * 9).map(|i| if i % 13 == 0 { 1.0 } else { 0.0 }).collect();
+        agree(&left, &right.with_weights(elsewhere));
     }
 
     fn agree(left: &Tile, right: &Tile) {

@@ -34,6 +34,20 @@ fn the_peak_stays_within_the_budget() {
     }
 }
 
+/// A quarter of the samples are holes of one sample each, and all others are vertices.
+#[test]
+fn the_peak_stays_within_the_budget_beside_holes() {
+    let folder = Folder::new();
+    let speckled = |c: usize, r: usize| if c % 2 == 1 && r % 2 == 1 { -32768.0 } else { rough(c, r) };
+    let dem = Dem::new(1021, 1021).heights(speckled).nodata(-32768.0).tiled(256).compressed().write(&folder, "dem.tif");
+    let tin = folder.at("tin.ply");
+    let run = ["simplify", &dem, &tin, "--max-error", "0", "--json", "--memory", "180MiB", "--fill-holes", "1"];
+    let report = terrabite(run.iter().chain(&["--quality", "fast"])).succeeds().json();
+    let (peak, budget) = (report["peak_memory_bytes"].as_u64(), report["plan"]["budget_bytes"].as_u64());
+    assert!(peak <= budget, "{peak:?} of {budget:?}");
+    assert_eq!(report["bridged_holes"], 510 * 510);
+}
+
 #[test]
 fn a_budget_that_is_too_small_names_the_smallest() {
     let folder = Folder::new();

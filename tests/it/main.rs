@@ -5,6 +5,7 @@ mod channels;
 mod clip;
 mod cutline;
 mod formats;
+mod holes;
 mod hostile;
 mod importance;
 mod info;

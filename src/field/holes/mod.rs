@@ -23,6 +23,7 @@ mod store;
 mod tests;
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
@@ -45,6 +46,15 @@ pub struct HoleOptions {
     pub memory_bytes: u64,
     /// The folder of the temporary file of heights.
     pub temp_dir: PathBuf,
+}
+
+impl HoleOptions {
+    /// Whether so many bytes may be in use, at a row.
+    fn has_room(&self, field: &Field, row: usize, bytes: u64) -> Result<(), FieldError> {
+        let budget_bytes = self.memory_bytes;
+        let too_large = || FieldError::HolesTooLarge { path: field.name.clone(), row, budget_bytes };
+        if bytes <= budget_bytes { Ok(()) } else { Err(too_large()) }
+    }
 }
 
 /// The holes of a field that are bridged.
@@ -110,15 +120,18 @@ impl Holes {
         };
         let mut rest = windows;
         while !rest.is_empty() {
-            let (together, later) = rest.split_at(whole_bands(rest, 2 * rayon::current_num_threads()));
+            let (together, later) = rest.split_at(whole_bands(rest, rayon::current_num_threads()));
+            let held = AtomicU64::new(0);
             let scans = together.par_iter().map_init(Default::default, |scratch, &window| {
                 control.cancel.check()?;
                 let scan = Scan::of(field, window, scratch)?;
+                let held = held.fetch_add(scan.bytes(), Ordering::Relaxed) + scan.bytes();
+                options.has_room(field, window.row, held)?;
                 control.progress.step(Stage::Holes, window.len() as u64);
                 Ok::<Scan, FieldError>(scan)
             });
             let scans = scans.collect::<Result<Vec<Scan>, FieldError>>()?;
-            let held: u64 = scans.iter().map(Scan::bytes).sum();
+            let held = held.into_inner();
             for band in scans.chunk_by(|a, b| a.window.row == b.window.row) {
                 let mut rows = Rows::new(band);
                 while let Some(row) = rows.next_row() {
@@ -146,6 +159,9 @@ struct Finder<'a> {
     options: &'a HoleOptions,
 }
 
+/// What scanning a window takes per sample, generously: the value, as it is stored and as a double.
+const BYTES_PER_SCANNED: usize = 16;
+
 /// What the heights of a hole take per sample while they are found and written.
 const BYTES_PER_SAMPLE: u64 = 80;
 
@@ -159,18 +175,13 @@ impl Finder<'_> {
         held: u64,
     ) -> Result<(), FieldError> {
         let Finder { components, holes, is_single, options } = self;
-        let most = options.memory_bytes;
-        let too_much = |bytes: u64| {
-            let (path, budget_bytes) = (field.name.clone(), most);
-            if bytes <= most { Ok(()) } else { Err(FieldError::HolesTooLarge { path, row, budget_bytes }) }
-        };
         components.row(runs, beside, |hole: Hole| {
-            too_much(held + hole.samples * BYTES_PER_SAMPLE)?;
+            options.has_room(field, row, held + hole.samples * BYTES_PER_SAMPLE)?;
             holes.count += 1;
             holes.samples += hole.samples;
             holes.records.put(&hole, &bridge(&hole, *is_single))
         })?;
-        too_much(held + components.bytes() + holes.records.head_bytes())
+        options.has_room(field, row, held + components.bytes() + holes.records.head_bytes())
     }
 }
 
@@ -184,7 +195,7 @@ impl Field {
     /// # Panics
     /// If the field has channels: they have no values in holes.
     pub fn with_holes_bridged(self, options: &HoleOptions, control: &Control<'_>) -> Result<Field, FieldError> {
-        let windows = windows_of((self.width, self.height), self.block, size_of::<f64>());
+        let windows = windows_of((self.width, self.height), self.block, BYTES_PER_SCANNED);
         self.bridged_by(&windows, options, control)
     }
 
