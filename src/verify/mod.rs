@@ -42,8 +42,11 @@
 //!
 //! Architecture invariant: nothing here imports an engine, a spool or a sink.
 
+mod bare;
 mod boundary;
+mod cells;
 mod corners;
+mod crossing;
 mod edges;
 mod error;
 mod exact;
@@ -52,14 +55,18 @@ mod finding;
 mod grid;
 mod ground;
 mod holes;
+mod joins;
+mod outline;
 mod pace;
 mod plane;
 mod ranges;
+mod rim;
 mod runs;
 mod samples;
 mod scratch;
 mod segments;
 mod sort;
+mod strip;
 mod surface;
 mod sweep;
 #[cfg(test)]
@@ -78,7 +85,7 @@ use crate::raster::Raster;
 
 pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
-pub use verdict::{Verdict, WeightedWorst, WorstSample};
+pub use verdict::{TrimVerdict, Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedOptions, WeightedVerdict, WorstWeighted};
 
 use boundary::Boundary;
@@ -87,10 +94,13 @@ use edges::{EdgeFindings, match_edges};
 use faces::{FaceFindings, FaceSorts, read_faces};
 use grid::Grid;
 use holes::find_bridges;
+use outline::Outline;
 use pace::Pace;
+use rim::Rim;
 use runs::RunFlags;
 use samples::{BandReader, Bands, flag};
 use scratch::Scratch;
+use strip::find_strip;
 use sweep::{Comparison, sweep};
 use weighted::judge_weighted;
 
@@ -112,6 +122,9 @@ pub struct GroundOptions {
     /// sample, that has none in the raster's first or last row or column. The ground goes on over it as if its samples had
     /// heights, and the surface there may have any.
     pub fill_holes: u64,
+    /// Where samples without a height that are not bridged are at most so many columns and rows away (the larger of the two),
+    /// the ground may be bare. 0: nowhere.
+    pub trim: u32,
 }
 
 /// Judges the PLY file `mesh` against `raster`, reading both once or twice from beginning to end.
@@ -203,7 +216,8 @@ fn judge(
     let (face_findings, FaceSorts { triangles: by_row, edges, uses }) =
         read_faces(&mut mesh, &mut store, &grid, &scratch, &mut pace)?;
     corner_findings.find_unused(&grid, &mut store, uses, &mut pace)?;
-    let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, &scratch, &mut pace)?;
+    let trims = ground.trim > 0;
+    let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, trims, &scratch, &mut pace)?;
     drop(store);
     pace.end()?;
 
@@ -216,19 +230,24 @@ fn judge(
         }
     };
     let mut bands = Bands::new(reader(), options.importance);
-    let mut bridged_holes = 0;
-    if ground.fill_holes > 0 {
-        let bridges = find_bridges(reader(), ground.fill_holes, &scratch, control)?;
-        bridged_holes = bridges.holes;
-        bands = bands.with_flags(RunFlags::new(bridges.runs, flag::BRIDGED));
-    }
-    let boundary = Boundary::new(grid, boundary, &scratch);
-    let comparison = sweep(bands, grid, by_row, boundary, tolerance, &scratch, control)?;
+    let find = |limit| find_bridges(reader(), limit, &scratch, control);
+    let bridges = (ground.fill_holes > 0).then(|| find(ground.fill_holes)).transpose()?;
+    let (bridged_holes, bridges) = bridges.map_or((0, None), |found| (found.holes, Some(found.runs)));
+    let outline = if trims {
+        let strip = find_strip(reader(), bridges, ground.trim, &scratch, control)?;
+        bands = bands.with_flags(RunFlags::new(strip.bridged.into_records(), flag::BRIDGED));
+        bands = bands.with_flags(RunFlags::new(strip.near.into_records(), flag::NEAR));
+        Outline::Trimmed(Rim::new(grid, boundary))
+    } else {
+        bands = bridges.into_iter().fold(bands, |bands, runs| bands.with_flags(RunFlags::new(runs, flag::BRIDGED)));
+        Outline::Ground(Boundary::new(grid, boundary, &scratch))
+    };
+    let comparison = sweep(bands, grid, by_row, outline, tolerance, &scratch, control)?;
     let of_channels = |c| judge_weighted(raster, &mut mesh, tolerance, c, &scratch, control);
     let extended = channels.map(of_channels).transpose()?;
     let samples = raster.width() as u64 * raster.height() as u64;
     let sizes = Sizes { samples, vertices, triangles };
-    let verdict = verdict(tolerance, sizes, comparison, face_findings, edge_findings, corner_findings);
+    let verdict = verdict(tolerance, ground.trim, sizes, comparison, face_findings, edge_findings, corner_findings);
     Ok(Verdict { bridged_holes, extended, ..verdict })
 }
 
@@ -240,6 +259,7 @@ struct Sizes {
 
 fn verdict(
     tolerance: f64,
+    trim: u32,
     sizes: Sizes,
     comparison: Comparison,
     faces: FaceFindings,
@@ -247,6 +267,16 @@ fn verdict(
     corners: VertexFindings,
 ) -> Verdict {
     let ground = comparison.ground;
+    let trim = comparison.outline.rim.map(|rim| TrimVerdict {
+        cells: trim,
+        trimmed: ground.trimmed,
+        core_double_area: rim.core_double_area,
+        bare_core: rim.bare_core,
+        beyond_ground: rim.beyond,
+        crossed_edges: rim.crossed,
+        overlapping_edges: rim.overlapping,
+        enclosed: rim.enclosed,
+    });
     Verdict {
         tolerance,
         weighted: comparison.weighted,
@@ -270,16 +300,17 @@ fn verdict(
         unplaced: faces.unplaced,
         double_area: faces.double_area,
         expected_double_area: ground.double_area,
-        unmatched_edges: edges.unmatched.and(comparison.astray),
+        unmatched_edges: edges.unmatched.and(comparison.outline.astray),
         overused_edges: edges.overused,
         same_direction_edges: edges.same_direction,
-        boundary_gaps: comparison.boundary.gaps,
-        boundary_doubled: comparison.boundary.doubled,
+        boundary_gaps: comparison.outline.boundary.gaps,
+        boundary_doubled: comparison.outline.boundary.doubled,
         duplicate_vertices: corners.duplicate,
         unused_vertices: corners.unused,
         off_lattice: corners.off_lattice,
         outside: corners.outside,
         heights_not_finite: corners.not_finite,
+        trim,
         extended: None,
     }
 }
