@@ -6,13 +6,15 @@
 //! ties with the tolerance are settled by exact arithmetic.
 //!
 //! The *ground* is known from the raster alone: every closed cell with four heights, and of every cell with three the closed
-//! triangle of the three (a half cell). A sample has a height unless its stored value is the nodata mark or NaN, or a
+//! triangle of the three (a half cell). Small holes may be bridged ([`GroundOptions`]): their samples count as if they had one.
+//! A sample has a height unless its stored value is the nodata mark or NaN, or a
 //! mask or alpha band says that it has none ([`Raster::read_valid_heights`]). Where all samples have one, the ground is the
 //! rectangle of their centres.
 //!
-//! Two passes over the file put vertices, triangles, edges and corners in order by external sorts (`sort`); then
+//! Passes over the raster find the holes that are bridged (`holes`) and the strip that may be bare (`strip`), where they are
+//! asked for. Two passes over the file put vertices, triangles, edges and corners in order by external sorts (`sort`); then
 //! triangles, and edges of one face, sweep over the raster from the first row to the last (`sweep`, `ground`,
-//! `boundary`). Memory is bounded whatever the raster and the mesh, by about 70 MiB (8 more with an importance raster)
+//! `boundary` or `rim`). Memory is bounded whatever the raster and the mesh, by about 70 MiB (8 more with an importance raster)
 //! beside GDAL's own cache: every type that buffers says how much.
 //!
 //! # Why that is enough
@@ -39,6 +41,41 @@
 //! passes through. What follows is counted all the same, by other code, and says better what is wrong with a mesh.
 //! Beside that, two vertices at one place are a fault, which makes the parts of a pinch share theirs, and vertices in no
 //! face are.
+//!
+//! # Where the ground may be trimmed
+//!
+//! With [`GroundOptions::trim`] the mesh may end short of the ground in a *strip*, the cells with a corner near a sample
+//! without a height. The other cells are the *core*. (1) and (2) are asked for as before; in place of (3), of the edges of one
+//! face (`rim`, `bare`):
+//!
+//! 4. None lies on another or crosses it, be it in part.
+//! 5. With f = 0 to the left of all edges, and f greater by 1 to the right of an edge with its face there, less by 1 to the
+//!    right of an edge with its face to the left, f is 0 or 1 everywhere.
+//! 6. Where f = 1 there is ground.
+//! 7. In the core f = 1.
+//! 8. Every region where there is ground and f = 0, joined across lines with more than a point in common, borders on what
+//!    is no ground, along a side. Outside of the raster there is none.
+//!
+//! All vertices lie on quarter rows' lines. So within a quarter row, between two lines, no edge begins or ends: each that is
+//! there crosses it from the line above to that below, and so do the sides of cells and half cells, whose ends are on samples.
+//! Two straight sides are in order between the lines if they are at both; places there are fractions, compared exactly. In
+//! edges sorted by where they cross the line above, then by that below, neighbours tell whether all are in order (4), sums
+//! along the row give f (5), and a span of the mesh is in the ground, or of the core in the mesh, if its ends are at both
+//! lines (6, 7). Edges along a line are held against each other there (4). Bare spans of neighbouring quarter rows are of one
+//! region where they overlap on the line between them (8): f is 0 above and below, so no edge is in between, by (4).
+//!
+//! f is the number of faces with a point inside, by the argument above: it holds whatever the edges of one face are. So the
+//! faces cover each point of the core once, each of the rest of the ground once at most, and no other point.
+//!
+//! There is no crack. Let an edge of one face have faces on both sides of one of its inner points. That on the other side ends
+//! there, as no two faces overlap, with an edge that lies on the first. It is not the same pair of vertices, by (2). Were it an
+//! edge of two faces, the second would overlap with the face of the first edge; so it is one of one face, against (4).
+//! Therefore beside edges of one face there is no ground, or bare ground, and that is open to what is no ground, by (8). There is
+//! no T-junction: a vertex in the midst of an edge of two faces has faces that overlap with those. What may be is a
+//! vertex that touches an edge of one face from its bare side, in a point.
+//!
+//! Samples of the ground outside of the strip are covered, each is within the tolerance where it is covered (`sweep`,
+//! `ground`).
 //!
 //! Architecture invariant: nothing here imports an engine, a spool or a sink.
 

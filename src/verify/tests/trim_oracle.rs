@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use num_rational::Ratio;
 use proptest::prelude::*;
+use rayon::prelude::*;
 
 use super::ground::{Change, change};
 use super::scene::{Mesh, NORTH_UP, SOUTH_UP, Scene};
@@ -178,6 +179,22 @@ fn is_right(scene: &Scene, cells: i64) -> bool {
     bare.into_iter().all(|i| (0..pieces.len()).any(|j| group[j] == group[i] && open[j]))
 }
 
+impl Mesh {
+    /// Splits a face alone in the middle of an edge, where that is on the lattice: a T-junction if there is a face beyond.
+    fn split(&mut self, face: usize, corner: usize) {
+        let [a, b, c] = [0, 1, 2].map(|i| self.faces[face][(corner + i) % 3]);
+        let [p, q] = [a, b].map(|v| self.places[v as usize]);
+        let middle = ((p.0 + q.0) / 2, (p.1 + q.1) / 2);
+        if (p.0 + q.0) % 2 == 0 && (p.1 + q.1) % 2 == 0 && !self.places.contains(&middle) {
+            let new = self.places.len() as u64;
+            self.places.push(middle);
+            self.heights.push(0.0);
+            self.faces[face] = [a, new, c];
+            self.faces.push([new, b, c]);
+        }
+    }
+}
+
 prop_compose! {
     fn a_trimmed_scene()(width in 3usize..6, height in 3usize..6, share in 0.0f64..0.3)(
         size in Just((width, height)),
@@ -187,7 +204,8 @@ prop_compose! {
         diagonals in any::<u64>(),
         points in proptest::collection::vec((0i64..17, 0i64..17), 0..3),
         dropped in proptest::collection::vec(any::<proptest::sample::Index>(), 0..6),
-        changes in proptest::collection::vec(change(), 0..2),
+        junctions in proptest::collection::vec(any::<[proptest::sample::Index; 2]>(), 0..2),
+        changes in proptest::collection::vec(change(), 0..3),
     ) -> Scene {
         let mut state = diagonals | 1;
         let mut mesh = Mesh::of_cells(size.0, &gaps, || {
@@ -198,6 +216,11 @@ prop_compose! {
         for index in dropped {
             if !mesh.faces.is_empty() {
                 mesh.change(Change::Drop(index.index(mesh.faces.len())));
+            }
+        }
+        for [face, corner] in junctions {
+            if !mesh.faces.is_empty() {
+                mesh.split(face.index(mesh.faces.len()), corner.index(3));
             }
         }
         changes.into_iter().for_each(|change| { mesh.change(change); });
@@ -213,4 +236,29 @@ proptest! {
         let verdict = scene.judge_ground(1e6, GroundOptions { fill_holes: 0, trim }, rows).unwrap();
         prop_assert_eq!(verdict.passes(), is_right(&scene, i64::from(trim)), "{}", verdict);
     }
+}
+
+/// Every raster of 3 × 3 samples, and every choice of the faces of its cells.
+#[test]
+fn every_choice_of_faces_over_nine_samples_is_judged_rightly() {
+    let passed: usize = (0..512u32)
+        .into_par_iter()
+        .map(|mask| {
+            let samples: Vec<f64> = (0..9).map(|i| if mask >> i & 1 == 1 { 0.0 } else { f64::NAN }).collect();
+            let whole = Mesh::of_cells(3, &samples, || mask % 3 > 0);
+            let choices = 0..1u32 << whole.faces.len();
+            let judge = |choice: u32| {
+                let mut mesh = whole.clone();
+                let chosen = whole.faces.iter().enumerate().filter(|(i, _)| choice >> i & 1 == 1);
+                mesh.faces = chosen.map(|(_, face)| *face).collect();
+                mesh.remove(&[]);
+                let scene = Scene { width: 3, height: 3, transform: NORTH_UP, samples: samples.clone(), mesh };
+                let passes = scene.judge_ground(0.0, GroundOptions { fill_holes: 0, trim: 1 }, 2).unwrap().passes();
+                assert_eq!(passes, is_right(&scene, 1), "{mask:b} {choice:b}");
+                passes
+            };
+            choices.filter(|choice| judge(*choice)).count()
+        })
+        .sum();
+    assert!(passed > 512, "{passed}");
 }
