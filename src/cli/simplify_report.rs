@@ -32,6 +32,8 @@ pub(super) struct Report {
     /// Samples that are no heights, and heights that no ground reaches: in no cell with two others beside them.
     nodata_samples: u64,
     stray_samples: u64,
+    /// Samples on the ground that trimming has left bare.
+    trimmed_samples: u64,
     triangles: u64,
     vertices: u64,
     samples_per_triangle: f64,
@@ -207,6 +209,7 @@ impl Report {
             samples: errors.samples,
             nodata_samples: errors.nodata,
             stray_samples: errors.stray,
+            trimmed_samples: errors.trimmed,
             triangles: summary.triangles,
             vertices: summary.vertices,
             samples_per_triangle: errors.samples as f64 / summary.triangles as f64,
@@ -280,6 +283,9 @@ impl Report {
         let mut lines = vec![("samples", format!("{}, {}", grouped(self.samples), access(&self.access)))];
         if self.nodata_samples > 0 {
             lines.push(("nodata", self.nodata()));
+        }
+        if self.trimmed_samples > 0 {
+            lines.push(("trimmed", format!("{} samples of the ground are not covered", grouped(self.trimmed_samples))));
         }
         lines.extend([
             ("triangles", format!("{}, {:.1} samples each", grouped(self.triangles), self.samples_per_triangle)),

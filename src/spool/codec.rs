@@ -7,7 +7,7 @@ use crate::mesh::Vertex;
 use crate::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 
 /// What is wrong with some bytes: (expected, found).
 pub(super) type Damage = (String, String);
@@ -60,7 +60,8 @@ pub(super) fn encode(chunk: &Chunk, out: &mut Vec<u8>) {
 
 fn encode_errors(errors: &ErrorStats, out: &mut Vec<u8>) {
     let numbers = [errors.max, errors.weighted_max, errors.squares].map(f64::to_bits);
-    let counts = [errors.samples, errors.nodata, errors.stray, errors.worst.0, errors.worst.1];
+    let ErrorStats { samples, nodata, stray, trimmed, worst, .. } = *errors;
+    let counts = [samples, nodata, stray, trimmed, worst.0, worst.1];
     for word in counts.into_iter().chain(numbers) {
         out.extend_from_slice(&word.to_le_bytes());
     }
@@ -158,6 +159,7 @@ fn decode_errors(reader: &mut Reader<'_>) -> Result<ErrorStats, Damage> {
         samples: reader.u64()?,
         nodata: reader.u64()?,
         stray: reader.u64()?,
+        trimmed: reader.u64()?,
         worst: (reader.u64()?, reader.u64()?),
         max: f64::from_bits(reader.u64()?),
         weighted_max: f64::from_bits(reader.u64()?),
