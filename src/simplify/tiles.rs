@@ -285,11 +285,11 @@ impl Workspace {
     /// The rim of the tile that is loaded, and the points inside it.
     fn rim(&mut self, job: &Job<'_>, window: Window, last: (bool, bool)) -> Result<Rim, Error> {
         self.find_points(job, window)?;
-        let Params { feasibility, trim: cells, .. } = *job.params;
-        let (tile, tolerance, points, cancel) = (&self.tile, tolerance(job.params), &self.points, &job.control.cancel);
+        let (tile, points, cancel) = (&self.tile, &self.points, &job.control.cancel);
+        let (tolerance, cells) = (tolerance(job.params), job.params.trim);
         let mut rim = Rim::new(tile, tolerance, points, last, &mut self.min_link, cancel)?;
         let fixed = rim.on_sides();
-        let task = trim::Task { tile, cells, tolerance, feasibility, points, cancel };
+        let task = trim::Task { tile, cells, tolerance, points, cancel };
         self.trimmed = trim::trim(&task, &mut rim.domain, fixed)?;
         Ok(rim)
     }

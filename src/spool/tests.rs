@@ -33,7 +33,7 @@ fn errors() -> impl Strategy<Value = ErrorStats> {
         let worst = (column, row);
         let mut errors = ErrorStats { samples, max, weighted_max, worst, squares, ..ErrorStats::default() };
         errors.histogram[count as usize % BINS] = count;
-        (errors.nodata, errors.stray, errors.trimmed) = (row, count, 3 * count);
+        (errors.nodata, errors.stray, errors.trimmed) = (row, count, column);
         errors.extended = (count % 2 == 1).then_some(WeightedStats { max: squares, worst: (row, column) });
         errors
     })

@@ -43,8 +43,6 @@ pub struct Task<'a> {
     pub cells: u32,
     /// The largest vertical distance allowed, as for engines.
     pub tolerance: f64,
-    /// What is asked of edges.
-    pub feasibility: Feasibility,
     /// Samples that stay, by rows, then by columns.
     pub points: &'a [(usize, usize)],
     /// Asked now and then whether to go on.
@@ -58,8 +56,12 @@ pub struct Task<'a> {
 /// - its tip is not among the first `fixed` vertices, at one corner only, and no point;
 /// - the closed triangle holds no other vertex of a loop, and no point;
 /// - all samples of it are in the strip, and so are all cells that it meets; samples on the new edge are not lost;
-/// - the new edge is within the limits at the samples it passes, with strong feasibility also between samples;
+/// - the new edge is within the limits at the samples it passes, and between samples where it crosses the grid
+///   ([`Feasibility::Strong`]), whatever triangles are held to;
 /// - its loop has more than three corners.
+///
+/// Without the test between samples, edges that nobody can move any more run far above or below the ground: on steep
+/// coasts that costs more triangles than the vertices saved, and twice the samples are lost for the same saving.
 ///
 /// What is refused once, stays so: ground is only lost. So each ear is looked at once. Cost: two passes over the tile,
 /// O(n log n) for n vertices, and the samples of 3n ears, of each as far as they are in the strip.
@@ -106,8 +108,7 @@ fn may_be_an_edge(task: &Task<'_>, p: Vertex, q: Vertex) -> bool {
     });
     heights_kept
         && (1..links).all(|i| channels_kept(task, place(0), place(links), place(i), f64::from(i) / f64::from(links)))
-        && (task.feasibility == Feasibility::Weak
-            || Tester::new(tile, task.tolerance, task.feasibility).strong_edge(p, q))
+        && Tester::new(tile, task.tolerance, Feasibility::Strong).strong_edge(p, q)
 }
 
 /// Whether the weighted error at a sample is within its limit, a share of the way from one vertex to the other.
