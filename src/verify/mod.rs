@@ -42,8 +42,11 @@
 //!
 //! Architecture invariant: nothing here imports an engine, a spool or a sink.
 
+mod bare;
 mod boundary;
+mod cells;
 mod corners;
+mod crossing;
 mod edges;
 mod error;
 mod exact;
@@ -51,13 +54,19 @@ mod faces;
 mod finding;
 mod grid;
 mod ground;
+mod holes;
+mod joins;
+mod outline;
 mod pace;
 mod plane;
 mod ranges;
+mod rim;
+mod runs;
 mod samples;
 mod scratch;
 mod segments;
 mod sort;
+mod strip;
 mod surface;
 mod sweep;
 #[cfg(test)]
@@ -76,7 +85,7 @@ use crate::raster::Raster;
 
 pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
-pub use verdict::{Verdict, WeightedWorst, WorstSample};
+pub use verdict::{TrimVerdict, Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedOptions, WeightedVerdict, WorstWeighted};
 
 use boundary::Boundary;
@@ -84,9 +93,14 @@ use corners::{VertexFindings, read_vertices};
 use edges::{EdgeFindings, match_edges};
 use faces::{FaceFindings, FaceSorts, read_faces};
 use grid::Grid;
+use holes::find_bridges;
+use outline::Outline;
 use pace::Pace;
-use samples::{BandReader, Bands};
+use rim::Rim;
+use runs::RunFlags;
+use samples::{BandReader, Bands, flag};
 use scratch::Scratch;
+use strip::find_strip;
 use sweep::{Comparison, sweep};
 use weighted::judge_weighted;
 
@@ -99,6 +113,18 @@ pub struct VerifyOptions<'a> {
     pub importance: Option<&'a Raster>,
     /// Where temporary files are made, about 200 bytes per triangle; `None` is the system's place for them.
     pub temp_dir: Option<PathBuf>,
+}
+
+/// Which ground a mesh is to cover, where it is not that of the samples with a height.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct GroundOptions {
+    /// Holes of at most so many samples are bridged. A *hole* is a group of samples without a height, eight neighbours to a
+    /// sample, that has none in the raster's first or last row or column. The ground goes on over it as if its samples had
+    /// heights, and the surface there may have any.
+    pub fill_holes: u64,
+    /// Where samples without a height that are not bridged are at most so many columns and rows away (the larger of the two),
+    /// the ground may be bare. 0: nowhere.
+    pub trim: u32,
 }
 
 /// Judges the PLY file `mesh` against `raster`, reading both once or twice from beginning to end.
@@ -115,7 +141,7 @@ pub fn verify(
     options: &VerifyOptions<'_>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
-    judge(raster, mesh, options, None, None, control)
+    judge(raster, mesh, options, GroundOptions::default(), None, None, control)
 }
 
 /// Does what [`verify`] does, and judges the weighted error of heights and channels as well.
@@ -132,12 +158,32 @@ pub fn verify_with_channels(
     channels: &WeightedOptions,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
-    assert!(!channels.bands.is_empty(), "no channel to judge");
-    assert!(options.importance.is_none(), "channels beside an importance raster");
-    if !(0.0..=1.0).contains(&channels.emphasis) {
-        return Err(VerifyError::Emphasis { found: channels.emphasis });
+    verify_ground(raster, mesh, options, GroundOptions::default(), Some(channels), control)
+}
+
+/// Does what [`verify`] does, or with channels [`verify_with_channels`], on another ground.
+///
+/// # Errors
+/// As theirs. Weights and channels may be missing where holes are bridged.
+///
+/// # Panics
+/// As [`verify_with_channels`], where there are channels.
+pub fn verify_ground(
+    raster: &Raster,
+    mesh: &Path,
+    options: &VerifyOptions<'_>,
+    ground: GroundOptions,
+    channels: Option<&WeightedOptions>,
+    control: &Control<'_>,
+) -> Result<Verdict, VerifyError> {
+    if let Some(channels) = channels {
+        assert!(!channels.bands.is_empty(), "no channel to judge");
+        assert!(options.importance.is_none(), "channels beside an importance raster");
+        if !(0.0..=1.0).contains(&channels.emphasis) {
+            return Err(VerifyError::Emphasis { found: channels.emphasis });
+        }
     }
-    judge(raster, mesh, options, Some(channels), None, control)
+    judge(raster, mesh, options, ground, channels, None, control)
 }
 
 /// The raster passes in bands of so many rows, where a number is given.
@@ -145,6 +191,7 @@ fn judge(
     raster: &Raster,
     mesh: &Path,
     options: &VerifyOptions<'_>,
+    ground: GroundOptions,
     channels: Option<&WeightedOptions>,
     band_rows: Option<usize>,
     control: &Control<'_>,
@@ -169,24 +216,39 @@ fn judge(
     let (face_findings, FaceSorts { triangles: by_row, edges, uses }) =
         read_faces(&mut mesh, &mut store, &grid, &scratch, &mut pace)?;
     corner_findings.find_unused(&grid, &mut store, uses, &mut pace)?;
-    let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, &scratch, &mut pace)?;
+    let trims = ground.trim > 0;
+    let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, trims, &scratch, &mut pace)?;
     drop(store);
     pace.end()?;
 
     let planar = channels.is_some_and(|c| c.planar);
-    let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster) };
-    let reader = match band_rows {
-        Some(rows) => reader.by(rows),
-        None => reader,
+    let reader = || {
+        let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster) };
+        match band_rows {
+            Some(rows) => reader.by(rows),
+            None => reader,
+        }
     };
-    let (bands, boundary) = (Bands::new(reader, options.importance), Boundary::new(grid, boundary, &scratch));
-    let comparison = sweep(bands, grid, by_row, boundary, tolerance, &scratch, control)?;
+    let mut bands = Bands::new(reader(), options.importance);
+    let find = |limit| find_bridges(reader(), limit, &scratch, control);
+    let bridges = (ground.fill_holes > 0).then(|| find(ground.fill_holes)).transpose()?;
+    let (bridged_holes, bridges) = bridges.map_or((0, None), |found| (found.holes, Some(found.runs)));
+    let outline = if trims {
+        let strip = find_strip(reader(), bridges, ground.trim, &scratch, control)?;
+        bands = bands.with_flags(RunFlags::new(strip.bridged.into_records(), flag::BRIDGED));
+        bands = bands.with_flags(RunFlags::new(strip.near.into_records(), flag::NEAR));
+        Outline::Trimmed(Rim::new(grid, boundary))
+    } else {
+        bands = bridges.into_iter().fold(bands, |bands, runs| bands.with_flags(RunFlags::new(runs, flag::BRIDGED)));
+        Outline::Ground(Boundary::new(grid, boundary, &scratch))
+    };
+    let comparison = sweep(bands, grid, by_row, outline, tolerance, &scratch, control)?;
     let of_channels = |c| judge_weighted(raster, &mut mesh, tolerance, c, &scratch, control);
     let extended = channels.map(of_channels).transpose()?;
     let samples = raster.width() as u64 * raster.height() as u64;
     let sizes = Sizes { samples, vertices, triangles };
-    let verdict = verdict(tolerance, sizes, comparison, face_findings, edge_findings, corner_findings);
-    Ok(Verdict { extended, ..verdict })
+    let verdict = verdict(tolerance, ground.trim, sizes, comparison, face_findings, edge_findings, corner_findings);
+    Ok(Verdict { bridged_holes, extended, ..verdict })
 }
 
 struct Sizes {
@@ -197,6 +259,7 @@ struct Sizes {
 
 fn verdict(
     tolerance: f64,
+    trim: u32,
     sizes: Sizes,
     comparison: Comparison,
     faces: FaceFindings,
@@ -204,12 +267,24 @@ fn verdict(
     corners: VertexFindings,
 ) -> Verdict {
     let ground = comparison.ground;
+    let trim = comparison.outline.rim.map(|rim| TrimVerdict {
+        cells: trim,
+        trimmed: ground.trimmed,
+        core_double_area: rim.core_double_area,
+        bare_core: rim.bare_core,
+        beyond_ground: rim.beyond,
+        crossed_edges: rim.crossed,
+        overlapping_edges: rim.overlapping,
+        enclosed: rim.enclosed,
+    });
     Verdict {
         tolerance,
         weighted: comparison.weighted,
         samples: sizes.samples,
         checked: ground.checked,
         nodata: ground.nodata,
+        bridged_holes: 0,
+        bridged: ground.bridged,
         without_ground: ground.without_ground,
         vertices: sizes.vertices,
         triangles: sizes.triangles,
@@ -225,16 +300,17 @@ fn verdict(
         unplaced: faces.unplaced,
         double_area: faces.double_area,
         expected_double_area: ground.double_area,
-        unmatched_edges: edges.unmatched.and(comparison.astray),
+        unmatched_edges: edges.unmatched.and(comparison.outline.astray),
         overused_edges: edges.overused,
         same_direction_edges: edges.same_direction,
-        boundary_gaps: comparison.boundary.gaps,
-        boundary_doubled: comparison.boundary.doubled,
+        boundary_gaps: comparison.outline.boundary.gaps,
+        boundary_doubled: comparison.outline.boundary.doubled,
         duplicate_vertices: corners.duplicate,
         unused_vertices: corners.unused,
         off_lattice: corners.off_lattice,
         outside: corners.outside,
         heights_not_finite: corners.not_finite,
+        trim,
         extended: None,
     }
 }

@@ -57,3 +57,32 @@ fn json_holds_the_whole_verdict() {
     assert_eq!((report["worst"]["error"].as_f64(), report["worst"]["column"].as_u64()), (Some(1.0), Some(1)));
     assert_eq!(report["double_area"], report["expected_double_area"]);
 }
+
+#[test]
+fn holes_up_to_a_size_are_to_be_bridged() {
+    let dir = tempfile::tempdir().unwrap();
+    let (raster, mesh) = (dir.path().join("dem.tif"), dir.path().join("tin.ply"));
+    let driver = DriverManager::get_driver_by_name("GTiff").unwrap();
+    let dataset = driver.create_with_band_type::<i16, _>(&raster, 4, 3, 1).unwrap();
+    dataset.rasterband(1).unwrap().set_no_data_value(Some(-1.0)).unwrap();
+    let mut samples = Buffer::new((4, 3), vec![0i16, 0, 0, 0, 0, -1, -1, 0, 0, 0, 0, 0]);
+    dataset.rasterband(1).unwrap().write((0, 0), (4, 3), &mut samples).unwrap();
+    dataset.close().unwrap();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n\
+        element face 2\nproperty list uchar int vertex_indices\nend_header\n\
+        0.5 -0.5 0\n3.5 -0.5 0\n3.5 -2.5 0\n0.5 -2.5 0\n3 0 2 1\n3 0 3 2\n";
+    std::fs::write(&mesh, ply).unwrap();
+    let run = |samples: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_terrabite"));
+        command.arg("verify").arg(&raster).arg(&mesh).args(["--max-error", "0", "--json", "--fill-holes", samples]);
+        let output = command.output().unwrap();
+        (output.status.code(), serde_json::from_slice::<serde_json::Value>(&output.stdout).ok())
+    };
+    let (code, report) = run("2");
+    let report = report.unwrap();
+    assert_eq!((code, report["bridged_holes"].as_u64(), report["bridged"].as_u64()), (Some(0), Some(1), Some(2)));
+    assert_eq!((report["checked"].as_u64(), report["nodata"].as_u64()), (Some(10), Some(0)));
+    assert_eq!(run("1").0, Some(1));
+    assert_eq!(run("0").1.unwrap()["touched_nodata"]["count"].as_u64(), Some(2));
+    assert_eq!(run("-1").0, Some(2));
+}
