@@ -13,7 +13,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use terrabite::control::CancelToken;
 use terrabite::field::Tile;
 use terrabite::lattice::Point;
-use terrabite::measure::measure;
+use terrabite::measure::{Bare, measure};
 use terrabite::mesh::{Domain, TileMesh, Vertex};
 use terrabite::seam::{MinLink, Rim};
 use terrabite::triangulate::cuts::GreedyCuts;
@@ -131,7 +131,8 @@ fn errors(c: &mut Criterion) {
         let rim = rim(&mountains, tolerance);
         let mut cutter = Cutter::default();
         cutter.cut(GreedyCuts::PLAIN, &mountains, &rim.domain, tolerance, Feasibility::Weak);
-        let mut count = || measure(black_box(&mountains), &cutter.mesh, tolerance, (0, 0), (true, true)).samples;
+        let mut count =
+            || measure(black_box(&mountains), &cutter.mesh, tolerance, (0, 0), (true, true), Bare::Nothing).samples;
         assert_eq!(count(), (SIDE * SIDE) as u64);
         group.bench_function(name, |b| b.iter(&mut count));
     }

@@ -108,5 +108,6 @@ pub mod staged;
 pub mod synth;
 pub mod tiling;
 pub mod triangulate;
+pub mod trim;
 pub mod verify;
 pub mod work_dir;

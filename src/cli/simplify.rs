@@ -60,6 +60,11 @@ pub(crate) struct SimplifyArgs {
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
     #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
+    /// Where samples are missing, simplify the rim of the ground sideways: it may lose what is up to so many columns and rows
+    /// from a missing sample. Lost samples are counted, and not covered; `verify` has to be told the same
+    #[arg(long, value_name = "CELLS", default_value_t = 0, hide_default_value = true, value_parser = values::trim,
+        allow_hyphen_values = true)]
+    trim: u32,
     /// The band, counted from 1 [default: 1, unless its samples are numbers of colours in a table]
     #[arg(long, value_name = "N")]
     band: Option<usize>,
@@ -308,6 +313,7 @@ impl SimplifyArgs {
         let mut params = Params {
             feasibility,
             tile: self.tile,
+            trim: self.trim,
             engine: self.engine.choice(insertion)?,
             quality,
             heights,
@@ -545,6 +551,7 @@ fn comments(raster: &Raster, args: &SimplifyArgs) -> Vec<String> {
     comments.extend(args.nodata.as_ref().map(|value| format!("nodata {value}")));
     comments.extend(Some(args.fill_holes).filter(|most| *most > 0).map(|most| format!("fill holes {most}")));
     comments.extend(args.cutline.comments());
+    comments.extend((args.trim > 0).then(|| format!("trim {}", args.trim)));
     comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));
     comments.extend(args.points.iter().map(|points| format!("points {}", name(points))));
     comments

@@ -35,6 +35,8 @@ pub(super) struct Report {
     /// Holes that are bridged, and their samples: the mesh covers them and is bound to nothing there. Null where none were to be.
     bridged_holes: Option<u64>,
     bridged_samples: Option<u64>,
+    /// Samples on the ground that trimming has left bare.
+    trimmed_samples: u64,
     triangles: u64,
     vertices: u64,
     samples_per_triangle: f64,
@@ -212,6 +214,7 @@ impl Report {
             stray_samples: errors.stray,
             bridged_holes: None,
             bridged_samples: None,
+            trimmed_samples: errors.trimmed,
             triangles: summary.triangles,
             vertices: summary.vertices,
             samples_per_triangle: errors.samples as f64 / summary.triangles as f64,
@@ -297,6 +300,9 @@ impl Report {
                 "bridged",
                 format!("{} holes of {} samples without a height", grouped(holes), grouped(samples)),
             ));
+        }
+        if self.trimmed_samples > 0 {
+            lines.push(("trimmed", format!("{} samples of the ground are not covered", grouped(self.trimmed_samples))));
         }
         lines.extend([
             ("triangles", format!("{}, {:.1} samples each", grouped(self.triangles), self.samples_per_triangle)),

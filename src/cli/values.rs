@@ -6,6 +6,7 @@ use std::num::NonZeroUsize;
 
 use crate::polish::{Caps, Schedule};
 use crate::raster::{BoundingBox, Window};
+use crate::trim::MAX_CELLS;
 
 /// A width and a height, in samples or pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,6 +55,12 @@ pub(crate) fn share(text: &str) -> Result<f64, String> {
     let share = text.parse::<f64>().ok().filter(|s| (0.0..=1.0).contains(s));
     // A negative zero is zero.
     share.map(f64::abs).ok_or_else(|| "expected a number from 0 to 1, such as 0.5".to_string())
+}
+
+/// Cells to trim.
+pub(crate) fn trim(text: &str) -> Result<u32, String> {
+    let cells = text.parse().ok().filter(|cells| *cells <= MAX_CELLS);
+    cells.ok_or_else(|| format!("expected a whole number of cells, from 0 to {MAX_CELLS}"))
 }
 
 /// An angle in degrees, from 0 to 60: no triangle has all its angles above that.

@@ -115,6 +115,11 @@ impl Validity {
         self.is_valid(column, row) && !self.is_bridged(column, row)
     }
 
+    /// Whether the field goes on to the left, above, to the right and below the window.
+    pub(crate) fn beyond(&self) -> [bool; 4] {
+        self.beyond
+    }
+
     /// The samples of a row of the window; empty where all are valid.
     pub(crate) fn row(&self, row: usize) -> &[bool] {
         if self.flags.is_empty() {

@@ -111,7 +111,8 @@ fn a_chunk(from: &mut Bytes<'_>) -> Chunk {
         chunk.attributes.push(Attribute { name, values: (0..vertices).map(|_| from.double()).collect() });
     }
     let errors = &mut chunk.errors;
-    (errors.samples, errors.nodata, errors.stray) = (from.word(), from.word(), from.word());
+    (errors.samples, errors.nodata) = (from.word(), from.word());
+    (errors.stray, errors.trimmed) = (from.word(), from.word());
     (errors.max, errors.weighted_max, errors.squares) = (from.double(), from.double(), from.double());
     errors.worst = (from.word(), from.word());
     errors.histogram[from.word() as usize % BINS] = from.word();

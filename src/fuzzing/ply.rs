@@ -60,6 +60,7 @@ pub fn ply(bytes: &[u8]) {
         Ok::<(), PlyError>(())
     })
     .expect("faces");
-    let ground = Ground { width: SIDE, height: SIDE, heights: &heights(), weights: &[] };
+    let heights = heights();
+    let ground = Ground::new((SIDE, SIDE), &heights, &[]);
     ground.check(&surface, TOLERANCE).unwrap_or_else(|wrong| panic!("it passes, but {wrong}: {verdict}"));
 }

@@ -9,7 +9,7 @@ use super::naive::{self, Ground, Surface};
 use super::temp_dir;
 use crate::control::Control;
 use crate::exact::{MAX_HEIGHT, MAX_WEIGHT};
-use crate::field::{Field, FieldOptions, Heights};
+use crate::field::{Field, FieldOptions, Heights, HoleOptions};
 use crate::polish::Tuning;
 use crate::raster::{PointSet, Raster, quiet_gdal};
 use crate::simplify::{EngineChoice, Error, Mesh, Params, Quality, VertexHeights, triangulate};
@@ -18,7 +18,7 @@ use crate::staged::StagedFile;
 use crate::triangulate::Feasibility;
 use crate::triangulate::cuts::Cuts;
 use crate::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
-use crate::verify::{VerifyOptions, verify};
+use crate::verify::{GroundOptions, VerifyOptions, verify_ground};
 
 /// The mark of missing samples in files.
 const NODATA: f64 = -9999.0;
@@ -78,6 +78,8 @@ struct Scene {
     judged: bool,
     heights: Vec<f64>,
     weights: Vec<f64>,
+    /// Holes of at most so many samples are bridged.
+    fill_holes: u64,
     params: Params,
 }
 
@@ -154,7 +156,12 @@ impl Scene {
             temp_dir: temp_dir(),
             ..Params::new(max_error)
         };
-        let mut scene = Scene { width, height, single, judged, heights: samples, weights, params: params.clone() };
+        // Behind all samples, so that a file without them has neither.
+        let fill_holes = from.pick(&[0, 0, 1, 2, 5, 1000]);
+        params.trim = from.pick(&[0, 0, 1, 2, 4, 1000]);
+        let heights = samples;
+        let mut scene =
+            Scene { width, height, single, judged, heights, weights, fill_holes, params: params.clone() };
         if pointed && engine.preinserts() {
             let ground = scene.ground();
             let places = (0..4).map(|_| (from.within(0, width - 1), from.within(0, height - 1)));
@@ -166,7 +173,8 @@ impl Scene {
     }
 
     fn ground(&self) -> Ground<'_> {
-        Ground { width: self.width, height: self.height, heights: &self.heights, weights: &self.weights }
+        let ground = Ground::new((self.width, self.height), &self.heights, &self.weights);
+        ground.bridging(self.fill_holes as usize).trimmed(self.params.trim)
     }
 
     /// Whether there is no reason to refuse it.
@@ -192,10 +200,16 @@ impl Scene {
         if !self.weights.is_empty() {
             field = field.with_importance(of(&self.weights, false)).expect("weights");
         }
-        let made = triangulate(&field, &self.params, &Control::default());
+        let made = self.triangulate(field, &Control::default());
         if let Some(mesh) = self.expected(made) {
             self.check(&mesh);
         }
+    }
+
+    fn triangulate(&self, field: Field, control: &Control<'_>) -> Result<Mesh, Error> {
+        let holes = HoleOptions { most: self.fill_holes, memory_bytes: 1 << 20, temp_dir: temp_dir() };
+        let field = field.with_holes_bridged(&holes, control)?;
+        triangulate(&field, &self.params, control)
     }
 
     /// The same by way of a GeoTIFF with a nodata value and a PLY file, judged by the verifier as well.
@@ -216,13 +230,14 @@ impl Scene {
         let (importance, control) = (importance.as_ref(), Control::default());
         let options = FieldOptions { temp_dir: temp_dir(), ..FieldOptions::default() };
         let field = Field::open_with_importance(&raster, importance, &options, &control).expect("a field");
-        let Some(mesh) = self.expected(triangulate(&field, &self.params, &control)) else { return };
+        let Some(mesh) = self.expected(self.triangulate(field, &control)) else { return };
         self.check(&mesh);
         let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
         let summary = mesh.write(Box::new(sink), &control).expect("written");
         let options =
             VerifyOptions { max_error: self.params.max_error, importance, temp_dir: Some(folder.path().to_path_buf()) };
-        let verdict = verify(&raster, &tin, &options, &control).expect("judged");
+        let ground = GroundOptions { fill_holes: self.fill_holes, trim: self.params.trim };
+        let verdict = verify_ground(&raster, &tin, &options, ground, None, &control).expect("judged");
         assert!(verdict.passes(), "{verdict} for {self:?}");
         assert_eq!((verdict.vertices, verdict.triangles), (summary.vertices, summary.triangles));
     }
@@ -254,7 +269,8 @@ impl Scene {
         if self.params.heights == VertexHeights::Sampled {
             for (&(x, y), z) in surface.places.iter().zip(&surface.heights) {
                 let sample = self.heights[(y / 4) as usize * self.width + (x / 4) as usize];
-                assert!((x % 4, y % 4) == (0, 0) && *z == sample, "vertex {x}, {y}, {z} of {self:?}");
+                let is_free = sample.is_nan() && self.fill_holes > 0;
+                assert!((x % 4, y % 4) == (0, 0) && (*z == sample || is_free), "vertex {x}, {y}, {z} of {self:?}");
             }
         }
     }

@@ -284,7 +284,7 @@ proptest! {
 #[test]
 fn a_mesh_without_a_face_or_too_far_is_none() {
     let heights = [0.0, 1.0, 2.0, 3.0];
-    let ground = naive::Ground { width: 2, height: 2, heights: &heights, weights: &[] };
+    let ground = naive::Ground::new((2, 2), &heights, &[]);
     let surface = |faces: &[[usize; 3]], z: f64| naive::Surface {
         places: vec![(0, 0), (4, 0), (4, 4), (0, 4)],
         heights: vec![0.0, 1.0, 3.0, z],
@@ -296,7 +296,7 @@ fn a_mesh_without_a_face_or_too_far_is_none() {
     assert!(ground.check(&surface(&both, 2.5), 0.499).is_err());
     assert!(ground.check(&surface(&both[..1], 2.0), 0.0).is_err());
     assert!(ground.check(&surface(&[[0, 1, 2], [0, 2, 3]], 2.0), 0.0).is_err());
-    let weighted = |weights: &[f64]| naive::Ground { weights, ..ground }.check(&surface(&both, 2.5), 0.5);
+    let weighted = |weights: &[f64]| naive::Ground::new((2, 2), &heights, weights).check(&surface(&both, 2.5), 0.5);
     assert_eq!(weighted(&[1.0, 1.0, 1.0, 1.0]), Ok(()));
     // The fourth sample is the third vertex of the list: rows are read from left to right.
     assert!(weighted(&[1.0, 1.0, 1.001, 1.0]).is_err() && weighted(&[1.0, 1.0, 0.5, 9.0]) == Ok(()));

@@ -1,8 +1,9 @@
 use std::ops::RangeInclusive;
 
-use super::ErrorStats;
+use super::{Bare, ErrorStats};
 use crate::field::Tile;
 use crate::triangulate::feasible::Spans;
+use crate::trim::Strip;
 
 /// Which samples of a tile are still to be measured, where some are missing. A triangle's half-open share of samples does
 /// not do there: what lies on the right and lower rims of the ground would belong to nobody.
@@ -11,6 +12,9 @@ use crate::triangulate::feasible::Spans;
 pub(super) struct Ground {
     width: usize,
     samples: Vec<Sample>,
+    /// Columns and rows that the tile owns where all is ground.
+    owned: (usize, usize),
+    bare: Bare,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,15 +32,21 @@ enum Sample {
 }
 
 impl Ground {
-    pub(super) fn new(tile: &Tile) -> Ground {
+    pub(super) fn new(tile: &Tile, owned: (usize, usize), bare: Bare) -> Ground {
         let place = |i: usize| (i % tile.width, i / tile.width);
+        let is_ours = |column: usize, row: usize| match bare {
+            Bare::Nothing | Bare::Strip(_) => owns(tile, column, row),
+            Bare::StripOfOthers(_) => {
+                column < owned.0 && row < owned.1 && tile.validity.is_ground(column as i32, row as i32)
+            }
+        };
         let sample = |i: usize| match place(i) {
             (column, row) if !tile.validity.is_valid(column as i32, row as i32) => Sample::Missing,
-            (column, row) if !owns(tile, column, row) => Sample::Foreign,
+            (column, row) if !is_ours(column, row) => Sample::Foreign,
             (column, row) if tile.validity.is_bridged(column as i32, row as i32) => Sample::Bridged,
             _ => Sample::Due,
         };
-        Ground { width: tile.width, samples: (0..tile.width * tile.height).map(sample).collect() }
+        Ground { width: tile.width, samples: (0..tile.width * tile.height).map(sample).collect(), owned, bare }
     }
 
     /// Visits the runs of samples of a closed triangle that are due: their places in the tile, column and row of the first.
@@ -79,21 +89,27 @@ impl Ground {
         }
     }
 
-    /// Counts which samples are missing, which that are there have no ground, and which are bridged, of the first `owned`
-    /// columns and rows.
+    /// Counts the samples that are missing, those that are there but have no ground, those that are bridged, and those that
+    /// are left bare.
     ///
     /// # Panics
-    /// If a sample is still due.
-    pub(super) fn finish(&self, tile: &Tile, owned: (usize, usize), stats: &mut ErrorStats) {
-        let due = self.samples.iter().position(|s| matches!(s, Sample::Due | Sample::Bridged));
-        assert!(
-            due.is_none(),
-            "no triangle covers sample {:?} of the tile",
-            due.map(|i| (i % self.width, i / self.width))
-        );
+    /// If a sample is still due that may not be bare.
+    pub(super) fn finish(&self, tile: &Tile, stats: &mut ErrorStats) {
+        let strip = match self.bare {
+            Bare::Nothing => None,
+            Bare::Strip(cells) | Bare::StripOfOthers(cells) => Some(Strip::new(tile, cells)),
+        };
         for (i, sample) in self.samples.iter().enumerate() {
             let (column, row) = (i % self.width, i / self.width);
-            if column < owned.0 && row < owned.1 {
+            if matches!(sample, Sample::Due | Sample::Bridged) {
+                let may_be_bare = strip.as_ref().is_some_and(|strip| {
+                    strip.has(column as i32, row as i32)
+                        || matches!(self.bare, Bare::StripOfOthers(cells) if is_near_side(tile, cells, (column, row)))
+                });
+                assert!(may_be_bare, "no triangle covers sample {:?} of the tile", (column, row));
+                stats.trimmed += u64::from(*sample == Sample::Due);
+            }
+            if column < self.owned.0 && row < self.owned.1 {
                 let is_stray = *sample == Sample::Foreign && !tile.validity.is_ground(column as i32, row as i32);
                 stats.nodata += u64::from(*sample == Sample::Missing);
                 stats.stray += u64::from(is_stray);
@@ -101,6 +117,13 @@ impl Ground {
             }
         }
     }
+}
+
+/// Whether there may be samples so near that the tile knows nothing of them: beyond those next to its window.
+fn is_near_side(tile: &Tile, cells: u32, (column, row): (usize, usize)) -> bool {
+    let away = [column, row, tile.width - 1 - column, tile.height - 1 - row];
+    let beyond = tile.validity.beyond();
+    away.iter().zip(beyond).any(|(&away, beyond)| beyond && away + 2 <= cells as usize)
 }
 
 /// Whether a sample on the ground is the tile's to measure. Of the tiles around it that have ground at it, it belongs to

@@ -26,7 +26,7 @@ pub const BINS: usize = 256;
 /// Errors over a set of samples: vertical distances between surface and samples, in the heights' units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorStats {
-    /// How many samples were measured: those on the ground that have heights.
+    /// How many samples were measured: those on the ground that have heights, but for what is trimmed.
     pub samples: u64,
     /// How many are no heights.
     pub nodata: u64,
@@ -34,6 +34,8 @@ pub struct ErrorStats {
     pub stray: u64,
     /// How many are on the ground as samples of bridged holes, without a height to measure by.
     pub bridged: u64,
+    /// How many are on the ground but left bare, as the rim is trimmed ([`crate::trim`]).
+    pub trimmed: u64,
     /// The largest error.
     pub max: f64,
     /// The largest error × weight; where errors are not weighted, the largest error.
@@ -55,13 +57,14 @@ impl Default for ErrorStats {
     fn default() -> Self {
         let (max, worst, squares) = (0.0, (0, 0), 0.0);
         let histogram = Box::new([0; BINS]);
-        let (samples, nodata, stray, bridged) = (0, 0, 0, 0);
+        let (samples, nodata, stray, bridged, trimmed) = (0, 0, 0, 0, 0);
         let (extended, shape) = (None, None);
         ErrorStats {
             samples,
             nodata,
             stray,
             bridged,
+            trimmed,
             max,
             weighted_max: max,
             worst,
@@ -92,15 +95,16 @@ impl ErrorStats {
         self.nodata += other.nodata;
         self.stray += other.stray;
         self.bridged += other.bridged;
+        self.trimmed += other.trimmed;
         self.squares += other.squares;
         for (sum, count) in self.histogram.iter_mut().zip(other.histogram.iter()) {
             *sum += count;
         }
     }
 
-    /// Samples on the ground and others.
+    /// Samples that were measured and others.
     pub fn all_samples(&self) -> u64 {
-        self.samples + self.nodata + self.stray + self.bridged
+        self.samples + self.nodata + self.stray + self.bridged + self.trimmed
     }
 
     /// Root of the mean square error.
@@ -139,13 +143,27 @@ impl From<f64> for Bound {
     }
 }
 
+/// What of the ground a mesh may leave bare, in cells from the next missing sample, as [`crate::trim`] counts them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Bare {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// So much, by what the tile knows: it is the one that was trimmed.
+    Strip(u32),
+    /// So much, where the tile knows; it is another than those that were trimmed, which may have known more of what is
+    /// missing around. A sample on its sides then belongs to the tile to the lower right, whoever has ground at it: only
+    /// that one is sure to see the triangle over it.
+    StripOfOthers(u32),
+}
+
 /// Measures `mesh` over the samples that the tile owns: all but the last column and the last row, unless `last_column`
 /// and `last_row` say that they are the raster's. `origin` is the place of the tile's first sample in the raster. Where
 /// samples are missing, those on the ground are measured, and the tile also owns what its neighbours to the right and
-/// below have no ground at.
+/// below have no ground at. Samples that may be bare, and are, are counted only.
 ///
 /// # Panics
-/// If the triangles do not cover every sample the tile owns exactly once, or one that is missing; or if, where a [`Bound::Within`] says so, one is
+/// If the triangles do not cover every sample the tile owns exactly once, but for what may be bare, or one that is missing; or if, where a [`Bound::Within`] says so, one is
 /// farther than its limit (the tolerance, or [`Tile::limit`]) from its triangle, or its weighted error is larger: an engine
 /// is broken, and its mesh must not be written. With channels, if a vertex does not lie on a sample.
 pub fn measure(
@@ -154,6 +172,7 @@ pub fn measure(
     bound: impl Into<Bound>,
     origin: (u64, u64),
     (last_column, last_row): (bool, bool),
+    bare: Bare,
 ) -> ErrorStats {
     let (tolerance, scale) = match bound.into() {
         Bound::Within(tolerance) => (tolerance, tolerance),
@@ -161,7 +180,8 @@ pub fn measure(
     };
     let owned = (tile.width - usize::from(!last_column), tile.height - usize::from(!last_row));
     let bins_per_error = if scale > 0.0 { BINS as f64 / scale } else { 0.0 };
-    let ground = (!tile.validity.is_whole()).then(|| Ground::new(tile));
+    let by_samples = !tile.validity.is_whole() || bare != Bare::Nothing;
+    let ground = by_samples.then(|| Ground::new(tile, owned, bare));
     let mut meter =
         Meter { tile, tolerance, bins_per_error, owned, ground, stats: ErrorStats::default(), worst: (0, 0) };
     match &tile.heights {
@@ -176,7 +196,7 @@ pub fn measure(
     stats.worst = (origin.0 + meter.worst.0 as u64, origin.1 + meter.worst.1 as u64);
     match &meter.ground {
         None => assert_eq!(stats.samples, (owned.0 * owned.1) as u64, "samples covered of a tile at {origin:?}"),
-        Some(ground) => ground.finish(tile, owned, &mut stats),
+        Some(ground) => ground.finish(tile, &mut stats),
     }
     if !tile.is_weighted() {
         stats.weighted_max = stats.max;
@@ -200,7 +220,7 @@ struct Meter<'a> {
     tolerance: f64,
     bins_per_error: f64,
     owned: (usize, usize),
-    /// Where samples are missing.
+    /// Where samples are missing, or may be bare.
     ground: Option<Ground>,
     stats: ErrorStats,
     worst: (usize, usize),
@@ -342,23 +362,25 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             relaxed: 0,
         };
-        let all = measure(&tile, &mesh, 4.0, (100, 200), (true, true));
+        let all = measure(&tile, &mesh, 4.0, (100, 200), (true, true), Bare::Nothing);
         assert_eq!((all.samples, all.max, all.worst, all.squares), (25, 3.0, (102, 202), 10.0));
         assert_eq!(all.percentile(0.5, 4.0), 4.0 / 256.0);
         assert_eq!(all.percentile(1.0, 4.0), 3.0);
-        let owned = measure(&tile, &mesh, 4.0, (0, 0), (false, true));
+        let owned = measure(&tile, &mesh, 4.0, (0, 0), (false, true), Bare::Nothing);
         assert_eq!(owned.samples, 20);
 
         assert_eq!(all.weighted_max, 3.0);
         let mut weights = vec![1.0; 25];
-        let unit = measure(&tile.clone().with_weights(weights.clone()), &mesh, 4.0, (100, 200), (true, true));
+        let unit =
+            measure(&tile.clone().with_weights(weights.clone()), &mesh, 4.0, (100, 200), (true, true), Bare::Nothing);
         assert_eq!(unit, all);
         (weights[12], weights[13]) = (0.5, 2.0);
-        let weighted = measure(&tile.clone().with_weights(weights.clone()), &mesh, 2.0, (0, 0), (true, true));
+        let weighted =
+            measure(&tile.clone().with_weights(weights.clone()), &mesh, 2.0, (0, 0), (true, true), Bare::Nothing);
         assert_eq!((weighted.max, weighted.weighted_max, weighted.worst, weighted.squares), (3.0, 2.0, (2, 2), 10.0));
         assert_eq!(weighted.percentile(1.0, 2.0), 2.0);
         weights[12] = 0.7;
-        let broken = || measure(&tile.with_weights(weights), &mesh, 2.0, (0, 0), (true, true));
+        let broken = || measure(&tile.with_weights(weights), &mesh, 2.0, (0, 0), (true, true), Bare::Nothing);
         assert!(std::panic::catch_unwind(broken).is_err());
     }
 }

@@ -47,7 +47,7 @@ pub(super) fn measure_weighted(
 
 #[cfg(test)]
 mod tests {
-    use super::super::measure;
+    use super::super::{Bare, measure};
     use crate::channels::{ChannelError, Range, Ranges};
     use crate::field::{Heights, Tile};
     use crate::lattice::Point;
@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn heights_and_channels_make_one_error() {
-        let errors = measure(&tile(), &two_triangles(), 1.5, (100, 200), (true, true));
+        let errors = measure(&tile(), &two_triangles(), 1.5, (100, 200), (true, true), Bare::Nothing);
         assert_eq!(errors.max, 0.0);
         let weighted = errors.extended.expect("channels");
         // Half of (4 + 2)/2.
@@ -83,6 +83,6 @@ mod tests {
     #[test]
     #[should_panic(expected = "weighted error 1.5")]
     fn an_engine_that_forgets_the_channels_is_found_out() {
-        measure(&tile(), &two_triangles(), 1.25, (0, 0), (true, true));
+        measure(&tile(), &two_triangles(), 1.25, (0, 0), (true, true), Bare::Nothing);
     }
 }

@@ -170,6 +170,11 @@ impl Rim {
         (rim, order)
     }
 
+    /// How many vertices of the domain stand on the sides of the tile: they come first.
+    pub fn on_sides(&self) -> usize {
+        self.owned.total() as usize - self.idle.len() + self.foreign.len()
+    }
+
     /// Puts corners, sides (north, west, east, south) and the points inside together.
     fn assemble(
         tile: &Tile,

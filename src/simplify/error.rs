@@ -8,6 +8,7 @@ use crate::raster::RasterError;
 use crate::sink::SinkError;
 use crate::spool::SpoolError;
 use crate::staged::OutputError;
+use crate::trim::MAX_CELLS;
 use crate::work_dir::WorkDirError;
 
 /// Why a mesh could not be made. The variant says which stage could not go on.
@@ -105,6 +106,9 @@ pub enum Error {
         "expected sequential insertion by local error, to end at a budget or a root mean square, found another variant"
     )]
     GoalWithPasses,
+    /// The rim is to be trimmed by more than anybody means.
+    #[error("expected to trim 0 to {MAX_CELLS} cells, found {0}")]
+    Trim(u32),
     /// Heights are fitted by polishing.
     #[error("expected polishing, to fit heights, found quality none")]
     FittedWithoutPolish,

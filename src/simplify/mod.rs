@@ -34,6 +34,7 @@ use crate::polish::{Schedule, Tuning};
 use crate::raster::{PointSet, exact};
 use crate::tiling::TileGrid;
 use crate::triangulate::Feasibility;
+use crate::trim::MAX_CELLS;
 
 #[cfg(test)]
 mod channel_tests;
@@ -45,6 +46,8 @@ mod nodata_tests;
 mod points_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod trim_tests;
 
 /// What decides the mesh, and where temporary files go.
 #[derive(Debug, Clone)]
@@ -67,6 +70,9 @@ pub struct Params {
     pub goal: Goal,
     /// A tile's side in cells; 0 makes one tile of the whole raster.
     pub tile: usize,
+    /// How many cells the rim of the ground may lose where samples are missing, so that it has fewer vertices: 0 to
+    /// [`crate::trim::MAX_CELLS`].
+    pub trim: u32,
     /// Samples that become vertices of the mesh. Only for engines that can take them ([`Params::takes_points`]).
     pub points: Option<Arc<PointSet>>,
     /// The folder of temporary files.
@@ -88,6 +94,7 @@ impl Params {
             tuning: Tuning::default(),
             goal: Goal::default(),
             tile: DEFAULT_TILE,
+            trim: 0,
             points: None,
             temp_dir: std::env::temp_dir(),
         }
@@ -142,6 +149,14 @@ impl Params {
         if untuned { Ok(()) } else { Err(Error::TuningWithoutPolish) }
     }
 
+    /// Makes sure that the rim is not trimmed by more than anybody means.
+    ///
+    /// # Errors
+    /// [`Error::Trim`].
+    pub fn takes_trim(&self) -> Result<(), Error> {
+        if self.trim <= MAX_CELLS { Ok(()) } else { Err(Error::Trim(self.trim)) }
+    }
+
     /// Makes sure that the engine can end where the goal says.
     ///
     /// # Errors
@@ -187,6 +202,9 @@ impl Params {
         }
         if self.tuning.strong_edges && self.feasibility == Feasibility::Weak {
             named.push(("edges in polishing", "strong".to_string()));
+        }
+        if self.trim > 0 {
+            named.push(("trim", format!("{} cells", self.trim)));
         }
         if !self.goal.is_none() {
             named.push(("goal", self.goal.named()));

@@ -15,38 +15,38 @@ use crate::lattice::{Point, orient};
 use crate::raster::{CutlineSource, PointSet, Raster, Window, read_cutline};
 use crate::triangulate::cuts::Cuts;
 
-type Place = (i32, i32);
+pub(super) type Place = (i32, i32);
 
 /// Heights, NaN where there is none.
-struct Scene {
-    width: usize,
-    height: usize,
-    heights: Vec<f64>,
+pub(super) struct Scene {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) heights: Vec<f64>,
     /// Weights of errors and the values of a channel: neither where the height is missing, or no weights or channel at all.
-    weights: Vec<f64>,
-    channel: Vec<f64>,
+    pub(super) weights: Vec<f64>,
+    pub(super) channel: Vec<f64>,
     /// Holes of so many samples are bridged, and these are theirs.
-    most: usize,
-    bridged: BTreeSet<Place>,
+    pub(super) most: usize,
+    pub(super) bridged: BTreeSet<Place>,
 }
 
 impl Scene {
-    fn new(width: usize, height: usize, heights: Vec<f64>) -> Scene {
+    pub(super) fn new(width: usize, height: usize, heights: Vec<f64>) -> Scene {
         let bridged = BTreeSet::new();
         Scene { width, height, heights, weights: Vec::new(), channel: Vec::new(), most: 0, bridged }
     }
 
-    fn at(&self, (column, row): Place) -> Option<f64> {
+    pub(super) fn at(&self, (column, row): Place) -> Option<f64> {
         let inside = column >= 0 && row >= 0 && column < self.width as i32 && row < self.height as i32;
         inside.then(|| self.heights[row as usize * self.width + column as usize]).filter(|z| !z.is_nan())
     }
 
-    fn is_ground(&self, place: Place) -> bool {
+    pub(super) fn is_ground(&self, place: Place) -> bool {
         self.at(place).is_some() || self.bridged.contains(&place)
     }
 
     /// Bridges holes of at most so many samples.
-    fn bridging(self, most: usize) -> Scene {
+    pub(super) fn bridging(self, most: usize) -> Scene {
         let (mut seen, mut bridged) = (BTreeSet::new(), BTreeSet::new());
         for start in self.places().filter(|&p| self.at(p).is_none()) {
             let (mut hole, mut open) = (BTreeSet::new(), vec![start]);
@@ -67,13 +67,13 @@ impl Scene {
         Scene { most, bridged, ..self }
     }
 
-    fn places(&self) -> impl Iterator<Item = Place> {
+    pub(super) fn places(&self) -> impl Iterator<Item = Place> {
         let (width, height) = (self.width as i32, self.height as i32);
         (0..height).flat_map(move |row| (0..width).map(move |column| (column, row)))
     }
 
     /// Corners of the ground of every cell, around.
-    fn cells(&self) -> Vec<Vec<Place>> {
+    pub(super) fn cells(&self) -> Vec<Vec<Place>> {
         let corners = |(c, r): Place| [(c, r), (c + 1, r), (c + 1, r + 1), (c, r + 1)];
         let valid = |p: Place| corners(p).into_iter().filter(|&q| self.is_ground(q)).collect::<Vec<_>>();
         self.places().map(valid).filter(|cell| cell.len() >= 3).collect()
@@ -87,7 +87,7 @@ impl Scene {
         all.iter().copied().filter(|&(p, q)| !all.contains(&(q, p))).collect()
     }
 
-    fn field(&self) -> Field {
+    pub(super) fn field(&self) -> Field {
         let of = |values: &[f64]| {
             Field::from_heights(self.width, self.height, Heights::F64(values.to_vec())).expect("a field")
         };
@@ -106,12 +106,12 @@ impl Scene {
         field.with_channels(vec![(of(&self.channel), channel)], error)
     }
 
-    fn limit(&self, (column, row): Place, tolerance: f64) -> f64 {
+    pub(super) fn limit(&self, (column, row): Place, tolerance: f64) -> f64 {
         let weight = self.weights.get(row as usize * self.width + column as usize);
         weight.map_or(tolerance, |&weight| exact::limit(weight, tolerance))
     }
 
-    fn mesh(&self, params: &Params, threads: usize) -> Result<Mesh, Error> {
+    pub(super) fn mesh(&self, params: &Params, threads: usize) -> Result<Mesh, Error> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let field = self.field();
         pool.install(|| triangulate(&field, params, &Control::default()))
@@ -212,7 +212,7 @@ impl Scene {
 }
 
 /// Heights of four kinds, with holes of five.
-fn scene(width: usize, height: usize, seed: u64, kind: u8, holes: u8) -> Scene {
+pub(super) fn scene(width: usize, height: usize, seed: u64, kind: u8, holes: u8) -> Scene {
     let noise = |i: usize, salt: u64| {
         let v = (i as u64 + 1 + salt * 7919).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         (v ^ v >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40

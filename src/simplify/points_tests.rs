@@ -8,7 +8,7 @@ use super::*;
 use crate::control::{CancelToken, Cancelled, Control};
 use crate::field::{Field, Heights, Tile};
 use crate::lattice::{Point, orient};
-use crate::measure::measure;
+use crate::measure::{Bare, measure};
 use crate::mesh::TileMesh;
 use crate::raster::{PointSet, Raster, Window};
 use crate::seam::{MinLink, Rim};
@@ -84,7 +84,7 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
         let task = Task { tile: &tile, domain: &rim.domain, tolerance, feasibility, cancel: &cancel };
         PointsOnly.triangulate(&task, &mut (), &mut mesh).expect("a mesh");
         assert!(mesh.vertices.iter().copied().eq(rim.domain.fixed()));
-        let errors = measure(&tile, &mesh, tolerance, (window.column as u64, window.row as u64), last);
+        let errors = measure(&tile, &mesh, tolerance, (window.column as u64, window.row as u64), last, Bare::Nothing);
         let mut chunk = Chunk::default();
         chunk.fill(index, &rim, &mesh, errors, tile.checksum());
         spool.append(&chunk, &mut Vec::new()).expect("kept");

@@ -14,7 +14,7 @@ use crate::exact::MAX_TOLERANCE;
 use crate::faults::{self, Point};
 use crate::field::{Field, Tile};
 use crate::lattice::{self, MAX_TILE_CELLS};
-use crate::measure::{Bound, ErrorStats, measure, shape};
+use crate::measure::{Bare, Bound, ErrorStats, measure, shape};
 use crate::mesh::TileMesh;
 use crate::polish::count_relaxed;
 use crate::raster::{RasterError, Window};
@@ -22,6 +22,7 @@ use crate::seam::{MinLink, Rim};
 use crate::spool::{Chunk, Spool, SpoolError};
 use crate::tiling::{TileGrid, TileId};
 use crate::triangulate::Task;
+use crate::trim;
 
 /// Seconds of all threads together, by what a tile goes through.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
@@ -101,6 +102,7 @@ pub fn triangulate_into(
     if params.points.as_ref().is_some_and(|p| !p.is_empty()) {
         params.takes_points()?;
     }
+    params.takes_trim()?;
     let grid = grid(field.width(), field.height(), params)?;
     let spool = make_spool(grid, Pass::Tiles)?;
     assert_eq!(spool.tiles(), grid.len(), "chunks of a spool for this grid");
@@ -183,6 +185,8 @@ pub(super) struct Workspace {
     pub(super) tile: Tile,
     pub(super) points: Vec<(usize, usize)>,
     min_link: MinLink,
+    /// Samples that trimming has taken from the ground of the tile.
+    trimmed: u64,
     pub(super) engine: EngineScratch,
     pub(super) mesh: TileMesh,
     chunk: Chunk,
@@ -253,10 +257,13 @@ impl Workspace {
                 self.mesh.relaxed = count_relaxed(&self.tile, &self.mesh, tolerance(params), stays);
             }
             let samples = (window.width - usize::from(!last.0)) as u64 * (window.height - usize::from(!last.1)) as u64;
-            return ErrorStats { samples, shape: Some(Box::new(seen)), ..ErrorStats::default() };
+            let (trimmed, shape) = (self.trimmed, Some(Box::new(seen)));
+            return ErrorStats { samples: samples - trimmed, trimmed, shape, ..ErrorStats::default() };
         }
         let origin = (window.column as u64, window.row as u64);
-        let mut errors = measure(&self.tile, &self.mesh, bound, origin, last);
+        let bare = if self.trimmed > 0 { Bare::Strip(params.trim) } else { Bare::Nothing };
+        let mut errors = measure(&self.tile, &self.mesh, bound, origin, last, bare);
+        assert_eq!(errors.trimmed, self.trimmed, "bare samples of the tile at {origin:?}");
         // Whoever has no time for polishing has none for looking at it.
         if params.quality != Quality::None {
             errors.shape = Some(Box::new(shape(&self.tile, &self.mesh, tolerance(params), |_| true)));
@@ -278,8 +285,13 @@ impl Workspace {
     /// The rim of the tile that is loaded, and the points inside it.
     fn rim(&mut self, job: &Job<'_>, window: Window, last: (bool, bool)) -> Result<Rim, Error> {
         self.find_points(job, window)?;
-        let tolerance = tolerance(job.params);
-        Ok(Rim::new(&self.tile, tolerance, &self.points, last, &mut self.min_link, &job.control.cancel)?)
+        let (tile, points, cancel) = (&self.tile, &self.points, &job.control.cancel);
+        let (tolerance, cells) = (tolerance(job.params), job.params.trim);
+        let mut rim = Rim::new(tile, tolerance, points, last, &mut self.min_link, cancel)?;
+        let fixed = rim.on_sides();
+        let task = trim::Task { tile, cells, tolerance, points, cancel };
+        self.trimmed = trim::trim(&task, &mut rim.domain, fixed)?;
+        Ok(rim)
     }
 
     /// Finds the points of the tile that is loaded.

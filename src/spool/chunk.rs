@@ -63,7 +63,7 @@ impl Chunk {
     pub fn fill(&mut self, tile: usize, rim: &Rim, mesh: &TileMesh, errors: ErrorStats, samples_checksum: u32) {
         // Vertices of loops inside and points of the domain are the tile's own, as all that is inside.
         let used = rim.owned.total() as usize - rim.idle.len();
-        let inside = used + rim.foreign.len();
+        let inside = rim.on_sides();
         self.tile = tile;
         self.rim = rim.owned;
         self.vertices.clear();

@@ -60,8 +60,8 @@ pub(super) fn encode(chunk: &Chunk, out: &mut Vec<u8>) {
 
 fn encode_errors(errors: &ErrorStats, out: &mut Vec<u8>) {
     let numbers = [errors.max, errors.weighted_max, errors.squares].map(f64::to_bits);
-    let ErrorStats { samples, nodata, stray, bridged, worst, .. } = *errors;
-    let counts = [samples, nodata, stray, bridged, worst.0, worst.1];
+    let ErrorStats { samples, nodata, stray, bridged, trimmed, worst, .. } = *errors;
+    let counts = [samples, nodata, stray, bridged, trimmed, worst.0, worst.1];
     for word in counts.into_iter().chain(numbers) {
         out.extend_from_slice(&word.to_le_bytes());
     }
@@ -160,6 +160,7 @@ fn decode_errors(reader: &mut Reader<'_>) -> Result<ErrorStats, Damage> {
         nodata: reader.u64()?,
         stray: reader.u64()?,
         bridged: reader.u64()?,
+        trimmed: reader.u64()?,
         worst: (reader.u64()?, reader.u64()?),
         max: f64::from_bits(reader.u64()?),
         weighted_max: f64::from_bits(reader.u64()?),

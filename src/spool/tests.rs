@@ -34,7 +34,7 @@ fn errors() -> impl Strategy<Value = ErrorStats> {
         let mut errors =
             ErrorStats { samples, bridged: samples / 7, max, weighted_max, worst, squares, ..ErrorStats::default() };
         errors.histogram[count as usize % BINS] = count;
-        (errors.nodata, errors.stray) = (row, count);
+        (errors.nodata, errors.stray, errors.trimmed) = (row, count, column);
         errors.extended = (count % 2 == 1).then_some(WeightedStats { max: squares, worst: (row, column) });
         errors
     })

@@ -19,6 +19,7 @@ mod resume;
 mod simplify_bad_input;
 mod simplify_files;
 mod synth_bad_input;
+mod trim;
 mod usage;
 mod util;
 mod verify;

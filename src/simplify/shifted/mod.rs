@@ -8,6 +8,9 @@
 //! triangle lies where, `region` puts one job together from the chunks of four tiles and makes a chunk of it; what it
 //! needs of others it names by their place ([`Foreign::At`](crate::seam::Foreign::At)).
 //!
+//! Where the first pass has trimmed the rim, a job measures what is bare, but may not know all that is missing around it:
+//! in the end as many samples must be bare as have been trimmed.
+//!
 //! - Architecture invariant: a job reads the chunks of the first pass and samples, and nothing else.
 
 mod lines;
@@ -18,6 +21,8 @@ mod tests;
 
 pub(super) use lines::Lines;
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use rayon::prelude::*;
 
 use self::region::Region;
@@ -27,7 +32,7 @@ use super::{Error, engine};
 use crate::control::Stage;
 use crate::faults::{self, Point};
 use crate::field::Tile;
-use crate::measure::{Bound, measure, shape};
+use crate::measure::{Bare, Bound, measure, shape};
 use crate::mesh::Domain;
 use crate::polish;
 use crate::spool::{Chunk, Spool};
@@ -49,11 +54,12 @@ pub(super) fn polish_shifted(
 ) -> Result<(), Error> {
     let Job { field, control, .. } = *job;
     let workspaces = Pool::default();
+    let bare = BareSamples::default();
     control.progress.begin(Stage::Seams, shifted.len() as u64, field.width() as u64 * field.height() as u64);
     (0..shifted.len()).into_par_iter().try_for_each(|index| {
         control.cancel.check()?;
         faults::reach(Point::TileBegun);
-        let run = Run { job, shifted, tiles, spool, clocks };
+        let run = Run { job, shifted, tiles, spool, clocks, bare: &bare };
         let (samples, was_there) = workspaces.with(|w: &mut Workspace| w.provide(&run, index))?;
         if was_there {
             control.progress.found(Stage::Seams, samples);
@@ -63,6 +69,8 @@ pub(super) fn polish_shifted(
         Ok::<(), Error>(())
     })?;
     control.progress.end(Stage::Seams);
+    let [trimmed, measured] = [bare.trimmed, bare.measured].map(AtomicU64::into_inner);
+    assert_eq!(measured, trimmed, "bare samples, and samples that have been trimmed");
     Ok(())
 }
 
@@ -72,6 +80,16 @@ struct Run<'a> {
     tiles: &'a Spool,
     spool: &'a Spool,
     clocks: &'a Clocks,
+    bare: &'a BareSamples,
+}
+
+/// Samples of all jobs.
+#[derive(Default)]
+struct BareSamples {
+    /// Those that the tiles of the first pass have trimmed.
+    trimmed: AtomicU64,
+    /// Those that no triangle covers.
+    measured: AtomicU64,
 }
 
 /// What one thread needs for a tile of the shifted grid; reused from one to the next.
@@ -94,10 +112,29 @@ impl Workspace {
             if run.spool.check_samples() {
                 check_samples(run.job.field, window, &self.chunk, &mut self.tile)?;
             }
-            return Ok((self.chunk.errors.all_samples(), true));
+            let samples = self.chunk.errors.all_samples();
+            self.count_bare(run, index)?;
+            return Ok((samples, true));
         }
         self.work(run, index)?;
-        Ok((self.chunk.errors.all_samples(), false))
+        let samples = self.chunk.errors.all_samples();
+        self.count_bare(run, index)?;
+        Ok((samples, false))
+    }
+
+    /// Counts what the chunk leaves bare, and what the tile of the same column and row has trimmed, if there is one. The
+    /// chunk is that tile's then.
+    fn count_bare(&mut self, run: &Run<'_>, index: usize) -> Result<(), Error> {
+        if run.job.params.trim == 0 {
+            return Ok(());
+        }
+        run.bare.measured.fetch_add(self.chunk.errors.trimmed, Ordering::Relaxed);
+        let (grid, id) = (run.job.grid, run.shifted.tile(index));
+        if id.column < grid.columns() && id.row < grid.rows() {
+            run.tiles.read(grid.index(id), &mut self.chunk, &mut self.encoded)?;
+            run.bare.trimmed.fetch_add(self.chunk.errors.trimmed, Ordering::Relaxed);
+        }
+        Ok(())
     }
 
     fn work(&mut self, run: &Run<'_>, index: usize) -> Result<(), Error> {
@@ -124,7 +161,10 @@ impl Workspace {
         let origin = (window.column as u64, window.row as u64);
         let errors = clocks.measure.time(|| {
             let bound = Bound::Within(tolerance);
-            let mut errors = self.region.with_passing(|mesh| measure(&self.tile, mesh, bound, origin, last));
+            // Where nothing is missing and nothing bare, whose sample is whose is plain.
+            let may_be_bare = job.params.trim > 0 && (stays.trimmed > 0 || !self.tile.validity().is_whole());
+            let bare = if may_be_bare { Bare::StripOfOthers(job.params.trim) } else { Bare::Nothing };
+            let mut errors = self.region.with_passing(|mesh| measure(&self.tile, mesh, bound, origin, last, bare));
             let mut seen = shape(&self.tile, &self.region.mesh, tolerance, |_| true);
             stays.shape.iter().for_each(|s| seen.add(s));
             errors.shape = Some(Box::new(seen));
@@ -155,6 +195,7 @@ impl Workspace {
                 let tile = TileId { column, row };
                 run.tiles.read(grid.index(tile), &mut self.chunk, &mut self.encoded)?;
                 self.region.add(grid, shifted, &self.chunk);
+                stays.trimmed += self.chunk.errors.trimmed;
                 if tile == id {
                     stays.relaxed = self.chunk.relaxed;
                     stays.shape = self.chunk.errors.shape.take();
@@ -170,5 +211,7 @@ impl Workspace {
 #[derive(Default)]
 struct Stays {
     relaxed: u64,
+    /// Samples that tiles which the region overlaps have trimmed, here or elsewhere.
+    trimmed: u64,
     shape: Option<Box<crate::measure::ShapeStats>>,
 }
