@@ -152,6 +152,9 @@ fn what_is_written_is_said_in_the_header() {
     let (comments, vertices) = vertices(&folder.join("tin.ply"));
     assert!(comments.contains(&"offset 500200 5199900".to_string()), "{comments:?}");
     assert!(comments.contains(&"z_scale 2.5".to_string()) && comments.contains(&"max_error 2".to_string()));
+    // Nobody who knows nothing of offsets is to take the coordinates for the CRS's.
+    assert!(comments.contains(&"map crs EPSG:32633".to_string()), "{comments:?}");
+    assert!(!comments.iter().any(|c| c.starts_with("crs:")), "{comments:?}");
     assert!(vertices.iter().all(|v| v[0].abs() <= 200.0 && v[1].abs() <= 300.0 && v[2] >= 75.0 && v[2] <= 300.0));
     // A file that says nothing of it, or something else, is another surface.
     let bytes = std::fs::read(&tin).unwrap();
