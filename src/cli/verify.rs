@@ -35,6 +35,10 @@ pub(crate) struct VerifyArgs {
     /// such samples, diagonal neighbours included, with none in the first or last row or column; 0 bridges none
     #[arg(long, value_name = "SAMPLES", value_parser = values::count, default_value_t = 0)]
     fill_holes: u64,
+    /// The mesh may end short of the ground where samples without a height are at most so many columns and rows away (the
+    /// larger of the two; up to 1000): cells with such a sample for a corner may be bare, all others are to be covered
+    #[arg(long, value_name = "CELLS", value_parser = clap::value_parser!(u32).range(0..=1000), default_value_t = 0)]
+    trim: u32,
     #[command(flatten)]
     cutline: CutlineArgs,
     #[command(flatten)]
@@ -76,7 +80,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     let raster = args.cutline.cut(raster, &bars.control().cancel)?;
     let options =
         VerifyOptions { max_error: args.max_error, importance: importance.as_ref(), temp_dir: args.temp_dir.clone() };
-    let ground = GroundOptions { fill_holes: args.fill_holes };
+    let ground = GroundOptions { fill_holes: args.fill_holes, trim: args.trim };
     let weighted =
         channels.map(|ChannelOptions { bands, emphasis, planar }| WeightedOptions { bands, emphasis, planar });
     let verdict = verify_ground(&raster, &args.mesh, &options, ground, weighted.as_ref(), &bars.control())?;

@@ -9,25 +9,29 @@ use super::samples::{Samples, flag};
 use super::segments::{ALONG_COLUMN, ALONG_ROW, FALLING, RISING, Segment, SegmentRows, Segments};
 
 /// What is known of a sample, bit by bit.
-mod state {
+pub(super) mod state {
     /// It has a height or is bridged.
-    pub(super) const VALID: u8 = 1;
+    pub(in super::super) const VALID: u8 = 1;
     /// It lies in a closed triangle.
-    pub(super) const COVERED: u8 = 2;
+    pub(in super::super) const COVERED: u8 = 2;
     /// It is bridged.
-    pub(super) const BRIDGED: u8 = 4;
+    pub(in super::super) const BRIDGED: u8 = 4;
+    /// It may be bare.
+    pub(in super::super) const STRIP: u8 = 8;
 }
-use state::{BRIDGED, COVERED, VALID};
+use state::{BRIDGED, COVERED, STRIP, VALID};
 
 /// What the ground comes to, and where it is bare.
 #[derive(Debug, Default)]
 pub(super) struct GroundFindings {
-    /// Samples of the ground that have a height.
+    /// Samples of the ground that have a height, less those that are trimmed.
     pub(super) checked: u64,
     /// Samples without a height that are not bridged.
     pub(super) nodata: u64,
     /// Those that are.
     pub(super) bridged: u64,
+    /// Samples of the ground with a height that may be bare and are.
+    pub(super) trimmed: u64,
     /// Samples with a height in no cell of the ground.
     pub(super) without_ground: Finding<SamplePlace>,
     /// Samples of the ground in no triangle.
@@ -47,22 +51,26 @@ pub(super) struct Ground {
     /// row and below its last there are rows without heights.
     states: Vec<u8>,
     segments: Vec<Segments>,
-    /// The first row that is not settled.
+    /// The first row that was not settled before the latest call.
     row: i64,
+    /// The rows that the latest call settled.
+    settled: usize,
     pub(super) found: GroundFindings,
 }
 
 impl Ground {
     pub(super) fn new(grid: Grid) -> Ground {
         let states = vec![0; grid.width as usize];
-        Ground { grid, states, segments: Vec::new(), row: 0, found: GroundFindings::default() }
+        Ground { grid, states, segments: Vec::new(), row: 0, settled: 0, found: GroundFindings::default() }
     }
 
-    /// Takes the next rows, and whether a triangle touches the sample. Gives the segments of the rows that are settled by
-    /// that, for edges to be laid along.
-    pub(super) fn settle(&mut self, samples: Samples<'_>, covered: impl Fn(usize) -> bool + Sync) -> SegmentRows<'_> {
+    /// Takes the next rows, and whether a triangle touches the sample. Gives the rows that are settled by that.
+    pub(super) fn settle(&mut self, samples: Samples<'_>, covered: impl Fn(usize) -> bool + Sync) -> Settled<'_> {
         let heights = samples.heights;
         let width = self.grid.width as usize;
+        // Of the row above the first unsettled one only the heights are asked for.
+        self.states.drain(..self.settled * width);
+        self.row += self.settled as i64;
         let held = self.states.len();
         // Room for the row below the last one; growing by doubling would take twice as much.
         self.states.reserve_exact(heights.len() + width);
@@ -74,7 +82,8 @@ impl Ground {
                     (true, true) => VALID | BRIDGED,
                     (true, false) => 0,
                 };
-                *state = if covered(i) { valid | COVERED } else { valid };
+                let strip = if samples.flags(i) & flag::NEAR != 0 { STRIP } else { 0 };
+                *state = valid | strip | if covered(i) { COVERED } else { 0 };
             },
         );
         let last = self.row + (self.states.len() / width) as i64 - 1 == self.grid.height;
@@ -85,7 +94,7 @@ impl Ground {
         self.segments.clear();
         self.segments.reserve_exact(rows * width);
         self.segments.resize(rows * width, [Segment::default(); 4]);
-        let is_full = |row: &[u8]| row.iter().all(|s| s & (VALID | BRIDGED) == VALID);
+        let is_full = |row: &[u8]| row.iter().all(|s| s & (VALID | BRIDGED | STRIP) == VALID);
         let full: Vec<bool> = self.states.par_chunks(width).map(is_full).collect();
         let states = &self.states;
         let line = |row: usize| &states[row * width..(row + 1) * width];
@@ -101,12 +110,21 @@ impl Ground {
         for (row, found) in (self.row..).zip(settled) {
             self.found.add(&self.grid, row, &found);
         }
-        // Of the row above the first unsettled one only the heights are asked for.
-        self.states.drain(..rows * width);
+        self.settled = rows;
         let first = self.row;
-        self.row += rows as i64;
-        SegmentRows { grid: self.grid, first, rows: rows as i64, segments: &mut self.segments }
+        let segments = SegmentRows { grid: self.grid, first, rows: rows as i64, segments: &mut self.segments };
+        Settled { first, states: &self.states[width..], segments }
     }
+}
+
+/// Rows whose ground is known.
+pub(super) struct Settled<'g> {
+    /// The first of them.
+    pub(super) first: i64,
+    /// The states of their samples, and of those of the row below them.
+    pub(super) states: &'g [u8],
+    /// Where the ground ends, for edges to be laid along.
+    pub(super) segments: SegmentRows<'g>,
 }
 
 /// What one row, and the cells below it, add to the findings: columns of samples.
@@ -115,6 +133,7 @@ struct Row {
     checked: u64,
     nodata: u64,
     bridged: u64,
+    trimmed: u64,
     without_ground: Columns,
     uncovered: Columns,
     double_area: i64,
@@ -140,6 +159,7 @@ impl GroundFindings {
         self.checked += found.checked;
         self.nodata += found.nodata;
         self.bridged += found.bridged;
+        self.trimmed += found.trimmed;
         self.double_area += i128::from(found.double_area);
         let place = |columns: &Columns| grid.sample(columns.first, row);
         self.without_ground.add_all(found.without_ground.count, || place(&found.without_ground));
@@ -181,9 +201,14 @@ fn any_row([above, here, below]: [&[u8]; 3], segments: &mut [Segments]) -> Row {
             (false, _) => row.nodata += 1,
             (true, false) => row.without_ground.add(column),
             (true, true) => {
-                let count = if here[column] & BRIDGED != 0 { &mut row.bridged } else { &mut row.checked };
+                let state = here[column];
+                let count = match (state & BRIDGED != 0, state & (STRIP | COVERED)) {
+                    (true, _) => &mut row.bridged,
+                    (false, STRIP) => &mut row.trimmed,
+                    (false, _) => &mut row.checked,
+                };
                 *count += 1;
-                if here[column] & COVERED == 0 {
+                if state & (STRIP | COVERED) == 0 {
                     row.uncovered.add(column);
                 }
             }

@@ -3,6 +3,7 @@
 use crate::control::{Control, Stage};
 
 use super::VerifyError;
+use super::joins::Joins;
 use super::runs::{Run, runs_of};
 use super::samples::BandReader;
 use super::scratch::Scratch;
@@ -77,8 +78,6 @@ impl Group {
 }
 
 /// The groups that reach into the latest row, and the bridged ones that have ended.
-///
-/// Groups are numbered anew from row to row, so that no number outlives them.
 #[derive(Debug)]
 struct Holes<'s> {
     width: usize,
@@ -100,45 +99,26 @@ impl<'s> Holes<'s> {
     /// Takes the runs of the next row.
     fn pass(&mut self, row: usize, runs: impl Iterator<Item = (usize, usize)>) -> Result<(), VerifyError> {
         let on_edge = row == 0 || row + 1 == self.height;
-        let known = self.groups.len();
-        let mut groups: Vec<Option<Group>> = self.groups.drain(..).map(Some).collect();
-        // Of each group the one it has been joined to, perhaps itself.
-        let mut joined: Vec<usize> = (0..known).collect();
+        let mut joins = Joins::new(std::mem::take(&mut self.groups));
         let mut here = Vec::new();
         let mut next_above = 0;
         for (first, after) in runs {
             let samples = (after - first) as u64;
             let is_open = !on_edge && first > 0 && after < self.width && samples <= self.limit;
             let run = [row as u64, first as u64, after as u64];
-            let mut group = groups.len();
-            groups.push(Some(Group { is_open, samples, runs: if is_open { vec![run] } else { Vec::new() } }));
-            joined.push(group);
+            let group = joins.add(Group { is_open, samples, runs: if is_open { vec![run] } else { Vec::new() } });
             // A run touches those above it that end beside its first sample or later, and begin beside its last or before.
             while self.above.get(next_above).is_some_and(|above| above.1 < first) {
                 next_above += 1;
             }
             for &(_, _, above) in self.above[next_above..].iter().take_while(|above| above.0 <= after) {
-                let above = root(&mut joined, above);
-                if above != group {
-                    let taken = groups[group].take().expect("a root has a group");
-                    groups[above].as_mut().expect("a root has a group").absorb(taken, self.limit);
-                    joined[group] = above;
-                    group = above;
-                }
+                joins.join(above, group, |into, taken| into.absorb(taken, self.limit));
             }
             here.push((first, after, group));
         }
-        let mut renamed = vec![usize::MAX; groups.len()];
-        for (_, _, group) in &mut here {
-            let old = root(&mut joined, *group);
-            if let Some(kept) = groups[old].take() {
-                renamed[old] = self.groups.len();
-                self.groups.push(kept);
-            }
-            *group = renamed[old];
-        }
-        self.above = here;
-        groups.into_iter().flatten().try_for_each(|ended| self.end(ended))
+        let (going_on, ended) = joins.end(here.iter_mut().map(|(_, _, group)| group));
+        (self.above, self.groups) = (here, going_on);
+        ended.into_iter().try_for_each(|group| self.end(group))
     }
 
     /// Nothing can join the group any more.
@@ -151,14 +131,6 @@ impl<'s> Holes<'s> {
         std::mem::take(&mut self.groups).into_iter().try_for_each(|ended| self.end(ended))?;
         Ok(Bridges { holes: self.holes, runs: self.sorter.finish()? })
     }
-}
-
-fn root(joined: &mut [usize], mut group: usize) -> usize {
-    while joined[group] != group {
-        joined[group] = joined[joined[group]];
-        group = joined[group];
-    }
-    group
 }
 
 #[cfg(test)]

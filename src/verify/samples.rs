@@ -7,6 +7,8 @@ use super::runs::RunFlags;
 pub(super) mod flag {
     /// It has no height and belongs to a hole that is bridged.
     pub(crate) const BRIDGED: u8 = 1;
+    /// It is near samples without a height, where the ground may be trimmed.
+    pub(crate) const NEAR: u8 = 2;
 }
 
 /// Bands of whole rows of a raster: heights, NaN where there are none.

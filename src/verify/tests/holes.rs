@@ -17,7 +17,7 @@ fn bridged(rows: &[&str], holes: &[(usize, usize)]) -> Scene {
 }
 
 fn judge(scene: &Scene, fill_holes: u64) -> Verdict {
-    let ground = GroundOptions { fill_holes };
+    let ground = GroundOptions { fill_holes, trim: 0 };
     let verdict = scene.judge_ground(0.0, ground, 1).unwrap();
     for rows in 2..=scene.height {
         assert_eq!(scene.judge_ground(0.0, ground, rows).unwrap(), verdict, "{rows}");
@@ -84,7 +84,7 @@ fn weights_may_be_missing_where_a_hole_is_bridged() {
     let importance = Raster::open(&path, 1).unwrap();
     let verdict = scene.compare(&scene.mesh_ply(), |raster, mesh, temp_dir| {
         let options = VerifyOptions { max_error: 0.0, importance: Some(&importance), temp_dir: Some(temp_dir) };
-        verify_ground(raster, mesh, &options, GroundOptions { fill_holes: 2 }, None, &Control::default())
+        verify_ground(raster, mesh, &options, GroundOptions { fill_holes: 2, trim: 0 }, None, &Control::default())
     });
     assert!(verdict.unwrap().passes());
 }
