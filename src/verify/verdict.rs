@@ -262,7 +262,11 @@ impl std::fmt::Display for Verdict {
         let failures = self.failures();
         if failures.is_empty() {
             let what = if self.weighted { "error × weight within" } else { "within" };
-            let samples = if self.nodata > 0 { "every sample of the ground" } else { "every sample" };
+            let samples = match self.trim {
+                Some(TrimVerdict { trimmed: 1.., .. }) => "every covered sample of the ground",
+                _ if self.nodata + self.bridged > 0 => "every sample of the ground",
+                _ => "every sample",
+            };
             return write!(f, "PASS: {what} {} at {samples}, without cracks or overlaps", self.tolerance);
         }
         write!(f, "FAIL")?;
