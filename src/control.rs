@@ -46,6 +46,8 @@ pub enum Stage {
     Seams,
     /// Writing the output file.
     Write,
+    /// Finding out which ground a mesh is to cover.
+    Ground,
     /// Reading a mesh back and sorting it.
     Sort,
     /// Comparing a mesh with the raster.

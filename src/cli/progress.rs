@@ -111,6 +111,7 @@ fn title(stage: Stage) -> &'static str {
         Stage::Triangulate => "triangulating",
         Stage::Seams => "over seams",
         Stage::Write => "writing",
+        Stage::Ground => "finding the ground",
         Stage::Sort => "sorting",
         Stage::Compare => "comparing",
         Stage::Rows => "rows",

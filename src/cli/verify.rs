@@ -9,7 +9,7 @@ use super::progress::Bars;
 use super::{Failure, GDAL_CACHE, print, values};
 use crate::field::ChannelOptions;
 use crate::raster::bound_gdal_cache;
-use crate::verify::{Verdict, VerifyOptions, WeightedOptions, verify, verify_with_channels};
+use crate::verify::{GroundOptions, Verdict, VerifyOptions, WeightedOptions, verify_ground};
 
 /// Judge a mesh against its raster: vertical errors, coverage, cracks, folds.
 ///
@@ -31,6 +31,14 @@ pub(crate) struct VerifyArgs {
     /// The stored value of samples without a height, in place of the raster's nodata tag
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true, conflicts_with = "planar")]
     nodata: Option<String>,
+    /// Holes of at most so many samples without a height are to be bridged: covered, at any height. A hole is a group of
+    /// such samples, diagonal neighbours included, with none in the first or last row or column; 0 bridges none
+    #[arg(long, value_name = "SAMPLES", value_parser = values::count, default_value_t = 0)]
+    fill_holes: u64,
+    /// The mesh may end short of the ground where samples without a height are at most so many columns and rows away (the
+    /// larger of the two; up to 1000): cells with such a sample for a corner may be bare, all others are to be covered
+    #[arg(long, value_name = "CELLS", value_parser = clap::value_parser!(u32).range(0..=1000), default_value_t = 0)]
+    trim: u32,
     #[command(flatten)]
     cutline: CutlineArgs,
     #[command(flatten)]
@@ -72,13 +80,10 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     let raster = args.cutline.cut(raster, &bars.control().cancel)?;
     let options =
         VerifyOptions { max_error: args.max_error, importance: importance.as_ref(), temp_dir: args.temp_dir.clone() };
-    let verdict = match channels {
-        None => verify(&raster, &args.mesh, &options, &bars.control())?,
-        Some(ChannelOptions { bands, emphasis, planar }) => {
-            let weighted = WeightedOptions { bands, emphasis, planar };
-            verify_with_channels(&raster, &args.mesh, &options, &weighted, &bars.control())?
-        }
-    };
+    let ground = GroundOptions { fill_holes: args.fill_holes, trim: args.trim };
+    let weighted =
+        channels.map(|ChannelOptions { bands, emphasis, planar }| WeightedOptions { bands, emphasis, planar });
+    let verdict = verify_ground(&raster, &args.mesh, &options, ground, weighted.as_ref(), &bars.control())?;
     drop(bars);
     if args.json {
         let report = Report { passed: verdict.passes(), failures: verdict.failures(), verdict: &verdict };

@@ -20,7 +20,7 @@ pub(super) struct BoundaryEdge {
 pub(super) const EDGE_WORDS: usize = 8;
 
 /// Its record: sorts by first row, then by vertices; the second word tells whether it has been found astray.
-type EdgeWords = [u64; EDGE_WORDS];
+pub(super) type EdgeWords = [u64; EDGE_WORDS];
 
 impl BoundaryEdge {
     /// `None` where it cannot be on any ground's boundary.
@@ -85,16 +85,16 @@ impl<'s> Boundary<'s> {
     }
 
     /// Lays what there is of edges in the next rows.
-    pub(super) fn follow(&mut self, mut rows: SegmentRows<'_>) -> Result<(), VerifyError> {
+    pub(super) fn follow(&mut self, rows: &mut SegmentRows<'_>) -> Result<(), VerifyError> {
         let after = rows.first + rows.rows;
         let mut next = Queue::new(self.scratch);
         for piece in std::mem::replace(&mut self.waiting, Queue::new(self.scratch)).into_pieces() {
             for words in &piece? {
-                self.lay(words, &mut rows, &mut next)?;
+                self.lay(words, rows, &mut next)?;
             }
         }
         while let Some(words) = self.coming.next_if(|e| e.as_ref().map_or(true, |e| (e[0] as i64) < after)) {
-            self.lay(&words?, &mut rows, &mut next)?;
+            self.lay(&words?, rows, &mut next)?;
         }
         self.waiting = next;
         rows.tell(&mut self.found);

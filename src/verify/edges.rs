@@ -3,6 +3,7 @@ use super::boundary::{BoundaryEdge, EDGE_WORDS};
 use super::finding::{EdgePlace, Finding};
 use super::grid::Grid;
 use super::pace::Pace;
+use super::rim;
 use super::scratch::Scratch;
 use super::sort::{Sorted, Sorter};
 use super::vertices::VertexStore;
@@ -19,13 +20,14 @@ pub(super) struct EdgeFindings {
 }
 
 /// Matches the edges, sorted, of all faces: two faces share an edge in opposite directions, or it may lie on the ground's
-/// boundary, which is found out when the rows of the raster pass. Gives the latter by rows.
+/// boundary, or where the ground is trimmed, which is found out when the rows of the raster pass. Gives the latter by rows.
 ///
 /// A T-junction shows as unmatched edges: the long one on one side, the short ones on the other.
 pub(super) fn match_edges<'s>(
     edges: Sorted<'_, 3>,
     vertices: &mut VertexStore<'_>,
     grid: &Grid,
+    trims: bool,
     scratch: &'s Scratch,
     pace: &mut Pace<'_>,
 ) -> Result<(EdgeFindings, Sorted<'s, EDGE_WORDS>), VerifyError> {
@@ -51,9 +53,13 @@ pub(super) fn match_edges<'s>(
                 // A face that is counter-clockwise on the map lies to the positive side of its edges in (column, row),
                 // or, where the map mirrors, of the way back.
                 let low_to_high = (uses == [1, 0]) == (grid.map_turn() > 0);
-                let edge = if low_to_high { BoundaryEdge::new(grid, a, b) } else { BoundaryEdge::new(grid, b, a) };
-                match edge {
-                    Some(edge) => boundary.push(edge.words(false))?,
+                let (from, to) = if low_to_high { (a, b) } else { (b, a) };
+                let record = match trims {
+                    true => rim::record(grid, from, to),
+                    false => BoundaryEdge::new(grid, from, to).map(|edge| edge.words(false)),
+                };
+                match record {
+                    Some(words) => boundary.push(words)?,
                     None => found.unmatched.add(place),
                 }
             }

@@ -5,24 +5,33 @@ use rayon::prelude::*;
 
 use super::finding::{Finding, SamplePlace};
 use super::grid::{Grid, STEPS};
+use super::samples::{Samples, flag};
 use super::segments::{ALONG_COLUMN, ALONG_ROW, FALLING, RISING, Segment, SegmentRows, Segments};
 
 /// What is known of a sample, bit by bit.
-mod state {
-    /// It has a height.
-    pub(super) const VALID: u8 = 1;
+pub(super) mod state {
+    /// It has a height or is bridged.
+    pub(in super::super) const VALID: u8 = 1;
     /// It lies in a closed triangle.
-    pub(super) const COVERED: u8 = 2;
+    pub(in super::super) const COVERED: u8 = 2;
+    /// It is bridged.
+    pub(in super::super) const BRIDGED: u8 = 4;
+    /// It may be bare.
+    pub(in super::super) const STRIP: u8 = 8;
 }
-use state::{COVERED, VALID};
+use state::{BRIDGED, COVERED, STRIP, VALID};
 
 /// What the ground comes to, and where it is bare.
 #[derive(Debug, Default)]
 pub(super) struct GroundFindings {
-    /// Samples of the ground.
+    /// Samples of the ground that have a height, less those that are trimmed.
     pub(super) checked: u64,
-    /// Samples without a height.
+    /// Samples without a height that are not bridged.
     pub(super) nodata: u64,
+    /// Those that are.
+    pub(super) bridged: u64,
+    /// Samples of the ground with a height that may be bare and are.
+    pub(super) trimmed: u64,
     /// Samples with a height in no cell of the ground.
     pub(super) without_ground: Finding<SamplePlace>,
     /// Samples of the ground in no triangle.
@@ -42,29 +51,39 @@ pub(super) struct Ground {
     /// row and below its last there are rows without heights.
     states: Vec<u8>,
     segments: Vec<Segments>,
-    /// The first row that is not settled.
+    /// The first row that was not settled before the latest call.
     row: i64,
+    /// The rows that the latest call settled.
+    settled: usize,
     pub(super) found: GroundFindings,
 }
 
 impl Ground {
     pub(super) fn new(grid: Grid) -> Ground {
         let states = vec![0; grid.width as usize];
-        Ground { grid, states, segments: Vec::new(), row: 0, found: GroundFindings::default() }
+        Ground { grid, states, segments: Vec::new(), row: 0, settled: 0, found: GroundFindings::default() }
     }
 
-    /// Takes the next rows: heights, NaN where there are none, and whether a triangle touches the sample. Gives the
-    /// segments of the rows that are settled by that, for edges to be laid along.
-    pub(super) fn settle(&mut self, heights: &[f64], covered: impl Fn(usize) -> bool + Sync) -> SegmentRows<'_> {
+    /// Takes the next rows, and whether a triangle touches the sample. Gives the rows that are settled by that.
+    pub(super) fn settle(&mut self, samples: Samples<'_>, covered: impl Fn(usize) -> bool + Sync) -> Settled<'_> {
+        let heights = samples.heights;
         let width = self.grid.width as usize;
+        // Of the row above the first unsettled one only the heights are asked for.
+        self.states.drain(..self.settled * width);
+        self.row += self.settled as i64;
         let held = self.states.len();
         // Room for the row below the last one; growing by doubling would take twice as much.
         self.states.reserve_exact(heights.len() + width);
         self.states.resize(held + heights.len(), 0);
         self.states[held..].par_iter_mut().with_min_len(1 << 14).zip(heights).enumerate().for_each(
             |(i, (state, height))| {
-                let valid = if height.is_nan() { 0 } else { VALID };
-                *state = if covered(i) { valid | COVERED } else { valid };
+                let valid = match (height.is_nan(), samples.flags(i) & flag::BRIDGED != 0) {
+                    (false, _) => VALID,
+                    (true, true) => VALID | BRIDGED,
+                    (true, false) => 0,
+                };
+                let strip = if samples.flags(i) & flag::NEAR != 0 { STRIP } else { 0 };
+                *state = valid | strip | if covered(i) { COVERED } else { 0 };
             },
         );
         let last = self.row + (self.states.len() / width) as i64 - 1 == self.grid.height;
@@ -75,7 +94,8 @@ impl Ground {
         self.segments.clear();
         self.segments.reserve_exact(rows * width);
         self.segments.resize(rows * width, [Segment::default(); 4]);
-        let full: Vec<bool> = self.states.par_chunks(width).map(|row| row.iter().all(|s| s & VALID != 0)).collect();
+        let is_full = |row: &[u8]| row.iter().all(|s| s & (VALID | BRIDGED | STRIP) == VALID);
+        let full: Vec<bool> = self.states.par_chunks(width).map(is_full).collect();
         let states = &self.states;
         let line = |row: usize| &states[row * width..(row + 1) * width];
         let settled: Vec<Row> = self
@@ -90,12 +110,21 @@ impl Ground {
         for (row, found) in (self.row..).zip(settled) {
             self.found.add(&self.grid, row, &found);
         }
-        // Of the row above the first unsettled one only the heights are asked for.
-        self.states.drain(..rows * width);
+        self.settled = rows;
         let first = self.row;
-        self.row += rows as i64;
-        SegmentRows { grid: self.grid, first, rows: rows as i64, segments: &mut self.segments }
+        let segments = SegmentRows { grid: self.grid, first, rows: rows as i64, segments: &mut self.segments };
+        Settled { first, states: &self.states[width..], segments }
     }
+}
+
+/// Rows whose ground is known.
+pub(super) struct Settled<'g> {
+    /// The first of them.
+    pub(super) first: i64,
+    /// The states of their samples, and of those of the row below them.
+    pub(super) states: &'g [u8],
+    /// Where the ground ends, for edges to be laid along.
+    pub(super) segments: SegmentRows<'g>,
 }
 
 /// What one row, and the cells below it, add to the findings: columns of samples.
@@ -103,6 +132,8 @@ impl Ground {
 struct Row {
     checked: u64,
     nodata: u64,
+    bridged: u64,
+    trimmed: u64,
     without_ground: Columns,
     uncovered: Columns,
     double_area: i64,
@@ -127,6 +158,8 @@ impl GroundFindings {
     fn add(&mut self, grid: &Grid, row: i64, found: &Row) {
         self.checked += found.checked;
         self.nodata += found.nodata;
+        self.bridged += found.bridged;
+        self.trimmed += found.trimmed;
         self.double_area += i128::from(found.double_area);
         let place = |columns: &Columns| grid.sample(columns.first, row);
         self.without_ground.add_all(found.without_ground.count, || place(&found.without_ground));
@@ -168,8 +201,14 @@ fn any_row([above, here, below]: [&[u8]; 3], segments: &mut [Segments]) -> Row {
             (false, _) => row.nodata += 1,
             (true, false) => row.without_ground.add(column),
             (true, true) => {
-                row.checked += 1;
-                if here[column] & COVERED == 0 {
+                let state = here[column];
+                let count = match (state & BRIDGED != 0, state & (STRIP | COVERED)) {
+                    (true, _) => &mut row.bridged,
+                    (false, STRIP) => &mut row.trimmed,
+                    (false, _) => &mut row.checked,
+                };
+                *count += 1;
+                if state & (STRIP | COVERED) == 0 {
                     row.uncovered.add(column);
                 }
             }

@@ -6,13 +6,15 @@
 //! ties with the tolerance are settled by exact arithmetic.
 //!
 //! The *ground* is known from the raster alone: every closed cell with four heights, and of every cell with three the closed
-//! triangle of the three (a half cell). A sample has a height unless its stored value is the nodata mark or NaN, or a
+//! triangle of the three (a half cell). Small holes may be bridged ([`GroundOptions`]): their samples count as if they had one.
+//! A sample has a height unless its stored value is the nodata mark or NaN, or a
 //! mask or alpha band says that it has none ([`Raster::read_valid_heights`]). Where all samples have one, the ground is the
 //! rectangle of their centres.
 //!
-//! Two passes over the file put vertices, triangles, edges and corners in order by external sorts (`sort`); then
+//! Passes over the raster find the holes that are bridged (`holes`) and the strip that may be bare (`strip`), where they are
+//! asked for. Two passes over the file put vertices, triangles, edges and corners in order by external sorts (`sort`); then
 //! triangles, and edges of one face, sweep over the raster from the first row to the last (`sweep`, `ground`,
-//! `boundary`). Memory is bounded whatever the raster and the mesh, by about 70 MiB (8 more with an importance raster)
+//! `boundary` or `rim`). Memory is bounded whatever the raster and the mesh, by about 70 MiB (8 more with an importance raster)
 //! beside GDAL's own cache: every type that buffers says how much.
 //!
 //! # Why that is enough
@@ -40,10 +42,48 @@
 //! Beside that, two vertices at one place are a fault, which makes the parts of a pinch share theirs, and vertices in no
 //! face are.
 //!
+//! # Where the ground may be trimmed
+//!
+//! With [`GroundOptions::trim`] the mesh may end short of the ground in a *strip*, the cells with a corner near a sample
+//! without a height. The other cells are the *core*. (1) and (2) are asked for as before; in place of (3), of the edges of one
+//! face (`rim`, `bare`):
+//!
+//! 4. None lies on another or crosses it, be it in part.
+//! 5. With f = 0 to the left of all edges, and f greater by 1 to the right of an edge with its face there, less by 1 to the
+//!    right of an edge with its face to the left, f is 0 or 1 everywhere.
+//! 6. Where f = 1 there is ground.
+//! 7. In the core f = 1.
+//! 8. Every region where there is ground and f = 0, joined across lines with more than a point in common, borders on what
+//!    is no ground, along a side. Outside of the raster there is none.
+//!
+//! All vertices lie on quarter rows' lines. So within a quarter row, between two lines, no edge begins or ends: each that is
+//! there crosses it from the line above to that below, and so do the sides of cells and half cells, whose ends are on samples.
+//! Two straight sides are in order between the lines if they are at both; places there are fractions, compared exactly. In
+//! edges sorted by where they cross the line above, then by that below, neighbours tell whether all are in order (4), sums
+//! along the row give f (5), and a span of the mesh is in the ground, or of the core in the mesh, if its ends are at both
+//! lines (6, 7). Edges along a line are held against each other there (4). Bare spans of neighbouring quarter rows are of one
+//! region where they overlap on the line between them (8): f is 0 above and below, so no edge is in between, by (4).
+//!
+//! f is the number of faces with a point inside, by the argument above: it holds whatever the edges of one face are. So the
+//! faces cover each point of the core once, each of the rest of the ground once at most, and no other point.
+//!
+//! There is no crack. Let an edge of one face have faces on both sides of one of its inner points. That on the other side ends
+//! there, as no two faces overlap, with an edge that lies on the first. It is not the same pair of vertices, by (2). Were it an
+//! edge of two faces, the second would overlap with the face of the first edge; so it is one of one face, against (4).
+//! Therefore beside edges of one face there is no ground, or bare ground, and that is open to what is no ground, by (8). There is
+//! no T-junction: a vertex in the midst of an edge of two faces has faces that overlap with those. What may be is a
+//! vertex that touches an edge of one face from its bare side, in a point.
+//!
+//! Samples of the ground outside of the strip are covered, each is within the tolerance where it is covered (`sweep`,
+//! `ground`).
+//!
 //! Architecture invariant: nothing here imports an engine, a spool or a sink.
 
+mod bare;
 mod boundary;
+mod cells;
 mod corners;
+mod crossing;
 mod edges;
 mod error;
 mod exact;
@@ -51,13 +91,19 @@ mod faces;
 mod finding;
 mod grid;
 mod ground;
+mod holes;
+mod joins;
+mod outline;
 mod pace;
 mod plane;
 mod ranges;
+mod rim;
+mod runs;
 mod samples;
 mod scratch;
 mod segments;
 mod sort;
+mod strip;
 mod surface;
 mod sweep;
 #[cfg(test)]
@@ -76,7 +122,7 @@ use crate::raster::Raster;
 
 pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
-pub use verdict::{Verdict, WeightedWorst, WorstSample};
+pub use verdict::{TrimVerdict, Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedOptions, WeightedVerdict, WorstWeighted};
 
 use boundary::Boundary;
@@ -84,9 +130,14 @@ use corners::{VertexFindings, read_vertices};
 use edges::{EdgeFindings, match_edges};
 use faces::{FaceFindings, FaceSorts, read_faces};
 use grid::Grid;
+use holes::find_bridges;
+use outline::Outline;
 use pace::Pace;
-use samples::{BandReader, Bands};
+use rim::Rim;
+use runs::RunFlags;
+use samples::{BandReader, Bands, flag};
 use scratch::Scratch;
+use strip::find_strip;
 use sweep::{Comparison, sweep};
 use weighted::judge_weighted;
 
@@ -99,6 +150,18 @@ pub struct VerifyOptions<'a> {
     pub importance: Option<&'a Raster>,
     /// Where temporary files are made, about 200 bytes per triangle; `None` is the system's place for them.
     pub temp_dir: Option<PathBuf>,
+}
+
+/// Which ground a mesh is to cover, where it is not that of the samples with a height.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct GroundOptions {
+    /// Holes of at most so many samples are bridged. A *hole* is a group of samples without a height, eight neighbours to a
+    /// sample, that has none in the raster's first or last row or column. The ground goes on over it as if its samples had
+    /// heights, and the surface there may have any.
+    pub fill_holes: u64,
+    /// Where samples without a height that are not bridged are at most so many columns and rows away (the larger of the two),
+    /// the ground may be bare. 0: nowhere.
+    pub trim: u32,
 }
 
 /// Judges the PLY file `mesh` against `raster`, reading both once or twice from beginning to end.
@@ -115,7 +178,7 @@ pub fn verify(
     options: &VerifyOptions<'_>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
-    judge(raster, mesh, options, None, None, control)
+    judge(raster, mesh, options, GroundOptions::default(), None, None, control)
 }
 
 /// Does what [`verify`] does, and judges the weighted error of heights and channels as well.
@@ -132,12 +195,32 @@ pub fn verify_with_channels(
     channels: &WeightedOptions,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
-    assert!(!channels.bands.is_empty(), "no channel to judge");
-    assert!(options.importance.is_none(), "channels beside an importance raster");
-    if !(0.0..=1.0).contains(&channels.emphasis) {
-        return Err(VerifyError::Emphasis { found: channels.emphasis });
+    verify_ground(raster, mesh, options, GroundOptions::default(), Some(channels), control)
+}
+
+/// Does what [`verify`] does, or with channels [`verify_with_channels`], on another ground.
+///
+/// # Errors
+/// As theirs. Weights and channels may be missing where holes are bridged.
+///
+/// # Panics
+/// As [`verify_with_channels`], where there are channels.
+pub fn verify_ground(
+    raster: &Raster,
+    mesh: &Path,
+    options: &VerifyOptions<'_>,
+    ground: GroundOptions,
+    channels: Option<&WeightedOptions>,
+    control: &Control<'_>,
+) -> Result<Verdict, VerifyError> {
+    if let Some(channels) = channels {
+        assert!(!channels.bands.is_empty(), "no channel to judge");
+        assert!(options.importance.is_none(), "channels beside an importance raster");
+        if !(0.0..=1.0).contains(&channels.emphasis) {
+            return Err(VerifyError::Emphasis { found: channels.emphasis });
+        }
     }
-    judge(raster, mesh, options, Some(channels), None, control)
+    judge(raster, mesh, options, ground, channels, None, control)
 }
 
 /// The raster passes in bands of so many rows, where a number is given.
@@ -145,6 +228,7 @@ fn judge(
     raster: &Raster,
     mesh: &Path,
     options: &VerifyOptions<'_>,
+    ground: GroundOptions,
     channels: Option<&WeightedOptions>,
     band_rows: Option<usize>,
     control: &Control<'_>,
@@ -169,24 +253,39 @@ fn judge(
     let (face_findings, FaceSorts { triangles: by_row, edges, uses }) =
         read_faces(&mut mesh, &mut store, &grid, &scratch, &mut pace)?;
     corner_findings.find_unused(&grid, &mut store, uses, &mut pace)?;
-    let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, &scratch, &mut pace)?;
+    let trims = ground.trim > 0;
+    let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, trims, &scratch, &mut pace)?;
     drop(store);
     pace.end()?;
 
     let planar = channels.is_some_and(|c| c.planar);
-    let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster) };
-    let reader = match band_rows {
-        Some(rows) => reader.by(rows),
-        None => reader,
+    let reader = || {
+        let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster) };
+        match band_rows {
+            Some(rows) => reader.by(rows),
+            None => reader,
+        }
     };
-    let (bands, boundary) = (Bands::new(reader, options.importance), Boundary::new(grid, boundary, &scratch));
-    let comparison = sweep(bands, grid, by_row, boundary, tolerance, &scratch, control)?;
+    let mut bands = Bands::new(reader(), options.importance);
+    let find = |limit| find_bridges(reader(), limit, &scratch, control);
+    let bridges = (ground.fill_holes > 0).then(|| find(ground.fill_holes)).transpose()?;
+    let (bridged_holes, bridges) = bridges.map_or((0, None), |found| (found.holes, Some(found.runs)));
+    let outline = if trims {
+        let strip = find_strip(reader(), bridges, ground.trim, &scratch, control)?;
+        bands = bands.with_flags(RunFlags::new(strip.bridged.into_records(), flag::BRIDGED));
+        bands = bands.with_flags(RunFlags::new(strip.near.into_records(), flag::NEAR));
+        Outline::Trimmed(Rim::new(grid, boundary))
+    } else {
+        bands = bridges.into_iter().fold(bands, |bands, runs| bands.with_flags(RunFlags::new(runs, flag::BRIDGED)));
+        Outline::Ground(Boundary::new(grid, boundary, &scratch))
+    };
+    let comparison = sweep(bands, grid, by_row, outline, tolerance, &scratch, control)?;
     let of_channels = |c| judge_weighted(raster, &mut mesh, tolerance, c, &scratch, control);
     let extended = channels.map(of_channels).transpose()?;
     let samples = raster.width() as u64 * raster.height() as u64;
     let sizes = Sizes { samples, vertices, triangles };
-    let verdict = verdict(tolerance, sizes, comparison, face_findings, edge_findings, corner_findings);
-    Ok(Verdict { extended, ..verdict })
+    let verdict = verdict(tolerance, ground.trim, sizes, comparison, face_findings, edge_findings, corner_findings);
+    Ok(Verdict { bridged_holes, extended, ..verdict })
 }
 
 struct Sizes {
@@ -197,6 +296,7 @@ struct Sizes {
 
 fn verdict(
     tolerance: f64,
+    trim: u32,
     sizes: Sizes,
     comparison: Comparison,
     faces: FaceFindings,
@@ -204,12 +304,24 @@ fn verdict(
     corners: VertexFindings,
 ) -> Verdict {
     let ground = comparison.ground;
+    let trim = comparison.outline.rim.map(|rim| TrimVerdict {
+        cells: trim,
+        trimmed: ground.trimmed,
+        core_double_area: rim.core_double_area,
+        bare_core: rim.bare_core,
+        beyond_ground: rim.beyond,
+        crossed_edges: rim.crossed,
+        overlapping_edges: rim.overlapping,
+        enclosed: rim.enclosed,
+    });
     Verdict {
         tolerance,
         weighted: comparison.weighted,
         samples: sizes.samples,
         checked: ground.checked,
         nodata: ground.nodata,
+        bridged_holes: 0,
+        bridged: ground.bridged,
         without_ground: ground.without_ground,
         vertices: sizes.vertices,
         triangles: sizes.triangles,
@@ -225,16 +337,17 @@ fn verdict(
         unplaced: faces.unplaced,
         double_area: faces.double_area,
         expected_double_area: ground.double_area,
-        unmatched_edges: edges.unmatched.and(comparison.astray),
+        unmatched_edges: edges.unmatched.and(comparison.outline.astray),
         overused_edges: edges.overused,
         same_direction_edges: edges.same_direction,
-        boundary_gaps: comparison.boundary.gaps,
-        boundary_doubled: comparison.boundary.doubled,
+        boundary_gaps: comparison.outline.boundary.gaps,
+        boundary_doubled: comparison.outline.boundary.doubled,
         duplicate_vertices: corners.duplicate,
         unused_vertices: corners.unused,
         off_lattice: corners.off_lattice,
         outside: corners.outside,
         heights_not_finite: corners.not_finite,
+        trim,
         extended: None,
     }
 }

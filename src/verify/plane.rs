@@ -174,7 +174,7 @@ mod tests {
     }
 
     fn plain(heights: &[f64]) -> Samples<'_> {
-        Samples { heights, weights: None }
+        Samples { heights, weights: None, flags: None }
     }
 
     proptest! {
@@ -201,7 +201,7 @@ mod tests {
                     assert_eq!(judged.error <= tolerance, exact);
                 });
                 let plane = Plane::new(triangle, tolerance * weight);
-                let weighted = Samples { heights: &samples, weights: Some(&[weight; 100]) };
+                let weighted = Samples { heights: &samples, weights: Some(&[weight; 100]), flags: None };
                 plane.judge_row(row, &span, weighted, |column, judged| {
                     let (sample, bary) = (samples[column as usize], plane.weights(column, row));
                     let exact = within_weighted(sample, triangle.heights, bary, weight, tolerance * weight);

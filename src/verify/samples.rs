@@ -1,6 +1,15 @@
 use crate::raster::{Raster, Window};
 
 use super::VerifyError;
+use super::runs::RunFlags;
+
+/// What passes before the sweep have found out about a sample, bit by bit.
+pub(super) mod flag {
+    /// It has no height and belongs to a hole that is bridged.
+    pub(crate) const BRIDGED: u8 = 1;
+    /// It is near samples without a height, where the ground may be trimmed.
+    pub(crate) const NEAR: u8 = 2;
+}
 
 /// Bands of whole rows of a raster: heights, NaN where there are none.
 ///
@@ -104,18 +113,22 @@ pub(super) fn number_or_nodata(number: f64) -> String {
 
 /// The bands of a raster of heights, with those of its importance raster where there is one.
 ///
-/// Memory use is that of one or two [`BandReader`]s.
+/// Memory use is that of one or two [`BandReader`]s, and a byte for each sample of a band where there are flags.
 #[derive(Debug)]
 pub(super) struct Bands<'r> {
     heights: BandReader<'r>,
     weights: Option<BandReader<'r>>,
+    runs: Vec<RunFlags<'r>>,
+    flags: Vec<u8>,
 }
 
-/// Rows of samples: heights, NaN where there are none; weights as many as heights, or none where all errors weigh the same.
+/// Rows of samples: heights, NaN where there are none; weights as many as heights, or none where all errors weigh the same;
+/// flags as many, or none where none is set anywhere.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Samples<'s> {
     pub(super) heights: &'s [f64],
     pub(super) weights: Option<&'s [f64]>,
+    pub(super) flags: Option<&'s [u8]>,
 }
 
 impl<'r> Bands<'r> {
@@ -126,7 +139,13 @@ impl<'r> Bands<'r> {
 
     pub(super) fn new(heights: BandReader<'r>, importance: Option<&'r Raster>) -> Self {
         let weights = importance.map(|raster| BandReader::new(raster).by(heights.rows()));
-        Bands { heights, weights }
+        Bands { heights, weights, runs: Vec::new(), flags: Vec::new() }
+    }
+
+    /// With flags of samples.
+    pub(super) fn with_flags(mut self, runs: RunFlags<'r>) -> Self {
+        self.runs.push(runs);
+        self
     }
 
     /// Rows in a band; the last one may have fewer.
@@ -141,15 +160,33 @@ impl<'r> Bands<'r> {
 
     /// One band, row by row.
     pub(super) fn read(&mut self, band: usize) -> Result<Samples<'_>, VerifyError> {
+        let (first_row, width) = (band * self.heights.rows(), self.heights.raster().width());
         let heights = self.heights.read(band)?;
         let weights = self.weights.as_mut().map(|weights| weights.read_weights(band, heights)).transpose()?;
-        Ok(Samples { heights, weights })
+        self.flags.clear();
+        if self.runs.is_empty() {
+            return Ok(Samples { heights, weights, flags: None });
+        }
+        self.flags.resize(heights.len(), 0);
+        for runs in &mut self.runs {
+            runs.set(first_row, width, &mut self.flags, |_| Ok(()))?;
+        }
+        Ok(Samples { heights, weights, flags: Some(&self.flags) })
     }
 }
 
 impl<'s> Samples<'s> {
     /// Some of them.
     pub(super) fn part(self, range: std::ops::Range<usize>) -> Samples<'s> {
-        Samples { heights: &self.heights[range.clone()], weights: self.weights.map(|weights| &weights[range]) }
+        Samples {
+            heights: &self.heights[range.clone()],
+            weights: self.weights.map(|weights| &weights[range.clone()]),
+            flags: self.flags.map(|flags| &flags[range]),
+        }
+    }
+
+    /// What is known of one of them.
+    pub(super) fn flags(&self, at: usize) -> u8 {
+        self.flags.map_or(0, |flags| flags[at])
     }
 }

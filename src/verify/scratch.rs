@@ -80,6 +80,17 @@ impl<'s, const N: usize> Queue<'s, N> {
         Ok(())
     }
 
+    /// The records in the order they came.
+    pub(super) fn into_records(self) -> impl Iterator<Item = Result<[u64; N], VerifyError>> {
+        self.into_pieces().flat_map(|piece| {
+            let (records, error) = match piece {
+                Ok(records) => (records, None),
+                Err(error) => (Vec::new(), Some(Err(error))),
+            };
+            records.into_iter().map(Ok).chain(error)
+        })
+    }
+
     /// The records in the order they came, in pieces that are not empty.
     pub(super) fn into_pieces(self) -> impl Iterator<Item = Result<Vec<[u64; N]>, VerifyError>> {
         let Queue { scratch, file, filed, latest } = self;

@@ -3,14 +3,13 @@ use rayon::prelude::*;
 use crate::control::{Control, Stage};
 
 use super::VerifyError;
-use super::boundary::Boundary;
-use super::finding::{EdgePlace, Finding, SamplePlace, TouchPlace};
+use super::finding::{Finding, SamplePlace, TouchPlace};
 use super::grid::Grid;
 use super::ground::{Ground, GroundFindings};
+use super::outline::{Outline, OutlineFindings};
 use super::plane::{Judged, Plane};
-use super::samples::{Bands, Samples};
+use super::samples::{Bands, Samples, flag};
 use super::scratch::{Queue, Scratch};
-use super::segments::BoundaryFindings;
 use super::sort::Sorted;
 use super::triangle::{RowSpan, TRIANGLE_WORDS, Triangle, TriangleWords};
 use super::verdict::{WeightedWorst, WorstSample};
@@ -52,9 +51,7 @@ pub(super) struct Comparison {
     /// Samples without a height that lie in a triangle.
     pub(super) touched: Finding<TouchPlace>,
     pub(super) ground: GroundFindings,
-    pub(super) boundary: BoundaryFindings,
-    /// Edges of one face that could be on the ground's boundary and are not.
-    pub(super) astray: Finding<EdgePlace>,
+    pub(super) outline: OutlineFindings,
 }
 
 /// What one row's samples add to it. Rows are worked on alone and put together in order, so that the sums come out the
@@ -87,7 +84,7 @@ pub(super) fn sweep(
     mut reader: Bands<'_>,
     grid: Grid,
     triangles: Sorted<'_, TRIANGLE_WORDS>,
-    mut boundary: Boundary<'_>,
+    mut outline: Outline<'_>,
     tolerance: f64,
     scratch: &Scratch,
     control: &Control<'_>,
@@ -122,11 +119,11 @@ pub(super) fn sweep(
         }
         waiting = next;
         band.add_to(&mut comparison);
-        boundary.follow(ground.settle(band.samples.heights, |at| band.marks[at] & mark::COVERED != 0))?;
+        outline.follow(&mut ground.settle(band.samples, |at| band.marks[at] & mark::COVERED != 0))?;
         control.progress.step(Stage::Compare, band.samples.heights.len() as u64);
     }
     control.progress.end(Stage::Compare);
-    Ok(Comparison { ground: ground.found, astray: boundary.astray(), boundary: boundary.found, ..comparison })
+    Ok(Comparison { ground: ground.found, outline: outline.found(), ..comparison })
 }
 
 /// Some rows of samples and what is known about them.
@@ -245,12 +242,17 @@ impl<'s> Band<'s> {
 /// Judges the samples of one row in one triangle.
 fn compare_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, marks: &mut [u8], tally: &mut RowTally) {
     let columns = span.closed.0..=span.closed.1;
-    if tally.has_nodata {
-        for column in columns.clone().filter(|&c| samples.heights[c as usize].is_nan()) {
-            marks[column as usize] |= mark::TOUCHED;
-            let here = (column, plane.triangle.face);
-            tally.touched = Some(tally.touched.map_or(here, |first| first.min(here)));
-        }
+    let is_bridged = move |column: i64| samples.flags(column as usize) & flag::BRIDGED != 0;
+    let has_nodata = tally.has_nodata;
+    let missing = |bridged: bool| {
+        let searched = columns.clone().take_while(move |_| has_nodata);
+        searched.filter(move |&c| samples.heights[c as usize].is_nan() && is_bridged(c) == bridged)
+    };
+    let mut touched = tally.touched;
+    for column in missing(false) {
+        marks[column as usize] |= mark::TOUCHED;
+        let here = (column, plane.triangle.face);
+        touched = Some(touched.map_or(here, |first| first.min(here)));
     }
     let mut note = |column: i64, within: bool| {
         let mark = &mut marks[column as usize];
@@ -263,6 +265,11 @@ fn compare_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, ma
             | if within { 0 } else { mark::ABOVE };
         before == 0
     };
+    // There is no height to be held against the surface, but the ground is to be covered, once.
+    for column in missing(true) {
+        note(column, true);
+    }
+    tally.touched = touched;
     if !plane.has_heights() {
         for column in columns.filter(|&c| !samples.heights[c as usize].is_nan()) {
             tally.covered += u64::from(note(column, false));

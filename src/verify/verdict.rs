@@ -10,13 +10,17 @@ pub struct Verdict {
     pub tolerance: f64,
     /// Whether errors are weighted by an importance raster.
     pub weighted: bool,
-    /// Samples of the raster: of the ground, without a height, and without ground.
+    /// Samples of the raster: of the ground, bridged, without a height, and without ground.
     pub samples: u64,
-    /// Samples of the ground, which is every cell with four heights and half of every cell with three. Each is to be in
-    /// a triangle, and within the tolerance.
+    /// Samples with a height in the ground, which is every cell with four heights and half of every cell with three. Each
+    /// is to be in a triangle, and within the tolerance.
     pub checked: u64,
-    /// Samples without a height.
+    /// Samples without a height that are not bridged.
     pub nodata: u64,
+    /// Holes that are bridged.
+    pub bridged_holes: u64,
+    /// Their samples. Each is to be in a triangle, at any height.
+    pub bridged: u64,
     /// Samples with a height, but in no cell with three. Nothing is asked of a mesh there, so this is no failure.
     pub without_ground: Finding<SamplePlace>,
     /// Vertices of the mesh.
@@ -69,9 +73,33 @@ pub struct Verdict {
     pub outside: Finding<VertexPlace>,
     /// Vertices whose height is NaN or infinite.
     pub heights_not_finite: Finding<VertexPlace>,
+    /// What the mesh's boundary comes to, where the ground may be trimmed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trim: Option<TrimVerdict>,
     /// What channels come to, where the mesh was judged with some.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extended: Option<WeightedVerdict>,
+}
+
+/// What was found out about the boundary of a mesh that may end short of the ground's.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct TrimVerdict {
+    /// The ground may be bare where samples without a height are at most so many columns and rows away.
+    pub cells: u32,
+    /// Samples of the ground that are bare there. They are not among those checked.
+    pub trimmed: u64,
+    /// Twice the area of the core, the cells that have no such sample for a corner, in squared quarter cells.
+    pub core_double_area: i128,
+    /// Stretches of quarter rows where the core is bare.
+    pub bare_core: Finding<MapPlace>,
+    /// Stretches of quarter rows where faces cover what is no ground.
+    pub beyond_ground: Finding<MapPlace>,
+    /// Edges of one face only that lie on another one or cross it: cracks, T-junctions, overlaps.
+    pub crossed_edges: Finding<EdgePlace>,
+    /// Edges of one face only beside which several faces lie upon each other.
+    pub overlapping_edges: Finding<EdgePlace>,
+    /// Regions of bare ground that border on nothing but faces.
+    pub enclosed: Finding<MapPlace>,
 }
 
 /// The sample that is farthest from the surface.
@@ -129,9 +157,15 @@ impl Verdict {
         list(&mut out, &self.clockwise, "face turns", "faces turn", "clockwise seen from above");
         list(&mut out, &self.degenerate, "face has", "faces have", "no area");
         list(&mut out, &self.unplaced, "face has", "faces have", "a corner nowhere near the raster");
-        if self.double_area != self.expected_double_area {
-            let (found, expected) = (self.double_area, self.expected_double_area);
-            out.push(format!("twice the area is {found} squared quarter cells where that of the ground is {expected}"));
+        let (found, expected) = (self.double_area, self.expected_double_area);
+        let least = self.trim.map_or(expected, |trim| trim.core_double_area);
+        if !(least..=expected).contains(&found) {
+            let core = self.trim.map_or(String::new(), |_| format!(" and that of its core {least}"));
+            let what = format!("squared quarter cells where that of the ground is {expected}{core}");
+            out.push(format!("twice the area is {found} {what}"));
+        }
+        if let Some(trim) = &self.trim {
+            trim.list_failures(&mut out);
         }
         list(
             &mut out,
@@ -154,6 +188,31 @@ impl Verdict {
     }
 }
 
+impl TrimVerdict {
+    /// "3 cells"
+    fn distance(&self) -> String {
+        if self.cells == 1 { "1 cell".to_string() } else { format!("{} cells", self.cells) }
+    }
+
+    fn list_failures(&self, out: &mut Vec<String>) {
+        let cells = self.distance();
+        let (one, many) = ("stretch of a quarter row is", "stretches of quarter rows are");
+        list(out, &self.bare_core, one, many, &format!("bare more than {cells} from nodata"));
+        list(out, &self.beyond_ground, one, many, "covered beyond the ground");
+        let what = "a face on one side only and on or across another such edge (crack, T-junction, overlap)";
+        list(out, &self.crossed_edges, "edge has", "edges have", what);
+        list(
+            out,
+            &self.overlapping_edges,
+            "edge has",
+            "edges have",
+            "several faces upon each other beside it (overlap)",
+        );
+        let (one, many) = ("bare region of the ground is", "bare regions of the ground are");
+        list(out, &self.enclosed, one, many, "enclosed by faces (crack, hole)");
+    }
+}
+
 /// "3 samples are in no triangle, the first at …"
 fn list<P: std::fmt::Display>(out: &mut Vec<String>, finding: &Finding<P>, one: &str, many: &str, what: &str) {
     match (&finding.first, finding.count) {
@@ -167,9 +226,16 @@ impl std::fmt::Display for Verdict {
     /// Several lines: what was compared, the errors, and PASS, or FAIL with the failures.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         writeln!(f, "{} samples, {} vertices, {} triangles", self.samples, self.vertices, self.triangles)?;
-        if self.nodata > 0 {
-            let Verdict { checked, nodata, without_ground, .. } = self;
+        if self.nodata + self.bridged > 0 {
+            let Verdict { checked, nodata, bridged, bridged_holes, without_ground, .. } = self;
             write!(f, "ground: {checked} samples; nodata: {nodata}")?;
+            if *bridged > 0 {
+                let holes = if *bridged_holes == 1 { "hole" } else { "holes" };
+                write!(f, "; bridged: {bridged} in {bridged_holes} {holes}")?;
+            }
+            if let Some(trim) = &self.trim {
+                write!(f, "; trimmed, bare within {} of nodata: {}", trim.distance(), trim.trimmed)?;
+            }
             match without_ground.first {
                 None => writeln!(f)?,
                 Some(first) => {
@@ -196,7 +262,11 @@ impl std::fmt::Display for Verdict {
         let failures = self.failures();
         if failures.is_empty() {
             let what = if self.weighted { "error × weight within" } else { "within" };
-            let samples = if self.nodata > 0 { "every sample of the ground" } else { "every sample" };
+            let samples = match self.trim {
+                Some(TrimVerdict { trimmed: 1.., .. }) => "every covered sample of the ground",
+                _ if self.nodata + self.bridged > 0 => "every sample of the ground",
+                _ => "every sample",
+            };
             return write!(f, "PASS: {what} {} at {samples}, without cracks or overlaps", self.tolerance);
         }
         write!(f, "FAIL")?;

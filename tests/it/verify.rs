@@ -57,3 +57,73 @@ fn json_holds_the_whole_verdict() {
     assert_eq!((report["worst"]["error"].as_f64(), report["worst"]["column"].as_u64()), (Some(1.0), Some(1)));
     assert_eq!(report["double_area"], report["expected_double_area"]);
 }
+
+/// 4 × 3 samples, two in the middle without a height, and a mesh with these corners and faces.
+fn scene_with_a_hole(dir: &tempfile::TempDir, corners: &[(f64, f64)], faces: &[[usize; 3]]) -> (PathBuf, PathBuf) {
+    let (raster, mesh) = (dir.path().join("dem.tif"), dir.path().join("tin.ply"));
+    let driver = DriverManager::get_driver_by_name("GTiff").unwrap();
+    let dataset = driver.create_with_band_type::<i16, _>(&raster, 4, 3, 1).unwrap();
+    dataset.rasterband(1).unwrap().set_no_data_value(Some(-1.0)).unwrap();
+    let mut samples = Buffer::new((4, 3), vec![0i16, 0, 0, 0, 0, -1, -1, 0, 0, 0, 0, 0]);
+    dataset.rasterband(1).unwrap().write((0, 0), (4, 3), &mut samples).unwrap();
+    dataset.close().unwrap();
+    let vertices: String = corners.iter().map(|(x, y)| format!("{x} {y} 0\n")).collect();
+    let triangles: String = faces.iter().map(|[a, b, c]| format!("3 {a} {b} {c}\n")).collect();
+    let ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n{vertices}{triangles}",
+        corners.len(),
+        faces.len(),
+    );
+    std::fs::write(&mesh, ply).unwrap();
+    (raster, mesh)
+}
+
+#[test]
+fn holes_up_to_a_size_are_to_be_bridged() {
+    let dir = tempfile::tempdir().unwrap();
+    let corners = [(0.5, -0.5), (3.5, -0.5), (3.5, -2.5), (0.5, -2.5)];
+    let (raster, mesh) = scene_with_a_hole(&dir, &corners, &[[0, 2, 1], [0, 3, 2]]);
+    let run = |samples: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_terrabite"));
+        command.arg("verify").arg(&raster).arg(&mesh).args(["--max-error", "0", "--json", "--fill-holes", samples]);
+        let output = command.output().unwrap();
+        (output.status.code(), serde_json::from_slice::<serde_json::Value>(&output.stdout).ok())
+    };
+    let (code, report) = run("2");
+    let report = report.unwrap();
+    assert_eq!((code, report["bridged_holes"].as_u64(), report["bridged"].as_u64()), (Some(0), Some(1), Some(2)));
+    assert_eq!((report["checked"].as_u64(), report["nodata"].as_u64()), (Some(10), Some(0)));
+    assert_eq!(run("1").0, Some(1));
+    assert_eq!(run("0").1.unwrap()["touched_nodata"]["count"].as_u64(), Some(2));
+    assert_eq!(run("-1").0, Some(2));
+}
+
+#[test]
+fn ground_near_samples_without_a_height_may_be_bare() {
+    let dir = tempfile::tempdir().unwrap();
+    // The half cell of the first corner, of four.
+    let (raster, mesh) = scene_with_a_hole(&dir, &[(0.5, -0.5), (0.5, -1.5), (1.5, -0.5)], &[[0, 1, 2]]);
+    let run = |args: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_terrabite"));
+        let output =
+            command.arg("verify").arg(&raster).arg(&mesh).args(["--max-error", "0"]).args(args).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (code, report, _) = run(&["--trim", "1", "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    assert_eq!((code, report["trim"]["trimmed"].as_u64(), report["checked"].as_u64()), (Some(0), Some(7), Some(3)));
+    assert!(run(&["--trim", "1"]).1.contains("trimmed, bare within 1 cell of nodata: 7"));
+    let (code, report, _) = run(&["--json"]);
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    assert_eq!((code, report.get("trim").is_none()), (Some(1), true));
+    // A hole that is bridged leaves no strip.
+    assert_eq!(run(&["--trim", "1", "--fill-holes", "2"]).0, Some(1));
+    // Nor does one outside of the window.
+    assert_eq!(run(&["--trim", "1", "--window", "0,0,4,2"]).0, Some(0));
+    assert_eq!(run(&["--trim", "1", "--window", "0,0,4,1"]).0, Some(1));
+    for wrong in ["1001", "1.5", "none"] {
+        let (code, _, message) = run(&["--trim", wrong]);
+        assert!(code == Some(2) && message.contains("--trim"), "{message}");
+    }
+}

@@ -7,7 +7,7 @@ use crate::verify::Verdict;
 use crate::verify::grid::orientation;
 
 /// Patterns, `#` a height, `.` none: by name, with the samples of the ground, and those without any.
-const PATTERNS: [(&str, &[&str], (u64, u64)); 20] = [
+pub(super) const PATTERNS: [(&str, &[&str], (u64, u64)); 20] = [
     ("full", &["###", "###"], (6, 0)),
     ("hole", &["#####", "#####", "##.##", "#####", "#####"], (24, 0)),
     ("large hole", &["######", "#....#", "#.##.#", "#....#", "######"], (12, 8)),
@@ -31,7 +31,7 @@ const PATTERNS: [(&str, &[&str], (u64, u64)); 20] = [
 ];
 
 /// Heights on no plane, NaN where there are none.
-fn samples(rows: &[&str]) -> Vec<f64> {
+pub(super) fn samples(rows: &[&str]) -> Vec<f64> {
     let marks = rows.iter().flat_map(|row| row.bytes());
     marks.enumerate().map(|(i, mark)| if mark == b'#' { ((i * i) % 7) as f64 } else { f64::NAN }).collect()
 }
@@ -40,7 +40,7 @@ fn pattern(name: &str) -> &'static [&'static str] {
     PATTERNS.iter().find(|p| p.0 == name).unwrap().1
 }
 
-fn scene(rows: &[&str]) -> Scene {
+pub(super) fn scene(rows: &[&str]) -> Scene {
     let (samples, width) = (samples(rows), rows[0].len());
     let mesh = Mesh::of_cells(width, &samples, || true);
     Scene { width, height: rows.len(), transform: NORTH_UP, samples, mesh }
@@ -68,14 +68,14 @@ impl Mesh {
     }
 
     /// Adds the triangle of three samples, whichever way round they are given.
-    fn add(&mut self, corners: [(i64, i64); 3]) {
+    pub(super) fn add(&mut self, corners: [(i64, i64); 3]) {
         let [a, b, c] = corners.map(|(column, row)| self.at(column, row));
         let turn = orientation(self.places[a as usize], self.places[b as usize], self.places[c as usize]);
         self.faces.push(if turn < 0 { [a, b, c] } else { [a, c, b] });
     }
 
     /// Takes out the faces whose corners are all among these samples.
-    fn remove(&mut self, samples: &[(i64, i64)]) {
+    pub(super) fn remove(&mut self, samples: &[(i64, i64)]) {
         let places = &self.places;
         let inside = |v: &u64| samples.iter().any(|&(c, r)| places[*v as usize] == (4 * c, 4 * r));
         self.faces.retain(|face| !face.iter().all(inside));
@@ -370,7 +370,7 @@ fn covers_exactly(scene: &Scene) -> bool {
 
 /// A way to change a mesh, by numbers that pick a face, a vertex and a place.
 #[derive(Debug, Clone, Copy)]
-enum Change {
+pub(super) enum Change {
     Drop(usize),
     Double(usize),
     Reverse(usize),
@@ -381,7 +381,7 @@ enum Change {
     Merge(usize, usize),
 }
 
-fn change() -> impl Strategy<Value = Change> {
+pub(super) fn change() -> impl Strategy<Value = Change> {
     let any = || any::<u16>().prop_map(usize::from);
     prop_oneof![
         any().prop_map(Change::Drop),
@@ -397,7 +397,7 @@ fn change() -> impl Strategy<Value = Change> {
 
 impl Mesh {
     /// Whether some face holds a place.
-    fn covers(&self, place: (i64, i64)) -> bool {
+    pub(super) fn covers(&self, place: (i64, i64)) -> bool {
         self.faces.iter().any(|face| {
             let [a, b, c] = face.map(|v| self.places[v as usize]);
             [(a, b), (b, c), (c, a)].iter().all(|(p, q)| orientation(*p, *q, place) <= 0)
@@ -405,7 +405,7 @@ impl Mesh {
     }
 
     /// Whether the mesh has become another.
-    fn change(&mut self, change: Change) -> bool {
+    pub(super) fn change(&mut self, change: Change) -> bool {
         let before = self.clone();
         let (faces, vertices) = (self.faces.len(), self.places.len());
         if faces == 0 {

@@ -2,10 +2,13 @@
 
 mod broken;
 mod ground;
+mod holes;
 mod oracle;
 mod rasters;
 mod scene;
 mod sizes;
+mod trim;
+mod trim_oracle;
 
 /// Architecture invariant: a verdict is worth something because the verifier shares no code with what it judges.
 #[test]

@@ -9,7 +9,7 @@ use gdal::raster::{Buffer, GdalType};
 use crate::control::Control;
 use crate::raster::{GeoTransform, Raster};
 use crate::verify::grid::orientation;
-use crate::verify::{Verdict, VerifyError, VerifyOptions, judge, verify};
+use crate::verify::{GroundOptions, Verdict, VerifyError, VerifyOptions, judge, verify};
 
 /// North-up, as most rasters are.
 pub(super) const NORTH_UP: [f64; 6] = [500_000.25, 30.0, 0.0, 5_200_000.5, 0.0, -30.0];
@@ -135,7 +135,7 @@ impl Scene {
         self.judge_ply(&self.mesh_ply(), max_error)
     }
 
-    fn mesh_ply(&self) -> String {
+    pub(super) fn mesh_ply(&self) -> String {
         let mut mesh = self.mesh.clone();
         if self.transform[1] * self.transform[5] - self.transform[2] * self.transform[4] > 0.0 {
             mesh.faces.iter_mut().for_each(|f| f.swap(1, 2));
@@ -162,13 +162,23 @@ impl Scene {
 
     /// The same, the raster passing by so many rows at a time.
     pub(super) fn judge_in_bands(&self, max_error: f64, rows: usize) -> Result<Verdict, VerifyError> {
+        self.judge_ground(max_error, GroundOptions::default(), rows)
+    }
+
+    /// The same, on another ground.
+    pub(super) fn judge_ground(
+        &self,
+        max_error: f64,
+        ground: GroundOptions,
+        rows: usize,
+    ) -> Result<Verdict, VerifyError> {
         self.compare(&self.mesh_ply(), |raster, mesh, temp_dir| {
             let options = VerifyOptions { max_error, importance: None, temp_dir: Some(temp_dir) };
-            judge(raster, mesh, &options, None, Some(rows), &Control::default())
+            judge(raster, mesh, &options, ground, None, Some(rows), &Control::default())
         })
     }
 
-    fn compare(
+    pub(super) fn compare(
         &self,
         ply: &str,
         judge: impl FnOnce(&Raster, &Path, PathBuf) -> Result<Verdict, VerifyError>,

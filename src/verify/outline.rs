@@ -1,0 +1,45 @@
+use super::VerifyError;
+use super::boundary::Boundary;
+use super::finding::{EdgePlace, Finding};
+use super::ground::Settled;
+use super::rim::{Rim, RimFindings};
+use super::segments::BoundaryFindings;
+
+/// Where the mesh is to end.
+#[expect(clippy::large_enum_variant, reason = "there is one of them")]
+pub(super) enum Outline<'s> {
+    /// Where the ground does.
+    Ground(Boundary<'s>),
+    /// There, or within a strip of it.
+    Trimmed(Rim<'s>),
+}
+
+/// What has been found out about the mesh's boundary.
+#[derive(Debug, Default)]
+pub(super) struct OutlineFindings {
+    pub(super) boundary: BoundaryFindings,
+    /// Edges of one face that could be on the ground's boundary and are not.
+    pub(super) astray: Finding<EdgePlace>,
+    /// Where it may be trimmed.
+    pub(super) rim: Option<RimFindings>,
+}
+
+impl Outline<'_> {
+    /// Holds the mesh's boundary against the next rows.
+    pub(super) fn follow(&mut self, settled: &mut Settled<'_>) -> Result<(), VerifyError> {
+        match self {
+            Outline::Ground(boundary) => boundary.follow(&mut settled.segments),
+            Outline::Trimmed(rim) => rim.follow(settled),
+        }
+    }
+
+    pub(super) fn found(self) -> OutlineFindings {
+        match self {
+            Outline::Ground(boundary) => {
+                let astray = boundary.astray();
+                OutlineFindings { boundary: boundary.found, astray, rim: None }
+            }
+            Outline::Trimmed(rim) => OutlineFindings { rim: Some(rim.found()), ..OutlineFindings::default() },
+        }
+    }
+}
