@@ -52,7 +52,37 @@ everyhow() {
     done
 }
 
+# by_both NAME QUALITY TOLERANCE...: polished, by both engines, at tile sizes 128, 512 and the default.
+by_both() {
+    local name=$1 quality=$2 tolerance engine
+    shift 2
+    for tolerance in "$@"; do
+        for engine in greedy-insertion greedy-cuts; do
+            local how=(--engine "$engine" --quality "$quality")
+            certify "$name" "$data/$name.tif" "$tolerance" "${how[@]}" --tile 128
+            certify "$name" "$data/$name.tif" "$tolerance" "${how[@]}" --tile 512
+            certify "$name" "$data/$name.tif" "$tolerance" "${how[@]}"
+        done
+    done
+}
+
 if [ -d "$data" ]; then
+    by_both crater_lake_garland balanced 5 20
+    by_both sainte_helens balanced 5 20
+    by_both srtm3_N46E008 balanced 5 20
+    by_both srtm3_S33W071 balanced 10 50
+    by_both srtm3_N57E011 balanced 2 10
+    by_both srtm3_mosaic_n_england balanced 5 20
+    by_both srtm_pearl_river_nodata balanced 5 20
+    by_both pataha_10m balanced 2 10
+    by_both bathymetry_30m balanced 0.2 1
+    by_both ahn_dsm_050cm balanced 0.5 2
+    by_both lidar_wetland_1m balanced 0.1 0.5
+    by_both aster_exploradores balanced 5 20
+    by_both mars_mola_4ppd balanced 50 200
+    by_both moon_tycho_4096 balanced 20 100
+    by_both moon_highlands_8192 fast 20 100
+
     everyhow crater_lake_garland 1 5 20
     everyhow srtm3_S33W071 10
     everyhow srtm3_mosaic_n_england 5

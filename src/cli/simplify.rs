@@ -23,6 +23,7 @@ use crate::field::{
     Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, HoleOptions, exit_on_truncation, may_have_holes,
 };
 use crate::info::{DENSEST, Estimate, estimate};
+use crate::ply::Frame;
 use crate::raster::{PointSource, Points, PointsError, Raster, RasterError, Watch, bound_gdal_cache, read_points};
 use crate::simplify::{
     DEFAULT_TILE, DiskUse, Error, Load, Params, Plan, Quality, VertexHeights, check_disk, default_budget, grid,
@@ -484,7 +485,7 @@ impl Job<'_> {
         };
         watches.iter().try_for_each(Watch::check)?;
         let triangulated = Instant::now();
-        let mut comments = comments(&self.raster, args);
+        let mut comments = comments(&self.raster, args, self.written.frame);
         comments.extend(extended.map(Extended::comment));
         let sink = PlySink::new(staged, &comments).in_frame(self.written.frame, self.written.loss);
         let summary = mesh.write_if(Box::new(sink), self.control, &|| {
@@ -539,12 +540,14 @@ impl Job<'_> {
 }
 
 /// What the file says of itself. Nothing here depends on the machine or the time.
-fn comments(raster: &Raster, args: &SimplifyArgs) -> Vec<String> {
+fn comments(raster: &Raster, args: &SimplifyArgs, frame: Frame) -> Vec<String> {
     let name = |path: &Path| path.file_name().map_or(path, Path::new).display().to_string();
     let mut comments =
         vec![format!("made by terrabite {}", env!("CARGO_PKG_VERSION")), format!("source {}", name(&args.input))];
-    // In the form in which QGIS reads it: no blank after the colon, which would belong to the CRS.
-    comments.extend(raster.crs_definition().map(|crs| format!("crs:{crs}")));
+    // In the form in which QGIS reads it: no blank after the colon, which would belong to the CRS. Where an origin is taken
+    // off, QGIS would draw the mesh in the wrong place, so then it is not to find one.
+    let key = if frame.origin == Frame::PLAIN.origin { "crs:" } else { "map crs " };
+    comments.extend(raster.crs_definition().map(|crs| format!("{key}{crs}")));
     comments.push(format!("crs name {}", raster.crs_name()));
     comments.extend(raster.window().map(|window| format!("window {window}")));
     comments.extend(args.goal.comments());

@@ -65,6 +65,10 @@ impl MapArgs {
             return Ok(Written { frame, loss: 0.0 });
         }
         let range = height_range(raster, control).map_err(Error::from)?;
+        if range.min > range.max {
+            // Not one sample has a height.
+            return Err(Error::NoGround { path: raster.path().to_path_buf() }.into());
+        }
         let tolerance = params.max_error;
         let room = if tolerance.is_finite() { 2.0 * tolerance } else { range.width() };
         // Fitted heights may be beyond those of samples.
@@ -78,15 +82,20 @@ impl MapArgs {
             let lost = format!("{name}: expected heights that are written without loss beside {option}");
             return Err(Failure::new(format!("{lost}, found a loss of up to {loss:e}")).hint(way_out));
         }
-        if tolerance.is_finite() {
-            if loss > tolerance / 2.0 {
+        let less = |what: &str, limit: f64| {
+            if loss > limit / 2.0 {
                 let expected =
-                    format!("{name}: expected to lose at most half of the tolerance {tolerance} in writing heights");
+                    format!("{name}: expected to lose at most half of the {what} {limit} in writing heights");
                 let found = format!("found a loss of up to {loss:e} with heights up to {largest}");
                 return Err(Failure::new(format!("{expected}, {found}")).hint(way_out));
             }
-            params.max_error = (tolerance - loss).next_down().max(0.0);
+            Ok((limit - loss).next_down().max(0.0))
+        };
+        if tolerance.is_finite() {
+            params.max_error = less("tolerance", tolerance)?;
         }
+        // What moves no height by more than this moves the root of the mean square by no more.
+        params.goal.max_rms = params.goal.max_rms.map(|rms| less("--max-rms", rms)).transpose()?;
         Ok(Written { frame, loss })
     }
 

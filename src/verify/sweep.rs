@@ -243,10 +243,10 @@ impl<'s> Band<'s> {
 fn compare_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, marks: &mut [u8], tally: &mut RowTally) {
     let columns = span.closed.0..=span.closed.1;
     let is_bridged = move |column: i64| samples.flags(column as usize) & flag::BRIDGED != 0;
-    // A row that has all heights is not searched.
+    let has_nodata = tally.has_nodata;
     let missing = |bridged: bool| {
-        let columns = if tally.has_nodata { columns.clone() } else { 1..=0 };
-        columns.filter(move |&c| samples.heights[c as usize].is_nan() && is_bridged(c) == bridged)
+        let searched = columns.clone().take_while(move |_| has_nodata);
+        searched.filter(move |&c| samples.heights[c as usize].is_nan() && is_bridged(c) == bridged)
     };
     let mut touched = tally.touched;
     for column in missing(false) {

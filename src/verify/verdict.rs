@@ -189,10 +189,15 @@ impl Verdict {
 }
 
 impl TrimVerdict {
+    /// "3 cells"
+    fn distance(&self) -> String {
+        if self.cells == 1 { "1 cell".to_string() } else { format!("{} cells", self.cells) }
+    }
+
     fn list_failures(&self, out: &mut Vec<String>) {
-        let cells = self.cells;
+        let cells = self.distance();
         let (one, many) = ("stretch of a quarter row is", "stretches of quarter rows are");
-        list(out, &self.bare_core, one, many, &format!("bare more than {cells} cells from nodata"));
+        list(out, &self.bare_core, one, many, &format!("bare more than {cells} from nodata"));
         list(out, &self.beyond_ground, one, many, "covered beyond the ground");
         let what = "a face on one side only and on or across another such edge (crack, T-junction, overlap)";
         list(out, &self.crossed_edges, "edge has", "edges have", what);
@@ -228,8 +233,8 @@ impl std::fmt::Display for Verdict {
                 let holes = if *bridged_holes == 1 { "hole" } else { "holes" };
                 write!(f, "; bridged: {bridged} in {bridged_holes} {holes}")?;
             }
-            if let Some(TrimVerdict { cells, trimmed, .. }) = &self.trim {
-                write!(f, "; trimmed, bare within {cells} cells of nodata: {trimmed}")?;
+            if let Some(trim) = &self.trim {
+                write!(f, "; trimmed, bare within {} of nodata: {}", trim.distance(), trim.trimmed)?;
             }
             match without_ground.first {
                 None => writeln!(f)?,
@@ -257,7 +262,11 @@ impl std::fmt::Display for Verdict {
         let failures = self.failures();
         if failures.is_empty() {
             let what = if self.weighted { "error × weight within" } else { "within" };
-            let samples = if self.nodata > 0 { "every sample of the ground" } else { "every sample" };
+            let samples = match self.trim {
+                Some(TrimVerdict { trimmed: 1.., .. }) => "every covered sample of the ground",
+                _ if self.nodata + self.bridged > 0 => "every sample of the ground",
+                _ => "every sample",
+            };
             return write!(f, "PASS: {what} {} at {samples}, without cracks or overlaps", self.tolerance);
         }
         write!(f, "FAIL")?;

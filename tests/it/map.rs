@@ -152,6 +152,9 @@ fn what_is_written_is_said_in_the_header() {
     let (comments, vertices) = vertices(&folder.join("tin.ply"));
     assert!(comments.contains(&"offset 500200 5199900".to_string()), "{comments:?}");
     assert!(comments.contains(&"z_scale 2.5".to_string()) && comments.contains(&"max_error 2".to_string()));
+    // Nobody who knows nothing of offsets is to take the coordinates for the CRS's.
+    assert!(comments.contains(&"map crs EPSG:32633".to_string()), "{comments:?}");
+    assert!(!comments.iter().any(|c| c.starts_with("crs:")), "{comments:?}");
     assert!(vertices.iter().all(|v| v[0].abs() <= 200.0 && v[1].abs() <= 300.0 && v[2] >= 75.0 && v[2] <= 300.0));
     // A file that says nothing of it, or something else, is another surface.
     let bytes = std::fs::read(&tin).unwrap();
@@ -166,6 +169,15 @@ fn what_is_written_is_said_in_the_header() {
     let run = terrabite(["preview", &dem, &tin, &png, "--mode", "error", "--max-error", "2"]).succeeds();
     let largest: f64 = run.out.trim().rsplit(' ').next().unwrap().parse().unwrap();
     assert!(largest <= 2.0, "{}", run.out);
+}
+
+#[test]
+fn a_raster_without_any_height_has_none_to_lose() {
+    let folder = Folder::new();
+    let dem = Dem::new(40, 30).kind(Kind::Float64).heights(|_, _| f64::NAN).write(&folder, "dem.tif");
+    let options = ["--max-error", "1", "--precision", "float"];
+    let run = terrabite(["simplify", &dem, &folder.at("tin.ply")].into_iter().chain(options));
+    run.fails(1, &[&dem, "there is no ground to triangulate"]);
 }
 
 #[test]
@@ -188,6 +200,14 @@ fn what_single_precision_loses_is_taken_from_the_tolerance() {
     simplify("0.1", &["--z-scale", "0.3"]).succeeds();
     simplify("0", &["--z-scale", "0.5"]).succeeds();
     terrabite(["verify", &dem, &tin, "--max-error", "0"]).succeeds();
+    let goal = |rms: &'static str| {
+        let options = ["--max-rms", rms, "--precision", "float", "--overwrite"];
+        terrabite(["simplify", &dem, &tin].into_iter().chain(options))
+    };
+    goal("0.1").fails(1, &["at most half of the --max-rms 0.1"]);
+    goal("0.5").succeeds();
+    let verdict = terrabite(["verify", &dem, &tin, "--max-error", "9", "--json"]).succeeds().json();
+    assert!(verdict["rms_error"].as_f64().unwrap() <= 0.5, "{verdict}");
     let weights = Dem::new(40, 30).heights(|_, _| 1.0).on_the_map().write(&folder, "weights.tif");
     simplify("1", &["--precision", "float", "--importance", &weights])
         .fails(1, &["beside --importance", "--precision"]);

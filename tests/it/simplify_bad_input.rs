@@ -209,6 +209,21 @@ fn a_mapped_raster_that_is_truncated_under_the_run() {
     assert_eq!(temp.names(), [""; 0]);
 }
 
+/// The same where windows are read through GDAL: it finds a block that is gone.
+#[test]
+fn a_raster_read_by_windows_that_is_truncated_under_the_run() {
+    let (folder, temp) = (Folder::new(), Folder::new());
+    let rough = |c: usize, r: usize| ((c * 7919 + r * 104_729) % 1009) as f64;
+    let dem = Dem::new(2000, 2000).heights(rough).compressed().tiled(128).write(&folder, "dem.tif");
+    let tin = folder.at("tin.ply");
+    let arguments = ["simplify", &dem, &tin, "--max-error", "3", "--tile", "128", "--temp-dir", &temp.at("")];
+    let cut = || std::fs::OpenOptions::new().write(true).open(&dem).and_then(|f| f.set_len(100_000)).is_ok();
+    let run = terrabite_disturbed(arguments, cut);
+    run.fails(1, &[&dem]);
+    assert_eq!(folder.names(), ["dem.tif"]);
+    assert_eq!(temp.names(), [""; 0]);
+}
+
 /// An interrupt in the middle of a run of several seconds. The partial output is there from the beginning.
 #[test]
 fn an_interrupted_run_leaves_nothing() {

@@ -113,7 +113,7 @@ fn ground_near_samples_without_a_height_may_be_bare() {
     let (code, report, _) = run(&["--trim", "1", "--json"]);
     let report: serde_json::Value = serde_json::from_str(&report).unwrap();
     assert_eq!((code, report["trim"]["trimmed"].as_u64(), report["checked"].as_u64()), (Some(0), Some(7), Some(3)));
-    assert!(run(&["--trim", "1"]).1.contains("trimmed, bare within 1 cells of nodata: 7"));
+    assert!(run(&["--trim", "1"]).1.contains("trimmed, bare within 1 cell of nodata: 7"));
     let (code, report, _) = run(&["--json"]);
     let report: serde_json::Value = serde_json::from_str(&report).unwrap();
     assert_eq!((code, report.get("trim").is_none()), (Some(1), true));
@@ -122,7 +122,7 @@ fn ground_near_samples_without_a_height_may_be_bare() {
     // Nor does one outside of the window.
     assert_eq!(run(&["--trim", "1", "--window", "0,0,4,2"]).0, Some(0));
     assert_eq!(run(&["--trim", "1", "--window", "0,0,4,1"]).0, Some(1));
-    for wrong in ["-1", "1001", "1.5"] {
+    for wrong in ["1001", "1.5", "none"] {
         let (code, _, message) = run(&["--trim", wrong]);
         assert!(code == Some(2) && message.contains("--trim"), "{message}");
     }

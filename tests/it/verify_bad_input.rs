@@ -1,6 +1,6 @@
 //! `terrabite verify` and what it must refuse, and what it must not let pass.
 
-use crate::util::{Dem, Folder, Kind, flat, ply, terrabite, with_both};
+use crate::util::{Dem, Folder, Kind, flat, ply, terrabite, terrabite_disturbed, with_both};
 
 #[test]
 fn a_fitting_mesh_passes() {
@@ -31,6 +31,25 @@ fn meshes_cut_off_at_any_point() {
     for keep in [3, 40, 150, bytes.len() - 40, bytes.len() - 1] {
         let cut = folder.with("cut.ply", &bytes[..keep]);
         terrabite(["verify", &dem, &cut, "--max-error", "1"]).fails(1, &[&cut]);
+    }
+}
+
+/// Another process cuts either file while the verifier sorts what it has read of the mesh.
+#[test]
+fn files_that_are_truncated_under_the_run() {
+    let (folder, temp) = (Folder::new(), Folder::new());
+    let rough = |c: usize, r: usize| ((c * 7919 + r * 104_729) % 1009) as f64;
+    let dem = Dem::new(700, 700).heights(rough).compressed().tiled(128).write(&folder, "dem.tif");
+    let tin = folder.at("tin.ply");
+    let options = ["--max-error", "3", "--temp-dir", &temp.at("")];
+    terrabite(["simplify", &dem, &tin, "--quality", "none"].iter().chain(&options)).succeeds();
+    for file in [&tin, &dem] {
+        let copy = std::fs::read(file).unwrap();
+        let cut = || std::fs::OpenOptions::new().write(true).open(file).and_then(|f| f.set_len(50_000)).is_ok();
+        let run = terrabite_disturbed(["verify", &dem, &tin].iter().chain(&options), cut);
+        run.fails(1, &[file]);
+        assert_eq!(temp.names(), [""; 0]);
+        std::fs::write(file, copy).unwrap();
     }
 }
 

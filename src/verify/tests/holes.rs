@@ -1,10 +1,13 @@
 //! Holes that are bridged.
 
+use gdal::DriverManager;
+use gdal::raster::Buffer;
+
 use super::ground::{samples, scene};
 use super::scene::{Mesh, NORTH_UP, SOUTH_UP, Scene};
 use crate::control::Control;
 use crate::raster::Raster;
-use crate::verify::{GroundOptions, Verdict, VerifyOptions, verify_ground};
+use crate::verify::{GroundOptions, Verdict, VerifyOptions, WeightedOptions, verify_ground};
 
 /// Two holes of two and three samples, and a gap at the edge.
 const GAPS: &[&str] = &["#######.", "##.##.##", "#.##.###", "#####.##", "########"];
@@ -87,4 +90,31 @@ fn weights_may_be_missing_where_a_hole_is_bridged() {
         verify_ground(raster, mesh, &options, GroundOptions { fill_holes: 2, trim: 0 }, None, &Control::default())
     });
     assert!(verdict.unwrap().passes());
+}
+
+#[test]
+fn channels_may_be_missing_where_a_hole_is_bridged() {
+    let dir = tempfile::tempdir().unwrap();
+    let (raster, mesh) = (dir.path().join("raster.tif"), dir.path().join("mesh.ply"));
+    let driver = DriverManager::get_driver_by_name("GTiff").unwrap();
+    let dataset = driver.create_with_band_type::<f32, _>(&raster, 3, 3, 2).unwrap();
+    for (band, value) in [(1, 1.0), (2, 4.0)] {
+        let samples = (0..9).map(|i| if i == 4 { f32::NAN } else { value }).collect();
+        dataset.rasterband(band).unwrap().write((0, 0), (3, 3), &mut Buffer::new((3, 3), samples)).unwrap();
+    }
+    dataset.close().unwrap();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n\
+        property float band_2\nelement face 2\nproperty list uchar uint vertex_indices\nend_header\n\
+        0.5 -0.5 1 4\n2.5 -0.5 1 4\n2.5 -2.5 1 4\n0.5 -2.5 1 4\n3 0 2 1\n3 0 3 2\n";
+    std::fs::write(&mesh, ply).unwrap();
+    let judge = |fill_holes: u64| {
+        let options = VerifyOptions { max_error: 0.0, importance: None, temp_dir: Some(dir.path().to_path_buf()) };
+        let channels = WeightedOptions { bands: vec![2], emphasis: 0.5, planar: false };
+        let ground = GroundOptions { fill_holes, trim: 0 };
+        let raster = Raster::open(&raster, 1).unwrap();
+        verify_ground(&raster, &mesh, &options, ground, Some(&channels), &Control::default()).unwrap()
+    };
+    let verdict = judge(1);
+    assert!(verdict.passes() && verdict.extended.is_some(), "{verdict}");
+    assert!(!judge(0).passes());
 }

@@ -86,8 +86,8 @@ impl Drop for Halted {
     }
 }
 
-/// Starts `simplify`, does something to its files while it is busy with its tiles, and waits for its end. Busy with
-/// tiles means: it holds the two nameless files of the spool open.
+/// Starts the program, does something to its files while it is busy, and waits for its end. Busy means: it holds two
+/// nameless files open, those of the spool or two of what the verifier sorts.
 pub(crate) fn terrabite_disturbed<S: AsRef<OsStr>>(
     arguments: impl IntoIterator<Item = S>,
     disturb: impl FnOnce() -> bool,
@@ -95,11 +95,11 @@ pub(crate) fn terrabite_disturbed<S: AsRef<OsStr>>(
     let mut child = started(arguments);
     let files = format!("/proc/{}/fd", child.id());
     let nameless = |path: std::path::PathBuf| path.as_os_str().to_string_lossy().ends_with("(deleted)");
-    let spooling = || {
+    let busy = || {
         let links = std::fs::read_dir(&files).into_iter().flatten().flatten();
         links.filter_map(|l| l.path().read_link().ok()).filter(|p| nameless(p.clone())).count() >= 2
     };
-    wait_for(&mut child, spooling);
+    wait_for(&mut child, busy);
     assert!(disturb());
     Run::from(child.wait_with_output().unwrap())
 }
