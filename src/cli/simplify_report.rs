@@ -175,7 +175,7 @@ impl ShapeReport {
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Seconds {
     pub(super) total: f64,
-    /// Opening the raster, and decoding it where it cannot be mapped.
+    /// Opening the raster, decoding it where it cannot be mapped, and finding holes to bridge.
     pub(super) open: f64,
     pub(super) tiles: f64,
     pub(super) write: f64,

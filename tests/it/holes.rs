@@ -39,7 +39,11 @@ fn what_is_bridged_is_what_verify_asks_for() {
     let (dem, tin) = (dem().nodata(MISSING).write(&folder, "dem.tif"), folder.at("tin.ply"));
     let missing = (0..120 * 90).filter(|i| lakes(i % 120, i / 120) == MISSING).count() as u64;
     for (most, holes, samples) in [("1", 1, 1), ("2", 2, 3), ("9", 3, 12), ("21", 4, 33), ("1000", 5, 33 + 481)] {
-        for more in [&["--quality", "none"][..], &["--quality", "balanced", "--heights", "fitted"], &["--tile", "0"]] {
+        for more in [
+            &["--quality", "none"][..],
+            &["--quality", "balanced", "--heights", "fitted"],
+            &["--quality", "none", "--engine", "greedy-cuts"],
+        ] {
             let told = report(&dem, &tin, &[&["--fill-holes", most], more].concat());
             assert_eq!((&told["bridged_holes"], &told["bridged_samples"]), (&holes.into(), &samples.into()), "{most}");
             assert_eq!(told["nodata_samples"], missing - samples);
@@ -148,6 +152,7 @@ fn what_it_does_not_go_with() {
     };
     run(&["--channels", "2"]).fails(2, &["--fill-holes", "--channels"]);
     run(&["--max-points", "100"]).fails(2, &["heights everywhere"]);
-    run(&["--fill-holes", "-1"]).fails(2, &["whole number"]);
+    let command = ["simplify", &dem, &tin, "--max-error", "3", "--fill-holes", "few"];
+    terrabite(command).fails(2, &["whole number"]);
     assert_eq!(folder.names(), ["dem.tif"]);
 }

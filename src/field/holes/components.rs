@@ -1,3 +1,5 @@
+use super::{Beside, Run};
+
 /// Missing samples joined to holes, row by row, from top to bottom.
 ///
 /// Runs of a row join with those of the row before that they touch, over corners, too. A group that touches an edge of the
@@ -18,10 +20,10 @@ pub(super) struct Components {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Hole {
     pub(super) samples: u64,
-    /// Row, first and last column, ascending.
-    pub(super) runs: Vec<(u32, u32, u32)>,
-    /// Row, column and height, ascending, each place once.
-    pub(super) beside: Vec<(u32, u32, f64)>,
+    /// Ascending.
+    pub(super) runs: Vec<Run>,
+    /// Ascending, each place once.
+    pub(super) beside: Vec<Beside>,
 }
 
 #[derive(Debug, Default)]

@@ -65,6 +65,12 @@ pub struct Holes {
     samples: u64,
 }
 
+/// Samples without a height, as many in a row as there are: row, first and last column.
+type Run = (u32, u32, u32);
+
+/// A height that may lie beside a hole: row, column, height.
+type Beside = (u32, u32, f64);
+
 /// A sample of a bridged hole: its place in the field, and the height that stands for it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bridged {

@@ -1,15 +1,16 @@
-use super::super::load::Missing;
+use super::{Beside, Run};
+use crate::field::load::Missing;
 use crate::field::{Field, FieldError, Validity};
 use crate::raster::Window;
 
 /// What a window has to tell of holes.
 pub(super) struct Scan {
     pub(super) window: Window,
-    /// Missing samples, by rows: row, first and last column, in the field.
-    runs: Vec<(u32, u32, u32)>,
+    /// Missing samples, by rows.
+    runs: Vec<Run>,
     /// Heights that may lie beside a hole, by rows: those next to a missing sample of the window, and all at its border,
-    /// where the missing one may lie in the next window. Row, column, height.
-    beside: Vec<(u32, u32, f64)>,
+    /// where the missing one may lie in the next window.
+    beside: Vec<Beside>,
 }
 
 /// Memory that is used again from window to window.
@@ -90,7 +91,7 @@ impl Scan {
 /// The rows of windows that lie side by side, put together one after the other.
 pub(super) struct Rows<'a> {
     /// What is left of the windows' runs and heights.
-    left: Vec<(&'a [(u32, u32, u32)], &'a [(u32, u32, f64)])>,
+    left: Vec<(&'a [Run], &'a [Beside])>,
     next: usize,
     end: usize,
     runs: Vec<(u32, u32)>,

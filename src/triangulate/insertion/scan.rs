@@ -32,6 +32,9 @@ pub(super) struct Scanner<'a> {
 /// grows more slowly than the distance.
 pub(super) const DOUBT: f64 = 64.0 / (1u64 << 53) as f64;
 
+/// What is closer to a weighted limit than this share of it is looked at exactly.
+const CLOSE: f64 = 1.0 / (1u64 << 40) as f64;
+
 /// The farthest sample of a triangle, and what is known of its distance.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Farthest {
@@ -91,12 +94,20 @@ impl Scanner<'_> {
     /// weights where there are any, and weighted errors where there are channels.
     pub(super) fn each_beyond(&self, scan: &Scan, [a, b, c]: [Vertex; 3], mut visit: impl FnMut(Candidate)) {
         let plane = Plane::new(a, b, c);
+        // Most samples are far below their limits, and are told so without a division: a limit is tolerance ÷ weight but for
+        // its rounding, which the share covers, as it does the limit's part in the doubt. Nothing may underflow there.
+        let (settled, rounding) = (self.tolerance * (1.0 - CLOSE), DOUBT * scan.reach());
+        let settles = self.tile.channel_error.is_none() && settled > f64::MIN_POSITIVE / CLOSE;
         let limit_in_channels = self.tile.channel_error.as_ref().map_or(f64::INFINITY, |e| e.limit(self.tolerance));
         for row in scan.spans.rows() {
             let (first, last) = scan.columns(row);
             for column in first..=last {
                 let height = self.tile.at(column as usize, row as usize);
                 let error = scan.error(column, row, height);
+                let weight = self.tile.weight(column as usize, row as usize);
+                if settles && (error + rounding) * weight < settled {
+                    continue;
+                }
                 let counted = scan.counted(self.tile, column, row, height);
                 let limit = self.tile.limit(column as usize, row as usize, self.tolerance);
                 let doubt = DOUBT * (scan.reach() + limit);
@@ -104,7 +115,7 @@ impl Scanner<'_> {
                     || counted > limit_in_channels && !scan.has_corner(column, row)
                     || error >= limit - doubt && !plane.within(Point::of_sample(column, row), height, limit);
                 if beyond {
-                    let score = counted * self.tile.weight(column as usize, row as usize);
+                    let score = counted * weight;
                     visit(Candidate { score, sample: row as u64 * self.tile.width as u64 + column as u64 });
                 }
             }
