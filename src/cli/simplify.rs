@@ -219,6 +219,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         grid,
         engine: params.engine,
         quality: params.quality,
+        trim: params.trim,
         points: params.points.as_ref().map_or(0, |p| p.len()),
     };
     let plan = Plan::new(budget, &load, wanted).map_err(Error::from)?;
