@@ -176,7 +176,8 @@ fn rms(tile: &Tile, refined: &Refined) -> f64 {
 
 /// Scores of other measures than errors say nothing of errors.
 fn largest_error(tile: &Tile, mesh: &TileMesh) -> f64 {
-    terrabite::measure::measure(tile, mesh, terrabite::measure::Bound::Scale(1.0), (0, 0), (true, true)).max
+    use terrabite::measure::{Bare, Bound, measure};
+    measure(tile, mesh, Bound::Scale(1.0), (0, 0), (true, true), Bare::Nothing).max
 }
 
 /// Figure 22: half the ground is 0, the other half 1.

@@ -233,6 +233,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         grid,
         engine: params.engine,
         quality: params.quality,
+        trim: params.trim,
         points: params.points.as_ref().map_or(0, |p| p.len()),
         holes: args.fill_holes > 0 && may_have_holes(&raster).map_err(Error::from)?,
     };

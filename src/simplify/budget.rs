@@ -32,6 +32,9 @@ const BYTES_PER_CUTLINE_VERTEX: u64 = 64;
 /// What a channel adds to that: samples 8, the vertices' values in the chunk, as it grows, 16, and encoded 8.
 const BYTES_PER_CHANNEL_SAMPLE: u64 = 32;
 
+/// What trimming adds to that, see [`crate::trim`]: 3 bytes and, where every sample is a vertex of a loop, 72 for that.
+const BYTES_PER_TRIMMED_SAMPLE: u64 = 75;
+
 /// Mapped pages of one window, see `field::store`; in units of the decoder, one unit and one block.
 const PER_THREAD: u64 = 9 << 20;
 
@@ -57,6 +60,8 @@ pub struct Load<'a> {
     pub engine: EngineChoice,
     /// How they are polished.
     pub quality: Quality,
+    /// How many cells the rim may lose.
+    pub trim: u32,
     /// How many samples must be vertices.
     pub points: usize,
     /// Whether holes are bridged.
@@ -67,7 +72,7 @@ impl<'a> Load<'a> {
     /// A raster and nothing else, by the engine that is the default.
     pub fn of(raster: &'a Raster, grid: TileGrid) -> Load<'a> {
         let (engine, quality) = (EngineChoice::default(), Quality::default());
-        Load { raster, importance: None, channels: &[], grid, engine, quality, points: 0, holes: false }
+        Load { raster, importance: None, channels: &[], grid, engine, quality, trim: 0, points: 0, holes: false }
     }
 }
 
@@ -113,13 +118,14 @@ impl Plan {
     /// # Errors
     /// [`BudgetTooSmall`].
     pub fn new(budget_bytes: u64, load: &Load<'_>, threads: usize) -> Result<Plan, BudgetTooSmall> {
-        let Load { raster, importance, channels, grid, engine, quality, points, holes } = *load;
+        let Load { raster, importance, channels, grid, engine, quality, trim, points, holes } = *load;
         // Blocks of bands that are interleaved are decoded together.
         let blocks = block_bytes(raster) + importance.into_iter().chain(channels).map(block_bytes).sum::<u64>();
         let weights = if importance.is_some() { BYTES_PER_WEIGHT } else { 0 };
         let weights = if holes { BYTES_PER_BRIDGED } else { weights };
+        let trimming = if trim > 0 { BYTES_PER_TRIMMED_SAMPLE } else { 0 };
         let channels = channels.len() as u64 * BYTES_PER_CHANNEL_SAMPLE;
-        let per_sample = engine.bytes_per_sample() + quality.bytes_per_sample() + weights + channels;
+        let per_sample = engine.bytes_per_sample() + quality.bytes_per_sample() + weights + channels + trimming;
         let cache_bytes = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
         let cutline = raster.cutline().map_or(0, |c| c.counts().1) * BYTES_PER_CUTLINE_VERTEX;
         let base = BASE + points as u64 * BYTES_PER_POINT + cutline;

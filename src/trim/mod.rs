@@ -64,7 +64,8 @@ pub struct Task<'a> {
 /// coasts that costs more triangles than the vertices saved, and twice the samples are lost for the same saving.
 ///
 /// What is refused once, stays so: ground is only lost. So each ear is looked at once. Cost: two passes over the tile,
-/// O(n log n) for n vertices, and the samples of 3n ears, of each as far as they are in the strip.
+/// O(n log n) for n vertices, and the samples of 3n ears, of each as far as they are in the strip. Memory: 3 bytes per
+/// sample and 72 per corner of a loop, while it runs.
 ///
 /// # Errors
 /// [`Cancelled`], with loops of no use.
