@@ -7,7 +7,7 @@ use std::path::Path;
 
 use terrabite::control::{CancelToken, Control};
 use terrabite::field::{Field, FieldOptions, Tile};
-use terrabite::measure::{ErrorStats, measure};
+use terrabite::measure::{Bare, ErrorStats, measure};
 use terrabite::mesh::TileMesh;
 use terrabite::polish::{Effort, Heights, Options, Scratch, Tuning, polish};
 use terrabite::raster::Raster;
@@ -68,7 +68,7 @@ fn main() -> Outcome<()> {
             polish(&task, &Options { effort, heights, tuning }, &mut scratch, &mut polished)?;
             result.0 += polished.triangles.len();
             result.1 += cpu_seconds()? - start;
-            result.2.add(&measure(&samples, &polished, tolerance, (0, 0), last));
+            result.2.add(&measure(&samples, &polished, tolerance, (0, 0), last, Bare::Nothing));
         }
     }
     println!("start: {} triangles, {:.3} s", cuts.0, cuts.1);
