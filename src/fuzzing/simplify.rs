@@ -160,8 +160,7 @@ impl Scene {
         let fill_holes = from.pick(&[0, 0, 1, 2, 5, 1000]);
         params.trim = from.pick(&[0, 0, 1, 2, 4, 1000]);
         let heights = samples;
-        let mut scene =
-            Scene { width, height, single, judged, heights, weights, fill_holes, params: params.clone() };
+        let mut scene = Scene { width, height, single, judged, heights, weights, fill_holes, params: params.clone() };
         if pointed && engine.preinserts() {
             let ground = scene.ground();
             let places = (0..4).map(|_| (from.within(0, width - 1), from.within(0, height - 1)));

@@ -156,3 +156,26 @@ fn what_it_does_not_go_with() {
     terrabite(command).fails(2, &["whole number"]);
     assert_eq!(folder.names(), ["dem.tif"]);
 }
+
+/// Holes that are bridged have no rim to be trimmed, and those that are not have.
+#[test]
+fn beside_a_rim_that_is_trimmed() {
+    let folder = Folder::new();
+    let (dem, tin) = (dem().nodata(MISSING).write(&folder, "dem.tif"), folder.at("tin.ply"));
+    let both = ["--fill-holes", "9", "--trim", "2"];
+    let command = ["simplify", &dem, &tin, "--max-error", "30", "--tile", "32", "--json"];
+    let told = terrabite(command.iter().chain(&both)).succeeds().json();
+    let verify = |options: &[&str]| {
+        let command = ["verify", &dem, &tin, "--max-error", "30", "--json"];
+        terrabite(command.iter().chain(options))
+    };
+    let verdict = verify(&both).succeeds().json();
+    assert_eq!((&told["bridged_samples"], &verdict["bridged"]), (&12.into(), &12.into()));
+    assert!(told["trimmed_samples"].as_u64() > Some(0), "{told}");
+    assert_eq!(told["trimmed_samples"], verdict["trim"]["trimmed"]);
+    let counts = ["samples", "nodata_samples", "stray_samples", "bridged_samples", "trimmed_samples"];
+    assert_eq!(counts.map(|name| told[name].as_u64().unwrap()).iter().sum::<u64>(), 120 * 90);
+    for less in [&["--fill-holes", "9"][..], &["--trim", "2"], &["--fill-holes", "2", "--trim", "2"]] {
+        assert_eq!(verify(less).code, Some(1), "{less:?}");
+    }
+}
