@@ -47,7 +47,7 @@ fn fewer_triangles_and_what_is_lost_is_told() {
         let verify = |cells: &str| terrabite(["verify", &dem, &tin, "--max-error", "30", "--json", "--trim", cells]);
         let verdict = verify(cells).succeeds().json();
         assert_eq!(verdict["trim"]["trimmed"], trimmed["trimmed_samples"], "{verdict}");
-        verify("0").fails(1, &[]);
+        assert_eq!(verify("0").code, Some(1));
         before = trimmed;
     }
     let lines = terrabite(["simplify", &dem, &tin, "--max-error", "30", "--trim", "3", "--overwrite"]).succeeds();
