@@ -136,8 +136,6 @@ impl From<Error> for Failure {
             Error::NoGoal { .. } => {
                 Failure::usage(error).hint("--max-points, --max-triangles and --max-rms need --engine greedy-insertion")
             }
-            Error::GoalWithNodata { .. } => Failure::usage(error)
-                .hint("leave --max-points, --max-triangles and --max-rms, or fill them first (gdal_fillnodata)"),
             Error::PointOffGround { .. } => Failure::usage(error).hint("take it out of the layer of --points"),
             Error::GoalWithPasses => {
                 Failure::usage(error).hint("leave --selection and --measure, or give --max-error alone")
@@ -146,6 +144,8 @@ impl From<Error> for Failure {
             Error::TuningWithoutPolish => {
                 Failure::usage(error).hint("choose another --quality, or leave --min-angle and --polish-…")
             }
+            Error::GoalWithTrim(_) => Failure::usage(error).hint("leave --trim, or give --max-error alone"),
+            Error::GoalWithHoles(_) => Failure::usage(error).hint("leave --fill-holes, or give --max-error alone"),
             Error::GoalWithPolish { .. } => {
                 Failure::usage(error).hint("choose --quality none, or give --max-error alone")
             }

@@ -193,10 +193,11 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     if args.points.is_some() {
         params.takes_points()?;
     }
-    if args.cutline.cutline.is_some() && !args.goal.goal().is_none() {
-        // Their sides are nested ones, which samples without heights have no place in.
-        return Err(Failure::usage("--cutline cannot stand beside --max-points, --max-triangles and --max-rms")
-            .hint("give --max-error alone, or a part of the raster by --window or --bbox"));
+    if args.fill_holes > 0 && !params.goal.is_none() {
+        return Err(Failure::usage(
+            "--fill-holes cannot stand beside --max-points, --max-triangles and --max-rms: holes have no errors",
+        )
+        .hint("gdal_fillnodata can give them heights"));
     }
     let (raster, channels) = args.channels.open(&args.input, args.band.unwrap_or(1))?;
     if args.band.is_none() && !args.channels.are_listed() && raster.has_colour_table() {

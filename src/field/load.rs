@@ -101,6 +101,12 @@ impl Field {
         self.importance.is_none() && self.sample_type.fits_f32() && self.scaling.is_none()
     }
 
+    /// Whether any sample may be without a height, by all that is known without reading them.
+    pub(crate) fn may_have_gaps(&self) -> bool {
+        let by_value = with_sample_type!(self.sample_type, T => T::HAS_NAN || T::nodata(self.nodata).is_some());
+        by_value || self.mask.is_some() || self.cutline.is_some()
+    }
+
     /// Copies a window of an importance raster as weights.
     fn load_weights(
         &self,

@@ -129,7 +129,7 @@ fn is_near_side(tile: &Tile, cells: u32, (column, row): (usize, usize)) -> bool 
 /// Whether a sample on the ground is the tile's to measure. Of the tiles around it that have ground at it, it belongs to
 /// that to the lower right, else to the lower left, the upper right or the upper left: on whole ground, rims of the raster
 /// among it, that is the one that owns it anyway.
-fn owns(tile: &Tile, column: usize, row: usize) -> bool {
+pub(crate) fn owns(tile: &Tile, column: usize, row: usize) -> bool {
     let (right, bottom) = (tile.width - 1, tile.height - 1);
     // Which quadrants of the sample lie in the tile.
     let ours =

@@ -14,6 +14,7 @@ pub use weighted::WeightedStats;
 use std::ops::RangeInclusive;
 
 use self::ground::Ground;
+pub(crate) use self::ground::owns;
 use crate::exact::MAX_TOLERANCE;
 use crate::field::{Heights, Tile};
 use crate::lattice::Point;

@@ -5,7 +5,7 @@
 //! that of the weighted error ([`WeightedLine`]). It is a function of these samples and their weights alone, so both
 //! neighbours compute the same one without talking. [`Rim`] puts the four sides of a tile together and says which
 //! vertices the tile owns. Vertices a side must have are the points on its line: both neighbours are given them. Where no
-//! tolerance is known yet, [`levels`] has a side for every tolerance, each within the next.
+//! tolerance is known yet, [`levels`] has a side for every tolerance, each within the next ([`Rim::nested`]).
 //!
 //! Where samples are missing, `boundary` walks around the ground of the tile and `ground` makes its rim: a side is then
 //! also a function of where the ground is in the two lines of samples beside its own.
@@ -22,7 +22,7 @@ mod weighted;
 pub use limits::Limits;
 pub use min_link::MinLink;
 pub use nested::{Level, levels};
-pub use rim::{Foreign, Rim, RimCounts, Side, SideVertex};
+pub use rim::{Foreign, LateVertex, NestedRim, Rim, RimCounts, Side};
 pub use weighted::WeightedLine;
 
 #[cfg(test)]

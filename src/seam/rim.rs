@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 use super::runs::Runs;
-use super::{Level, MinLink, ground, levels};
+use super::{MinLink, ground};
 use crate::control::{CancelToken, Cancelled};
 use crate::field::Tile;
 use crate::lattice::Point;
@@ -89,8 +89,8 @@ pub enum Foreign {
 }
 
 impl Rim {
-    /// Computes the rim of `tile`, each side from its own samples alone. `last_column` and `last_row` say whether the
-    /// tile lies at the raster's right and lower rim.
+    /// Computes the rim of `tile`, each side from its own samples alone. `last` says whether the tile lies at the
+    /// raster's right and lower rim.
     ///
     /// Every vertex keeps the height of its sample; every link is within `tolerance` at the samples it passes, where the
     /// tile has weights within [`Tile::limit`], and where it has channels its weighted error is within
@@ -112,15 +112,51 @@ impl Rim {
         tile: &Tile,
         tolerance: f64,
         points: &[(usize, usize)],
-        (last_column, last_row): (bool, bool),
+        last: (bool, bool),
         min_link: &mut MinLink,
         cancel: &CancelToken,
     ) -> Result<Rim, Cancelled> {
+        Rim::over(&mut Runs::new(tile, tolerance, min_link, cancel), points, last)
+    }
+
+    /// Computes the rim that `tile` has at any tolerance: where [`Rim::new`] takes the fewest links, it has nested vertices
+    /// ([`levels`](super::levels)), those that `keeps` wants. All others are there whatever is wanted.
+    ///
+    /// Runs are split until they are within `tolerance`, [`Tile::limit`] where the tile has weights; levels are errors,
+    /// times weights. `points` and the rest are as for [`Rim::new`].
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    ///
+    /// # Panics
+    /// If a point is outside the tile.
+    pub fn nested(
+        tile: &Tile,
+        tolerance: f64,
+        points: &[(usize, usize)],
+        last: (bool, bool),
+        keeps: impl Fn(LateVertex) -> bool,
+        cancel: &CancelToken,
+    ) -> Result<NestedRim, Cancelled> {
+        let mut runs = Runs::nested(tile, tolerance, &keeps, cancel);
+        let rim = Rim::over(&mut runs, points, last)?;
+        let by_sample = runs.into_late();
+        let find = |vertex: &Vertex| {
+            let (column, row) = vertex.at.sample()?;
+            let sample = (row * tile.width() + column) as u32;
+            by_sample.binary_search_by_key(&sample, |(sample, _)| *sample).ok().map(|i| by_sample[i].1)
+        };
+        let late = (0..).zip(&rim.domain.vertices).filter_map(|(i, v)| find(v).map(|late| (i, late))).collect();
+        let late_idle = rim.idle.iter().filter_map(|(_, v)| find(v)).collect();
+        Ok(NestedRim { rim, late, late_idle })
+    }
+
+    fn over(runs: &mut Runs<'_>, points: &[(usize, usize)], last: (bool, bool)) -> Result<Rim, Cancelled> {
+        let tile = runs.tile;
         let (right, bottom) = (tile.width() - 1, tile.height() - 1);
         let forced = Forced::new(points, right, bottom);
-        let mut runs = Runs::new(tile, tolerance, min_link, cancel);
         if !tile.validity.is_whole() {
-            return ground::rim(&mut runs, &forced, (last_column, last_row));
+            return ground::rim(runs, &forced, last);
         }
         let mut side = |len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
             let between = runs.between(len, forced, place)?;
@@ -130,44 +166,7 @@ impl Rim {
         let south = side(tile.width(), &forced.south, &|i| (i, bottom))?;
         let west = side(tile.height(), &forced.west, &|i| (0, i))?;
         let east = side(tile.height(), &forced.east, &|i| (right, i))?;
-        Ok(Rim::assemble(tile, [north, west, east, south], (last_column, last_row), &forced.inside))
-    }
-
-    /// Computes the rim that `tile` has at any tolerance, from nested sides ([`levels`]): of their vertices those that
-    /// `keeps` wants. Beside it the kept vertices of the sides, in the domain's order, corners left out.
-    ///
-    /// Sides are split until they are within `tolerance`, [`Tile::limit`] where the tile has weights; levels are errors,
-    /// times weights. `points` are as for [`Rim::new`].
-    ///
-    /// # Panics
-    /// If a point is outside the tile, or the tile is not whole ([`Validity::is_whole`](crate::field::Validity::is_whole)).
-    pub fn nested(
-        tile: &Tile,
-        tolerance: f64,
-        points: &[(usize, usize)],
-        last: (bool, bool),
-        keeps: impl Fn(SideVertex) -> bool,
-    ) -> (Rim, Vec<SideVertex>) {
-        assert!(tile.validity.is_whole(), "nested sides around missing samples");
-        let (right, bottom) = (tile.width() - 1, tile.height() - 1);
-        let forced = Forced::new(points, right, bottom);
-        let kept = |side: Side, len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
-            let line = Line { tile, tolerance, place };
-            let all = levels(len, forced, |a, b, k| line.error(a, b, k), |a, b, k| line.is_beyond(a, b, k));
-            let named = all.into_iter().map(|Level { at, level }| SideVertex { side, at, level });
-            named.filter(|v| keeps(*v)).map(|v| (v, vertex(tile, place(v.at)))).unzip::<_, _, Vec<_>, Vec<_>>()
-        };
-        let (north, north_vertices) = kept(Side::North, tile.width(), &forced.north, &|i| (i, 0));
-        let (west, west_vertices) = kept(Side::West, tile.height(), &forced.west, &|i| (0, i));
-        let (east, east_vertices) = kept(Side::East, tile.height(), &forced.east, &|i| (right, i));
-        let (south, south_vertices) = kept(Side::South, tile.width(), &forced.south, &|i| (i, bottom));
-        let sides = [north_vertices, west_vertices, east_vertices, south_vertices];
-        let rim = Rim::assemble(tile, sides, last, &forced.inside);
-        // As the domain has them: owned sides first.
-        let by_side = [(true, north), (true, west), (last.0, east), (last.1, south)];
-        let of = |owned: bool| by_side.iter().filter(move |(o, _)| *o == owned).flat_map(|(_, v)| v.iter().copied());
-        let order = of(true).chain(of(false)).collect();
-        (rim, order)
+        Ok(Rim::assemble(tile, [north, west, east, south], last, &forced.inside))
     }
 
     /// How many vertices of the domain stand on the sides of the tile: they come first.
@@ -243,45 +242,26 @@ pub enum Side {
     South,
 }
 
-/// A vertex between the corners of a nested side.
+/// A vertex of a nested rim that is not there from the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SideVertex {
-    /// The side.
-    pub side: Side,
-    /// Its place along the side, in samples from the lower coordinate.
+pub struct LateVertex {
+    /// The side that it is on; none for one of the loops inside the tile.
+    pub side: Option<Side>,
+    /// Its place along the side, in samples from the lower coordinate; inside the tile row · width + column.
     pub at: usize,
-    /// The error below which the side has it, see [`Level`].
+    /// The error below which it is there, see [`Level`](super::Level).
     pub level: f64,
 }
 
-/// The samples of a side.
-struct Line<'a> {
-    tile: &'a Tile,
-    tolerance: f64,
-    place: &'a dyn Fn(usize) -> (usize, usize),
-}
-
-impl Line<'_> {
-    fn height(&self, k: usize) -> f64 {
-        let (column, row) = (self.place)(k);
-        self.tile.at(column, row)
-    }
-
-    /// How far sample k is from the line between two others, times its weight.
-    fn error(&self, from: usize, to: usize, k: usize) -> f64 {
-        let (column, row) = (self.place)(k);
-        let (before, after) = ((k - from) as f64, (to - k) as f64);
-        let off = after * (self.height(from) - self.height(k)) + before * (self.height(to) - self.height(k));
-        off.abs() / (before + after) * self.tile.weight(column, row)
-    }
-
-    /// Whether that is more than is allowed there, exactly.
-    fn is_beyond(&self, from: usize, to: usize, k: usize) -> bool {
-        let (column, row) = (self.place)(k);
-        let (before, after) = ((k - from) as i64, (to - k) as i64);
-        let terms = [(after, self.height(from)), (before, self.height(to)), (-before - after, self.height(k))];
-        !crate::exact::within(&terms, before + after, self.tile.limit(column, row, self.tolerance))
-    }
+/// A nested rim.
+#[derive(Debug, Clone, Default)]
+pub struct NestedRim {
+    /// The rim.
+    pub rim: Rim,
+    /// Which vertices of its domain are not there from the start, ascending.
+    pub late: Vec<(u32, LateVertex)>,
+    /// Which of the idle ones are not.
+    pub late_idle: Vec<LateVertex>,
 }
 
 /// A corner of a tile.

@@ -1,12 +1,12 @@
-//! Points on the rims of tiles: what neighbours, who see the same samples and the same points, make of them.
+//! Rims of neighbours, who see the same samples and the same points: points on them, and nested ones.
 
 use std::collections::BTreeMap;
 
 use proptest::prelude::*;
 
-use super::{Foreign, MinLink, Rim};
+use super::{Foreign, LateVertex, MinLink, NestedRim, Rim, Side};
 use crate::control::CancelToken;
-use crate::field::{Heights, Tile};
+use crate::field::{Field, Heights, Tile};
 use crate::lattice::STEPS;
 use crate::mesh::Vertex;
 use crate::raster::PointSet;
@@ -99,5 +99,64 @@ proptest! {
         }
         prop_assert!(owners.values().all(|count| *count == 1), "{:?}", owners);
         prop_assert!(scene.points.iter().all(|point| owners.contains_key(&point)));
+    }
+}
+
+/// Levels of a tile's late vertices, by place in the field.
+type Late = BTreeMap<Place, f64>;
+
+/// The nested rim of a tile of a field with missing samples, as places in the field.
+fn nested(field: &Field, grid: TileGrid, id: TileId) -> (NestedRim, Late) {
+    let (window, mut tile) = (grid.window(id), Tile::default());
+    field.load(window, &mut tile).expect("loads");
+    let last = (grid.is_last_column(id), grid.is_last_row(id));
+    let found = Rim::nested(&tile, 0.5, &[], last, |v| v.level > 1.0, &CancelToken::default()).expect("nobody cancels");
+    let (right, bottom) = (window.width - 1, window.height - 1);
+    let place = |v: &LateVertex| match v.side {
+        Some(Side::North) => (v.at, 0),
+        Some(Side::South) => (v.at, bottom),
+        Some(Side::West) => (0, v.at),
+        Some(Side::East) => (right, v.at),
+        None => (v.at % window.width, v.at / window.width),
+    };
+    let all = found.late.iter().map(|(_, v)| v).chain(&found.late_idle);
+    let late = all.map(|v| ((window.column + place(v).0, window.row + place(v).1), v.level)).collect();
+    (found, late)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// The same vertices are late, with the same levels, and one tile owns each.
+    #[test]
+    fn neighbours_agree_on_nested_rims(
+        (width, height) in (2usize..24, 2usize..24), tile in 1usize..9, seed in 0usize..1000, sparse in 2usize..12,
+    ) {
+        let grid = TileGrid::new(width, height, tile);
+        let noise = |i: usize| (i + 1).wrapping_mul(2 * seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
+        // Blocks are missing, so that there are straight runs.
+        let is_missing = |i: usize| noise(i % width / 4 + 99 * (i / width / 3)) % sparse == 0;
+        let heights = (0..width * height).map(|i| if is_missing(i) { f64::NAN } else { (noise(i) % 13) as f64 });
+        let field = Field::from_heights(width, height, Heights::F64(heights.collect())).expect("a field");
+        let all: Vec<(NestedRim, Late)> = (0..grid.len()).map(|i| nested(&field, grid, grid.tile(i))).collect();
+        let mut levels: BTreeMap<Place, f64> = BTreeMap::new();
+        for (place, level) in all.iter().flat_map(|(_, late)| late) {
+            prop_assert_eq!(*levels.entry(*place).or_insert(*level), *level, "{:?}", place);
+        }
+        // Whoever has a vertex there has it late.
+        let mut owners: BTreeMap<Place, usize> = BTreeMap::new();
+        for (index, (found, late)) in all.iter().enumerate() {
+            let window = grid.window(grid.tile(index));
+            let place = |v: &Vertex| v.at.sample().map(|(c, r)| (window.column + c, window.row + r)).expect("a sample");
+            let rim = &found.rim;
+            let owned = rim.owned.total() as usize - rim.idle.len();
+            let borrowed = owned..owned + rim.foreign.len();
+            for (i, vertex) in rim.domain.vertices.iter().enumerate() {
+                prop_assert_eq!(late.contains_key(&place(vertex)), levels.contains_key(&place(vertex)));
+                *owners.entry(place(vertex)).or_default() += usize::from(!borrowed.contains(&i));
+            }
+            rim.idle.iter().for_each(|(_, v)| *owners.entry(place(v)).or_default() += 1);
+        }
+        prop_assert!(owners.values().all(|count| *count == 1), "{:?}", owners);
     }
 }

@@ -80,21 +80,6 @@ pub enum Error {
         /// The sample's row.
         row: usize,
     },
-    /// There are samples without heights, and a budget or a root mean square to end at.
-    #[error(
-        "expected heights everywhere, to end at a budget or a root mean square, found samples without in {width} × {height} \
-         samples at column {column}, row {row}, or beside them"
-    )]
-    GoalWithNodata {
-        /// The first column of the tile.
-        column: usize,
-        /// Its first row.
-        row: usize,
-        /// Samples across.
-        width: usize,
-        /// Samples down.
-        height: usize,
-    },
     /// The engine makes its triangles once and for all: it cannot stop at a budget.
     #[error("expected an engine that refines, to end at a budget or a root mean square, found {engine}")]
     NoGoal {
@@ -106,6 +91,12 @@ pub enum Error {
         "expected sequential insertion by local error, to end at a budget or a root mean square, found another variant"
     )]
     GoalWithPasses,
+    /// A rim under a goal is not there before the insertions are.
+    #[error("expected no trimming, to end at a budget or a root mean square, found {0} cells")]
+    GoalWithTrim(u32),
+    /// What is bridged has no errors to count.
+    #[error("expected no bridged holes, to end at a budget or a root mean square, found {0}")]
+    GoalWithHoles(u64),
     /// The rim is to be trimmed by more than anybody means.
     #[error("expected to trim 0 to {MAX_CELLS} cells, found {0}")]
     Trim(u32),

@@ -2,25 +2,24 @@
 
 use rayon::prelude::*;
 
-use super::goal::{Base, Cost, Curves, Floor, Outcome, Told, find_cut};
+use super::goal::{Cost, Curves, Floor, GoalTooSmall, Outcome, Told, find_cut};
 use super::pool::Pool;
 use super::tiles::{Job, Workspace, task, tolerance};
 use super::{EngineChoice, Error};
 use crate::control::Stage;
-use crate::lattice::Point;
-use crate::measure::Bound;
-use crate::raster::Window;
-use crate::seam::{Rim, Side, SideVertex};
+use crate::field::Tile;
+use crate::measure::{Bound, owns};
+use crate::seam::{LateVertex, NestedRim, Rim, Side};
 use crate::spool::SpoolError;
 use crate::tiling::{TileGrid, TileId};
-use crate::triangulate::insertion::{GreedyInsertion, InsertionOptions, Key, Order};
+use crate::triangulate::insertion::{GreedyInsertion, InsertionOptions, Key, Order, Share};
 
 /// Where all tiles end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct End {
-    cut: Key,
+    pub(super) cut: Key,
     /// The tolerance that samples are candidates beyond.
-    lowest: f64,
+    pub(super) lowest: f64,
     pub(super) outcome: Outcome,
     /// Temporary disk that the survey took.
     pub(super) survey_bytes: u64,
@@ -36,31 +35,40 @@ pub(super) fn find_end(job: &Job<'_>, workspaces: &Pool<Workspace>) -> Result<Op
     if params.goal.is_none() {
         return Ok(None);
     }
+    if let Some(holes) = field.holes() {
+        return Err(Error::GoalWithHoles(holes.count()));
+    }
     let failed = |source| SpoolError::File { dir: params.temp_dir.clone(), source };
-    let base = Base {
-        points: (grid.columns() as u64 + 1) * (grid.rows() as u64 + 1),
-        triangles: 2 * grid.len() as u64,
-        samples: field.width() as u64 * field.height() as u64,
-    };
-    params.goal.check(&base)?;
+    if !field.may_have_gaps() {
+        check_corners(job)?;
+    }
     let lowest = lowest(job);
     let floor = Floor::new(&params.goal, lowest);
     let curves = Curves::new(&params.temp_dir, grid.len()).map_err(failed)?;
-    control.progress.begin(Stage::Survey, grid.len() as u64, base.samples);
-    (0..grid.len()).into_par_iter().try_for_each(|index| {
+    control.progress.begin(Stage::Survey, grid.len() as u64, field.width() as u64 * field.height() as u64);
+    let survey = (0..grid.len()).into_par_iter().map(|index| {
         control.cancel.check()?;
-        workspaces.with(|workspace| {
-            workspace.tell(job, options, index, lowest, &floor)?;
+        let samples = workspaces.with(|workspace| {
+            let samples = workspace.tell(job, options, index, lowest, &floor)?;
             floor.raise(&workspace.told);
-            curves.tell(index, &workspace.told, &mut workspace.encoded).map_err(failed).map_err(Error::from)
+            curves.tell(index, &workspace.told, &mut workspace.encoded).map_err(failed)?;
+            Ok::<u64, Error>(samples)
         })?;
         let window = grid.window(grid.tile(index));
         control.progress.step(Stage::Survey, (window.len()) as u64);
-        Ok::<(), Error>(())
-    })?;
+        Ok::<u64, Error>(samples)
+    });
+    let samples = survey.try_reduce(|| 0, |a, b| Ok(a + b))?;
     control.progress.end(Stage::Survey);
-    let (cut, outcome) = find_cut(&curves, &params.goal, base, error_needs(job)).map_err(failed)??;
+    let (cut, outcome) = find_cut(&curves, &params.goal, samples, error_needs(job)).map_err(failed)??;
     Ok(Some(End { cut, lowest, outcome, survey_bytes: curves.bytes() }))
+}
+
+/// Finds out before all work that a budget is too small for the corners of the tiles.
+fn check_corners(job: &Job<'_>) -> Result<(), GoalTooSmall> {
+    let Job { grid, params, .. } = *job;
+    let points = (grid.columns() as u64 + 1) * (grid.rows() as u64 + 1);
+    params.goal.check(Cost { points, triangles: 2 * grid.len() as u64 })
 }
 
 /// The tolerance beyond which samples are candidates: where a quality is asked for, one at which it is reached.
@@ -77,92 +85,123 @@ fn error_needs(job: &Job<'_>) -> Option<Key> {
     job.params.max_error.is_finite().then(|| Key::last_of(tolerance(job.params) * (1.0 - 1e-9)))
 }
 
-/// The key of a rim vertex, and what it costs the tile that asks.
-fn rim_key(grid: TileGrid, id: TileId, vertex: SideVertex) -> (Key, Cost) {
-    let (last_column, last_row) = (grid.is_last_column(id), grid.is_last_row(id));
-    let own = |side: Side, is_outer: bool| (id, side, true, is_outer);
-    let (owner, side, owned, is_outer) = match vertex.side {
-        Side::North => own(Side::North, id.row == 0),
-        Side::West => own(Side::West, id.column == 0),
-        Side::East if last_column => own(Side::East, true),
-        Side::South if last_row => own(Side::South, true),
-        Side::East => (TileId { column: id.column + 1, ..id }, Side::West, false, false),
-        Side::South => (TileId { row: id.row + 1, ..id }, Side::North, false, false),
+/// The key of a rim vertex that comes later, and its owner.
+fn late_key(grid: TileGrid, id: TileId, vertex: LateVertex) -> (Key, TileId) {
+    let (owner, side) = match vertex.side {
+        Some(Side::East) if !grid.is_last_column(id) => (TileId { column: id.column + 1, ..id }, Some(Side::West)),
+        Some(Side::South) if !grid.is_last_row(id) => (TileId { row: id.row + 1, ..id }, Some(Side::North)),
+        side => (id, side),
     };
-    let ordinal = (side as u64) << 32 | vertex.at as u64;
-    let triangles = if is_outer { 1 } else { 2 };
-    let cost = if owned { Cost { points: 1, triangles } } else { Cost::default() };
-    (Key::of_rim(vertex.level, grid.index(owner) as u64, ordinal), cost)
+    // Those inside come after those of the sides.
+    let ordinal = side.map_or(4, |side| side as u64) << 32 | vertex.at as u64;
+    (Key::of_rim(vertex.level, grid.index(owner) as u64, ordinal), owner)
+}
+
+/// What a rim vertex that comes later costs in all, if the tile owns it: a triangle more wherever its line has ground.
+fn late_cost(grid: TileGrid, id: TileId, tile: &Tile, vertex: LateVertex) -> Cost {
+    if late_key(grid, id, vertex).1 != id {
+        return Cost::default();
+    }
+    let touches = |place: (usize, usize), quadrants: [usize; 2]| {
+        let touched = |q: &usize| tile.validity().touches(place.0 as i32, place.1 as i32, *q);
+        quadrants.iter().filter(|q| touched(q)).count() as u64
+    };
+    let triangles = match vertex.side {
+        Some(Side::North) if id.row > 0 => touches((vertex.at, 0), [0, 3]),
+        Some(Side::West) if id.column > 0 => touches((0, vertex.at), [0, 1]),
+        // The raster's rim, or a loop inside.
+        _ => 1,
+    };
+    Cost { points: 1, triangles }
+}
+
+/// A tile's rim as far as a cut.
+struct Begun {
+    rim: Rim,
+    /// Its vertices that are not there from the start, by their keys.
+    late: Vec<(Key, u32)>,
+    /// What those cost, idle ones among them, by their keys.
+    costs: Vec<(Key, Cost)>,
+    /// How many of those are idle.
+    idle: usize,
+    /// Vertices that the tile owns from the start.
+    points: u64,
 }
 
 impl Workspace {
-    /// Loads a tile and makes its rim of the vertices up to a cut, with their keys and costs.
-    fn begin(&mut self, job: &Job<'_>, index: usize, lowest: f64, cut: Key) -> Result<(Rim, Vec<(Key, Cost)>), Error> {
+    /// Loads a tile and makes its rim of the vertices up to a cut.
+    fn begin(&mut self, job: &Job<'_>, index: usize, lowest: f64, cut: Key) -> Result<Begun, Error> {
         let id = job.grid.tile(index);
         let window = job.grid.window(id);
         job.field.load(window, &mut self.tile)?;
-        if !self.tile.validity().is_whole() {
-            let Window { column, row, width, height } = window;
-            return Err(Error::GoalWithNodata { column, row, width, height });
-        }
         self.find_points(job, window)?;
         let last = (job.grid.is_last_column(id), job.grid.is_last_row(id));
-        let (rim, order) = Rim::nested(&self.tile, lowest, &self.points, last, |v| rim_key(job.grid, id, v).0 <= cut);
-        let far = self.tile.far_corner();
-        let is_corner = |p: Point| (p.x == 0 || p.x == far.x) && (p.y == 0 || p.y == far.y);
-        let mut order = order.into_iter();
-        let keys = rim.domain.vertices.iter().map(|v| match is_corner(v.at) {
-            true => (Key::FIRST, Cost::default()),
-            false => rim_key(job.grid, id, order.next().expect("a key for every vertex between corners")),
-        });
-        let keys = keys.collect();
-        Ok((rim, keys))
+        let key = |v: LateVertex| late_key(job.grid, id, v).0;
+        let keeps = |v: LateVertex| key(v) <= cut;
+        let NestedRim { rim, late, late_idle } =
+            Rim::nested(&self.tile, lowest, &self.points, last, keeps, &job.control.cancel)?;
+        let all = late.iter().map(|(_, v)| v).chain(&late_idle);
+        let mut costs: Vec<(Key, Cost)> = all.map(|&v| (key(v), late_cost(job.grid, id, &self.tile, v))).collect();
+        costs.sort_unstable_by_key(|(key, _)| *key);
+        let mut late: Vec<(Key, u32)> = late.into_iter().map(|(vertex, v)| (key(v), vertex)).collect();
+        late.sort_unstable();
+        let owned = rim.domain.fixed().count() + rim.idle.len() - rim.foreign.len();
+        let points = owned as u64 - costs.iter().map(|(_, cost)| cost.points).sum::<u64>();
+        Ok(Begun { rim, late, costs, idle: late_idle.len(), points })
     }
 
-    /// Finds out how a tile's insertion goes, as far as anybody may want to know.
-    fn tell(
+    /// Finds out how a tile's insertion goes, as far as anybody may want to know. Returns how many samples of it count.
+    pub(super) fn tell(
         &mut self,
         job: &Job<'_>,
         options: InsertionOptions,
         index: usize,
         lowest: f64,
         floor: &Floor,
-    ) -> Result<(), Error> {
+    ) -> Result<u64, Error> {
         let goal = &job.params.goal;
         let cut = floor.cut();
-        let (rim, keyed) = self.begin(job, index, lowest, cut)?;
-        let (keys, _): (Vec<Key>, Vec<Cost>) = keyed.iter().copied().unzip();
-        let mut costs = keyed;
-        costs.sort_unstable_by_key(|(key, _)| *key);
+        let Begun { rim, late, costs, idle, points } = self.begin(job, index, lowest, cut)?;
         let id = job.grid.tile(index);
-        let last = (job.grid.is_last_column(id), job.grid.is_last_row(id));
+        let (last_column, last_row) = (job.grid.is_last_column(id), job.grid.is_last_row(id));
+        let mut counts = Vec::new();
+        let (share, samples) = if self.tile.validity().is_whole() {
+            let (columns, rows) =
+                (self.tile.width() - usize::from(!last_column), self.tile.height() - usize::from(!last_row));
+            (Share::Rectangle { last_column, last_row }, columns * rows)
+        } else {
+            let places =
+                (0..self.tile.height()).flat_map(|row| (0..self.tile.width()).map(move |column| (column, row)));
+            counts.extend(places.map(|(column, row)| owns(&self.tile, column, row)));
+            (Share::Ground(&counts), counts.iter().filter(|c| **c).count())
+        };
         let most = goal.max_points.into_iter().chain(goal.max_triangles).min().unwrap_or(u64::MAX);
-        let order =
-            Order { keys: &keys, tile: index as u64, cut, most, squares: goal.max_rms.is_some().then_some(last) };
-        let inside = rim.domain.points.len() as u64;
+        let squares = goal.max_rms.is_some().then_some(share);
+        let order = Order { rim: &late, tile: index as u64, cut, most, squares };
         self.told.clear();
         let told = &mut self.told;
-        let from_the_start = Cost { points: inside, triangles: 2 * inside };
-        told.push(Told { key: Key::FIRST, cost: from_the_start, squares: 0.0 });
-        let task = task(&self.tile, &rim, lowest, job);
-        GreedyInsertion { options }.triangulate_in_order(
-            &task,
-            order,
-            self.engine.insertion(),
-            &mut self.mesh,
-            |e| {
-                if e.key == Key::FIRST {
-                    told[0].squares = e.squares;
-                    return;
-                }
+        if rim.domain.loops.is_empty() {
+            told.push(Told { key: Key::FIRST, cost: Cost { points, triangles: 0 }, squares: 0.0 });
+        } else {
+            let task = task(&self.tile, &rim, lowest, job);
+            let engine = GreedyInsertion { options };
+            engine.triangulate_in_order(&task, order, self.engine.insertion(), &mut self.mesh, |e| {
                 let cost = match costs.binary_search_by_key(&e.key, |(key, _)| *key) {
                     Ok(i) => costs[i].1,
-                    Err(_) => Cost { points: 1, triangles: 2 },
+                    Err(_) if e.key == Key::FIRST => Cost { points, triangles: e.triangles },
+                    Err(_) => Cost { points: 1, triangles: e.triangles },
                 };
                 told.push(Told { key: e.key, cost, squares: e.squares });
-            },
-        )?;
-        Ok(())
+            })?;
+        }
+        if idle > 0 {
+            // Nobody inserts them here.
+            let inserted: Vec<Key> = late.iter().map(|(key, _)| *key).collect();
+            let missing = costs.iter().filter(|(key, _)| inserted.binary_search(key).is_err());
+            told.extend(missing.map(|&(key, cost)| Told { key, cost, squares: 0.0 }));
+            told.sort_unstable_by_key(|t| t.key);
+        }
+        Ok(samples as u64)
     }
 
     /// Makes a tile's mesh as far as the end of all.
@@ -170,17 +209,15 @@ impl Workspace {
         let EngineChoice::GreedyInsertion(options) = job.params.engine else {
             unreachable!("only greedy insertion has an end to come to")
         };
-        let (rim, keyed) = self.begin(job, index, end.lowest, end.cut)?;
-        let keys: Vec<Key> = keyed.into_iter().map(|(key, _)| key).collect();
-        let order = Order { keys: &keys, tile: index as u64, cut: end.cut, most: u64::MAX, squares: None };
+        let Begun { rim, late, .. } = self.begin(job, index, end.lowest, end.cut)?;
+        if rim.domain.loops.is_empty() {
+            self.mesh.clear();
+            return Ok((rim, end.bound(job)));
+        }
+        let order = Order { rim: &late, tile: index as u64, cut: end.cut, most: u64::MAX, squares: None };
         let task = task(&self.tile, &rim, end.lowest, job);
-        GreedyInsertion { options }.triangulate_in_order(
-            &task,
-            order,
-            self.engine.insertion(),
-            &mut self.mesh,
-            |_| (),
-        )?;
+        let engine = GreedyInsertion { options };
+        engine.triangulate_in_order(&task, order, self.engine.insertion(), &mut self.mesh, |_| ())?;
         Ok((rim, end.bound(job)))
     }
 }

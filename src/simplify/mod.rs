@@ -39,6 +39,8 @@ use crate::trim::MAX_CELLS;
 #[cfg(test)]
 mod channel_tests;
 #[cfg(test)]
+mod goal_nodata_tests;
+#[cfg(test)]
 mod importance_tests;
 #[cfg(test)]
 mod nodata_tests;
@@ -160,11 +162,12 @@ impl Params {
     /// Makes sure that the engine can end where the goal says.
     ///
     /// # Errors
-    /// [`Error::NoGoal`], [`Error::GoalWithPasses`], [`Error::GoalWithPolish`].
+    /// [`Error::NoGoal`], [`Error::GoalWithPasses`], [`Error::GoalWithPolish`], [`Error::GoalWithTrim`].
     pub fn takes_goal(&self) -> Result<(), Error> {
         match self.engine {
             _ if self.goal.is_none() => Ok(()),
             _ if self.quality != Quality::None => Err(Error::GoalWithPolish { quality: self.quality.name() }),
+            _ if self.trim > 0 => Err(Error::GoalWithTrim(self.trim)),
             EngineChoice::GreedyInsertion(options) if options == options.in_order() => Ok(()),
             EngineChoice::GreedyInsertion(_) => Err(Error::GoalWithPasses),
             EngineChoice::GreedyCuts(_) => Err(Error::NoGoal { engine: self.engine.name() }),

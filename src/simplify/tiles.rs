@@ -261,7 +261,8 @@ impl Workspace {
             return ErrorStats { samples: samples - trimmed, trimmed, shape, ..ErrorStats::default() };
         }
         let origin = (window.column as u64, window.row as u64);
-        let bare = if self.trimmed > 0 { Bare::Strip(params.trim) } else { Bare::Nothing };
+        let may_be_bare = params.trim > 0 && !self.tile.validity().is_whole();
+        let bare = if may_be_bare { Bare::Strip(params.trim) } else { Bare::Nothing };
         let mut errors = measure(&self.tile, &self.mesh, bound, origin, last, bare);
         assert_eq!(errors.trimmed, self.trimmed, "bare samples of the tile at {origin:?}");
         // Whoever has no time for polishing has none for looking at it.

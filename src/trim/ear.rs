@@ -24,8 +24,8 @@ impl Ear {
     }
 
     /// Whether a sample other than the ear's corners is occupied, or one that would be lost is outside of the strip, or a
-    /// cell is; else how many samples would be lost. All samples of the ear are on the ground.
-    pub(super) fn samples_lost(&self, strip: &Strip, occupied: &impl Occupied) -> Option<u64> {
+    /// cell is; else how many samples with heights would be lost. All samples of the ear are on the ground.
+    pub(super) fn samples_lost(&self, strip: &Strip<'_>, occupied: &impl Occupied) -> Option<u64> {
         if self.area() == 0 {
             return Some(0);
         }
@@ -39,7 +39,7 @@ impl Ear {
                     return None;
                 }
                 if orient(self.before, self.after, Point::of_sample(column, row)) != 0 {
-                    lost += 1;
+                    lost += u64::from(strip.has_height(column, row));
                     if !strip.has(column, row) {
                         return None;
                     }

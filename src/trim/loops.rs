@@ -93,7 +93,7 @@ impl Loops {
         (is_ear && !is_last).then_some(ear)
     }
 
-    pub(super) fn samples_lost(&self, ear: &Ear, strip: &Strip) -> Option<u64> {
+    pub(super) fn samples_lost(&self, ear: &Ear, strip: &Strip<'_>) -> Option<u64> {
         ear.samples_lost(strip, self)
     }
 

@@ -50,7 +50,8 @@ pub struct Task<'a> {
 }
 
 /// Cuts ears off the loops of `domain`, the smallest first, until none is left that may go. The first `fixed` vertices
-/// stay and keep their numbers; those that go leave no gap. Returns how many samples are not on the ground any more.
+/// stay and keep their numbers; those that go leave no gap. Returns how many samples with heights are not on the ground any
+/// more.
 ///
 /// An ear may be cut off if
 /// - its tip is not among the first `fixed` vertices, at one corner only, and no point;

@@ -1,18 +1,19 @@
-use crate::field::Tile;
+use crate::field::{Tile, Validity};
 
 /// The samples of a tile that are at most so many columns and rows from one without a height, as far as the tile knows: of
 /// the samples beyond its window it knows those next to it. Outside of the raster nothing is missing.
 ///
 /// Memory: one byte per sample, and one more while it is made.
 #[derive(Debug)]
-pub struct Strip {
+pub struct Strip<'a> {
     width: usize,
     flags: Vec<bool>,
+    validity: &'a Validity,
 }
 
-impl Strip {
+impl Strip<'_> {
     /// The strip of this many cells. Four passes over the samples.
-    pub fn new(tile: &Tile, cells: u32) -> Strip {
+    pub fn new(tile: &Tile, cells: u32) -> Strip<'_> {
         let (width, height) = (tile.width(), tile.height());
         // With the samples around the window: first along rows, then along columns.
         let mut along = vec![false; width * (height + 2)];
@@ -28,12 +29,17 @@ impl Strip {
         for row in (0..height + 2).rev() {
             mark_across(&along, row, cells, &mut since, &mut flags);
         }
-        Strip { width, flags }
+        Strip { width, flags, validity: tile.validity() }
     }
 
     /// Whether a sample of the window is in it.
     pub fn has(&self, column: i32, row: i32) -> bool {
         self.flags[row as usize * self.width + column as usize]
+    }
+
+    /// Whether a sample has a height: those of bridged holes have none to lose.
+    pub(super) fn has_height(&self, column: i32, row: i32) -> bool {
+        self.validity.has_height(column, row)
     }
 
     /// Whether a corner of the cell to the lower right of a sample is in it.

@@ -51,7 +51,8 @@ proptest! {
             corners.swap(0, 2);
         }
         let rows = text(14, 11, |column, row| missing.contains(&(column, row)));
-        let strip = Strip::new(&tile(&rows, Window { column: 0, row: 0, width: 14, height: 11 }), cells);
+        let tile = tile(&rows, Window { column: 0, row: 0, width: 14, height: 11 });
+        let strip = Strip::new(&tile, cells);
         let near = |(column, row): (i32, i32)| {
             let away = |&(c, r): &(usize, usize)| (c as i32 - column).abs().max((r as i32 - row).abs());
             missing.iter().any(|place| away(place) <= cells as i32)

@@ -84,6 +84,27 @@ fn what_is_outside_is_as_nodata() {
     }
 }
 
+/// Budgets and a root mean square are for what is inside.
+#[test]
+fn goals_are_for_what_is_inside() {
+    let folder = Folder::new();
+    let (cutline, tin, dem) = (polygons(&folder), folder.at("tin.ply"), dem().write(&folder, "dem.tif"));
+    let inside = (0..120 * 90).filter(|i| is_inside(i % 120, i / 120)).count() as u64;
+    for goal in [["--max-points", "900"], ["--max-triangles", "1500"], ["--max-rms", "0.8"]] {
+        let command = ["simplify", &dem, &tin, "--overwrite", "--json", "--tile", "32", "--cutline", &cutline];
+        let told = terrabite(command.iter().chain(&goal)).succeeds().json();
+        let (samples, most) = (told["samples"].as_u64().unwrap(), told["error"]["max"].as_f64().unwrap() + 1e-9);
+        assert!(samples <= inside && samples + 20 >= inside, "{samples} of {inside}");
+        match goal[0] {
+            "--max-points" => assert_eq!(told["vertices"], 900),
+            "--max-triangles" => assert!((1499..=1500).contains(&told["triangles"].as_u64().unwrap()), "{told}"),
+            _ => assert!(told["error"]["rms"].as_f64().unwrap() <= 0.8, "{told}"),
+        }
+        let verify = ["verify", &dem, &tin, "--max-error", &most.to_string(), "--cutline", &cutline];
+        terrabite(verify).succeeds();
+    }
+}
+
 #[test]
 fn both_engines_and_any_number_of_threads_write_the_same() {
     let folder = Folder::new();
@@ -208,7 +229,6 @@ fn what_cannot_be_used_is_refused_by_name() {
     refuses(&empty, &[], 1, &["empty.geojson", "expected polygons, found none"]);
     refuses(&good, &["--cutline-layer", "sea"], 1, &["expected layer sea, found lake", "--cutline-layer"]);
     refuses(&far, &[], 1, &["dem.tif", "no ground", "--cutline", "far.geojson"]);
-    refuses(&good, &["--max-points", "100"], 2, &["--cutline", "--max-points"]);
     refuses(&good, &["--planar"], 2, &["--cutline", "--planar"]);
     let (tin, work) = (folder.at("tin.ply"), folder.at("work"));
     let kept = ["simplify", &dem, &tin, "--max-error", "3", "--cutline", &far, "--work-dir", &work];

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::util::{Dem, Folder, shared_data, terrabite, terrabite_with_fault};
+use crate::util::{Dem, Folder, hills, shared_data, terrabite, terrabite_with_fault};
 
 const INSERTION: [&str; 2] = ["--engine", "greedy-insertion"];
 
@@ -129,6 +129,36 @@ fn a_quality_is_reached_or_the_exit_code_tells() {
         ["simplify", &dem, &tin, "--overwrite", "--max-error", "0.5", "--max-points", "100"].iter().chain(&INSERTION),
     );
     assert!(told.out.contains("100 of 100 vertices") && told.err.contains("warning"), "{told:#?}");
+}
+
+/// A lake over a corner of tiles, an island in it, and a strip of tiles with nothing at all.
+fn lake(column: usize, row: usize) -> f64 {
+    let from_centre = |radius: f64| (column as f64 - 32.0).hypot(row as f64 - 32.0) < radius;
+    if from_centre(12.0) && !from_centre(4.0) || row > 64 { -9999.0 } else { hills(column, row) }
+}
+
+#[test]
+fn goals_are_reached_where_samples_are_missing() {
+    let folder = Folder::new();
+    let dem = Dem::new(90, 110).heights(lake).nodata(-9999.0).write(&folder, "dem.tif");
+    let tin = folder.at("tin.ply");
+    let gaps = (0..90 * 110).filter(|i| lake(i % 90, i / 90) == -9999.0).count() as u64;
+    let run = |goal: &[&str], code| {
+        let report = simplified(&dem, &tin, &[goal, &["--tile", "32"]].concat(), code);
+        assert_eq!(report["nodata_samples"], gaps);
+        assert_eq!(report["samples"], 90 * 110 - gaps);
+        verified(&dem, &tin, report["error"]["max"].as_f64().unwrap() + 1e-9);
+        report
+    };
+    assert_eq!(run(&["--max-points", "400"], 0)["vertices"], 400);
+    let triangles = run(&["--max-triangles", "701"], 0)["triangles"].as_u64().unwrap();
+    assert!((700..=701).contains(&triangles), "{triangles}");
+    assert!(run(&["--max-rms", "1.2"], 0)["error"]["rms"].as_f64().unwrap() <= 1.2);
+    run(&["--max-error", "2", "--max-points", "6000"], 0);
+    verified(&dem, &tin, 2.0);
+    assert_eq!(run(&["--max-error", "0.1", "--max-points", "400"], 5)["goal"]["reached"], false);
+    let small = ["simplify", &dem, &tin, "--overwrite", "--max-points", "20", "--tile", "32"];
+    terrabite(small).fails(2, &["at least", "found 20", "outlines", "--tile"]);
 }
 
 /// The survey is made again, the finished tiles are not.

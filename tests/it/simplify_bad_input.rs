@@ -76,15 +76,6 @@ fn a_raster_without_ground_is_refused() {
 }
 
 #[test]
-fn what_does_not_go_with_missing_samples_yet() {
-    let folder = Folder::new();
-    let hole = Dem::new(40, 30).nodata(-9999.0).heights(|c, r| if (c, r) == (17, 11) { -9999.0 } else { 5.0 });
-    let (hole, tin) = (hole.write(&folder, "hole.tif"), folder.at("tin.ply"));
-    terrabite(["simplify", &hole, &tin, "--max-points", "50"]).fails(2, &["--max-points", "without"]);
-    assert_eq!(folder.names(), ["hole.tif"]);
-}
-
-#[test]
 fn nodata_values_that_no_sample_can_have() {
     let folder = Folder::new();
     let (dem, tin) = (Dem::new(40, 30).kind(Kind::Byte).write(&folder, "dem.tif"), folder.at("tin.ply"));

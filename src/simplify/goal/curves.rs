@@ -24,7 +24,8 @@ pub(in crate::simplify) struct Cost {
     pub(in crate::simplify) triangles: u64,
 }
 
-/// An insertion as it was told. A vertex of a seam is told by both tiles; it costs where it is owned.
+/// An insertion as it was told, or all that is there from the start. A vertex of a seam is told by both tiles; it costs
+/// where it is owned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::simplify) struct Told {
     pub(in crate::simplify) key: Key,

@@ -1,16 +1,7 @@
 use std::io;
 
-use super::{Budget, Curves, Goal, GoalTooSmall, Outcome, Told};
+use super::{Budget, Cost, Curves, Goal, GoalTooSmall, Outcome, Told};
 use crate::triangulate::insertion::Key;
-
-/// What the mesh has before any insertion, over all tiles.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::simplify) struct Base {
-    pub(in crate::simplify) points: u64,
-    pub(in crate::simplify) triangles: u64,
-    /// Samples, for the mean.
-    pub(in crate::simplify) samples: u64,
-}
 
 /// Vertices, triangles and squared errors, added up.
 #[derive(Debug, Clone, Copy, Default)]
@@ -50,14 +41,14 @@ const ROUNDING: f64 = 1e-9;
 /// tolerance needs.
 ///
 /// Radix selection: four readings of the curves, each settling 16 bits of the rank, and two more where insertions of
-/// equal error have to be told apart. Memory: 2 MiB.
+/// equal error have to be told apart. Memory: 2 MiB. `samples` is how many there are, for the mean.
 pub(in crate::simplify) fn find_cut(
     curves: &Curves,
     goal: &Goal,
-    base: Base,
+    samples: u64,
     error_needs: Option<Key>,
 ) -> io::Result<Result<(Key, Outcome), GoalTooSmall>> {
-    let limits = Limits { goal: *goal, base, error_needs };
+    let limits = Limits { goal: *goal, samples, error_needs };
     let mut before = Sum::default();
     // What is there from the start.
     curves.for_each(|t| {
@@ -66,8 +57,7 @@ pub(in crate::simplify) fn find_cut(
         }
         true
     })?;
-    let first = Base { points: base.points + before.points, triangles: base.triangles + before.triangles, ..base };
-    if let Err(too_small) = goal.check(&first) {
+    if let Err(too_small) = goal.check(Cost { points: before.points, triangles: before.triangles }) {
         return Ok(Err(too_small));
     }
     if limits.reached(before, Key::FIRST) {
@@ -131,12 +121,12 @@ fn last_error(curves: &Curves) -> io::Result<f64> {
         last = last.max(t.key);
         true
     })?;
-    Ok(last.error())
+    Ok(if last == Key::FIRST { f64::INFINITY } else { last.error() })
 }
 
 struct Limits {
     goal: Goal,
-    base: Base,
+    samples: u64,
     error_needs: Option<Key>,
 }
 
@@ -144,17 +134,17 @@ impl Limits {
     /// The budget that so much would exceed.
     fn exceeded(&self, sum: Sum) -> Option<Budget> {
         let beyond = |most: Option<u64>, found: u64| most.is_some_and(|most| found > most);
-        if beyond(self.goal.max_points, self.base.points + sum.points) {
+        if beyond(self.goal.max_points, sum.points) {
             return Some(Budget::MaxPoints);
         }
-        beyond(self.goal.max_triangles, self.base.triangles + sum.triangles).then_some(Budget::MaxTriangles)
+        beyond(self.goal.max_triangles, sum.triangles).then_some(Budget::MaxTriangles)
     }
 
     /// Whether all qualities are reached once everything up to `last` is inserted. The tolerance alone is reached when
     /// there is nothing more to insert.
     fn reached(&self, sum: Sum, last: Key) -> bool {
         let Some(rms) = self.goal.max_rms else { return false };
-        let squares = rms * rms * self.base.samples as f64 * (1.0 - ROUNDING);
+        let squares = rms * rms * self.samples as f64 * (1.0 - ROUNDING);
         sum.squares <= squares && self.error_needs.is_none_or(|needs| needs <= last)
     }
 
@@ -192,9 +182,9 @@ impl Limits {
 
 impl Goal {
     /// Whether the budgets are enough for what is there from the start.
-    pub(in crate::simplify) fn check(&self, base: &Base) -> Result<(), GoalTooSmall> {
+    pub(in crate::simplify) fn check(&self, first: Cost) -> Result<(), GoalTooSmall> {
         for (what, most, smallest) in
-            [("vertices", self.max_points, base.points), ("triangles", self.max_triangles, base.triangles)]
+            [("vertices", self.max_points, first.points), ("triangles", self.max_triangles, first.triangles)]
         {
             if let Some(found) = most.filter(|&most| most < smallest) {
                 return Err(GoalTooSmall { what, smallest, found });

@@ -3,7 +3,7 @@ use std::sync::{Mutex, PoisonError};
 use super::{Goal, Told};
 use crate::triangulate::insertion::Key;
 
-/// How far tiles need to go when they tell of their insertions. It rises as they tell: once the tiles so far would spend
+/// How far tiles need to go when they tell of their insertions. It rises as they tell: once the tiles so far would exceed
 /// a budget by themselves, the cut for all lies no later, and the others need not go beyond. Work is saved, never a
 /// result changed.
 #[derive(Debug)]
@@ -49,7 +49,7 @@ impl Floor {
         let mut sum = 0;
         for bin in 0..state.spent.len() {
             sum += state.spent[bin];
-            if sum >= most {
+            if sum > most {
                 state.cut = state.cut.min(Key::last_of_rank((bin as u64) << SHIFT | ((1 << SHIFT) - 1)));
                 return;
             }

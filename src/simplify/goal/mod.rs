@@ -3,7 +3,7 @@
 //! A budget of vertices or triangles, or a root mean square, is one for all tiles, and none of them can tell by itself
 //! when it is met. So tiles are gone over twice. First every tile tells how its insertion would go ([`Curves`]); then
 //! the place where all of them together have to stop is found ([`find_cut`]); then every tile goes as far as that. An
-//! insertion's place among all is its [`crate::triangulate::insertion::Key`]. Sides are nested
+//! insertion's place among all is its [`crate::triangulate::insertion::Key`]. Rims are nested
 //! ([`crate::seam::levels`]), so a tile can begin before anybody knows a tolerance.
 
 mod curves;
@@ -13,7 +13,7 @@ mod floor;
 mod tests;
 
 pub(super) use curves::{Cost, Curves, Told};
-pub(super) use cut::{Base, find_cut};
+pub(super) use cut::find_cut;
 pub(super) use floor::Floor;
 
 /// What ends the refinement beside the tolerance. Qualities (`max_rms`, and the tolerance) are to be reached, all that
@@ -24,7 +24,7 @@ pub struct Goal {
     pub max_points: Option<u64>,
     /// The most triangles.
     pub max_triangles: Option<u64>,
-    /// The root of the mean square error over all samples that is to be reached.
+    /// The root of the mean square error over all samples on the ground that is to be reached.
     pub max_rms: Option<f64>,
 }
 
@@ -59,9 +59,11 @@ pub enum Budget {
     MaxTriangles,
 }
 
-/// A budget is too small for even the corners of the tiles.
+/// A budget is too small for what is there from the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("expected a budget of at least {smallest} {what}, found {found}: every tile has its corners")]
+#[error(
+    "expected a budget of at least {smallest} {what}, found {found}: corners of tiles, outlines of gaps and points are there from the start"
+)]
 pub struct GoalTooSmall {
     /// Vertices or triangles.
     pub what: &'static str,

@@ -1,10 +1,12 @@
+use std::sync::Arc;
+
 use proptest::prelude::*;
 
-use super::super::tests::{geotiff, terrain};
+use super::super::tests::{geotiff, terrain, told};
 use super::super::{Budget, EngineChoice, Error, Goal, Mesh, Params, Quality, Summary, triangulate};
 use crate::control::Control;
 use crate::field::{Field, FieldOptions};
-use crate::raster::Raster;
+use crate::raster::{PointSet, Raster};
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
 use crate::triangulate::cuts::Cuts;
@@ -124,6 +126,27 @@ fn the_same_goal_gives_the_same_mesh_on_any_number_of_threads() {
             last = threshold;
         }
     }
+}
+
+/// On a side of a tile as well as inside.
+#[test]
+fn points_are_vertices_under_any_goal() {
+    let heights = terrain(3, 50, 40);
+    let points = [(16, 5), (9, 16), (33, 32), (20, 20)];
+    let loose = Goal { max_rms: Some(1e6), ..Goal::default() };
+    let params = Params { points: Some(Arc::new(PointSet::new(points))), ..params(loose, f64::INFINITY, 16) };
+    let (mesh, summary) = made(50, 40, &heights, &params);
+    let corners = (mesh.grid().columns() as u64 + 1) * (mesh.grid().rows() as u64 + 1);
+    assert_eq!(summary.vertices, corners + 4);
+    let vertices = told(&mesh).vertices;
+    for (column, row) in points {
+        let place = [column as f64 + 0.5, -(row as f64) - 0.5, heights[row * 50 + column]];
+        assert!(vertices.contains(&place), "{place:?}");
+    }
+    let field = Field::from_heights(50, 40, crate::field::Heights::F64(heights)).expect("a field");
+    let goal = Goal { max_points: Some(corners + 3), ..Goal::default() };
+    let refused = triangulate(&field, &Params { goal, ..params }, &Control::default());
+    assert!(matches!(refused, Err(Error::Goal(small)) if small.smallest == corners + 4), "{refused:?}");
 }
 
 #[test]

@@ -35,6 +35,7 @@ use crate::mesh::{Domain, TileMesh};
 pub use self::options::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 pub use self::progressive::{Event, Key, Order};
 pub use self::refine::Step;
+pub use self::squares::Share;
 
 #[cfg(test)]
 mod tests;
@@ -152,8 +153,7 @@ impl GreedyInsertion {
         refinement.scan_all()?;
         if steps {
             refinement.steps = Some(Vec::new());
-            refinement.sum =
-                (0..refinement.surface.topology.len()).map(|t| refinement.squares_of(t, (true, true))).sum();
+            refinement.sum = (0..refinement.surface.topology.len()).map(|t| refinement.squares_of(t, Share::ALL)).sum();
         }
         refinement.run()?;
         let steps = refinement.steps.take();
@@ -162,8 +162,8 @@ impl GreedyInsertion {
     }
 
     /// Triangulates as far as a cut in the order of all insertions of a raster, see [`Order`]: the vertices of the rim
-    /// whose keys lie before it are inserted each in its turn, and `told` hears of every insertion. `domain` is a
-    /// rectangle whose four corners come first. The tolerance is one that all may come down to, not one that all do.
+    /// whose keys lie before it are inserted each in its turn, and `told` hears of every insertion. The tolerance is one that
+    /// all may come down to, not one that all do.
     ///
     /// # Errors
     /// [`Cancelled`], with a mesh of no use.
@@ -176,11 +176,11 @@ impl GreedyInsertion {
         told: impl FnMut(Event),
     ) -> Result<(), Cancelled> {
         task.cancel.check()?;
-        let beginning = progressive::beginning(task.domain, order.keys);
+        let beginning = progressive::beginning(task.domain, order.rim);
         let mut refinement = scratch.begin(self.options, task, &beginning, mesh);
         refinement.rim_comes = true;
         refinement.scan_all()?;
-        refinement.run_in_order(order, told)?;
+        refinement.run_in_order(task.domain, order, told)?;
         refinement.finish(mesh);
         Ok(())
     }

@@ -3,7 +3,7 @@ use super::data_dependent::{self, Fits};
 use super::importance::{self, Importance};
 use super::options::{InsertionOptions, Selection, Swap};
 use super::scan::{Candidate, Scanner};
-use super::squares::Squares;
+use super::squares::{Share, Squares};
 use super::surface::{Site, Surface};
 use super::topology::{NONE, next};
 use crate::control::{CancelToken, Cancelled};
@@ -177,7 +177,7 @@ impl Refinement<'_> {
         if self.steps.is_none() {
             return;
         }
-        self.sum += self.squares_changed(t, (true, true));
+        self.sum += self.squares_changed(t, Share::ALL);
         let largest = self.candidates.best().map_or(0.0, |(_, c)| c.score);
         let step = Step { vertices: self.surface.vertices.len(), largest, squares: self.sum };
         self.steps.iter_mut().for_each(|steps| steps.push(step));
@@ -216,7 +216,7 @@ impl Refinement<'_> {
         if self.rim_comes || self.scanner.tile.channel_error.is_some() { self.locked(t) } else { [false; 3] }
     }
 
-    fn locked(&self, t: u32) -> [bool; 3] {
+    pub(super) fn locked(&self, t: u32) -> [bool; 3] {
         [0, 1, 2].map(|i| self.surface.topology.twin(3 * t + i) == NONE)
     }
 

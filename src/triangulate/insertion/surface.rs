@@ -1,5 +1,5 @@
 use super::topology::{NONE, Topology, next, prev};
-use crate::lattice::{Point, in_circle, orient};
+use crate::lattice::{Point, dot, in_circle, orient};
 use crate::mesh::Vertex;
 
 /// A triangulation with places and heights: what greedy insertion refines.
@@ -89,6 +89,12 @@ impl Surface {
 
     fn is_right_of(&self, e: u32, p: Point) -> bool {
         orient(self.at(self.topology.origin(e)), self.at(self.topology.origin(next(e))), p) < 0
+    }
+
+    /// Whether a half-edge passes a place between its ends.
+    pub(super) fn passes(&self, e: u32, p: Point) -> bool {
+        let (a, b) = (self.at(self.topology.origin(e)), self.at(self.topology.origin(next(e))));
+        orient(a, b, p) == 0 && dot(p, a, b) < 0
     }
 
     /// Puts vertex number `v` where it is, by spokes to the corners around (section 4.2.1), and marks the edges

@@ -13,6 +13,8 @@ pub(super) const NONE: u32 = u32::MAX;
 pub(super) struct Topology {
     origins: Vec<u32>,
     twins: Vec<u32>,
+    /// By vertex, a locked half-edge that leaves it; empty where nobody asks.
+    leaving: Vec<u32>,
 }
 
 /// The next half-edge of the same triangle.
@@ -31,6 +33,21 @@ impl Topology {
     pub(super) fn clear(&mut self) {
         self.origins.clear();
         self.twins.clear();
+        self.leaving.clear();
+    }
+
+    /// Keeps in mind from now on where the locked half-edges of the first `vertices` are.
+    pub(super) fn track_locked(&mut self, vertices: usize) {
+        self.leaving.clear();
+        self.leaving.resize(vertices, NONE);
+        for e in (0..3 * self.len()).filter(|&e| self.twins[e as usize] == NONE) {
+            self.leaving[self.origins[e as usize] as usize] = e;
+        }
+    }
+
+    /// The locked half-edge that leaves a vertex; of several any.
+    pub(super) fn locked_from(&self, v: u32) -> Option<u32> {
+        self.leaving.get(v as usize).copied().filter(|&e| e != NONE)
     }
 
     /// Makes room for so many triangles.
@@ -69,14 +86,14 @@ impl Topology {
         self.len() - 1
     }
 
-    /// Makes two half-edges twins; either may be [`NONE`].
+    /// Makes two half-edges twins; the second may be [`NONE`].
     #[inline(always)]
     pub(super) fn pair(&mut self, e: u32, f: u32) {
-        if e != NONE {
-            self.twins[e as usize] = f;
-        }
+        self.twins[e as usize] = f;
         if f != NONE {
             self.twins[f as usize] = e;
+        } else if let Some(leaving) = self.leaving.get_mut(self.origins[e as usize] as usize) {
+            *leaving = e;
         }
     }
 
