@@ -302,6 +302,40 @@ fn a_mesh_without_a_face_or_too_far_is_none() {
     assert!(weighted(&[1.0, 1.0, 1.001, 1.0]).is_err() && weighted(&[1.0, 1.0, 0.5, 9.0]) == Ok(()));
 }
 
+/// GDAL tells no places of its blocks, and when it is asked again, that they begin at 0, in the header.
+#[test]
+fn blocks_in_the_header_are_not_used_in_place() {
+    // Like the kind of StripOffsets (273), those of the last two are none.
+    let mut bytes = b"II*\0\x08\0\0\0\x0b\0".to_vec();
+    for (tag, kind, count, value) in [
+        (256u16, 3u16, 1u32, 7u32),
+        (257, 3, 1, 5),
+        (258, 3, 1, 32),
+        (259, 3, 1, 1),
+        (262, 3, 1, 1),
+        (273, 99, 3, 152),
+        (277, 3, 1, 1),
+        (278, 3, 1, 2),
+        (279, 1, 126, 0),
+        (0, 22873, 1, 1),
+        (22873, 22873, 1, 1),
+    ] {
+        for part in [&tag.to_le_bytes()[..], &kind.to_le_bytes(), &count.to_le_bytes(), &value.to_le_bytes()] {
+            bytes.extend_from_slice(part);
+        }
+    }
+    bytes.resize(173, 0);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("dem.tif");
+    std::fs::write(&path, &bytes).expect("written");
+    crate::raster::quiet_gdal();
+    let raster = crate::raster::Raster::open(&path, 1).expect("opens");
+    for _ in 0..3 {
+        crate::raster::plain_layout(&raster).expect_err("not in place");
+    }
+    super::tiff(&bytes);
+}
+
 /// The first and the last row are the same in either order; the heights between were taken as they stood in the file.
 #[test]
 fn bits_in_reverse_order_are_not_used_in_place() {

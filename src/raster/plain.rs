@@ -23,6 +23,9 @@ pub struct PlainLayout {
     pub offsets: Vec<u64>,
 }
 
+/// No block of a TIFF begins before.
+const HEADER_BYTES: u64 = 8;
+
 /// Finds the blocks of a raster, or says why it cannot be used in place and has to be decoded.
 ///
 /// # Errors
@@ -67,6 +70,10 @@ pub fn plain_layout(raster: &Raster) -> Result<PlainLayout, String> {
             let (Some(offset), Some(size)) = (item("OFFSET"), item("SIZE")) else {
                 return Err(format!("its block {x}, {y} is sparse (not in the file)"));
             };
+            // Of a damaged file GDAL tells 0 when it is asked once more, where it told nothing before.
+            if offset < HEADER_BYTES {
+                return Err(format!("its block {x}, {y} lies in the header"));
+            }
             let tiled = block_width != width;
             let rows = if tiled { block_height } else { block_height.min(height - y * block_height) };
             let expected = (block_width * rows * raster.sample_type().bytes()) as u64;

@@ -39,7 +39,7 @@ impl Ear {
                     return None;
                 }
                 if orient(self.before, self.after, Point::of_sample(column, row)) != 0 {
-                    lost += u64::from(strip.has_height(column, row));
+                    lost += u64::from(!strip.is_bridged(column, row));
                     if !strip.has(column, row) {
                         return None;
                     }

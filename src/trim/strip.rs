@@ -37,9 +37,9 @@ impl Strip<'_> {
         self.flags[row as usize * self.width + column as usize]
     }
 
-    /// Whether a sample has a height: those of bridged holes have none to lose.
-    pub(super) fn has_height(&self, column: i32, row: i32) -> bool {
-        self.validity.has_height(column, row)
+    /// Whether a sample is one of a bridged hole: it has no height to lose.
+    pub(super) fn is_bridged(&self, column: i32, row: i32) -> bool {
+        self.validity.is_bridged(column, row)
     }
 
     /// Whether a corner of the cell to the lower right of a sample is in it.
