@@ -15,15 +15,17 @@ pass() { passed=$((passed + 1)); printf 'ok    %s\n' "$*"; }
 fail() { failed=$((failed + 1)); printf 'FAIL  %s\n' "$*"; }
 field() { python3 -c 'import json,sys; print(json.load(open(sys.argv[1]))[sys.argv[2]])' "$1" "$2"; }
 
-# certify NAME RASTER TOLERANCE [OPTION...]: simplifies and verifies.
+# certify NAME RASTER TOLERANCE [OPTION...]: simplifies and verifies. Both get the options of `both`.
+both=()
 certify() {
     local name=$1 raster=$2 tolerance=$3
     shift 3
-    local title="$name at $tolerance $*"
-    if ! "$terrabite" simplify "$raster" "$work/tin.ply" --max-error "$tolerance" --overwrite --json "$@" \
+    local title="$name at $tolerance ${both[*]} $*"
+    if ! "$terrabite" simplify "$raster" "$work/tin.ply" --max-error "$tolerance" --overwrite --json "${both[@]}" "$@" \
         >"$work/report.json"; then
         fail "$title: simplify"
-    elif ! "$terrabite" verify "$raster" "$work/tin.ply" --max-error "$tolerance" >"$work/verdict.txt"; then
+    elif ! "$terrabite" verify "$raster" "$work/tin.ply" --max-error "$tolerance" "${both[@]}" \
+        >"$work/verdict.txt"; then
         fail "$title: $(cat "$work/verdict.txt")"
     else
         pass "$title: $(field "$work/report.json" triangles) triangles"
@@ -82,6 +84,21 @@ if [ -d "$data" ]; then
     by_both mars_mola_4ppd balanced 50 200
     by_both moon_tycho_4096 balanced 20 100
     by_both moon_highlands_8192 fast 20 100
+
+    # Small holes bridged, coasts trimmed, and both.
+    for options in "--fill-holes 1000" "--trim 2" "--fill-holes 100 --trim 4"; do
+        read -ra both <<<"$options"
+        by_both sainte_helens balanced 5
+        by_both srtm3_N46E008 balanced 20
+        by_both srtm_pearl_river_nodata balanced 20
+        by_both pataha_10m balanced 10
+        by_both bathymetry_30m balanced 1
+        by_both ahn_dsm_050cm balanced 2
+        by_both aster_exploradores balanced 20
+        both=(--nodata 0 "${both[@]}")
+        by_both srtm3_N57E011 balanced 10
+    done
+    both=()
 
     everyhow crater_lake_garland 1 5 20
     everyhow srtm3_S33W071 10
