@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::util::{Dem, Folder, Kind, hills, terrabite, terrabite_with_fault};
+use crate::util::{Dem, Folder, Kind, hills, terrabite, terrabite_with_fault, without_comments};
 
 /// A polygon and its hole, in columns and rows of samples: no side is level or upright.
 const OUTER: [(f64, f64); 4] = [(12.3, 5.1), (101.7, 20.4), (90.2, 80.9), (5.6, 70.3)];
@@ -53,12 +53,6 @@ fn polygons(folder: &Folder) -> String {
 fn report(dem: &str, tin: &str, options: &[&str]) -> Value {
     let command = ["simplify", dem, tin, "--max-error", "3", "--overwrite", "--json"];
     terrabite(command.iter().chain(options)).succeeds().json()
-}
-
-/// Every line of the file but its comments.
-fn without_comments(tin: &str) -> Vec<u8> {
-    let bytes = fs::read(tin).unwrap();
-    bytes.split_inclusive(|b| *b == b'\n').filter(|line| !line.starts_with(b"comment ")).flatten().copied().collect()
 }
 
 /// As if the raster had no heights there, whatever the tiles and however samples are read.

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::util::{Dem, Folder, Kind, hills, terrabite, terrabite_with_fault};
+use crate::util::{Dem, Folder, Kind, hills, terrabite, terrabite_with_fault, without_comments};
 
 const MISSING: f64 = -32768.0;
 
@@ -25,12 +25,6 @@ fn dem() -> Dem {
 fn report(dem: &str, tin: &str, options: &[&str]) -> Value {
     let command = ["simplify", dem, tin, "--max-error", "3", "--tile", "32", "--overwrite", "--json"];
     terrabite(command.iter().chain(options)).succeeds().json()
-}
-
-/// Every line of the file but its comments.
-fn without_comments(tin: &str) -> Vec<u8> {
-    let bytes = fs::read(tin).unwrap();
-    bytes.split_inclusive(|b| *b == b'\n').filter(|line| !line.starts_with(b"comment ")).flatten().copied().collect()
 }
 
 #[test]

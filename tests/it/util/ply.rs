@@ -25,3 +25,9 @@ pub(crate) fn flat(width: usize, height: usize, z: f64) -> Vec<u8> {
     let corners = [[left, top, z], [left, bottom, z], [right, bottom, z], [right, top, z]];
     ply(&corners, &[[0, 1, 2], [0, 2, 3]])
 }
+
+/// Every line of the file but its comments.
+pub(crate) fn without_comments(tin: &str) -> Vec<u8> {
+    let bytes = std::fs::read(tin).unwrap();
+    bytes.split_inclusive(|b| *b == b'\n').filter(|line| !line.starts_with(b"comment ")).flatten().copied().collect()
+}
