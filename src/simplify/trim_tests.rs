@@ -228,6 +228,18 @@ fn a_staircase_becomes_a_line() {
     assert_eq!(found, [(8, 0), (5, 4), (5, 4)]);
 }
 
+/// The corner of a square is cut off, 15 samples beyond the diagonal; one is bridged, and had no height to lose.
+#[test]
+fn bridged_samples_are_no_loss() {
+    let mut rows = ["xxxxxx...."; 10];
+    rows[4] = "xxxx.x....";
+    rows[6..].fill("..........");
+    let params = Params { trim: 3, tile: 0, quality: Quality::None, ..Params::new(0.0) };
+    assert_eq!(check(&flat(&rows).bridging(1), &params), (1, 14));
+    rows[4] = rows[3];
+    assert_eq!(check(&flat(&rows), &params), (1, 15));
+}
+
 /// Loops that touch, necks of one sample, islands, and a line of half cells.
 #[test]
 fn grounds_that_hang_together_by_a_sample() {
