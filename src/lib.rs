@@ -110,4 +110,5 @@ pub mod tiling;
 pub mod triangulate;
 pub mod trim;
 pub mod verify;
+pub mod warning;
 pub mod work_dir;

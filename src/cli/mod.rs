@@ -24,6 +24,7 @@ mod simplify_report;
 mod synth;
 mod values;
 mod verify;
+mod warnings;
 
 use std::process::ExitCode;
 

@@ -1,0 +1,108 @@
+//! Warnings: what a user should know of an input although the run goes on.
+//!
+//! Whoever finds something makes a [`Warning`], a sentence without options; [`Warnings`] keeps one for each kind and file. The
+//! command adds what mends it, and prints them or puts them into its JSON.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+/// The kinds of warnings. Their names in JSON are stable; docs/rasters.md lists them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum WarningCode {
+    /// GDAL's own words.
+    Gdal,
+}
+
+/// Something about a file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Warning {
+    /// What kind it is.
+    pub code: WarningCode,
+    /// The file it is about, as the user named it.
+    #[serde(serialize_with = "displayed")]
+    pub file: PathBuf,
+    /// How many samples, lines or messages it is about, at least 1.
+    pub count: u64,
+    /// A sentence, without a full stop.
+    pub message: String,
+}
+
+fn displayed<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&path.display())
+}
+
+/// Warnings in the order in which they were found first.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[serde(transparent)]
+pub struct Warnings(Vec<Warning>);
+
+impl Warnings {
+    /// GDAL's kinds of messages that are kept; what comes after them is only counted.
+    pub const GDAL_KINDS: usize = 20;
+
+    /// Adds one. Of GDAL's messages each is a kind of its own; of other codes there is one for each file. Where it is known
+    /// already its count grows.
+    pub fn add(&mut self, warning: Warning) {
+        let is_gdal = warning.code == WarningCode::Gdal;
+        let same = |w: &&mut Warning| {
+            w.code == warning.code && w.file == warning.file && (!is_gdal || w.message == warning.message)
+        };
+        if let Some(known) = self.0.iter_mut().find(same) {
+            known.count = known.count.saturating_add(warning.count);
+            return;
+        }
+        if is_gdal {
+            let kinds = self.0.iter().filter(|w| w.code == WarningCode::Gdal).count();
+            if kinds >= Self::GDAL_KINDS {
+                return;
+            }
+        }
+        self.0.push(warning);
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> std::slice::Iter<'_, Warning> {
+        self.0.iter()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+impl Extend<Warning> for Warnings {
+    fn extend<I: IntoIterator<Item = Warning>>(&mut self, warnings: I) {
+        warnings.into_iter().for_each(|warning| self.add(warning));
+    }
+}
+
+impl IntoIterator for Warnings {
+    type Item = Warning;
+    type IntoIter = std::vec::IntoIter<Warning>;
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.into_iter()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gdal(message: &str) -> Warning {
+        Warning { code: WarningCode::Gdal, file: "dem.tif".into(), count: 1, message: message.to_string() }
+    }
+
+    #[test]
+    fn the_same_message_is_counted_and_at_most_twenty_kinds_of_gdals_are_kept() {
+        let mut warnings = Warnings::default();
+        warnings.extend((0..30).flat_map(|i| [gdal(&format!("kind {i}")), gdal("kind 0")]));
+        assert_eq!(warnings.iter().count(), Warnings::GDAL_KINDS);
+        assert_eq!(warnings.iter().next().map(|w| w.count), Some(31));
+        let json = serde_json::to_value(&warnings).expect("JSON");
+        assert_eq!(json[1], serde_json::json!({"code": "gdal", "file": "dem.tif", "count": 1, "message": "kind 1"}));
+    }
+}
