@@ -69,7 +69,9 @@ impl From<RasterError> for Failure {
             RasterError::NoSuchBand { .. } => failure.hint("choose one with --band"),
             RasterError::SampleType { .. } => failure.hint("choose another band with --band"),
             RasterError::Window { .. } => failure.hint("choose another --window"),
-            RasterError::Picture { band, other, encoded, .. } => failure.hint(&of_picture(band, other, encoded)),
+            RasterError::Picture { band, ref found, other, encoded, .. } => {
+                failure.hint(&of_picture(band, found, other, encoded))
+            }
             RasterError::NotEncoded { .. } => {
                 failure.hint("remove --encoding, or expand a table of colours with gdal_translate -expand rgb")
             }
@@ -90,10 +92,12 @@ impl From<RasterError> for Failure {
 }
 
 /// Where the heights of a picture may be.
-fn of_picture(band: usize, other: Option<usize>, encoded: bool) -> String {
+fn of_picture(band: usize, found: &str, other: Option<usize>, encoded: bool) -> String {
     let other = other.map(|n| format!("choose --band {n}, the first that is no colour"));
     let encoded = encoded.then(|| "choose --encoding where colours stand for heights".to_string());
-    let ways = other.into_iter().chain(encoded).chain([format!("use --band {band} if it holds heights after all")]);
+    let table = found.contains("table").then(|| "gdal_translate -expand rgb makes colours of them".to_string());
+    let after_all = format!("use --band {band} if they are heights after all");
+    let ways = other.into_iter().chain(encoded).chain(table).chain([after_all]);
     ways.collect::<Vec<_>>().join("; ")
 }
 

@@ -285,7 +285,7 @@ fn samples_that_are_no_heights_are_refused() {
     }
     let colours = r#"<ColorInterp>Palette</ColorInterp><ColorTable><Entry c1="200" c2="0" c3="0"/></ColorTable>"#;
     let dem = vrt("Byte", colours);
-    let words = ["dem.vrt", "numbers of colours in a table", "say --band 1", "gdal_translate -expand rgb"];
+    let words = ["dem.vrt", "numbers of colours in a table", "use --band 1", "gdal_translate -expand rgb"];
     terrabite(["simplify", &dem, &tin, "--max-error", "1"]).fails(1, &words);
     terrabite(["simplify", &dem, &tin, "--max-error", "1", "--planar"]).fails(1, &words);
     terrabite(["simplify", &dem, &tin, "--max-error", "1", "--band", "1"]).succeeds();

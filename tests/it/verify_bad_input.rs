@@ -118,7 +118,7 @@ fn the_mark_of_nodata_can_be_given() {
     let whole = folder.with("whole.ply", flat(4, 3, 3.0));
     let failed = verify(&whole, "-7");
     assert_eq!((failed.code, failed.json()["touched_nodata"]["count"].as_u64()), (Some(1), Some(1)));
-    verify(&tin, "none").fails(2, &["--nodata", "expected a nodata value"]);
+    verify(&tin, "nothing").fails(2, &["--nodata", "expected a nodata value"]);
     let png = folder.at("out.png");
     terrabite(["preview", &dem, &tin, &png, "--mode", "error", "--nodata", "-7"]).succeeds();
 }
