@@ -48,6 +48,9 @@ impl ChannelArgs {
             ViewError::Raster(error) => in_channels(error),
             other => other.into(),
         })?;
+        if listed.is_none() {
+            raster.expect_no_table()?;
+        }
         let bands = listed.unwrap_or_else(|| (1..=raster.band_count()).collect());
         checked(raster, ChannelOptions { bands, emphasis: 1.0, planar: true })
     }

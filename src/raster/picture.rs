@@ -13,23 +13,33 @@ impl Raster {
         if self.encoding().is_some() {
             return Ok(());
         }
-        let found = match self.colour_of(self.band()) {
-            Some(colour) => colour.to_string(),
-            None if self.has_colour_table() => "the numbers of colours in a table".to_string(),
-            None => return Ok(()),
-        };
+        match self.colour_of(self.band()) {
+            Some(colour) => Err(self.picture(colour)),
+            None => self.expect_no_table(),
+        }
+    }
+
+    /// Makes sure that the band's samples are no indices of a table of colours: those are no numbers of a channel either.
+    ///
+    /// # Errors
+    /// [`RasterError::Picture`].
+    pub fn expect_no_table(&self) -> Result<(), RasterError> {
+        if self.has_colour_table() { Err(self.picture("the numbers of colours in a table")) } else { Ok(()) }
+    }
+
+    fn picture(&self, found: &str) -> RasterError {
         let plain = |n: &usize| *n != self.band() && self.colour_of(*n).is_none();
         let bytes = |n: usize| {
             let band = self.dataset.rasterband(n).ok();
             band.and_then(|b| super::open::sample_type(&b)) == Some(SampleType::U8)
         };
-        Err(RasterError::Picture {
+        RasterError::Picture {
             path: self.path().to_path_buf(),
             band: self.band(),
-            found,
+            found: found.to_string(),
             other: (1..=self.band_count()).find(plain),
             encoded: self.band_count() >= 3 && (1..=3).all(bytes),
-        })
+        }
     }
 
     /// The colour that a band is said to hold; `None` where it is none.

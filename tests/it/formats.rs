@@ -289,5 +289,5 @@ fn samples_that_are_no_heights_are_refused() {
     terrabite(["simplify", &dem, &tin, "--max-error", "1"]).fails(1, &words);
     terrabite(["simplify", &dem, &tin, "--max-error", "1", "--planar"]).fails(1, &words);
     terrabite(["simplify", &dem, &tin, "--max-error", "1", "--band", "1"]).succeeds();
-    terrabite(["verify", &dem, &tin, "--max-error", "1"]).succeeds();
+    terrabite(["verify", &dem, &tin, "--max-error", "1", "--band", "1"]).succeeds();
 }

@@ -94,7 +94,7 @@ fn marks_decide_what_a_work_dir_is_for() {
             None => terrabite(&command),
         }
     };
-    run(&["--valid-range", "0,9000"], Some("tile:3"));
+    run(&["--valid-range", "0,9000"], Some("kill:vertices:1"));
     for other in [
         &[][..],
         &["--valid-range", "0,8000"],
@@ -146,8 +146,8 @@ fn a_tag_of_fewer_digits_in_doubles_is_named_beside_what_is_stored() {
         Dem::new(60, 50).kind(Kind::Float64).heights(|c, r| if in_void(c, r) { f64::MAX } else { hills(c, r) });
     let largest = largest.write(&folder, "largest.tif");
     let run = terrabite(["simplify", &largest, &tin, "--max-error", "2"]);
-    run.fails(1, &["1.7976931348623157e308"]);
     assert!(!run.err.contains("00000"), "{}", run.err);
+    run.fails(1, &["1.7976931348623157e308"]);
     simplified(&largest, &tin, &["--nodata", "1.7976931348623157e308"]);
 }
 
@@ -315,11 +315,17 @@ fn the_band_that_is_no_colour_is_named() {
     terrabite(["simplify", &dem, &tin, "--max-error", "2"]).fails(1, &["found red", "--band 4"]);
     let report = simplified(&dem, &tin, &["--band", "4"]);
     assert_eq!((&report["band"], &report["bands"]), (&4.into(), &4.into()));
-    let many = Dem::new(60, 50).bands(6).write(&folder, "many.tif");
-    let options = gdal::DatasetOptions { open_flags: gdal::GdalOpenFlags::GDAL_OF_UPDATE, ..Default::default() };
-    let dataset = Dataset::open_ex(&many, options).unwrap();
-    dataset.rasterband(1).unwrap().set_description("min").unwrap();
-    dataset.close().unwrap();
+    Dem::new(60, 50).bands(6).write(&folder, "many.tif");
+    let band = |number: usize| {
+        let description = if number == 1 { "<Description>min</Description>" } else { "" };
+        format!(
+            r#"<VRTRasterBand dataType="Int16" band="{number}">{description}<SimpleSource><SourceFilename
+            relativeToVRT="1">many.tif</SourceFilename><SourceBand>{number}</SourceBand></SimpleSource></VRTRasterBand>"#
+        )
+    };
+    let bands: String = (1..=6).map(band).collect();
+    let many =
+        folder.with("many.vrt", format!(r#"<VRTDataset rasterXSize="60" rasterYSize="50">{bands}</VRTDataset>"#));
     for run in [terrabite(["simplify", &many, &tin, "--max-error", "2", "--overwrite"]), terrabite(["info", &many])] {
         let out = run.succeeds().out;
         assert!(out.contains("band 1 of 6 (min)"), "{out}");
