@@ -27,6 +27,9 @@ const BUDGET_TOO_SMALL: u8 = 3;
 /// Exit code: a disk is too small.
 const DISK_TOO_SMALL: u8 = 4;
 
+/// What mends a raster whose rows or columns are not evenly spaced.
+const ONTO_AN_EVEN_GRID: &str = "cdo remapbil,GRID brings it onto an even grid; docs/rasters.md describes GRID";
+
 impl Failure {
     /// Exit code 1: the job could not be done.
     pub(crate) fn new(message: impl ToString) -> Failure {
@@ -70,6 +73,14 @@ impl From<RasterError> for Failure {
             RasterError::NotAffine { .. } => {
                 failure.hint("gdalwarp -t_srs CRS brings it onto a map; gdal_translate -a_ullr gives it a geotransform")
             }
+            RasterError::AxisElsewhere { .. } => failure.hint(ONTO_AN_EVEN_GRID),
+            RasterError::UnusedAxes { swapped: Some((rows, columns)), .. } => {
+                failure.hint(&format!("ncpdq -a {rows},{columns} brings rows and columns in order"))
+            }
+            RasterError::UnusedAxes { corners: Some([left, top, right, bottom]), .. } => failure.hint(&format!(
+                "gdal_translate -a_ullr {left} {top} {right} {bottom} makes a raster of it that is in its place"
+            )),
+            RasterError::UnusedAxes { .. } => failure.hint(ONTO_AN_EVEN_GRID),
             RasterError::BoxCrs { .. } => failure.hint("choose another CRS with --bbox-crs"),
             RasterError::EmptyBox { .. } => failure.hint("choose another --bbox, or name its CRS with --bbox-crs"),
             RasterError::GeoTransform { .. } => failure.hint("gdal_edit.py -a_gt or gdalwarp can set another one"),

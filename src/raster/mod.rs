@@ -5,9 +5,12 @@
 //! nearest to the points of a vector layer ([`read_points`]), and those inside its polygons ([`read_cutline`]). Nothing here
 //! knows of tiles or meshes.
 
+mod axes;
+mod axis;
 mod bounding_box;
 mod channels;
 mod crs;
+mod cube;
 mod cutline;
 mod error;
 mod files;

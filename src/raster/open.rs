@@ -5,6 +5,7 @@ use gdal::raster::{ColorInterpretation, RasterBand};
 use gdal::spatial_ref::SpatialRef;
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
+use super::axes;
 use super::error::reason;
 use super::sample_type::with_sample_type;
 use super::{Cutline, GdalName, GeoTransform, Nodata, RasterError, SampleType, Scaling, Window};
@@ -108,6 +109,7 @@ impl Raster {
         if width < 2 || height < 2 {
             return Err(RasterError::TooSmall { path: path.to_path_buf(), width, height });
         }
+        axes::check(path, name.path(), &dataset)?;
         let geo_transform = match dataset.geo_transform() {
             Err(_) => match other_georeferencing(&dataset) {
                 Some(found) => return Err(RasterError::NotAffine { path: path.to_path_buf(), found }),
