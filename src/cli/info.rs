@@ -6,7 +6,8 @@ use serde_json::Value;
 
 use super::clip::ClipArgs;
 use super::simplify_map::{heights as unit_of_heights, place};
-use super::{Failure, GDAL_CACHE, print};
+use super::warnings::Shown;
+use super::{Failure, GDAL_CACHE, print, warnings};
 use crate::info::Info;
 use crate::raster::{Raster, Reference, bound_gdal_cache};
 use crate::simplify::Plan;
@@ -27,14 +28,24 @@ pub(crate) struct InfoArgs {
     json: bool,
 }
 
+/// The description as it is printed by `--json`.
+#[derive(serde::Serialize)]
+struct Report<'a> {
+    #[serde(flatten)]
+    info: &'a Info,
+    warnings: Shown,
+}
+
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
     bound_gdal_cache(GDAL_CACHE);
     let raster = args.clip.clip(Raster::open(&args.raster, args.band)?)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let info = Info::of(&raster, threads)?;
+    warnings::collect(raster.warnings().iter().cloned());
     if args.json {
-        print::json(&info)?;
+        print::json(&Report { info: &info, warnings: warnings::take() })?;
     } else {
+        warnings::take().print();
         print::report(&print::aligned(&lines(&info)))?;
     }
     Ok(ExitCode::SUCCESS)

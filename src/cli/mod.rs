@@ -63,6 +63,15 @@ impl Command {
             Command::Preview(args) => preview::run(args),
         }
     }
+
+    fn is_quiet(&self) -> bool {
+        match self {
+            Command::Simplify(args) => args.quiet,
+            Command::Verify(args) => args.quiet,
+            Command::Preview(args) => args.quiet,
+            Command::Synth(_) | Command::Info(_) => false,
+        }
+    }
 }
 
 /// GDAL's block cache for commands without a memory budget, in bytes.
@@ -93,7 +102,12 @@ pub fn main() -> ExitCode {
     if let Err(failure) = crate::faults::check().map_err(Failure::usage).and_then(|()| signals::listen()) {
         return failure.report();
     }
-    cli.command.run().unwrap_or_else(Failure::report)
+    cli.command.run().unwrap_or_else(|failure| {
+        if !cli.command.is_quiet() {
+            warnings::take().print();
+        }
+        failure.report()
+    })
 }
 
 fn parse() -> Result<Cli, clap::Error> {

@@ -7,7 +7,7 @@ use super::clip::ClipArgs;
 use super::cutline::CutlineArgs;
 use super::progress::Bars;
 use super::values::Size;
-use super::{Failure, GDAL_CACHE, print, values};
+use super::{Failure, GDAL_CACHE, print, values, warnings};
 use crate::preview::{Mode, PreviewOptions};
 use crate::raster::bound_gdal_cache;
 
@@ -52,7 +52,7 @@ pub(crate) struct PreviewArgs {
     overwrite: bool,
     /// Print nothing
     #[arg(long, short)]
-    quiet: bool,
+    pub(super) quiet: bool,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -93,6 +93,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
     let report = crate::preview::preview(&args.raster, &args.mesh, &args.output, &options, &bars.control())?;
     drop(bars);
     if !args.quiet {
+        warnings::take().print();
         let largest = report.largest_error.map(|e| format!(", largest error {e:.6}")).unwrap_or_default();
         let size = format!("{} × {} pixels", report.width, report.height);
         print::report(&format!("{}: {size}, {} triangles{largest}", args.output.display(), report.triangles))?;

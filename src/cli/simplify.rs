@@ -17,7 +17,7 @@ use super::simplify_kept::Kept;
 use super::simplify_map::{MapArgs, MapReport, Written};
 use super::simplify_polish::PolishArgs;
 use super::simplify_report::{Needs, Report, Seconds};
-use super::{Failure, print, values};
+use super::{Failure, print, values, warnings};
 use crate::control::Control;
 use crate::field::{
     Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, HoleOptions, exit_on_truncation, may_have_holes,
@@ -114,7 +114,7 @@ pub(crate) struct SimplifyArgs {
     pub(super) overwrite: bool,
     /// Print nothing but errors
     #[arg(long, short, conflicts_with = "json")]
-    quiet: bool,
+    pub(super) quiet: bool,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
@@ -217,8 +217,10 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
             .hint("gdal_fillnodata can give them values"));
         }
     }
+    warnings::collect(raster.warnings().iter().cloned());
     let bands = channels.as_ref().map(|c| c.open(&raster)).transpose()?.unwrap_or_default();
     let importance = args.importance.open(&raster)?;
+    warnings::collect(importance.iter().flat_map(Raster::warnings).cloned());
     let grid = grid(raster.width(), raster.height(), &params)?;
     let bars = Bars::new(args.quiet);
     let control = bars.control();
@@ -266,11 +268,12 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         return if args.json { print::json(&needs) } else { print::report(&print::aligned(&needs.lines())) }
             .map(|()| ExitCode::SUCCESS);
     }
-    let report = pool.install(move || job.run())?;
+    let report = pool.install(move || job.run())?.warnings(warnings::take());
     drop(bars);
     if args.json {
         print::json(&report)?;
     } else if !args.quiet {
+        report.print_warnings();
         print::report(&print::aligned(&report.lines()))?;
     }
     if report.fell_short() {

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::goal::{GoalArgs, GoalReport};
 use super::simplify_channels::ChannelReport;
 use super::simplify_map::MapReport;
+use super::warnings::Shown;
 use crate::field::{Access, Field, Holes};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
@@ -65,6 +66,8 @@ pub(super) struct Report {
     /// What became of the points; null where there are none.
     points: Option<PointsReport>,
     plan: Plan,
+    /// What the user should know of the inputs.
+    warnings: Shown,
 }
 
 /// The weights, and what they made of the errors.
@@ -246,7 +249,18 @@ impl Report {
             tiles_found: None,
             points: None,
             plan,
+            warnings: Shown::default(),
         }
+    }
+
+    /// With what the user should know of the inputs.
+    pub(super) fn warnings(self, warnings: Shown) -> Report {
+        Report { warnings, ..self }
+    }
+
+    /// See [`Shown::print`].
+    pub(super) fn print_warnings(&self) {
+        self.warnings.print();
     }
 
     /// Of a run over a part of the raster.

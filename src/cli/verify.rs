@@ -6,9 +6,10 @@ use super::clip::ClipArgs;
 use super::cutline::CutlineArgs;
 use super::importance::ImportanceArgs;
 use super::progress::Bars;
-use super::{Failure, GDAL_CACHE, print, values};
+use super::warnings::Shown;
+use super::{Failure, GDAL_CACHE, print, values, warnings};
 use crate::field::ChannelOptions;
-use crate::raster::bound_gdal_cache;
+use crate::raster::{Raster, bound_gdal_cache};
 use crate::verify::{GroundOptions, Verdict, VerifyOptions, WeightedOptions, verify_ground};
 
 /// Judge a mesh against its raster: vertical errors, coverage, cracks, folds.
@@ -55,7 +56,7 @@ pub(crate) struct VerifyArgs {
     json: bool,
     /// Print nothing; the exit code tells
     #[arg(long, short, conflicts_with = "json")]
-    quiet: bool,
+    pub(super) quiet: bool,
 }
 
 /// The verdict as it is printed by `--json`.
@@ -63,6 +64,7 @@ pub(crate) struct VerifyArgs {
 struct Report<'a> {
     passed: bool,
     failures: Vec<String>,
+    warnings: Shown,
     #[serde(flatten)]
     verdict: &'a Verdict,
 }
@@ -76,6 +78,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
         None => raster,
     };
     let importance = args.importance.open(&raster)?;
+    warnings::collect([Some(&raster), importance.as_ref()].into_iter().flatten().flat_map(Raster::warnings).cloned());
     let bars = Bars::new(args.quiet);
     let raster = args.cutline.cut(raster, &bars.control().cancel)?;
     let options =
@@ -86,9 +89,15 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     let verdict = verify_ground(&raster, &args.mesh, &options, ground, weighted.as_ref(), &bars.control())?;
     drop(bars);
     if args.json {
-        let report = Report { passed: verdict.passes(), failures: verdict.failures(), verdict: &verdict };
+        let report = Report {
+            passed: verdict.passes(),
+            failures: verdict.failures(),
+            warnings: warnings::take(),
+            verdict: &verdict,
+        };
         print::json(&report)?;
     } else if !args.quiet {
+        warnings::take().print();
         print::report(&verdict.to_string())?;
     }
     Ok(if verdict.passes() { ExitCode::SUCCESS } else { ExitCode::FAILURE })

@@ -1,9 +1,30 @@
 //! Warnings as the command tells them: `warning: FILE: sentence; the option that mends it`.
+//!
+//! Whoever finds one hands it to [`collect`]; at its end a command takes all of them and prints them, or puts them into its
+//! JSON. What a command that fails has not taken is printed by `main`, beside the error.
+
+use std::sync::{Mutex, PoisonError};
 
 use serde::Serialize;
 
 use super::print;
 use crate::warning::{Warning, WarningCode, Warnings};
+
+/// The warnings of this process so far.
+static COLLECTED: Mutex<Vec<Warning>> = Mutex::new(Vec::new());
+
+/// Keeps warnings for the end of the command.
+pub(super) fn collect(warnings: impl IntoIterator<Item = Warning>) {
+    COLLECTED.lock().unwrap_or_else(PoisonError::into_inner).extend(warnings);
+}
+
+/// What has been collected since the last call, with what GDAL has said meanwhile.
+pub(super) fn take() -> Shown {
+    let collected = std::mem::take(&mut *COLLECTED.lock().unwrap_or_else(PoisonError::into_inner));
+    let mut shown = Warnings::default();
+    shown.extend(collected.into_iter().map(worded));
+    Shown(shown)
+}
 
 /// What mends it, in the words of the command line; empty where nothing does.
 fn mend(code: WarningCode) -> &'static str {
@@ -26,12 +47,6 @@ fn worded(warning: Warning) -> Warning {
 pub(super) struct Shown(Warnings);
 
 impl Shown {
-    pub(super) fn new(warnings: Warnings) -> Shown {
-        let mut shown = Warnings::default();
-        shown.extend(warnings.into_iter().map(worded));
-        Shown(shown)
-    }
-
     /// Prints them on standard error, a line each. Not for `--quiet`, and not beside `--json`, where they stand in the JSON.
     pub(super) fn print(&self) {
         for Warning { code, file, count, message } in self.0.iter() {

@@ -8,6 +8,8 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 use super::axes;
 use super::error::reason;
 use super::sample_type::with_sample_type;
+use crate::warning::Warning;
+
 use super::{Cutline, GdalName, GeoTransform, Nodata, RasterError, SampleType, Scaling, Window};
 
 /// One band of an open raster. Not shared between threads: each opens its own.
@@ -31,6 +33,8 @@ pub struct Raster {
     /// What is outside of it has no height.
     pub(super) cutline: Option<Arc<Cutline>>,
     geo_transform: Option<GeoTransform>,
+    /// What was found at opening.
+    warnings: Vec<Warning>,
 }
 
 /// How a raster was opened: threads that need a handle of their own take this along.
@@ -143,6 +147,7 @@ impl Raster {
             given_nodata: None,
             cutline: None,
             geo_transform,
+            warnings: Vec::new(),
         })
     }
 
@@ -195,6 +200,11 @@ impl Raster {
     pub fn opening(&self) -> Opening {
         let (path, cutline) = (self.path.clone(), self.cutline.clone());
         Opening { path, band: self.band, given_nodata: self.given_nodata, cutline, window: self.window() }
+    }
+
+    /// What a user should know of it, as far as opening it tells.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
     }
 
     /// The path it was opened by.
