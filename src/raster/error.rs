@@ -130,8 +130,8 @@ pub enum RasterError {
     },
     /// The file says where columns and rows are, and GDAL makes no geotransform of it.
     #[error(
-        "{}: expected a geotransform, as the file lists coordinates of columns and rows ({axes}), found none: GDAL takes them \
-         for uneven, and may show the rows upside down",
+        "{}: expected a geotransform, as the file lists coordinates of columns and rows ({axes}), found none: GDAL \
+         makes none of them, and may show the rows upside down",
         path.display()
     )]
     UnusedAxes {

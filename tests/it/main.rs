@@ -11,6 +11,7 @@ mod importance;
 mod info;
 mod insertion;
 mod map;
+mod netcdf;
 mod nodata;
 mod points;
 mod preview_bad_input;
