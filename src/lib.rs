@@ -85,6 +85,7 @@
 pub mod channels;
 pub mod cli;
 pub mod control;
+pub mod decimal;
 pub mod durable;
 pub mod exact;
 pub mod faults;

@@ -14,6 +14,16 @@ use serde::Serialize;
 pub enum WarningCode {
     /// GDAL's own words.
     Gdal,
+    /// The band holds colours, and no band was named.
+    Picture,
+    /// The nodata tag is a value that no sample can have.
+    UnreachableNodata,
+    /// Samples are missing because they are close to a mark that they do not equal.
+    NearNodata,
+    /// Samples with the value 0 are missing because the nodata tag is 0.
+    ZeroNodata,
+    /// Samples beside voids lie far beyond the heights of all others.
+    NearVoids,
 }
 
 /// Something about a file.

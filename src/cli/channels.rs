@@ -1,8 +1,9 @@
 use std::path::Path;
 
 use super::{Failure, values};
+use crate::control::CancelToken;
 use crate::field::ChannelOptions;
-use crate::raster::{Raster, RasterError};
+use crate::raster::{Raster, RasterError, View, ViewError};
 
 /// Further bands beside the heights, as `simplify` and `verify` take them.
 #[derive(Debug, clap::Args)]
@@ -15,7 +16,7 @@ pub(super) struct ChannelArgs {
     #[arg(requires = "channels", conflicts_with = "planar")]
     emphasis: Option<f64>,
     /// The raster is an image without heights: flat, all bands are channels unless --channels says which
-    #[arg(long, conflicts_with_all = ["band", "cutline"])]
+    #[arg(long, conflicts_with_all = ["band", "cutline", "nodata", "valid_range", "encoding"])]
     planar: bool,
 }
 
@@ -26,23 +27,27 @@ impl ChannelArgs {
         self.channels.is_some() || self.planar
     }
 
-    /// Whether it is said which bands are channels.
-    pub(super) fn are_listed(&self) -> bool {
-        self.channels.is_some()
-    }
-
-    /// Opens the band of the heights and finds out what the channels are, if any. A planar image is opened by its first
+    /// Opens the raster by this view and finds out what the channels are, if any. A planar image is opened by its first
     /// channel.
-    pub(super) fn open(&self, path: &Path, band: usize) -> Result<(Raster, Option<ChannelOptions>), Failure> {
+    pub(super) fn open(
+        &self,
+        path: &Path,
+        view: View,
+        cancel: &CancelToken,
+    ) -> Result<(Raster, Option<ChannelOptions>), Failure> {
         let listed = self.channels.as_ref().map(|bands| bands.0.clone());
         if !self.planar {
-            let raster = Raster::open(path, band)?;
-            let Some(bands) = listed else { return Ok((raster, None)) };
+            let Some(bands) = listed else { return Ok((view.open(path, cancel)?, None)) };
+            // Who names channels knows which bands there are.
+            let raster = View { accept_pictures: true, ..view }.open(path, cancel)?;
             let emphasis = self.emphasis.unwrap_or(DEFAULT_EMPHASIS);
             return checked(raster, ChannelOptions { bands, emphasis, planar: false });
         }
         let first = listed.as_ref().map_or(1, |bands| bands[0]);
-        let raster = Raster::open(path, first).map_err(in_channels)?;
+        let raster = View { band: Some(first), ..view }.open(path, cancel).map_err(|error| match error {
+            ViewError::Raster(error) => in_channels(error),
+            other => other.into(),
+        })?;
         let bands = listed.unwrap_or_else(|| (1..=raster.band_count()).collect());
         checked(raster, ChannelOptions { bands, emphasis: 1.0, planar: true })
     }

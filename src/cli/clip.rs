@@ -1,7 +1,7 @@
 //! `--window` and `--bbox`: the options that `simplify`, `verify`, `info` and `preview` share.
 
 use super::values;
-use crate::raster::{BoundingBox, Raster, RasterError, Window};
+use crate::raster::{BoundingBox, Part, Window};
 
 /// Which part of the raster is meant.
 #[derive(Debug, clap::Args)]
@@ -19,25 +19,12 @@ pub(crate) struct ClipArgs {
 }
 
 impl ClipArgs {
-    /// The box, where there is one, with its CRS.
-    pub(super) fn bounding_box(&self) -> Option<BoundingBox> {
-        self.bbox.clone().map(|bounds| BoundingBox { crs: self.bbox_crs.clone(), ..bounds })
-    }
-
-    /// The window as it was given.
-    pub(super) fn window(&self) -> Option<Window> {
-        self.window
-    }
-
     /// The part of the raster that is meant.
-    pub(super) fn clip(&self, raster: Raster) -> Result<Raster, RasterError> {
-        match (self.window, self.bounding_box()) {
-            (Some(window), _) => raster.clip(window),
-            (None, Some(bounds)) => {
-                let window = raster.window_of(&bounds)?;
-                raster.clip(window)
-            }
-            (None, None) => Ok(raster),
+    pub(super) fn part(&self) -> Part {
+        match (self.window, &self.bbox) {
+            (Some(window), _) => Part::Window(window),
+            (None, Some(bounds)) => Part::Box(BoundingBox { crs: self.bbox_crs.clone(), ..bounds.clone() }),
+            (None, None) => Part::Whole,
         }
     }
 }

@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::control::CancelToken;
-use crate::raster::{CutlineError, CutlineSource, Raster, read_cutline};
+use crate::raster::CutlineSource;
 
 /// Polygons outside of which there is no ground.
 #[derive(Debug, clap::Args)]
@@ -21,13 +20,6 @@ impl CutlineArgs {
     pub(super) fn source(&self) -> Option<CutlineSource> {
         let path = self.cutline.clone()?;
         Some(CutlineSource { path, layer: self.cutline_layer.clone() })
-    }
-
-    /// The raster, without heights outside of the polygons. They are placed on the window that is looked at.
-    pub(super) fn cut(&self, raster: Raster, cancel: &CancelToken) -> Result<Raster, CutlineError> {
-        let Some(source) = self.source() else { return Ok(raster) };
-        let cutline = read_cutline(&raster, &source, cancel)?;
-        Ok(raster.with_cutline(cutline))
     }
 
     /// What of this stands in the mesh's header: what `verify` has to be told.

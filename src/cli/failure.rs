@@ -2,9 +2,10 @@ use std::io::ErrorKind;
 use std::process::ExitCode;
 
 use crate::control::Cancelled;
+use crate::decimal::Decimal;
 use crate::field::FieldError;
 use crate::preview::PreviewError;
-use crate::raster::{CutlineError, PointsError, RasterError};
+use crate::raster::{CutlineError, LookError, PointsError, RasterError, ViewError};
 use crate::simplify::Error;
 use crate::sink::SinkError;
 use crate::spool::SpoolError;
@@ -47,6 +48,11 @@ impl Failure {
         self
     }
 
+    /// What the user is told, without "error:".
+    pub(super) fn message(&self) -> &str {
+        &self.message
+    }
+
     /// Tells the user, and gives the code to exit with.
     pub(super) fn report(self) -> ExitCode {
         print::error(&format!("error: {}", self.message));
@@ -66,9 +72,10 @@ impl From<RasterError> for Failure {
             RasterError::NoSuchBand { .. } => failure.hint("choose one with --band"),
             RasterError::SampleType { .. } => failure.hint("choose another band with --band"),
             RasterError::Window { .. } => failure.hint("choose another --window"),
-            RasterError::ColourTable { band, .. } => failure.hint(&format!(
-                "where they are heights after all, say --band {band}; gdal_translate -expand rgb makes colours of them"
-            )),
+            RasterError::Picture { band, other, encoded, .. } => failure.hint(&of_picture(band, other, encoded)),
+            RasterError::NotEncoded { .. } => {
+                failure.hint("remove --encoding, or expand a table of colours with gdal_translate -expand rgb")
+            }
             RasterError::Wide { .. } => failure.hint("choose a part of it with --window"),
             RasterError::NotAffine { .. } => {
                 failure.hint("gdalwarp -t_srs CRS brings it onto a map; gdal_translate -a_ullr gives it a geotransform")
@@ -89,6 +96,32 @@ impl From<RasterError> for Failure {
             RasterError::NodataValue { .. } => Failure::usage(&error).hint("choose another one with --nodata"),
             RasterError::Scaling { .. } => failure.hint("gdal_edit.py -scale and -offset can set them"),
             _ => failure,
+        }
+    }
+}
+
+/// Where the heights of a picture may be.
+fn of_picture(band: usize, other: Option<usize>, encoded: bool) -> String {
+    let other = other.map(|n| format!("choose --band {n}, the first that is no colour"));
+    let encoded = encoded.then(|| "choose --encoding where colours stand for heights".to_string());
+    let ways = other.into_iter().chain(encoded).chain([format!("use --band {band} if it holds heights after all")]);
+    ways.collect::<Vec<_>>().join("; ")
+}
+
+impl From<LookError> for Failure {
+    fn from(error: LookError) -> Failure {
+        match error {
+            LookError::Raster(error) => error.into(),
+            LookError::Cancelled(stopped) => stopped.into(),
+        }
+    }
+}
+
+impl From<ViewError> for Failure {
+    fn from(error: ViewError) -> Failure {
+        match error {
+            ViewError::Raster(error) => error.into(),
+            ViewError::Cutline(error) => error.into(),
         }
     }
 }
@@ -164,6 +197,12 @@ impl From<Error> for Failure {
             Error::Budget(error) => {
                 Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("choose it with --memory")
             }
+            Error::Field(FieldError::NotAHeight(ref sample)) => {
+                let stored = Decimal(sample.stored);
+                Failure::new(&error).hint(&format!(
+                    "if it marks missing samples, use --nodata {stored}, or --valid-range for the heights that are valid"
+                ))
+            }
             Error::Field(FieldError::HolesTooLarge { .. }) => Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }
                 .hint("choose a smaller --fill-holes, or a larger --memory"),
             Error::Disk(error) => Failure { code: DISK_TOO_SMALL, ..Failure::new(error) }
@@ -198,6 +237,9 @@ impl From<VerifyError> for Failure {
         match error {
             VerifyError::Raster(error) => error.into(),
             VerifyError::Cancelled(stopped) => stopped.into(),
+            VerifyError::InfiniteSample { .. } => {
+                Failure::new(error).hint("if it marks missing samples, use --nodata, or --valid-range")
+            }
             VerifyError::Scratch { .. } => Failure::new(error).hint("choose another folder with --temp-dir"),
             _ => Failure::new(error),
         }
@@ -218,8 +260,8 @@ impl From<SynthError> for Failure {
 impl From<PreviewError> for Failure {
     fn from(error: PreviewError) -> Failure {
         match error {
+            PreviewError::View(error) => error.into(),
             PreviewError::Raster(error) => error.into(),
-            PreviewError::Cutline(error) => error.into(),
             PreviewError::Output(error) => error.into(),
             PreviewError::Cancelled(stopped) => stopped.into(),
             PreviewError::Option { .. } => Failure::usage(error),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Failure;
+use super::{Failure, values};
 use crate::raster::{Raster, RasterError};
 
 /// Where the weights of errors come from.
@@ -14,13 +14,16 @@ pub(crate) struct ImportanceArgs {
     /// The band of the weights, counted from 1
     #[arg(long, value_name = "N", default_value_t = 1, requires = "importance")]
     importance_band: usize,
+    /// An open option of the importance raster's format. May be given more than once
+    #[arg(long = "importance-oo", value_name = "NAME=VALUE", value_parser = values::open_option, requires = "importance")]
+    importance_options: Vec<String>,
 }
 
 impl ImportanceArgs {
     /// Opens the importance raster, if there is one, and makes sure that it lies on the samples of `raster`.
     pub(super) fn open(&self, raster: &Raster) -> Result<Option<Raster>, Failure> {
         let Some(path) = &self.importance else { return Ok(None) };
-        let importance = Raster::open(path, self.importance_band).map_err(|error| {
+        let importance = Raster::open_with(path, self.importance_band, &self.importance_options).map_err(|error| {
             let failure = Failure::new(&error);
             match error {
                 RasterError::NoSuchBand { .. } => failure.hint("choose one with --importance-band"),

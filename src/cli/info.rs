@@ -4,13 +4,16 @@ use std::process::ExitCode;
 use indicatif::BinaryBytes;
 use serde_json::Value;
 
-use super::clip::ClipArgs;
+use super::input::InputArgs;
+use super::progress::Bars;
 use super::simplify_map::{heights as unit_of_heights, place};
 use super::warnings::Shown;
 use super::{Failure, GDAL_CACHE, print, warnings};
+use crate::decimal::Decimal;
 use crate::info::Info;
-use crate::raster::{Raster, Reference, bound_gdal_cache};
+use crate::raster::{Raster, RasterError, Reference, View, bound_gdal_cache, look};
 use crate::simplify::Plan;
+use crate::warning::{Warning, WarningCode};
 
 /// Describe a raster, and what simplifying it will need
 #[derive(Debug, clap::Args)]
@@ -18,11 +21,11 @@ pub(crate) struct InfoArgs {
     /// The raster: a file, or any name GDAL opens
     #[arg(value_name = "RASTER")]
     raster: PathBuf,
-    /// The band, counted from 1
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    band: usize,
     #[command(flatten)]
-    clip: ClipArgs,
+    input: InputArgs,
+    /// Do not look at the samples: no range of heights, no warnings about them
+    #[arg(long)]
+    quick: bool,
     /// Print the description as JSON
     #[arg(long)]
     json: bool,
@@ -38,9 +41,22 @@ struct Report<'a> {
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
     bound_gdal_cache(GDAL_CACHE);
-    let raster = args.clip.clip(Raster::open(&args.raster, args.band)?)?;
+    let bars = Bars::new(args.json);
+    let view = View { accept_pictures: true, ..args.input.view() };
+    let raster = view.open(&args.raster, &bars.control().cancel)?;
+    if view.band.is_none() {
+        warnings::collect(raster.expect_heights().err().map(|error| picture(&raster, error)));
+    }
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let info = Info::of(&raster, threads)?;
+    let info = if args.quick {
+        info
+    } else {
+        let look = look(&raster, &bars.control())?;
+        warnings::collect(look.warnings(&raster));
+        info.with_look(&look)
+    };
+    drop(bars);
     warnings::collect(raster.warnings().iter().cloned());
     if args.json {
         print::json(&Report { info: &info, warnings: warnings::take() })?;
@@ -51,13 +67,21 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// That `simplify` refuses the raster, as a warning.
+fn picture(raster: &Raster, error: RasterError) -> Warning {
+    let (file, name) = (raster.path().to_path_buf(), raster.path().display().to_string());
+    let message = Failure::from(error).message().trim_start_matches(&format!("{name}: ")).to_string();
+    Warning { code: WarningCode::Picture, file, count: 1, message }
+}
+
 fn lines(info: &Info) -> Vec<(&'static str, String)> {
     vec![
         ("file", info.file.clone()),
-        ("format", format!("{}, band {}", info.driver, info.band)),
+        ("format", format!("{}, {}", info.driver, print::band(info.band, info.bands, &info.band_description))),
         ("size", size(info)),
         ("type", info.sample_type.to_string()),
         ("heights", heights(info)),
+        ("range", range(info)),
         ("nodata", nodata(info)),
         ("CRS", info.crs.clone()),
         ("map", place(&info.reference)),
@@ -99,23 +123,40 @@ fn size(info: &Info) -> String {
 }
 
 fn heights(info: &Info) -> String {
+    if let Some(encoding) = info.encoding {
+        return format!("colours, encoding {}", encoding.name());
+    }
     if info.scale == 1.0 && info.offset == 0.0 {
         return "as stored".to_string();
     }
     format!("stored value × {} + {}", info.scale, info.offset)
 }
 
-fn nodata(info: &Info) -> String {
-    let tag = match &info.nodata {
-        Value::Null => None,
-        Value::String(word) => Some(word.clone()),
-        // Whole numbers are stored as doubles: -32768, not -32768.0.
-        number => Some(number.as_f64().filter(|_| number.is_f64()).map_or(number.to_string(), |v| v.to_string())),
+fn range(info: &Info) -> String {
+    let missing = match info.missing_samples {
+        None => return "not looked for (--quick)".to_string(),
+        Some(0) => String::new(),
+        Some(1) => ", 1 sample is missing".to_string(),
+        Some(count) => format!(", {count} samples are missing"),
     };
+    match info.height_range {
+        Some([min, max]) => format!("{} to {}{missing}", Decimal(min), Decimal(max)),
+        None => "no sample has a height".to_string(),
+    }
+}
+
+fn nodata(info: &Info) -> String {
+    let word = |mark: &Value| match mark {
+        Value::String(word) => word.clone(),
+        // Whole numbers are stored as doubles: -32768, not -32768.0.
+        number => number.as_f64().filter(|_| number.is_f64()).map_or(number.to_string(), |v| Decimal(v).to_string()),
+    };
+    let tag = (!info.marks.is_empty()).then(|| info.marks.iter().map(word).collect::<Vec<_>>().join(", "));
     let tagged_nan = tag.as_deref() == Some("nan");
     let nan = (info.nan_possible && !tagged_nan).then(|| "NaN where it occurs".to_string());
     let mask = info.mask.then(|| "what a mask or alpha band says".to_string());
-    let kinds: Vec<String> = [tag, nan, mask].into_iter().flatten().collect();
+    let valid = info.valid_range.map(|v| format!("heights beyond {} to {}", Decimal(v.min), Decimal(v.max)));
+    let kinds: Vec<String> = [tag, nan, mask, valid].into_iter().flatten().collect();
     if kinds.is_empty() { "none".to_string() } else { kinds.join(", ") }
 }
 

@@ -10,6 +10,7 @@ mod failure;
 mod goal;
 mod importance;
 mod info;
+mod input;
 mod preview;
 mod print;
 mod progress;
@@ -26,6 +27,7 @@ mod values;
 mod verify;
 mod warnings;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -112,8 +114,18 @@ pub fn main() -> ExitCode {
 
 fn parse() -> Result<Cli, clap::Error> {
     let mut command = command();
-    let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    let matches = command.try_get_matches_from_mut(words(std::env::args_os()))?;
     Cli::from_arg_matches(&matches).map_err(|e| e.format(&mut command))
+}
+
+/// GDAL's programs take open options as `-oo`; here that would be two short options.
+fn words(arguments: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let mut escaped = false;
+    let word = |argument: OsString| {
+        escaped |= argument == "--";
+        if argument == "-oo" && !escaped { OsString::from("--oo") } else { argument }
+    };
+    arguments.map(word).collect()
 }
 
 /// The exit codes stand under every subcommand's help, too.

@@ -3,13 +3,12 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
-use super::clip::ClipArgs;
-use super::cutline::CutlineArgs;
+use super::input::InputArgs;
 use super::progress::Bars;
 use super::values::Size;
 use super::{Failure, GDAL_CACHE, print, values, warnings};
 use crate::preview::{Mode, PreviewOptions};
-use crate::raster::bound_gdal_cache;
+use crate::raster::{View, bound_gdal_cache};
 
 /// Draw a mesh above its raster
 ///
@@ -32,15 +31,7 @@ pub(crate) struct PreviewArgs {
     #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = values::size)]
     size: Size,
     #[command(flatten)]
-    clip: ClipArgs,
-    /// The band of the raster
-    #[arg(long, default_value_t = 1, value_name = "N")]
-    band: usize,
-    /// The stored value of samples without a height, in place of the raster's nodata tag
-    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
-    nodata: Option<String>,
-    #[command(flatten)]
-    cutline: CutlineArgs,
+    input: InputArgs,
     /// The tolerance: the end of the colour scale of `--mode error`
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_error: Option<f64>,
@@ -79,12 +70,9 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
             ModeArg::SideBySide => Mode::SideBySide,
             ModeArg::Colour => Mode::Colour,
         },
-        band: args.band,
-        nodata: args.nodata.clone(),
-        cutline: args.cutline.source(),
+        // The colours of a mesh may be all that there is.
+        view: View { accept_pictures: matches!(args.mode, ModeArg::Colour), ..args.input.view() },
         size: (args.size.width, args.size.height),
-        window: args.clip.window(),
-        bounding_box: args.clip.bounding_box(),
         max_error: args.max_error,
         exaggeration: args.vertical_exaggeration,
         overwrite: args.overwrite,

@@ -6,10 +6,9 @@ use std::time::Instant;
 use clap::ValueEnum;
 
 use super::channels::ChannelArgs;
-use super::clip::ClipArgs;
-use super::cutline::CutlineArgs;
 use super::goal::GoalArgs;
 use super::importance::ImportanceArgs;
+use super::input::InputArgs;
 use super::progress::Bars;
 use super::simplify_channels::Extended;
 use super::simplify_engine::EngineArgs;
@@ -23,8 +22,9 @@ use crate::field::{
     Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, HoleOptions, exit_on_truncation, may_have_holes,
 };
 use crate::info::{DENSEST, Estimate, estimate};
+use crate::measure::ErrorStats;
 use crate::ply::Frame;
-use crate::raster::{PointSource, Points, PointsError, Raster, RasterError, Watch, bound_gdal_cache, read_points};
+use crate::raster::{PointSource, Points, PointsError, Raster, Watch, bound_gdal_cache, look, read_points};
 use crate::simplify::{
     DEFAULT_TILE, DiskUse, Error, Load, Params, Plan, Quality, VertexHeights, check_disk, default_budget, grid,
     probe_density, probe_field, triangulate, triangulate_into,
@@ -66,21 +66,13 @@ pub(crate) struct SimplifyArgs {
     #[arg(long, value_name = "CELLS", default_value_t = 0, hide_default_value = true, value_parser = values::trim,
         allow_hyphen_values = true)]
     trim: u32,
-    /// The band, counted from 1 [default: 1, unless its samples are numbers of colours in a table]
-    #[arg(long, value_name = "N")]
-    band: Option<usize>,
-    /// The stored value of samples that are no heights, instead of what the raster says
-    #[arg(long, value_name = "VALUE", allow_hyphen_values = true, conflicts_with = "planar")]
-    nodata: Option<String>,
+    #[command(flatten)]
+    pub(super) input_args: InputArgs,
     /// Bridge holes of at most so many samples without a height: the mesh goes on over them, bound by no tolerance there. A
     /// hole is a group of such samples, diagonal neighbours included, with none in the first or last row or column; 0 bridges
     /// none
     #[arg(long, value_name = "SAMPLES", value_parser = values::count, default_value_t = 0)]
     fill_holes: u64,
-    #[command(flatten)]
-    clip: ClipArgs,
-    #[command(flatten)]
-    pub(super) cutline: CutlineArgs,
     #[command(flatten)]
     channels: ChannelArgs,
     #[command(flatten)]
@@ -199,15 +191,9 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         )
         .hint("gdal_fillnodata can give them heights"));
     }
-    let (raster, channels) = args.channels.open(&args.input, args.band.unwrap_or(1))?;
-    if args.band.is_none() && !args.channels.are_listed() && raster.has_colour_table() {
-        return Err(RasterError::ColourTable { path: args.input.clone(), band: raster.band() }.into());
-    }
-    let raster = args.clip.clip(raster)?;
-    let raster = match &args.nodata {
-        Some(value) => raster.with_nodata(value)?,
-        None => raster,
-    };
+    let bars = Bars::new(args.quiet);
+    let control = bars.control();
+    let (raster, channels) = args.channels.open(&args.input, args.input_args.view(), &control.cancel)?;
     if channels.is_some() {
         params.takes_channels()?;
         if args.fill_holes > 0 {
@@ -222,9 +208,6 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let importance = args.importance.open(&raster)?;
     warnings::collect(importance.iter().flat_map(Raster::warnings).cloned());
     let grid = grid(raster.width(), raster.height(), &params)?;
-    let bars = Bars::new(args.quiet);
-    let control = bars.control();
-    let raster = args.cutline.cut(raster, &control.cancel)?;
     let points = args.read_points(&raster, &control)?;
     params.points = points.as_ref().map(|p| p.set.clone());
     let wanted = args.threads.map_or_else(default_threads, NonZeroUsize::get);
@@ -347,7 +330,7 @@ impl SimplifyArgs {
 
     /// Files that are read: the output is none of them.
     pub(super) fn inputs(&self) -> Vec<&Path> {
-        let (importance, cutline) = (self.importance.importance.as_ref(), self.cutline.cutline.as_ref());
+        let (importance, cutline) = (self.importance.importance.as_ref(), self.input_args.cutline.cutline.as_ref());
         let all = [Some(&self.input), importance, cutline, self.points.as_ref()];
         all.into_iter().flatten().map(PathBuf::as_path).collect()
     }
@@ -418,9 +401,7 @@ impl Job<'_> {
         let watches: Vec<Watch> = rasters.map(Watch::new).collect::<Result<_, _>>()?;
         let extended = self.extended()?;
         let mut named = self.params.named();
-        named.extend(self.args.nodata.as_ref().map(|_| ("nodata", format!("{:?}", self.raster.nodata()))));
-        named
-            .extend(self.raster.cutline().map(|c| ("cutline", format!("polygons with checksum {:08x}", c.checksum()))));
+        named.extend(self.args.input_args.named(&self.raster));
         named.extend(self.fill_holes().map(|most| ("fill holes", most.to_string())));
         named.extend(extended.iter().flat_map(Extended::named));
         let open = |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &watches, named.clone());
@@ -438,7 +419,7 @@ impl Job<'_> {
 
     /// Where there is no ground, it may be the cutline's doing.
     fn explain(&self, no_ground: bool, failure: Failure) -> Failure {
-        match &self.args.cutline.cutline {
+        match &self.args.input_args.cutline.cutline {
             Some(file) if no_ground => failure.hint(&format!(
                 "samples outside of the polygons of --cutline {} count as none: choose others, or see by ogrinfo where they lie",
                 file.display()
@@ -497,6 +478,7 @@ impl Job<'_> {
             watches.iter().try_for_each(Watch::check)?;
             kept.map_or(Ok(()), Kept::committing)
         })?;
+        self.look(&summary.errors);
         let seconds = Seconds {
             total: start.elapsed().as_secs_f64(),
             open: (opened - start).as_secs_f64(),
@@ -513,7 +495,7 @@ impl Job<'_> {
             Some(_) => report.holes(field.holes()),
             None => report,
         };
-        let report = match (&args.cutline.cutline, self.raster.cutline()) {
+        let report = match (&args.input_args.cutline.cutline, self.raster.cutline()) {
             (Some(file), Some(cutline)) => report.cutline(file, cutline),
             _ => report,
         };
@@ -521,8 +503,24 @@ impl Job<'_> {
             (Some(file), Some(points)) => report.points(file, points),
             _ => report,
         };
-        let report = report.window(&self.raster).map(MapReport::new(&self.raster, &self.written), &args.goal);
+        let report = report.raster(&self.raster).map(MapReport::new(&self.raster, &self.written), &args.goal);
         Ok(if kept.is_some() { report.tiles_found(mesh.tiles_found()) } else { report })
+    }
+
+    /// Looks at the raster once more where the tiles' heights hint at something worth a warning. The output is there
+    /// whatever comes of this.
+    fn look(&self, errors: &ErrorStats) {
+        let has_voids = errors.nodata + errors.bridged > 0;
+        let has_zero_tag = self.raster.has_zero_tag();
+        let hints = errors.heights.is_some_and(|heights| heights.is_suspicious());
+        let is_flat = self.channels.as_ref().is_some_and(|c| c.planar);
+        if has_voids
+            && !is_flat
+            && (hints || has_zero_tag)
+            && let Ok(look) = look(&self.raster, self.control)
+        {
+            warnings::collect(look.warnings(&self.raster));
+        }
     }
 
     /// Refuses what the disks cannot hold. A few tiles are only tried where the densest mesh would not fit.
@@ -556,9 +554,9 @@ fn comments(raster: &Raster, args: &SimplifyArgs, frame: Frame) -> Vec<String> {
     comments.push(format!("crs name {}", raster.crs_name()));
     comments.extend(raster.window().map(|window| format!("window {window}")));
     comments.extend(args.goal.comments());
-    comments.extend(args.nodata.as_ref().map(|value| format!("nodata {value}")));
+    comments.extend(args.input_args.comments());
     comments.extend(Some(args.fill_holes).filter(|most| *most > 0).map(|most| format!("fill holes {most}")));
-    comments.extend(args.cutline.comments());
+    comments.extend(args.input_args.cutline.comments());
     comments.extend((args.trim > 0).then(|| format!("trim {}", args.trim)));
     comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));
     comments.extend(args.points.iter().map(|points| format!("points {}", name(points))));

@@ -4,14 +4,16 @@ use indicatif::BinaryBytes;
 use serde::Serialize;
 
 use super::goal::{GoalArgs, GoalReport};
+use super::print;
 use super::simplify_channels::ChannelReport;
 use super::simplify_map::MapReport;
 use super::warnings::Shown;
+use crate::decimal::Decimal;
 use crate::field::{Access, Field, Holes};
 use crate::info::Estimate;
 use crate::lattice::STEPS;
 use crate::measure::ShapeStats;
-use crate::raster::{Cutline, PointCounts, Points, Raster};
+use crate::raster::{Cutline, Encoding, PointCounts, Points, Raster};
 use crate::simplify::{EngineChoice, Mesh, Params, Plan, Quality, Summary, TileTimes, VertexHeights};
 use crate::triangulate::Feasibility;
 
@@ -21,6 +23,12 @@ pub(super) struct Report {
     input: String,
     output: String,
     access: Access,
+    /// The band of the heights, of how many, and what it is said to hold.
+    band: usize,
+    bands: usize,
+    band_description: String,
+    /// Null where heights are not stored as colours.
+    encoding: Option<Encoding>,
     /// Null where errors are not weighted.
     importance: Option<ImportanceReport>,
     /// Columns and rows before the samples meant, and samples across and down; null where they are the whole raster.
@@ -38,6 +46,8 @@ pub(super) struct Report {
     bridged_samples: Option<u64>,
     /// Samples on the ground that trimming has left bare.
     trimmed_samples: u64,
+    /// The least and the largest height.
+    height_range: Option<[f64; 2]>,
     triangles: u64,
     vertices: u64,
     samples_per_triangle: f64,
@@ -209,6 +219,10 @@ impl Report {
                 access: weights.access().clone(),
                 weighted_max: errors.weighted_max,
             }),
+            band: 1,
+            bands: 1,
+            band_description: String::new(),
+            encoding: None,
             window: None,
             cutline: None,
             map: None,
@@ -221,6 +235,7 @@ impl Report {
             triangles: summary.triangles,
             vertices: summary.vertices,
             samples_per_triangle: errors.samples as f64 / summary.triangles as f64,
+            height_range: errors.heights.map(|h| h.all()).filter(|e| !e.is_empty()).map(|e| [e.min, e.max]),
             tolerance: params.max_error.is_finite().then_some(params.max_error),
             goal: mesh.outcome().map(|outcome| GoalReport::new(params.goal, params.max_error.is_finite(), outcome)),
             engine: params.engine,
@@ -263,9 +278,16 @@ impl Report {
         self.warnings.print();
     }
 
-    /// Of a run over a part of the raster.
-    pub(super) fn window(self, raster: &Raster) -> Report {
-        Report { window: raster.window().map(|w| [w.column, w.row, w.width, w.height]), ..self }
+    /// Which band of the raster it is, and which part.
+    pub(super) fn raster(self, raster: &Raster) -> Report {
+        Report {
+            band: raster.band(),
+            bands: raster.band_count(),
+            band_description: raster.band_description(),
+            encoding: raster.encoding(),
+            window: raster.window().map(|w| [w.column, w.row, w.width, w.height]),
+            ..self
+        }
     }
 
     /// Of a run that bridges holes: those that it has found.
@@ -306,6 +328,12 @@ impl Report {
         let Seconds { total, open, tiles, write, threads: t } = self.seconds;
         let e = &self.error;
         let mut lines = vec![("samples", format!("{}, {}", grouped(self.samples), access(&self.access)))];
+        if self.bands > 1 && self.encoding.is_none() {
+            lines.push(("heights of", print::band(self.band, self.bands, &self.band_description)));
+        }
+        if let Some([min, max]) = self.height_range {
+            lines.push(("range", format!("heights from {} to {}", Decimal(min), Decimal(max))));
+        }
         if self.nodata_samples > 0 {
             lines.push(("nodata", self.nodata()));
         }

@@ -5,7 +5,7 @@
 use std::num::NonZeroUsize;
 
 use crate::polish::{Caps, Schedule};
-use crate::raster::{BoundingBox, Window};
+use crate::raster::{BoundingBox, ValidRange, Window};
 use crate::trim::MAX_CELLS;
 
 /// A width and a height, in samples or pixels.
@@ -119,6 +119,25 @@ pub(crate) fn window(text: &str) -> Result<Window, String> {
     parse().ok_or_else(|| "expected COLUMN,ROW,WIDTH,HEIGHT in samples, such as 0,0,512,512".to_string())
 }
 
+/// `MIN,MAX`, in heights.
+pub(crate) fn valid_range(text: &str) -> Result<ValidRange, String> {
+    let parse = || {
+        let (min, max) = text.split_once(',')?;
+        let (min, max): (f64, f64) = (min.trim().parse().ok()?, max.trim().parse().ok()?);
+        // Not if one is no number.
+        (min <= max).then_some(ValidRange { min, max })
+    };
+    parse().ok_or_else(|| "expected MIN,MAX in heights, MIN not above MAX, such as -500,9000".to_string())
+}
+
+/// `NAME=VALUE`.
+pub(crate) fn open_option(text: &str) -> Result<String, String> {
+    match text.split_once('=') {
+        Some((name, _)) if !name.is_empty() => Ok(text.to_string()),
+        _ => Err("expected NAME=VALUE, such as NUM_THREADS=2".to_string()),
+    }
+}
+
 /// `XMIN,YMIN,XMAX,YMAX`, on the map.
 pub(crate) fn bounding_box(text: &str) -> Result<BoundingBox, String> {
     let parse = || {
@@ -188,6 +207,17 @@ mod tests {
         for wrong in ["1,2,3", "1,2,3,0", "1,2,3,4,5", "-1,2,3,4", "18446744073709551615,0,1,1"] {
             assert!(window(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn valid_ranges_and_open_options() {
+        assert_eq!(valid_range("-500, 9000"), Ok(ValidRange { min: -500.0, max: 9000.0 }));
+        assert_eq!(valid_range("-inf,1e4"), Ok(ValidRange { min: f64::NEG_INFINITY, max: 1e4 }));
+        for wrong in ["", "1", "2,1", "nan,1", "1,nan", "1,2,3", "a,b"] {
+            assert!(valid_range(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(open_option("HEIGHT=a=b"), Ok("HEIGHT=a=b".to_string()));
+        assert!(open_option("HEIGHT").is_err() && open_option("=1").is_err());
     }
 
     #[test]

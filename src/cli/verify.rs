@@ -2,14 +2,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::channels::ChannelArgs;
-use super::clip::ClipArgs;
-use super::cutline::CutlineArgs;
 use super::importance::ImportanceArgs;
+use super::input::InputArgs;
 use super::progress::Bars;
 use super::warnings::Shown;
 use super::{Failure, GDAL_CACHE, print, values, warnings};
 use crate::field::ChannelOptions;
-use crate::raster::{Raster, bound_gdal_cache};
+use crate::raster::{Raster, bound_gdal_cache, look};
 use crate::verify::{GroundOptions, Verdict, VerifyOptions, WeightedOptions, verify_ground};
 
 /// Judge a mesh against its raster: vertical errors, coverage, cracks, folds.
@@ -26,12 +25,8 @@ pub(crate) struct VerifyArgs {
     /// Vertical distance allowed at every sample, in the raster's unit
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_error: f64,
-    /// Raster band, from 1
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    band: usize,
-    /// The stored value of samples without a height, in place of the raster's nodata tag
-    #[arg(long, value_name = "VALUE", allow_hyphen_values = true, conflicts_with = "planar")]
-    nodata: Option<String>,
+    #[command(flatten)]
+    input: InputArgs,
     /// Holes of at most so many samples without a height are to be bridged: covered, at any height. A hole is a group of
     /// such samples, diagonal neighbours included, with none in the first or last row or column; 0 bridges none
     #[arg(long, value_name = "SAMPLES", value_parser = values::count, default_value_t = 0)]
@@ -40,10 +35,6 @@ pub(crate) struct VerifyArgs {
     /// larger of the two; up to 1000): cells with such a sample for a corner may be bare, all others are to be covered
     #[arg(long, value_name = "CELLS", value_parser = clap::value_parser!(u32).range(0..=1000), default_value_t = 0)]
     trim: u32,
-    #[command(flatten)]
-    cutline: CutlineArgs,
-    #[command(flatten)]
-    clip: ClipArgs,
     #[command(flatten)]
     channels: ChannelArgs,
     #[command(flatten)]
@@ -71,22 +62,20 @@ struct Report<'a> {
 
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     bound_gdal_cache(GDAL_CACHE);
-    let (raster, channels) = args.channels.open(&args.raster, args.band)?;
-    let raster = args.clip.clip(raster)?;
-    let raster = match &args.nodata {
-        Some(value) => raster.with_nodata(value)?,
-        None => raster,
-    };
+    let bars = Bars::new(args.quiet);
+    let (raster, channels) = args.channels.open(&args.raster, args.input.view(), &bars.control().cancel)?;
     let importance = args.importance.open(&raster)?;
     warnings::collect([Some(&raster), importance.as_ref()].into_iter().flatten().flat_map(Raster::warnings).cloned());
-    let bars = Bars::new(args.quiet);
-    let raster = args.cutline.cut(raster, &bars.control().cancel)?;
     let options =
         VerifyOptions { max_error: args.max_error, importance: importance.as_ref(), temp_dir: args.temp_dir.clone() };
     let ground = GroundOptions { fill_holes: args.fill_holes, trim: args.trim };
     let weighted =
         channels.map(|ChannelOptions { bands, emphasis, planar }| WeightedOptions { bands, emphasis, planar });
+    let is_flat = weighted.as_ref().is_some_and(|w| w.planar);
     let verdict = verify_ground(&raster, &args.mesh, &options, ground, weighted.as_ref(), &bars.control())?;
+    if verdict.nodata + verdict.bridged > 0 && !is_flat {
+        warnings::collect(look(&raster, &bars.control())?.warnings(&raster));
+    }
     drop(bars);
     if args.json {
         let report = Report {

@@ -29,7 +29,10 @@ pub(super) fn take() -> Shown {
 /// What mends it, in the words of the command line; empty where nothing does.
 fn mend(code: WarningCode) -> &'static str {
     match code {
-        WarningCode::Gdal => "",
+        WarningCode::Gdal | WarningCode::Picture => "",
+        WarningCode::UnreachableNodata => "name the value that marks voids with --nodata",
+        WarningCode::NearNodata | WarningCode::ZeroNodata => "if they are heights, use --nodata none",
+        WarningCode::NearVoids => "if they are no heights, exclude them with --valid-range",
     }
 }
 

@@ -1,7 +1,8 @@
 use std::path::PathBuf;
 
 use crate::control::Cancelled;
-use crate::raster::RasterError;
+use crate::decimal::Decimal;
+use crate::raster::{Mark, RasterError};
 
 /// Why a height field cannot be made or read.
 #[derive(Debug, thiserror::Error)]
@@ -87,21 +88,8 @@ pub enum FieldError {
         found: String,
     },
     /// A sample is infinite, or beyond ±10³⁰.
-    #[error(
-        "{}: expected values within ±1e30, found {found} at column {column}, row {row}; if it marks missing samples, \
-         say so in the raster (gdal_translate -a_nodata)",
-        path.display()
-    )]
-    NotAHeight {
-        /// The raster.
-        path: PathBuf,
-        /// The sample's column.
-        column: usize,
-        /// The sample's row.
-        row: usize,
-        /// The height found.
-        found: f64,
-    },
+    #[error(transparent)]
+    NotAHeight(Box<NotAHeight>),
     /// A sample of an importance raster is missing, no number, negative, or beyond 10³⁰.
     #[error(
         "{}: expected a weight from 0 to 1e30 everywhere, found {found} at column {column}, row {row}; an importance \
@@ -155,6 +143,37 @@ pub enum FieldError {
     },
 }
 
+/// A sample that is infinite, or beyond ±10³⁰, and that no mark says is missing.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{}: expected heights within ±1e30, found {} at column {column}, row {row}{}", path.display(), Decimal(*height), self.stored())]
+pub struct NotAHeight {
+    /// The raster.
+    pub path: PathBuf,
+    /// The sample's column.
+    pub column: usize,
+    /// The sample's row.
+    pub row: usize,
+    /// The height.
+    pub height: f64,
+    /// The number that is stored.
+    pub stored: f64,
+    /// The raster's nodata tag, which the stored number is not like.
+    pub tag: Option<Mark>,
+}
+
+impl NotAHeight {
+    fn stored(&self) -> String {
+        let stored = match self.stored == self.height {
+            true => String::new(),
+            false => format!(", stored as {}", Decimal(self.stored)),
+        };
+        match self.tag {
+            Some(tag) => format!("{stored}; the nodata tag is {tag}, which is another number"),
+            None => format!("{stored}; the raster has no nodata tag"),
+        }
+    }
+}
+
 impl FieldError {
     /// What is wrong with a sample, of a raster of weights.
     pub(super) fn about_a_weight(self) -> FieldError {
@@ -162,8 +181,9 @@ impl FieldError {
             FieldError::Nodata { path, column, row, found } => {
                 FieldError::NotAWeight { path, column, row, found: format!("a nodata sample ({found})") }
             }
-            FieldError::NotAHeight { path, column, row, found } => {
-                FieldError::NotAWeight { path, column, row, found: found.to_string() }
+            FieldError::NotAHeight(sample) => {
+                let NotAHeight { path, column, row, height, .. } = *sample;
+                FieldError::NotAWeight { path, column, row, found: Decimal(height).to_string() }
             }
             other => other,
         }

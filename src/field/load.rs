@@ -1,8 +1,10 @@
 //! From stored samples to the heights of a tile.
 
-use super::stored::{Height, Stored};
+use super::error::NotAHeight;
+use super::stored::{Height, Sieve, Stored, Why};
 use super::tile::padded;
 use super::{Field, FieldError, Heights, Tile, Validity};
+use crate::decimal::Decimal;
 use crate::exact::MAX_WEIGHT;
 use crate::raster::{Window, with_sample_type};
 
@@ -103,8 +105,13 @@ impl Field {
 
     /// Whether any sample may be without a height, by all that is known without reading them.
     pub(crate) fn may_have_gaps(&self) -> bool {
-        let by_value = with_sample_type!(self.sample_type, T => T::HAS_NAN || T::nodata(self.nodata).is_some());
+        let by_value = with_sample_type!(self.sample_type, T => T::HAS_NAN || !self.sieve::<T>().is_empty());
         by_value || self.mask.is_some() || self.cutline.is_some()
+    }
+
+    /// What of its stored values is missing.
+    pub(super) fn sieve<T: Stored>(&self) -> Sieve<T> {
+        Sieve::new(&self.marks, self.scaling)
     }
 
     /// Copies a window of an importance raster as weights.
@@ -123,7 +130,7 @@ impl Field {
             path: self.name.clone(),
             column: window.column + index % window.width,
             row: window.row + index / window.width,
-            found: out[index].to_string(),
+            found: Decimal(out[index]).to_string(),
         })
     }
 
@@ -138,9 +145,10 @@ impl Field {
             out.fill(H::ZERO);
             return Ok(());
         }
-        let nodata = T::nodata(self.nodata);
+        let sieve = self.sieve::<T>();
+        let (is_marked, has_more) = (sieve.is_marked(), sieve.has_more());
         // Where no sample can be missing, nobody need look around the window.
-        let may_miss = nodata.is_some() || T::HAS_NAN || self.mask.is_some();
+        let may_miss = !sieve.is_empty() || T::HAS_NAN || self.mask.is_some();
         let outer = match &missing {
             Missing::Marked(_) if may_miss => self.around(window),
             _ => window,
@@ -148,7 +156,7 @@ impl Field {
         self.mark_masked(outer, window, &mut missing)?;
         let scaling = (!self.scaling.is_none()).then_some(self.scaling);
         let (left, top) = ((window.column - outer.column) as i32, (window.row - outer.row) as i32);
-        let is_nodata = |stored: T| nodata.is_some_and(|n| stored == n) || stored.to_f64().is_nan();
+        let is_missing = |stored: T| sieve.missing(stored).is_some();
         self.source.for_each_run(&self.name, outer, scratch, |row, column, bytes| {
             let stored = bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned::<T>);
             let (row, first) = (row as i32 - top, column as i32 - left);
@@ -156,17 +164,18 @@ impl Field {
             let inner = first.max(0)..end.min(window.width as i32);
             let mut suspicious = false;
             if row < 0 || row >= window.height as i32 || inner.is_empty() {
-                suspicious = stored.clone().any(is_nodata);
+                suspicious = stored.clone().any(is_missing);
             } else {
                 let start = row as usize * window.width;
                 let heights = &mut out[start + inner.start as usize..start + inner.end as usize];
                 for (height, stored) in heights.iter_mut().zip(stored.clone().skip((inner.start - first) as usize)) {
                     *height = H::of(stored, scaling);
-                    suspicious |= !height.usable() | nodata.is_some_and(|n| stored == n) | !stored.exact();
+                    suspicious |= !height.usable() | sieve.suspects(stored, is_marked) | !stored.exact();
                 }
+                suspicious |= has_more && stored.clone().any(is_missing);
                 // The sample before the window and the one behind.
-                suspicious |= first < inner.start && stored.clone().next().is_some_and(is_nodata);
-                suspicious |= end > inner.end && stored.clone().next_back().is_some_and(is_nodata);
+                suspicious |= first < inner.start && stored.clone().next().is_some_and(is_missing);
+                suspicious |= end > inner.end && stored.clone().next_back().is_some_and(is_missing);
             }
             if !suspicious {
                 return Ok(());
@@ -176,14 +185,17 @@ impl Field {
                     continue;
                 }
                 let within = inner.contains(&column) && row >= 0 && row < window.height as i32;
-                match &mut missing {
-                    Missing::Marked(validity) | Missing::MarkedWithin(validity) if is_nodata(stored) => {
+                match (&mut missing, sieve.missing(stored)) {
+                    (Missing::Marked(validity) | Missing::MarkedWithin(validity), Some(why)) => {
                         validity.mark(column, row);
+                        if why == Why::Near {
+                            validity.note_nearness();
+                        }
                     }
                     _ if !within => {}
-                    _ => {
+                    (_, why) => {
                         let place = ((window.column as i64 + i64::from(column)) as usize, window.row + row as usize);
-                        self.refusal(stored, nodata, place).map_or(Ok(()), Err)?;
+                        self.refusal(stored, why, place).map_or(Ok(()), Err)?;
                     }
                 }
             }
@@ -256,17 +268,18 @@ impl Field {
         }
     }
 
-    /// Why the value stored at this place is no height, if it is none.
-    fn refusal<T: Stored>(&self, stored: T, nodata: Option<T>, (column, row): (usize, usize)) -> Option<FieldError> {
+    /// The refusal of the value stored at this place, if it is no height: it is missing, or cannot be used.
+    fn refusal<T: Stored>(&self, stored: T, why: Option<Why>, (column, row): (usize, usize)) -> Option<FieldError> {
         let path = self.name.clone();
         let value = stored.to_f64();
         let height = self.scaling.height(value);
-        if value.is_nan() || nodata == Some(stored) {
-            return Some(FieldError::Nodata { path, column, row, found: value.to_string() });
+        if why.is_some() {
+            return Some(FieldError::Nodata { path, column, row, found: Decimal(value).to_string() });
         }
         if !stored.exact() {
             return Some(FieldError::Inexact { path, column, row, found: stored.to_i128() });
         }
-        (!height.usable()).then_some(FieldError::NotAHeight { path, column, row, found: height })
+        let found = || NotAHeight { path, column, row, height, stored: value, tag: self.tag };
+        (!height.usable()).then(|| FieldError::NotAHeight(Box::new(found())))
     }
 }

@@ -10,7 +10,7 @@ use super::store::{Bytes, Offsets, Store};
 use super::windows::Windows;
 use super::{FieldError, Heights};
 use crate::control::Control;
-use crate::raster::{Cutline, GeoTransform, Nodata, Raster, SampleType, Scaling, plain_layout};
+use crate::raster::{Cutline, GeoTransform, Mark, Marks, Raster, SampleType, Scaling, plain_layout};
 
 /// The samples of a raster of any size, readable from any number of threads.
 pub struct Field {
@@ -21,7 +21,9 @@ pub struct Field {
     pub(super) block: (usize, usize),
     pub(super) sample_type: SampleType,
     pub(super) scaling: Scaling,
-    pub(super) nodata: Nodata,
+    pub(super) marks: Marks,
+    /// The raster's own nodata tag, for messages.
+    pub(super) tag: Option<Mark>,
     pub(super) geo_transform: GeoTransform,
     pub(super) source: Source,
     /// A byte for every sample, 0 where it is no height; where a mask or alpha band says so.
@@ -133,7 +135,8 @@ impl Field {
             block: raster.block_size(),
             sample_type: raster.sample_type(),
             scaling: raster.scaling(),
-            nodata: raster.nodata(),
+            marks: raster.marks().clone(),
+            tag: raster.tag(),
             geo_transform: raster.geo_transform(),
             source,
             mask,
@@ -206,7 +209,8 @@ impl Field {
             block: (width, height),
             sample_type,
             scaling: Scaling::NONE,
-            nodata: Nodata::None,
+            marks: Marks::default(),
+            tag: None,
             geo_transform: GeoTransform::DEFAULT,
             source: Source::Blocks(store),
             mask: None,

@@ -24,8 +24,10 @@ fn marks_nan_and_refuses_infinite_and_misshapen() {
     assert!(!tile.validity().is_whole() && tile.validity().row(0) == [true, true]);
     field(vec![0.0; 4]).expect("a shape").load(window(0, 0, 2, 2), &mut tile).expect("heights");
     assert!(tile.validity().is_whole());
-    assert!(matches!(load(vec![0.0, -f64::INFINITY, 0.0, 0.0]), Err(FieldError::NotAHeight { column: 1, row: 0, .. })));
-    assert!(matches!(load(vec![0.0, 0.0, 0.0, 2e30]), Err(FieldError::NotAHeight { column: 1, row: 1, .. })));
+    assert!(
+        matches!(load(vec![0.0, -f64::INFINITY, 0.0, 0.0]), Err(FieldError::NotAHeight(s)) if (s.column, s.row) == (1, 0))
+    );
+    assert!(matches!(load(vec![0.0, 0.0, 0.0, 2e30]), Err(FieldError::NotAHeight(s)) if (s.column, s.row) == (1, 1)));
     assert!(matches!(field(vec![0.0; 3]), Err(FieldError::Shape { found: 3, .. })));
 }
 
@@ -36,7 +38,7 @@ fn singles_just_beyond_the_limit_are_refused_whatever_lies_beside_them() {
         let heights = Heights::F32(vec![1e30, beside, 0.0, 0.0]);
         let field = Field::from_heights(2, 2, heights).expect("a shape");
         let loaded = field.load(window(0, 0, 2, 2), &mut Tile::default());
-        assert!(matches!(loaded, Err(FieldError::NotAHeight { column: 0, row: 0, .. })));
+        assert!(matches!(loaded, Err(FieldError::NotAHeight(s)) if (s.column, s.row) == (0, 0)));
     }
 }
 
@@ -81,7 +83,7 @@ fn masks_tags_and_nan_mark_the_same_samples_whichever_way_they_are_read() {
     band.create_mask_band(true).expect("a mask");
     band.open_mask_band().expect("a mask").write((0, 0), size, &mut Buffer::new(size, mask)).expect("written");
     dataset.close().expect("closed");
-    let raster = Raster::open(&path, 1).expect("opens").with_nodata("-9999").expect("a value");
+    let raster = Raster::open(&path, 1).expect("opens").with_nodata(&["-9999"]).expect("a value");
     assert!(raster.has_mask().expect("told"));
     let is_missing = |column: usize, row: usize| {
         [(99, 70), (120, 51)].contains(&(column, row)) || row == 130 && (64..80).contains(&column)

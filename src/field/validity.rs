@@ -1,3 +1,5 @@
+//! Which samples of a tile are heights.
+
 use crate::raster::Window;
 
 /// Which samples of a window are heights, and which of those one sample around it: neighbours see the same ground on
@@ -15,6 +17,7 @@ pub struct Validity {
     flags: Vec<bool>,
     /// Which samples are valid although they have no height, in the same order. Empty where none is.
     bridged: Vec<bool>,
+    by_nearness: bool,
 }
 
 /// What of a cell is ground. Corners are counted around: upper left, upper right, lower right, lower left.
@@ -47,6 +50,17 @@ impl Validity {
         self.beyond = [window.column > 0, window.row > 0, right < width, bottom < height];
         self.flags.clear();
         self.bridged.clear();
+        self.by_nearness = false;
+    }
+
+    /// Notes that a sample is missing for its nearness to a mark that it does not equal.
+    pub(super) fn note_nearness(&mut self) {
+        self.by_nearness = true;
+    }
+
+    /// Whether a sample is missing for its nearness to a mark that it does not equal.
+    pub(crate) fn by_nearness(&self) -> bool {
+        self.by_nearness
     }
 
     /// Takes a sample's height away. Counted from the window's corner; −1 is before it.

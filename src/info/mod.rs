@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 pub use estimate::{DENSEST, Estimate, SAMPLES_PER_TRIANGLE, estimate};
 
 use crate::field::suits_windows;
-use crate::raster::{Nodata, Raster, RasterError, Reference, SampleType, plain_layout};
+use crate::raster::{Encoding, Look, Mark, Raster, RasterError, Reference, SampleType, ValidRange, plain_layout};
 use crate::simplify::{DEFAULT_TILE, Load, Plan, default_budget};
 use crate::tiling::TileGrid;
 
@@ -24,6 +24,10 @@ pub struct Info {
     pub driver: String,
     /// The band described, from 1.
     pub band: usize,
+    /// How many bands there are.
+    pub bands: usize,
+    /// What the band is said to hold; empty where nothing is said.
+    pub band_description: String,
     /// Samples across.
     pub width: usize,
     /// Samples down.
@@ -35,8 +39,14 @@ pub struct Info {
     /// GDAL's name of the samples' type.
     #[serde(rename = "type")]
     pub sample_type: &'static str,
-    /// The value that marks samples without a height: a number, "nan", "inf" or "-inf"; null where there is none.
+    /// The raster's nodata tag: a number, "nan", "inf" or "-inf"; null where there is none.
     pub nodata: Value,
+    /// The stored values that count as missing: the tag, unless others were given.
+    pub marks: Vec<Value>,
+    /// The heights that are valid; null where all are.
+    pub valid_range: Option<ValidRange>,
+    /// How heights are stored as colours; null where they are not.
+    pub encoding: Option<Encoding>,
     /// Height = stored value × scale + offset.
     pub scale: f64,
     /// See `scale`.
@@ -45,6 +55,10 @@ pub struct Info {
     pub nan_possible: bool,
     /// Whether a mask or alpha band marks samples invalid.
     pub mask: bool,
+    /// The least and the largest height; null where no sample has one, or nobody has looked.
+    pub height_range: Option<[f64; 2]>,
+    /// Samples without a height; null where nobody has looked.
+    pub missing_samples: Option<u64>,
     /// The coordinate reference system in one line; "none" where there is none.
     pub crs: String,
     /// What coordinates and heights mean.
@@ -85,16 +99,23 @@ impl Info {
             file: raster.path().display().to_string(),
             driver: raster.driver(),
             band: raster.band(),
+            bands: raster.band_count(),
+            band_description: raster.band_description(),
             width: raster.width(),
             height: raster.height(),
             window: raster.window().map(|w| [w.column, w.row, w.width, w.height]),
             whole_size: raster.whole_size(),
             sample_type: raster.sample_type().name(),
-            nodata: nodata(raster.nodata()),
+            nodata: raster.tag().map_or(Value::Null, nodata),
+            marks: raster.marks().values.iter().map(|mark| nodata(*mark)).collect(),
+            valid_range: raster.marks().valid,
+            encoding: raster.encoding(),
             scale: scaling.scale,
             offset: scaling.offset,
             nan_possible: matches!(raster.sample_type(), SampleType::F32 | SampleType::F64),
             mask: raster.has_mask()?,
+            height_range: None,
+            missing_samples: None,
             crs: raster.crs_name(),
             reference: raster.reference(),
             crs_wkt: raster.crs_wkt(),
@@ -111,13 +132,20 @@ impl Info {
     }
 }
 
+impl Info {
+    /// With what a look at all samples has found.
+    pub fn with_look(self, look: &Look) -> Info {
+        let height_range = look.range.map(|(min, max)| [min, max]);
+        Info { height_range, missing_samples: Some(look.missing), ..self }
+    }
+}
+
 /// JSON has no NaN and no infinity; a null would read as "none".
-fn nodata(nodata: Nodata) -> Value {
-    match nodata {
-        Nodata::None => Value::Null,
-        Nodata::Real(v) if v.is_finite() => json!(v),
-        Nodata::Real(v) => json!(v.to_string().to_lowercase()),
-        Nodata::I64(v) => json!(v),
-        Nodata::U64(v) => json!(v),
+fn nodata(mark: Mark) -> Value {
+    match mark {
+        Mark::Real(v) if v.is_finite() => json!(v),
+        Mark::Real(v) => json!(v.to_string().to_lowercase()),
+        Mark::I64(v) => json!(v),
+        Mark::U64(v) => json!(v),
     }
 }

@@ -5,9 +5,11 @@
 //! sample is counted once. Where samples are missing, `ground` says who owns which, and who has seen which.
 
 mod ground;
+mod heights;
 mod shape;
 mod weighted;
 
+pub use heights::{Extent, HeightStats};
 pub use shape::{ANGLES, OVERSHOOTS, ShapeStats, shape};
 pub use weighted::WeightedStats;
 
@@ -52,6 +54,8 @@ pub struct ErrorStats {
     pub extended: Option<WeightedStats>,
     /// The shapes of the triangles, where somebody has looked at them ([`shape`]).
     pub shape: Option<Box<ShapeStats>>,
+    /// The heights of the samples, where somebody has looked at them ([`HeightStats::of`]).
+    pub heights: Option<HeightStats>,
 }
 
 impl Default for ErrorStats {
@@ -59,7 +63,7 @@ impl Default for ErrorStats {
         let (max, worst, squares) = (0.0, (0, 0), 0.0);
         let histogram = Box::new([0; BINS]);
         let (samples, nodata, stray, bridged, trimmed) = (0, 0, 0, 0, 0);
-        let (extended, shape) = (None, None);
+        let (extended, shape, heights) = (None, None, None);
         ErrorStats {
             samples,
             nodata,
@@ -73,6 +77,7 @@ impl Default for ErrorStats {
             histogram,
             extended,
             shape,
+            heights,
         }
     }
 }
@@ -91,6 +96,9 @@ impl ErrorStats {
         }
         if let Some(other) = &other.shape {
             self.shape.get_or_insert_default().add(other);
+        }
+        if let Some(other) = &other.heights {
+            self.heights.get_or_insert_default().add(other);
         }
         self.samples += other.samples;
         self.nodata += other.nodata;

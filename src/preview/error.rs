@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use crate::control::Cancelled;
 use crate::ply::PlyError;
-use crate::raster::{CutlineError, RasterError, Window};
+use crate::raster::{RasterError, ViewError};
 use crate::staged::OutputError;
 
 /// Why there is no picture.
@@ -12,30 +12,15 @@ pub enum PreviewError {
     /// The raster cannot be used.
     #[error(transparent)]
     Raster(#[from] RasterError),
-    /// The cutline cannot be used.
+    /// The raster cannot be looked at in this way.
     #[error(transparent)]
-    Cutline(#[from] CutlineError),
+    View(#[from] ViewError),
     /// The mesh cannot be used.
     #[error(transparent)]
     Mesh(#[from] PlyError),
     /// The output file.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// The window is not inside the raster, or holds no cell.
-    #[error(
-        "{}: expected a window of 2 × 2 samples or more inside {width} × {height}, found {} × {} at column {}, row {}",
-        path.display(), window.width, window.height, window.column, window.row
-    )]
-    Window {
-        /// The raster.
-        path: PathBuf,
-        /// The window asked for.
-        window: Window,
-        /// Samples across the raster.
-        width: usize,
-        /// Samples down the raster.
-        height: usize,
-    },
     /// A number that an option cannot take.
     #[error("{option}: expected {expected}, found {found}")]
     Option {

@@ -1,4 +1,4 @@
-use crate::raster::{BoundingBox, CutlineSource, Window};
+use crate::raster::View;
 
 /// What is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -21,18 +21,10 @@ pub enum Mode {
 pub struct PreviewOptions {
     /// What is drawn.
     pub mode: Mode,
-    /// The band of the raster, from 1.
-    pub band: usize,
-    /// The stored value of samples without a height, in place of the raster's tag; `None` keeps the tag.
-    pub nodata: Option<String>,
-    /// Polygons outside of which samples have no height.
-    pub cutline: Option<CutlineSource>,
+    /// Which samples are drawn, and what they are.
+    pub view: View,
     /// The picture is as large as fits in so many pixels across and down; a legend comes on top of it.
     pub size: (usize, usize),
-    /// The samples that are drawn; all where `None`.
-    pub window: Option<Window>,
-    /// The same by a box on the map; not beside `window`.
-    pub bounding_box: Option<BoundingBox>,
     /// The tolerance: the end of the colour scale, beyond which samples are marked. `None` scales to the largest error.
     pub max_error: Option<f64>,
     /// Heights are multiplied by this for shading.
@@ -45,12 +37,8 @@ impl Default for PreviewOptions {
     fn default() -> Self {
         PreviewOptions {
             mode: Mode::default(),
-            band: 1,
-            nodata: None,
-            cutline: None,
+            view: View::default(),
             size: (1024, 1024),
-            window: None,
-            bounding_box: None,
             max_error: None,
             exaggeration: 1.0,
             overwrite: false,

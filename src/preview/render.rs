@@ -11,7 +11,7 @@ use super::view::View;
 use super::{Mode, PreviewError, PreviewOptions};
 use crate::control::Control;
 use crate::ply::PlyFile;
-use crate::raster::{Raster, Window, read_cutline};
+use crate::raster::{Raster, Window};
 use crate::staged::StagedFile;
 
 use super::canvas::Canvas;
@@ -45,23 +45,12 @@ pub fn preview(
     control: &Control,
 ) -> Result<PreviewReport, PreviewError> {
     check(options)?;
-    let cutline = options.cutline.as_ref();
+    let cutline = options.view.cutline.as_ref();
     let inputs: Vec<&Path> = [raster, mesh].into_iter().chain(cutline.map(|c| c.path.as_path())).collect();
     let staged = StagedFile::create(out, options.overwrite, &inputs)?;
-    let raster = Raster::open(raster, options.band)?;
-    let raster = match &options.nodata {
-        Some(value) => raster.with_nodata(value)?,
-        None => raster,
-    };
-    let raster = match cutline {
-        Some(source) => {
-            let cutline = read_cutline(&raster, source, &control.cancel)?;
-            raster.with_cutline(cutline)
-        }
-        None => raster,
-    };
-    let window = window(&raster, options)?;
-    raster.holds_rows(window.width)?;
+    let raster = options.view.open(raster, &control.cancel)?;
+    raster.holds_rows(raster.width())?;
+    let window = Window { column: 0, row: 0, width: raster.width(), height: raster.height() };
     let mut job = Job {
         light: Light::over(&raster, options.exaggeration),
         view: View::fit(window, options.size),
@@ -94,21 +83,6 @@ fn check(options: &PreviewOptions) -> Result<(), PreviewError> {
     unless(tolerance >= 0.0 && tolerance.is_finite(), "max-error", "a number from 0 on", tolerance.to_string())?;
     let factor = options.exaggeration;
     unless(factor > 0.0 && factor.is_finite(), "vertical-exaggeration", "a number above 0", factor.to_string())
-}
-
-fn window(raster: &Raster, options: &PreviewOptions) -> Result<Window, PreviewError> {
-    let (width, height) = (raster.width(), raster.height());
-    let window = match (options.window, &options.bounding_box) {
-        (Some(window), _) => window,
-        (None, Some(bounds)) => raster.window_of(bounds)?,
-        (None, None) => Window { column: 0, row: 0, width, height },
-    };
-    let inside =
-        |first: usize, count: usize, all: usize| count >= 2 && first.checked_add(count).is_some_and(|e| e <= all);
-    if inside(window.column, window.width, width) && inside(window.row, window.height, height) {
-        return Ok(window);
-    }
-    Err(PreviewError::Window { path: raster.path().to_path_buf(), window, width, height })
 }
 
 struct Job<'a> {

@@ -3,12 +3,16 @@ use std::path::{Path, PathBuf};
 use super::colours::{EXCEEDED, NO_GROUND, UNCOVERED};
 use super::*;
 use crate::control::{CancelToken, Control};
-use crate::raster::{GeoTransform, Window};
+use crate::raster::{GeoTransform, Part, RasterError, View, ViewError, Window};
 use crate::staged::OutputError;
 use crate::synth::{StoredAs, SynthOptions, Terrain, TerrainOptions, synth};
 
 const WIDTH: usize = 161;
 const HEIGHT: usize = 121;
+
+fn of_window(window: Window) -> View {
+    View { part: Part::Window(window), ..View::default() }
+}
 
 /// A raster of synthetic ground, and regular meshes over it.
 struct Scene {
@@ -137,7 +141,7 @@ fn the_order_of_faces_does_not_show_in_errors() {
     faces.reverse();
     faces.iter_mut().for_each(|f| f.rotate_left(1));
     let other = scene.mesh("other.ply", faces.into_iter());
-    let options = PreviewOptions { window: Some(Window { column: 33, row: 17, width: 50, height: 60 }), ..errors() };
+    let options = PreviewOptions { view: of_window(Window { column: 33, row: 17, width: 50, height: 60 }), ..errors() };
     scene.draw(&one, "one.png", &options).expect("drawn");
     scene.draw(&other, "other.png", &options).expect("drawn");
     assert!(pixels(&scene.path("one.png")) == pixels(&scene.path("other.png")));
@@ -190,9 +194,10 @@ fn what_cannot_be_drawn_is_refused_and_leaves_nothing() {
     let scene = Scene::new(TerrainOptions::default());
     let mesh = scene.mesh("mesh.ply", grid(10));
     let refused = |options: PreviewOptions| scene.draw(&mesh, "out.png", &options).expect_err("refused");
-    let window = |column, width| Some(Window { column, row: 0, width, height: 10 });
+    let window = |column, width| Window { column, row: 0, width, height: 10 };
     for window in [window(0, WIDTH + 1), window(WIDTH, 2), window(usize::MAX, 2), window(0, 1)] {
-        assert!(matches!(refused(PreviewOptions { window, ..errors() }), PreviewError::Window { .. }), "{window:?}");
+        let found = refused(PreviewOptions { view: of_window(window), ..errors() });
+        assert!(matches!(found, PreviewError::View(ViewError::Raster(RasterError::Window { .. }))), "{window:?}");
     }
     let option = |options| match refused(options) {
         PreviewError::Option { option, .. } => option,

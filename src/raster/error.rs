@@ -54,13 +54,29 @@ pub enum RasterError {
         /// The type of the samples.
         sample_type: &'static str,
     },
-    /// The samples are entries of a table of colours.
-    #[error("{}: band {band}: expected heights, found the numbers of colours in a table", path.display())]
-    ColourTable {
+    /// The band holds colours, or indices into a table of them.
+    #[error("{}: band {band}: expected heights, found {found}", path.display())]
+    Picture {
         /// The raster.
         path: PathBuf,
         /// The band, from 1.
         band: usize,
+        /// What it holds.
+        found: String,
+        /// The first band that is no colour.
+        other: Option<usize>,
+        /// Whether bands 1 to 3 are bytes, so that heights may be encoded in them.
+        encoded: bool,
+    },
+    /// There are no three bands of bytes for encoded heights.
+    #[error("{}: expected three bands of bytes with {encoding} heights, found {found}", path.display())]
+    NotEncoded {
+        /// The raster.
+        path: PathBuf,
+        /// The encoding.
+        encoding: &'static str,
+        /// What there is instead.
+        found: String,
     },
     /// Rows are too long to be held in memory.
     #[error("{}: expected at most {limit} samples across, found {found}", path.display())]

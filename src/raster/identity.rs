@@ -1,4 +1,4 @@
-use super::{Nodata, Raster, RasterError, Window};
+use super::{Mark, Marks, Raster, RasterError, Window};
 
 /// The places whose samples are read, spread evenly over the rows, the first and the last among them.
 const PLACES: usize = 64;
@@ -19,12 +19,7 @@ const RUN: usize = 1024;
 /// [`RasterError::Read`].
 pub fn identity(raster: &Raster) -> Result<Vec<(&'static str, String)>, RasterError> {
     let scaling = raster.scaling();
-    let nodata = match raster.nodata {
-        Nodata::None => "none".to_string(),
-        Nodata::Real(value) => exact(value),
-        Nodata::I64(value) => value.to_string(),
-        Nodata::U64(value) => value.to_string(),
-    };
+    let nodata = raster.tag().map_or("none".to_string(), exact_mark);
     let mut named = vec![
         ("size", format!("{} × {} samples", raster.width(), raster.height())),
         ("band", raster.band().to_string()),
@@ -35,9 +30,27 @@ pub fn identity(raster: &Raster) -> Result<Vec<(&'static str, String)>, RasterEr
         ("offset", exact(scaling.offset)),
         ("checksum of some samples", format!("{:08x}", some_samples(raster)?)),
     ];
+    named.extend(raster.encoding().map(|encoding| ("encoding", encoding.name().to_string())));
+    let options = raster.open_options();
+    named.extend((!options.is_empty()).then(|| ("open options", options.join(" "))));
     // A window that happens to have the samples of another is not the same place.
     named.extend(raster.window().map(|w| ("window", w.to_string())));
     Ok(named)
+}
+
+fn exact_mark(mark: Mark) -> String {
+    match mark {
+        Mark::Real(value) => exact(value),
+        Mark::I64(value) => value.to_string(),
+        Mark::U64(value) => value.to_string(),
+    }
+}
+
+/// What counts as missing where the caller says so, exactly, for what identifies a job.
+pub fn exact_marks(marks: &Marks) -> String {
+    let values: Vec<String> = marks.values.iter().map(|mark| exact_mark(*mark)).collect();
+    let valid = marks.valid.map(|v| format!("heights from {} to {}", exact(v.min), exact(v.max)));
+    values.into_iter().chain(valid).collect::<Vec<_>>().join(", ")
 }
 
 /// A double as people read it, and its bits.

@@ -1,16 +1,18 @@
+//! Opening a raster through GDAL, and what is known of it then.
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use gdal::raster::{ColorInterpretation, RasterBand};
+use gdal::raster::RasterBand;
 use gdal::spatial_ref::SpatialRef;
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
 use super::axes;
+use super::encoding::Encoded;
 use super::error::reason;
-use super::sample_type::with_sample_type;
 use crate::warning::Warning;
 
-use super::{Cutline, GdalName, GeoTransform, Nodata, RasterError, SampleType, Scaling, Window};
+use super::{Cutline, Encoding, GdalName, GeoTransform, Mark, Marks, RasterError, SampleType, Scaling, Window};
 
 /// One band of an open raster. Not shared between threads: each opens its own.
 #[derive(Debug)]
@@ -22,27 +24,32 @@ pub struct Raster {
     pub(super) band: usize,
     /// Samples across and down the dataset.
     whole: (usize, usize),
-    /// What of it is looked at.
+    /// The window of it, if the view is not the whole raster.
     window: Window,
-    sample_type: SampleType,
-    scaling: Scaling,
-    /// What the raster's tag says.
-    pub(super) nodata: Nodata,
-    /// What the caller says.
-    pub(super) given_nodata: Option<Nodata>,
-    /// What is outside of it has no height.
+    pub(super) sample_type: SampleType,
+    pub(super) scaling: Scaling,
+    /// The raster's nodata tag.
+    pub(super) tag: Option<Mark>,
+    /// What counts as missing: the tag, unless the caller says otherwise.
+    pub(super) marks: Marks,
+    /// Where heights are stored as colours.
+    pub(super) encoded: Option<Encoded>,
+    /// Samples outside of it have no height.
     pub(super) cutline: Option<Arc<Cutline>>,
+    open_options: Vec<String>,
     geo_transform: Option<GeoTransform>,
     /// What was found at opening.
-    warnings: Vec<Warning>,
+    pub(super) warnings: Vec<Warning>,
 }
 
 /// How a raster was opened: threads that need a handle of their own take this along.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Opening {
     path: PathBuf,
+    open_options: Vec<String>,
     band: usize,
-    given_nodata: Option<Nodata>,
+    marks: Marks,
+    encoding: Option<Encoding>,
     cutline: Option<Arc<Cutline>>,
     window: Option<Window>,
 }
@@ -53,16 +60,21 @@ impl Opening {
     /// # Errors
     /// As [`Raster::open`] and [`Raster::clip`].
     pub fn open(&self) -> Result<Raster, RasterError> {
-        Ok(Raster { given_nodata: self.given_nodata, cutline: self.cutline.clone(), ..self.open_band(self.band)? })
+        let raster = self.open_band(self.band)?;
+        let raster = match self.encoding {
+            Some(encoding) => raster.with_encoding(encoding)?,
+            None => raster,
+        };
+        Ok(Raster { marks: self.marks.clone(), cutline: self.cutline.clone(), ..raster })
     }
 
-    /// Opens another band of the same file, of which the same window is looked at; its nodata value is its own, and it has
-    /// no cutline.
+    /// Opens another band of the same file, in the same window; its nodata tag is its own, and it has no cutline and no
+    /// encoding.
     ///
     /// # Errors
     /// As [`Opening::open`].
     pub fn open_band(&self, band: usize) -> Result<Raster, RasterError> {
-        let raster = Raster::open(&self.path, band)?;
+        let raster = Raster::open_with(&self.path, band, &self.open_options)?;
         match self.window {
             Some(window) => raster.clip(window),
             None => Ok(raster),
@@ -92,7 +104,17 @@ impl Raster {
     /// [`RasterError`] when the file is no raster, has no such band, its samples are complex, it is smaller than
     /// 2 × 2, or its geotransform or scaling cannot be used.
     pub fn open(path: &Path, band: usize) -> Result<Raster, RasterError> {
+        Raster::open_with(path, band, &[])
+    }
+
+    /// The same with open options of the format's driver, `NAME=VALUE` each.
+    ///
+    /// # Errors
+    /// As [`Raster::open`].
+    pub fn open_with(path: &Path, band: usize, open_options: &[String]) -> Result<Raster, RasterError> {
+        let words: Vec<&str> = open_options.iter().map(String::as_str).collect();
         let options = DatasetOptions {
+            open_options: Some(&words),
             open_flags: GdalOpenFlags::GDAL_OF_READONLY
                 | GdalOpenFlags::GDAL_OF_RASTER
                 | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
@@ -125,14 +147,14 @@ impl Raster {
                 reason,
             })?),
         };
-        let (sample_type, scaling, nodata) = {
+        let (sample_type, scaling, tag) = {
             let b = dataset.rasterband(band).map_err(|e| RasterError::gdal(path, "band", &e))?;
             let sample_type = sample_type(&b).ok_or_else(|| RasterError::SampleType {
                 path: path.to_path_buf(),
                 band,
                 found: type_name(&b),
             })?;
-            (sample_type, scaling(path, &b)?, nodata(&b, sample_type))
+            (sample_type, scaling(path, &b)?, tag(&b, sample_type))
         };
         Ok(Raster {
             path: path.to_path_buf(),
@@ -143,9 +165,11 @@ impl Raster {
             window: Window { column: 0, row: 0, width, height },
             sample_type,
             scaling,
-            nodata,
-            given_nodata: None,
+            tag,
+            marks: Marks { values: tag.into_iter().collect(), valid: None },
+            encoded: None,
             cutline: None,
+            open_options: open_options.to_vec(),
             geo_transform,
             warnings: Vec::new(),
         })
@@ -156,11 +180,7 @@ impl Raster {
     ///
     /// # Errors
     /// [`RasterError::Window`] if it reaches out of the raster or has less than 2 samples across or down.
-    ///
-    /// # Panics
-    /// If the raster has a cutline: its places are those of the window for which it was read.
     pub fn clip(self, window: Window) -> Result<Raster, RasterError> {
-        assert!(self.cutline.is_none(), "a window of a raster with a cutline");
         let inside = |first: usize, count: usize, all: usize| first.checked_add(count).is_some_and(|end| end <= all);
         let Window { column, row, width, height } = window;
         if !inside(column, width, self.width()) || !inside(row, height, self.height()) || width < 2 || height < 2 {
@@ -171,6 +191,7 @@ impl Raster {
         Ok(Raster {
             window: Window { column: first.0, row: first.1, width, height },
             geo_transform: self.geo_transform.map(|g| g.of_window(column, row)),
+            cutline: self.cutline.map(|cutline| Arc::new(cutline.of_window(column, row))),
             ..self
         })
     }
@@ -185,7 +206,7 @@ impl Raster {
         if found <= LIMIT { Ok(()) } else { Err(RasterError::Wide { path: self.path.clone(), limit: LIMIT, found }) }
     }
 
-    /// What of the whole raster is looked at, if it is not all of it.
+    /// The window, if the view is not the whole raster.
     pub fn window(&self) -> Option<Window> {
         let (width, height) = self.whole;
         (self.window != Window { column: 0, row: 0, width, height }).then_some(self.window)
@@ -199,7 +220,16 @@ impl Raster {
     /// What it takes to open the same raster once more.
     pub fn opening(&self) -> Opening {
         let (path, cutline) = (self.path.clone(), self.cutline.clone());
-        Opening { path, band: self.band, given_nodata: self.given_nodata, cutline, window: self.window() }
+        let (open_options, marks) = (self.open_options.clone(), self.marks.clone());
+        Opening {
+            path,
+            open_options,
+            band: self.band,
+            marks,
+            encoding: self.encoding(),
+            cutline,
+            window: self.window(),
+        }
     }
 
     /// What a user should know of it, as far as opening it tells.
@@ -222,30 +252,17 @@ impl Raster {
         self.dataset.raster_count()
     }
 
-    /// The colour that the band is said to hold: red, green, blue or alpha.
-    pub fn colour(&self) -> Option<&'static str> {
-        match self.rasterband().ok()?.color_interpretation() {
-            ColorInterpretation::RedBand => Some("red"),
-            ColorInterpretation::GreenBand => Some("green"),
-            ColorInterpretation::BlueBand => Some("blue"),
-            ColorInterpretation::AlphaBand => Some("alpha"),
-            _ => None,
-        }
-    }
-
-    /// Whether samples are numbers of entries in a table of colours, and so no heights. A table of greys, from dark to
-    /// bright, is none: with that, some formats say that samples are a measure of something.
-    pub fn has_colour_table(&self) -> bool {
-        let Ok(band) = self.rasterband() else { return false };
-        let Some(table) = band.color_table() else { return false };
-        let entries: Vec<_> = (0..table.entry_count()).filter_map(|i| table.entry_as_rgb(i)).collect();
-        let grey = entries.iter().all(|e| e.r == e.g && e.g == e.b);
-        !(grey && entries.windows(2).all(|pair| pair[0].r < pair[1].r))
-    }
-
     /// What the band is said to hold, in words; empty where nothing is said.
     pub fn description(&self) -> String {
         self.rasterband().ok().and_then(|b| b.description().ok()).unwrap_or_default()
+    }
+
+    /// The description, or else the colour, that the band is said to have; empty where neither is said.
+    pub fn band_description(&self) -> String {
+        match self.description() {
+            text if text.is_empty() => self.colour_of(self.band).unwrap_or_default().to_string(),
+            text => text,
+        }
     }
 
     /// Samples across (columns).
@@ -268,9 +285,9 @@ impl Raster {
         self.scaling
     }
 
-    /// The mark of samples without a height: what the raster says, unless the caller has said otherwise.
-    pub fn nodata(&self) -> Nodata {
-        self.given_nodata.unwrap_or(self.nodata)
+    /// The open options it was opened with.
+    pub fn open_options(&self) -> &[String] {
+        &self.open_options
     }
 
     /// The raster's geotransform, or the default one where it has none.
@@ -308,152 +325,22 @@ impl Raster {
         self.dataset.metadata_item("COMPRESSION", "IMAGE_STRUCTURE")
     }
 
-    /// Whether GDAL marks samples invalid by a mask or alpha band, or by one value for each band together
-    /// (`NODATA_VALUES`), apart from any nodata value of the band's own.
-    ///
-    /// # Errors
-    /// [`RasterError::Gdal`] when GDAL cannot tell.
-    pub fn has_mask(&self) -> Result<bool, RasterError> {
-        let flags = self.rasterband()?.mask_flags().map_err(|e| RasterError::gdal(&self.path, "mask", &e))?;
-        Ok(!flags.is_all_valid() && (!flags.is_nodata() || flags.is_per_dataset()))
-    }
-
-    /// Reads a window as it is stored, in the machine's byte order, rows one after the other. `out` is
-    /// `window.len()` samples long and aligned to 8 bytes.
-    ///
-    /// # Errors
-    /// [`RasterError::Read`].
-    ///
-    /// # Panics
-    /// If `out` has another length, or the window is not inside the raster.
-    pub fn read_native(&self, window: Window, out: &mut [u8]) -> Result<(), RasterError> {
-        self.check(window);
-        assert_eq!(out.len(), window.len() * self.sample_type.bytes(), "buffer of {window:?}");
-        match self.sample_type {
-            SampleType::I8 => self.read_signed_bytes(window, out),
-            other => with_sample_type!(other, T => self.read_cast::<T>(window, bytemuck::cast_slice_mut(out))),
-        }
-    }
-
-    /// GDAL before 3.7 has signed bytes as bytes with a mark; later ones have a type for them, which these bindings do
-    /// not always know, and would cut negative values off on the way to bytes: it is read as 16-bit integers.
-    fn read_signed_bytes(&self, window: Window, out: &mut [u8]) -> Result<(), RasterError> {
-        if self.rasterband()?.band_type().name() == "Byte" {
-            return self.read::<u8>(window, out);
-        }
-        let mut wide = vec![0i16; out.len()];
-        self.read(window, &mut wide)?;
-        for (byte, value) in out.iter_mut().zip(wide) {
-            *byte = value as i8 as u8;
-        }
-        Ok(())
-    }
-
-    /// Reads a window as heights, scale and offset applied, rows one after the other. Samples marked nodata come as
-    /// the number they are stored as.
-    ///
-    /// # Errors
-    /// [`RasterError::Read`].
-    ///
-    /// # Panics
-    /// If `out` is not `window.len()` long, or the window is not inside the raster.
-    pub fn read_heights(&self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
-        self.read_stored(window, out)?;
-        self.scale(out);
-        Ok(())
-    }
-
-    /// Reads a window of stored values as doubles: exactly, but for 64-bit integers beyond 2⁵³.
-    pub(super) fn read_stored(&self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
-        self.check(window);
-        self.read(window, out)?;
-        if self.sample_type == SampleType::I8 {
-            out.iter_mut().filter(|v| **v >= 128.0).for_each(|v| *v -= 256.0);
-        }
-        Ok(())
-    }
-
-    /// Stored values become heights.
-    pub(super) fn scale(&self, values: &mut [f64]) {
-        if !self.scaling.is_none() {
-            values.iter_mut().for_each(|v| *v = self.scaling.height(*v));
-        }
-    }
-
-    /// Reads the validity mask of a window: 0 is invalid.
-    ///
-    /// # Errors
-    /// [`RasterError::Read`].
-    pub fn read_mask(&self, window: Window, out: &mut [u8]) -> Result<(), RasterError> {
-        self.check(window);
-        let band = self.rasterband()?;
-        let mask = band.open_mask_band().map_err(|e| RasterError::gdal(&self.path, "mask", &e))?;
-        read(&mask, self.in_whole(window), out).map_err(|e| self.read_error(window, &e))
-    }
-
     pub(super) fn rasterband(&self) -> Result<RasterBand<'_>, RasterError> {
         self.dataset.rasterband(self.band).map_err(|e| RasterError::gdal(&self.path, "band", &e))
     }
 
-    fn read_cast<T: Stored>(&self, window: Window, out: &mut [T]) -> Result<(), RasterError> {
-        T::read_from(self, window, out)
-    }
-
-    fn read<T: gdal::raster::GdalType + Copy>(&self, window: Window, out: &mut [T]) -> Result<(), RasterError> {
-        read(&self.rasterband()?, self.in_whole(window), out).map_err(|e| self.read_error(window, &e))
-    }
-
-    fn read_error(&self, window: Window, error: &gdal::errors::GdalError) -> RasterError {
-        let Window { column, row, width, height } = window;
-        RasterError::Read { path: self.path.clone(), column, row, width, height, reason: reason(error) }
-    }
-
-    fn check(&self, w: Window) {
-        let inside = w.column + w.width <= self.width() && w.row + w.height <= self.height();
-        assert!(inside, "{w:?} of a raster of {} × {}", self.width(), self.height());
-    }
-
     /// Where the samples of a window are in the dataset.
-    fn in_whole(&self, window: Window) -> Window {
+    pub(super) fn in_whole(&self, window: Window) -> Window {
         Window { column: self.window.column + window.column, row: self.window.row + window.row, ..window }
     }
 }
 
-/// The types GDAL reads straight into; its bindings for 3.6 know no signed bytes, which are read as bytes.
-trait Stored: Sized {
-    fn read_from(raster: &Raster, window: Window, out: &mut [Self]) -> Result<(), RasterError>;
-}
-macro_rules! stored {
-    ($($t:ty),*) => {$(
-        impl Stored for $t {
-            fn read_from(raster: &Raster, window: Window, out: &mut [Self]) -> Result<(), RasterError> {
-                raster.read(window, out)
-            }
-        }
-    )*};
-}
-stored!(u8, u16, i16, u32, i32, u64, i64, f32, f64);
-impl Stored for i8 {
-    fn read_from(raster: &Raster, window: Window, out: &mut [Self]) -> Result<(), RasterError> {
-        raster.read::<u8>(window, bytemuck::cast_slice_mut(out))
-    }
-}
-
-fn read<T: gdal::raster::GdalType + Copy>(
-    band: &RasterBand<'_>,
-    window: Window,
-    out: &mut [T],
-) -> gdal::errors::Result<()> {
-    let size = (window.width, window.height);
-    band.read_into_slice((window.column as isize, window.row as isize), size, size, out, None)
-}
-
-fn sample_type(band: &RasterBand<'_>) -> Option<SampleType> {
+pub(super) fn sample_type(band: &RasterBand<'_>) -> Option<SampleType> {
     let signed_byte = band.metadata_item("PIXELTYPE", "IMAGE_STRUCTURE").is_some_and(|v| v == "SIGNEDBYTE");
     SampleType::from_gdal(band.band_type(), signed_byte)
 }
 
-fn type_name(band: &RasterBand<'_>) -> String {
+pub(super) fn type_name(band: &RasterBand<'_>) -> String {
     match band.band_type().name() {
         name if name == "Unknown" => "a complex or unknown type".to_string(),
         name => name,
@@ -469,11 +356,11 @@ fn scaling(path: &Path, band: &RasterBand<'_>) -> Result<Scaling, RasterError> {
     Err(RasterError::Scaling { path: path.to_path_buf(), scale: scaling.scale, offset: scaling.offset })
 }
 
-fn nodata(band: &RasterBand<'_>, sample_type: SampleType) -> Nodata {
+fn tag(band: &RasterBand<'_>, sample_type: SampleType) -> Option<Mark> {
     match sample_type {
-        SampleType::I64 => band.no_data_value_i64().map_or(Nodata::None, Nodata::I64),
-        SampleType::U64 => band.no_data_value_u64().map_or(Nodata::None, Nodata::U64),
-        _ => band.no_data_value().map_or(Nodata::None, Nodata::Real),
+        SampleType::I64 => band.no_data_value_i64().map(Mark::I64),
+        SampleType::U64 => band.no_data_value_u64().map(Mark::U64),
+        _ => band.no_data_value().map(Mark::Real),
     }
 }
 

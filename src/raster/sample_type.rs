@@ -13,6 +13,7 @@ pub enum SampleType {
     I32,
     U64,
     I64,
+    F16,
     F32,
     F64,
 }
@@ -53,6 +54,10 @@ macro_rules! with_sample_type {
                 type $t = i64;
                 $body
             }
+            $crate::raster::SampleType::F16 => {
+                type $t = half::f16;
+                $body
+            }
             $crate::raster::SampleType::F32 => {
                 type $t = f32;
                 $body
@@ -83,6 +88,7 @@ impl SampleType {
             SampleType::I32 => "Int32",
             SampleType::U64 => "UInt64",
             SampleType::I64 => "Int64",
+            SampleType::F16 => "Float16",
             SampleType::F32 => "Float32",
             SampleType::F64 => "Float64",
         }
@@ -90,7 +96,8 @@ impl SampleType {
 
     /// Whether every value is also a single-precision number.
     pub fn fits_f32(self) -> bool {
-        matches!(self, SampleType::U8 | SampleType::I8 | SampleType::U16 | SampleType::I16 | SampleType::F32)
+        use SampleType::{F16, F32, I8, I16, U8, U16};
+        matches!(self, U8 | I8 | U16 | I16 | F16 | F32)
     }
 
     /// `signed_byte` tells the bytes of GDAL before 3.7 that are marked `PIXELTYPE=SIGNEDBYTE`.
@@ -106,6 +113,8 @@ impl SampleType {
             GdalDataType::Int64 => SampleType::I64,
             GdalDataType::Float32 => SampleType::F32,
             GdalDataType::Float64 => SampleType::F64,
+            // From GDAL 3.11 on.
+            other if other.name() == "Float16" => SampleType::F16,
             // Int8 exists from GDAL 3.7 on; its name is the same with every version of the bindings.
             other if other.name() == "Int8" => SampleType::I8,
             _ => return None,

@@ -1,9 +1,12 @@
-//! Which samples have a height.
+//! Which samples have a height, for `verify` and `preview`.
 //!
-//! A sample has one unless its stored value is the mark of nodata or NaN, a mask or alpha band says that it has none, or it
-//! is outside of the cutline.
+//! A sample has none if its stored value is NaN or like a mark ([`Mark`]), if its height is outside of the valid range, if a
+//! mask or alpha band says so, or if it is outside of the cutline. `field/stored` says the same for the engines, in code of
+//! its own.
 
-use super::{Nodata, Raster, RasterError, SampleType, Window};
+use super::marks::NEARNESS;
+use super::read::Stored;
+use super::{Mark, Raster, RasterError, SampleType, Window, with_sample_type};
 
 impl Raster {
     /// Reads a window as heights, scale and offset applied, rows one after the other; NaN where a sample has no height.
@@ -22,40 +25,89 @@ impl Raster {
                 return Ok(());
             }
         }
-        self.read_stored(window, out)?;
-        match self.nodata() {
-            Nodata::None => {}
-            Nodata::Real(mark) => {
-                // To single precision a mark is rounded: it is written with more digits than the samples have.
-                let mark = if self.sample_type() == SampleType::F32 { f64::from(mark as f32) } else { mark };
-                out.iter_mut().filter(|v| **v == mark).for_each(|v| *v = f64::NAN);
-            }
-            Nodata::I64(mark) => self.strike_out(window, out, mark)?,
-            Nodata::U64(mark) => self.strike_out(window, out, mark)?,
-        }
-        self.scale(out);
-        if self.has_mask()? {
-            let mut mask = vec![0; window.len()];
-            self.read_mask(window, &mut mask)?;
-            out.iter_mut().zip(mask).filter(|(_, m)| *m == 0).for_each(|(v, _)| *v = f64::NAN);
-        }
+        self.read_marked_heights(window, out)?;
         // Empty where there is no cutline.
         out.iter_mut().zip(inside).filter(|(_, inside)| !inside).for_each(|(v, _)| *v = f64::NAN);
         Ok(())
     }
 
-    /// Doubles do not tell large whole numbers apart, so these are read once more as they are.
-    fn strike_out<T>(&self, window: Window, out: &mut [f64], mark: T) -> Result<(), RasterError>
-    where
-        T: bytemuck::Pod + Default + PartialEq,
-    {
-        let mut stored = vec![T::default(); window.len()];
-        self.read_native(window, bytemuck::cast_slice_mut(&mut stored))?;
-        out.iter_mut().zip(stored).filter(|(_, v)| *v == mark).for_each(|(h, _)| *h = f64::NAN);
+    /// The same, whatever the cutline says.
+    pub(super) fn read_marked_heights(&self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
+        assert_eq!(out.len(), window.len(), "heights of {window:?}");
+        let bytes = window.len() * self.sample_type().bytes();
+        let mut words = vec![0u64; bytes.div_ceil(8)];
+        let stored = &mut bytemuck::cast_slice_mut(&mut words)[..bytes];
+        self.read_native(window, stored)?;
+        with_sample_type!(self.sample_type(), T => self.heights_of(bytemuck::cast_slice::<u8, T>(stored), out));
+        if self.has_mask()? {
+            let mut mask = vec![0; window.len()];
+            self.read_mask(window, &mut mask)?;
+            out.iter_mut().zip(mask).filter(|(_, m)| *m == 0).for_each(|(v, _)| *v = f64::NAN);
+        }
         Ok(())
+    }
+
+    fn heights_of<T: Stored>(&self, stored: &[T], out: &mut [f64]) {
+        out.iter_mut().zip(stored).for_each(|(height, stored)| *height = stored.double());
+        self.scale(out);
+        for mark in &self.marks().values {
+            let like = likeness(*mark, self.sample_type());
+            out.iter_mut().zip(stored).filter(|(_, s)| is_like(**s, like)).for_each(|(v, _)| *v = f64::NAN);
+        }
+        if let Some(valid) = self.marks().valid {
+            out.iter_mut().filter(|v| !valid.contains(**v)).for_each(|v| *v = f64::NAN);
+        }
+    }
+
+    /// Whether a stored value, as a double, is missing by its nearness to a mark alone: none equals it.
+    pub(super) fn is_missing_by_nearness(&self, stored: f64) -> bool {
+        let values = &self.marks().values;
+        let like = |mark: &Mark| likeness(*mark, self.sample_type());
+        let equal = |like: Like| match like {
+            Like::Single(m) => stored == f64::from(m),
+            Like::Double(m) => stored == m,
+            _ => true,
+        };
+        let mut near = values.iter().map(like).filter(|l| is_like(stored, *l)).peekable();
+        near.peek().is_some() && !near.any(equal)
     }
 }
 
+/// How stored values are compared with a mark.
+#[derive(Debug, Clone, Copy)]
+enum Like {
+    Nothing,
+    Whole(i128),
+    Single(f32),
+    Double(f64),
+}
+
+fn likeness(mark: Mark, sample_type: SampleType) -> Like {
+    match (mark, sample_type) {
+        (Mark::I64(mark), _) => Like::Whole(i128::from(mark)),
+        (Mark::U64(mark), _) => Like::Whole(i128::from(mark)),
+        (Mark::Real(mark), SampleType::F16) => Like::Single(half::f16::from_f64(mark).to_f32()),
+        (Mark::Real(mark), SampleType::F32) => Like::Single(mark as f32),
+        (Mark::Real(mark), SampleType::F64) => Like::Double(mark),
+        (Mark::Real(value), _) if mark.is_reachable(sample_type) => Like::Whole(value.trunc() as i128),
+        (Mark::Real(_), _) => Like::Nothing,
+    }
+}
+
+fn is_like<T: Stored>(stored: T, like: Like) -> bool {
+    match like {
+        Like::Nothing => false,
+        Like::Whole(m) => stored.whole() == m,
+        Like::Single(m) => {
+            let v = stored.double() as f32;
+            v == m || (v - m).abs() < NEARNESS as f32 * (v + m).abs()
+        }
+        Like::Double(m) => {
+            let v = stored.double();
+            v == m || (v - m).abs() < NEARNESS * (v + m).abs()
+        }
+    }
+}
 #[cfg(test)]
 mod tests {
     use gdal::raster::{Buffer, GdalType};
@@ -132,7 +184,7 @@ mod tests {
         });
         assert_eq!(valid(heights), [true, true, true, true, true, false]);
         let mut out = [0.0; 6];
-        raster.with_nodata("2").expect("a mark").read_valid_heights(WINDOW, &mut out).expect("read");
+        raster.with_nodata(&["2"]).expect("a mark").read_valid_heights(WINDOW, &mut out).expect("read");
         assert_eq!(valid(out), [true, false, true, false, true, false]);
     }
 }

@@ -14,7 +14,7 @@ use crate::exact::MAX_TOLERANCE;
 use crate::faults::{self, Point};
 use crate::field::{Field, Tile};
 use crate::lattice::{self, MAX_TILE_CELLS};
-use crate::measure::{Bare, Bound, ErrorStats, measure, shape};
+use crate::measure::{Bare, Bound, ErrorStats, HeightStats, measure, shape};
 use crate::mesh::TileMesh;
 use crate::polish::count_relaxed;
 use crate::raster::{RasterError, Window};
@@ -264,6 +264,7 @@ impl Workspace {
         let may_be_bare = params.trim > 0 && !self.tile.validity().is_whole();
         let bare = if may_be_bare { Bare::Strip(params.trim) } else { Bare::Nothing };
         let mut errors = measure(&self.tile, &self.mesh, bound, origin, last, bare);
+        errors.heights = Some(HeightStats::of(&self.tile));
         assert_eq!(errors.trimmed, self.trimmed, "bare samples of the tile at {origin:?}");
         // Whoever has no time for polishing has none for looking at it.
         if params.quality != Quality::None {

@@ -2,12 +2,12 @@
 
 use super::{Attribute, Chunk};
 use crate::lattice::Point;
-use crate::measure::{ANGLES, BINS, ErrorStats, OVERSHOOTS, ShapeStats, WeightedStats};
+use crate::measure::{ANGLES, BINS, ErrorStats, Extent, HeightStats, OVERSHOOTS, ShapeStats, WeightedStats};
 use crate::mesh::Vertex;
 use crate::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
-const VERSION: u32 = 8;
+const VERSION: u32 = 9;
 
 /// What is wrong with some bytes: (expected, found).
 pub(super) type Damage = (String, String);
@@ -76,6 +76,11 @@ fn encode_errors(errors: &ErrorStats, out: &mut Vec<u8>) {
     }
     let WeightedStats { max, worst } = errors.extended.unwrap_or_default();
     for word in [u64::from(errors.extended.is_some()), max.to_bits(), worst.0, worst.1] {
+        out.extend_from_slice(&word.to_le_bytes());
+    }
+    let HeightStats { far, near, by_nearness } = errors.heights.unwrap_or_default();
+    let numbers = [far.min, far.max, near.min, near.max].map(f64::to_bits);
+    for word in [u64::from(errors.heights.is_some()), u64::from(by_nearness)].into_iter().chain(numbers) {
         out.extend_from_slice(&word.to_le_bytes());
     }
 }
@@ -183,6 +188,10 @@ fn decode_errors(reader: &mut Reader<'_>) -> Result<ErrorStats, Damage> {
     let is_there = reader.u64()? == 1;
     let weighted = WeightedStats { max: f64::from_bits(reader.u64()?), worst: (reader.u64()?, reader.u64()?) };
     errors.extended = is_there.then_some(weighted);
+    let has_heights = reader.u64()? == 1;
+    let by_nearness = reader.u64()? == 1;
+    let [far, near] = [reader.extent()?, reader.extent()?];
+    errors.heights = has_heights.then_some(HeightStats { far, near, by_nearness });
     Ok(errors)
 }
 
@@ -210,6 +219,10 @@ impl<'a> Reader<'a> {
 
     fn u64(&mut self) -> Result<u64, Damage> {
         self.array().map(u64::from_le_bytes)
+    }
+
+    fn extent(&mut self) -> Result<Extent, Damage> {
+        Ok(Extent { min: f64::from_bits(self.u64()?), max: f64::from_bits(self.u64()?) })
     }
 
     /// Reads `count` records of N bytes; the bytes are there before memory is taken for them.

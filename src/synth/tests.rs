@@ -2,7 +2,7 @@ use std::path::Path;
 
 use super::*;
 use crate::control::{CancelToken, Control};
-use crate::raster::{Nodata, Raster, Window};
+use crate::raster::{Mark, Raster, Window};
 use crate::staged::OutputError;
 
 fn terrain(options: TerrainOptions) -> Terrain {
@@ -161,7 +161,7 @@ fn files_hold_the_terrain_in_every_type_and_layout() {
         assert_eq!(raster.geo_transform().coefficients(), [300_000.0, 10.0, 0.0, 5_400_000.0, 0.0, -10.0]);
         assert!(raster.crs_name().starts_with("EPSG:32633"));
         let nodata = if stored_as == StoredAs::Int16 { -32768.0 } else { -9999.0 };
-        assert_eq!(raster.nodata(), Nodata::Real(nodata));
+        assert_eq!(raster.tag(), Some(Mark::Real(nodata)));
         let mut stored = vec![0.0; heights.len()];
         raster.read_heights(Window { column: 0, row: 0, width: 190, height: 170 }, &mut stored).expect("read");
         let expected = heights.iter().map(|&h| match stored_as {

@@ -1,6 +1,7 @@
 use std::path::PathBuf;
 
 use crate::control::Cancelled;
+use crate::decimal::Decimal;
 use crate::ply::PlyError;
 use crate::raster::RasterError;
 
@@ -41,7 +42,7 @@ pub enum VerifyError {
         found: String,
     },
     /// A sample's height is infinite: no surface is within any distance of it.
-    #[error("{}: column {column}, row {row}: expected a finite height, found {found}", path.display())]
+    #[error("{}: column {column}, row {row}: expected a finite height, found {}", path.display(), Decimal(*found))]
     InfiniteSample {
         /// The raster.
         path: PathBuf,

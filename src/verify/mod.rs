@@ -323,6 +323,7 @@ fn verdict(
         bridged_holes: 0,
         bridged: ground.bridged,
         without_ground: ground.without_ground,
+        height_range: comparison.range,
         vertices: sizes.vertices,
         triangles: sizes.triangles,
         worst: comparison.worst,

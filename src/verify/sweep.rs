@@ -50,6 +50,8 @@ pub(super) struct Comparison {
     pub(super) overlapped: Finding<SamplePlace>,
     /// Samples without a height that lie in a triangle.
     pub(super) touched: Finding<TouchPlace>,
+    /// The least and the largest height.
+    pub(super) range: Option<[f64; 2]>,
     pub(super) ground: GroundFindings,
     pub(super) outline: OutlineFindings,
 }
@@ -99,6 +101,7 @@ pub(super) fn sweep(
     for index in 0..bands {
         control.cancel.check()?;
         let mut band = Band::new(grid, tolerance, index * rows, reader.read(index)?);
+        comparison.range = widened(comparison.range, band.samples.heights);
         let mut next = Queue::new(scratch);
         for piece in std::mem::replace(&mut waiting, Queue::new(scratch)).into_pieces() {
             control.cancel.check()?;
@@ -124,6 +127,14 @@ pub(super) fn sweep(
     }
     control.progress.end(Stage::Compare);
     Ok(Comparison { ground: ground.found, outline: outline.found(), ..comparison })
+}
+
+/// The range of these heights and those before.
+fn widened(range: Option<[f64; 2]>, heights: &[f64]) -> Option<[f64; 2]> {
+    let before = range.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
+    // NaN is neither less nor larger. A zero has no sign here.
+    let [min, max] = heights.iter().fold(before, |[min, max], h| [min.min(h + 0.0), max.max(h + 0.0)]);
+    (min <= max).then_some([min, max])
 }
 
 /// Some rows of samples and what is known about them.

@@ -2,6 +2,7 @@ use serde::Serialize;
 
 use super::WeightedVerdict;
 use super::finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
+use crate::decimal::Decimal;
 
 /// Everything that was found out about a mesh. It passes if [`Verdict::failures`] is empty.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -23,6 +24,8 @@ pub struct Verdict {
     pub bridged: u64,
     /// Samples with a height, but in no cell with three. Nothing is asked of a mesh there, so this is no failure.
     pub without_ground: Finding<SamplePlace>,
+    /// The least and the largest height of the raster; `None` where no sample has one.
+    pub height_range: Option<[f64; 2]>,
     /// Vertices of the mesh.
     pub vertices: u64,
     /// Faces of the mesh.
@@ -226,6 +229,9 @@ impl std::fmt::Display for Verdict {
     /// Several lines: what was compared, the errors, and PASS, or FAIL with the failures.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         writeln!(f, "{} samples, {} vertices, {} triangles", self.samples, self.vertices, self.triangles)?;
+        if let Some([min, max]) = self.height_range {
+            writeln!(f, "heights from {} to {}", Decimal(min), Decimal(max))?;
+        }
         if self.nodata + self.bridged > 0 {
             let Verdict { checked, nodata, bridged, bridged_holes, without_ground, .. } = self;
             write!(f, "ground: {checked} samples; nodata: {nodata}")?;

@@ -11,7 +11,7 @@ use super::source::Source;
 use super::{Access, Choice, Field, FieldError, FieldOptions, Validity};
 use crate::channels::{Channel, ChannelError, PLANAR_UNIT, Range, Ranges};
 use crate::control::{Control, Stage};
-use crate::raster::{Nodata, Raster, RasterError, SampleType, Scaling, Window, channels, with_sample_type};
+use crate::raster::{Marks, Raster, RasterError, SampleType, Scaling, Window, channels, with_sample_type};
 
 /// Which bands are channels, and what they count.
 #[derive(Debug, Clone, PartialEq)]
@@ -201,7 +201,8 @@ impl Field {
             block: raster.block_size(),
             sample_type: SampleType::U8,
             scaling: Scaling::NONE,
-            nodata: Nodata::None,
+            marks: Marks::default(),
+            tag: None,
             geo_transform: raster.geo_transform(),
             source: Source::Level,
             mask: None,

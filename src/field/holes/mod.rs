@@ -32,7 +32,7 @@ use self::heights::bridge;
 use self::scan::{Rows, Scan};
 use self::store::Records;
 use super::decode::windows_of;
-use super::stored::Stored;
+use super::stored::{Sieve, Stored};
 use super::{Field, FieldError};
 use crate::control::{Control, Stage};
 use crate::raster::{Raster, Window, with_sample_type};
@@ -208,7 +208,7 @@ impl Field {
     /// The same, read by these windows.
     fn bridged_by(self, windows: &[Window], options: &HoleOptions, control: &Control<'_>) -> Result<Field, FieldError> {
         assert!(self.channels.is_none(), "bridged holes beside channels");
-        if options.most == 0 || !self.may_miss() {
+        if options.most == 0 || !self.may_have_gaps() {
             return Ok(self);
         }
         let holes = Holes::find(&self, windows, options, control)?;
@@ -219,12 +219,6 @@ impl Field {
     pub fn holes(&self) -> Option<&Holes> {
         self.holes.as_ref()
     }
-
-    /// Whether samples may be without a height, as far as one can tell without reading them.
-    fn may_miss(&self) -> bool {
-        let by_value = with_sample_type!(self.sample_type, T => T::HAS_NAN || T::nodata(self.nodata).is_some());
-        by_value || self.mask.is_some() || self.cutline.is_some()
-    }
 }
 
 /// Whether samples of a raster may be without a height, so that it may have holes.
@@ -232,6 +226,8 @@ impl Field {
 /// # Errors
 /// [`FieldError::Raster`].
 pub fn may_have_holes(raster: &Raster) -> Result<bool, FieldError> {
-    let by_value = with_sample_type!(raster.sample_type(), T => T::HAS_NAN || T::nodata(raster.nodata()).is_some());
+    let by_value = with_sample_type!(raster.sample_type(), T => {
+        T::HAS_NAN || !Sieve::<T>::new(raster.marks(), raster.scaling()).is_empty()
+    });
     Ok(by_value || raster.cutline().is_some() || raster.has_mask()?)
 }

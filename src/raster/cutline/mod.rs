@@ -24,8 +24,10 @@ use polygon::Polygon;
 /// for.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Cutline {
-    polygons: Vec<Polygon>,
+    polygons: Arc<Vec<Polygon>>,
     vertices: u64,
+    /// Column and row of the window's first sample in the raster for which the polygons were read.
+    first: (usize, usize),
 }
 
 impl Cutline {
@@ -36,6 +38,8 @@ impl Cutline {
     pub fn mask(&self, window: Window, mask: &mut Vec<bool>) {
         mask.clear();
         mask.resize(window.len(), false);
+        let (column, row) = (window.column + self.first.0, window.row + self.first.1);
+        let window = Window { column, row, ..window };
         self.polygons.iter().for_each(|polygon| polygon.mark(window, mask));
     }
 
@@ -48,12 +52,21 @@ impl Cutline {
     pub fn checksum(&self) -> u32 {
         let mut hasher = crc32fast::Hasher::new();
         self.polygons.iter().for_each(|polygon| polygon.hash(&mut hasher));
+        if self.first != (0, 0) {
+            [self.first.0, self.first.1].iter().for_each(|n| hasher.update(&(*n as u64).to_le_bytes()));
+        }
         hasher.finalize()
+    }
+
+    /// The same polygons over a window whose first sample has this column and row.
+    pub(super) fn of_window(&self, column: usize, row: usize) -> Cutline {
+        let first = (self.first.0 + column, self.first.1 + row);
+        Cutline { polygons: self.polygons.clone(), vertices: self.vertices, first }
     }
 
     fn new(polygons: Vec<Polygon>) -> Cutline {
         let vertices = polygons.iter().map(Polygon::sides).sum();
-        Cutline { polygons, vertices }
+        Cutline { polygons: Arc::new(polygons), vertices, first: (0, 0) }
     }
 }
 

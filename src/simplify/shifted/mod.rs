@@ -32,7 +32,7 @@ use super::{Error, engine};
 use crate::control::Stage;
 use crate::faults::{self, Point};
 use crate::field::Tile;
-use crate::measure::{Bare, Bound, measure, shape};
+use crate::measure::{Bare, Bound, HeightStats, measure, shape};
 use crate::mesh::Domain;
 use crate::polish;
 use crate::spool::{Chunk, Spool};
@@ -168,6 +168,7 @@ impl Workspace {
             let mut seen = shape(&self.tile, &self.region.mesh, tolerance, |_| true);
             stays.shape.iter().for_each(|s| seen.add(s));
             errors.shape = Some(Box::new(seen));
+            errors.heights = Some(HeightStats::of(&self.tile));
             errors
         });
         clocks.spool.time(|| {

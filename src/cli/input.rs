@@ -1,0 +1,78 @@
+//! The options that decide which samples a command sees, and what they are: shared by `simplify`, `verify`, `preview` and
+//! `info`.
+
+use clap::ValueEnum;
+
+use super::clip::ClipArgs;
+use super::cutline::CutlineArgs;
+use super::values;
+use crate::raster::{Encoding, Raster, ValidRange, View, exact_marks};
+
+/// A view of the raster's heights, in words.
+#[derive(Debug, clap::Args)]
+pub(crate) struct InputArgs {
+    /// The band, counted from 1 [default: 1, which must not be a colour then]
+    #[arg(long, value_name = "N")]
+    pub(super) band: Option<usize>,
+    /// How heights are stored as red, green and blue
+    #[arg(long, value_enum, conflicts_with = "band")]
+    encoding: Option<EncodingArg>,
+    /// A stored value that marks missing samples, in place of the raster's nodata tag: a number, inf, -inf, nan, or the word
+    /// tag for the tag itself. May be given more than once; none means that no value does
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    nodata: Vec<String>,
+    /// The heights that are valid, both ends included; samples beyond them count as missing
+    #[arg(long, value_name = "MIN,MAX", value_parser = values::valid_range, allow_hyphen_values = true)]
+    valid_range: Option<ValidRange>,
+    /// An open option of the raster's format, such as GDAL's -oo takes it. May be given more than once
+    #[arg(long = "oo", value_name = "NAME=VALUE", value_parser = values::open_option)]
+    open_options: Vec<String>,
+    #[command(flatten)]
+    pub(super) clip: ClipArgs,
+    #[command(flatten)]
+    pub(super) cutline: CutlineArgs,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum EncodingArg {
+    /// Mapbox's: (65536 R + 256 G + B - 100000) / 10 metres
+    TerrainRgb,
+    /// Mapzen's: (65536 R + 256 G + B) / 256 - 32768 metres
+    Terrarium,
+}
+
+impl InputArgs {
+    /// The view that the words stand for.
+    pub(super) fn view(&self) -> View {
+        View {
+            band: self.band,
+            open_options: self.open_options.clone(),
+            encoding: self.encoding.map(|encoding| match encoding {
+                EncodingArg::TerrainRgb => Encoding::TerrainRgb,
+                EncodingArg::Terrarium => Encoding::Terrarium,
+            }),
+            part: self.clip.part(),
+            nodata: self.nodata.clone(),
+            valid_range: self.valid_range,
+            cutline: self.cutline.source(),
+            accept_pictures: false,
+        }
+    }
+
+    /// What decides samples and is not told by the raster's identity, by name: for what identifies a job.
+    pub(super) fn named(&self, raster: &Raster) -> Vec<(&'static str, String)> {
+        let is_said = !self.nodata.is_empty() || self.valid_range.is_some();
+        let marks = is_said.then(|| ("missing", exact_marks(raster.marks())));
+        let cutline = raster.cutline().map(|c| ("cutline", format!("polygons with checksum {:08x}", c.checksum())));
+        marks.into_iter().chain(cutline).collect()
+    }
+
+    /// What of this stands in the mesh's header: what `verify` must be given, too, but for the window.
+    pub(super) fn comments(&self) -> Vec<String> {
+        let encoding = self.encoding.and_then(|e| e.to_possible_value()).map(|e| format!("encoding {}", e.get_name()));
+        let options = self.open_options.iter().map(|option| format!("open option {option}"));
+        let nodata = self.nodata.iter().map(|value| format!("nodata {value}"));
+        let valid = self.valid_range.map(|v| format!("valid range {},{}", v.min, v.max));
+        encoding.into_iter().chain(options).chain(nodata).chain(valid).collect()
+    }
+}

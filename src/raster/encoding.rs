@@ -1,0 +1,108 @@
+//! Heights that are stored as colours: three bands of bytes make one number.
+
+use super::{Raster, RasterError, SampleType, Window};
+
+/// How heights are stored as red, green and blue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Encoding {
+    /// Mapbox's: (65536 R + 256 G + B − 100000) / 10 metres, one division of doubles.
+    TerrainRgb,
+    /// Mapzen's: (65536 R + 256 G + B) / 256 − 32768 metres, exact in doubles.
+    Terrarium,
+}
+
+impl Encoding {
+    /// Its name, as `--encoding` takes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Encoding::TerrainRgb => "terrain-rgb",
+            Encoding::Terrarium => "terrarium",
+        }
+    }
+
+    /// The height of a colour, in metres.
+    pub fn height(self, [red, green, blue]: [u8; 3]) -> f64 {
+        let number = i32::from(red) << 16 | i32::from(green) << 8 | i32::from(blue);
+        match self {
+            Encoding::TerrainRgb => f64::from(number - 100_000) / 10.0,
+            Encoding::Terrarium => f64::from(number) / 256.0 - 32768.0,
+        }
+    }
+}
+
+/// An encoding, and the bands that have red, green and blue, from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Encoded {
+    pub(super) encoding: Encoding,
+    pub(super) bands: [usize; 3],
+}
+
+impl Raster {
+    /// The same raster, whose heights are those that its colours stand for. Red, green and blue are the first bands that
+    /// are said to have them, or bands 1 to 3. What marks samples is an alpha band or a mask of the file; no nodata tag,
+    /// scale or offset applies.
+    ///
+    /// # Errors
+    /// [`RasterError::NotEncoded`] if there are no three bands of bytes.
+    pub(super) fn with_encoding(mut self, encoding: Encoding) -> Result<Raster, RasterError> {
+        let coloured = |name: &str| (1..=self.band_count()).find(|n| self.colour_of(*n) == Some(name));
+        let bands = match [coloured("red"), coloured("green"), coloured("blue")] {
+            [Some(red), Some(green), Some(blue)] => [red, green, blue],
+            _ => [1, 2, 3],
+        };
+        let is_byte = |n: usize| {
+            let band = self.dataset.rasterband(n).ok();
+            band.and_then(|b| super::open::sample_type(&b)) == Some(SampleType::U8)
+        };
+        if self.band_count() < 3 || !bands.iter().all(|n| is_byte(*n)) {
+            let (path, encoding) = (self.path().to_path_buf(), encoding.name());
+            let found = match (self.band_count(), self.sample_type().name()) {
+                (1, name) => format!("one band of {name}"),
+                (count, name) => format!("{count} bands, band 1 of {name}"),
+            };
+            return Err(RasterError::NotEncoded { path, encoding, found });
+        }
+        self.encoded = Some(Encoded { encoding, bands });
+        self.band = bands[0];
+        self.sample_type = SampleType::F64;
+        self.scaling = super::Scaling::NONE;
+        self.tag = None;
+        self.marks.values.clear();
+        Ok(self)
+    }
+
+    /// The encoding of its heights, if they are stored as colours.
+    pub fn encoding(&self) -> Option<Encoding> {
+        self.encoded.map(|e| e.encoding)
+    }
+
+    pub(super) fn read_encoded(&self, encoded: Encoded, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
+        let mut colours = [const { Vec::new() }; 3];
+        for (values, number) in colours.iter_mut().zip(encoded.bands) {
+            let band = self.dataset.rasterband(number).map_err(|e| RasterError::gdal(self.path(), "band", &e))?;
+            values.resize(window.len(), 0u8);
+            self.read_from(&band, window, values)?;
+        }
+        let [red, green, blue] = &colours;
+        for (height, ((r, g), b)) in out.iter_mut().zip(red.iter().zip(green).zip(blue)) {
+            *height = encoded.encoding.height([*r, *g, *b]);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heights_of_colours() {
+        assert_eq!(Encoding::TerrainRgb.height([1, 134, 160]), 0.0);
+        assert_eq!(Encoding::TerrainRgb.height([0, 0, 0]), -10000.0);
+        assert_eq!(Encoding::TerrainRgb.height([1, 134, 161]), 0.1);
+        assert_eq!(Encoding::Terrarium.height([128, 0, 0]), 0.0);
+        assert_eq!(Encoding::Terrarium.height([128, 1, 128]), 1.5);
+        assert_eq!(Encoding::Terrarium.height([0, 0, 0]), -32768.0);
+    }
+}

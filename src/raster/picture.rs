@@ -1,0 +1,69 @@
+//! Rasters whose first band is a colour: pictures, which are easily taken for heights.
+
+use gdal::raster::ColorInterpretation as Colour;
+
+use super::{Raster, RasterError, SampleType};
+
+impl Raster {
+    /// Makes sure that the band is no colour and no index of a table of colours.
+    ///
+    /// # Errors
+    /// [`RasterError::Picture`] says what it is, and which bands might hold heights.
+    pub fn expect_heights(&self) -> Result<(), RasterError> {
+        if self.encoding().is_some() {
+            return Ok(());
+        }
+        let found = match self.colour_of(self.band()) {
+            Some(colour) => colour.to_string(),
+            None if self.has_colour_table() => "the numbers of colours in a table".to_string(),
+            None => return Ok(()),
+        };
+        let plain = |n: &usize| *n != self.band() && self.colour_of(*n).is_none();
+        let bytes = |n: usize| {
+            let band = self.dataset.rasterband(n).ok();
+            band.and_then(|b| super::open::sample_type(&b)) == Some(SampleType::U8)
+        };
+        Err(RasterError::Picture {
+            path: self.path().to_path_buf(),
+            band: self.band(),
+            found,
+            other: (1..=self.band_count()).find(plain),
+            encoded: self.band_count() >= 3 && (1..=3).all(bytes),
+        })
+    }
+
+    /// The colour that a band is said to hold; `None` where it is none.
+    pub(super) fn colour_of(&self, band: usize) -> Option<&'static str> {
+        match self.dataset.rasterband(band).ok()?.color_interpretation() {
+            Colour::RedBand => Some("red"),
+            Colour::GreenBand => Some("green"),
+            Colour::BlueBand => Some("blue"),
+            Colour::AlphaBand => Some("alpha"),
+            Colour::HueBand => Some("hue"),
+            Colour::SaturationBand => Some("saturation"),
+            Colour::LightnessBand => Some("lightness"),
+            Colour::CyanBand => Some("cyan"),
+            Colour::MagentaBand => Some("magenta"),
+            Colour::YellowBand => Some("yellow"),
+            Colour::BlackBand => Some("black"),
+            Colour::YCbCrSpaceYBand => Some("luminance"),
+            Colour::YCbCrSpaceCbBand | Colour::YCbCrSpaceCrBand => Some("chrominance"),
+            _ => None,
+        }
+    }
+
+    /// The colour that the band is said to hold: red, green, blue or alpha.
+    pub fn colour(&self) -> Option<&'static str> {
+        self.colour_of(self.band()).filter(|c| matches!(*c, "red" | "green" | "blue" | "alpha"))
+    }
+
+    /// Whether samples are numbers of entries in a table of colours, and so no heights. A table of greys, from dark to
+    /// bright, is none: with that, some formats say that samples are a measure of something.
+    pub fn has_colour_table(&self) -> bool {
+        let Ok(band) = self.rasterband() else { return false };
+        let Some(table) = band.color_table() else { return false };
+        let entries: Vec<_> = (0..table.entry_count()).filter_map(|i| table.entry_as_rgb(i)).collect();
+        let grey = entries.iter().all(|e| e.r == e.g && e.g == e.b);
+        !(grey && entries.windows(2).all(|pair| pair[0].r < pair[1].r))
+    }
+}
