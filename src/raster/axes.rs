@@ -13,6 +13,7 @@ use gdal::raster::{Group, MDArray};
 use super::RasterError;
 use super::axis::{Axis, Deviation, Meaning};
 use super::cube::Source;
+use crate::warning::{Warning, WarningCode};
 
 /// How far, in cells, a column or row may be from where the file lists it.
 const TOLERANCE: f64 = 0.1;
@@ -23,29 +24,72 @@ const TOLERANCE: f64 = 0.1;
 ///
 /// # Errors
 /// [`RasterError::AxisElsewhere`], [`RasterError::UnusedAxes`].
-pub(super) fn check(path: &Path, name: &Path, dataset: &Dataset) -> Result<(), RasterError> {
+pub(super) fn check(path: &Path, name: &Path, dataset: &Dataset) -> Result<Vec<Warning>, RasterError> {
     let variable = dataset.rasterband(1).ok().and_then(|band| band.metadata_item("NETCDF_VARNAME", ""));
     let Some(source) = name.to_str().and_then(|name| Source::of(&dataset.driver().short_name(), name, variable)) else {
-        return Ok(());
+        return Ok(Vec::new());
     };
-    let (size, transform) = (dataset.raster_size(), dataset.geo_transform().ok());
-    source.look(size, |groups, array| judge(path, &source, size, transform, groups, array)).unwrap_or(Ok(()))
+    let size = dataset.raster_size();
+    source.look(size, |groups, array| judge(path, &source, dataset, groups, array)).unwrap_or(Ok(Vec::new()))
 }
 
 fn judge(
     path: &Path,
     source: &Source,
-    size: (usize, usize),
-    transform: Option<[f64; 6]>,
+    dataset: &Dataset,
     groups: &[&Group<'_>],
     array: &MDArray<'_>,
-) -> Result<(), RasterError> {
-    let Ok(dimensions) = array.dimensions() else { return Ok(()) };
-    let [.., y, x] = &dimensions[..] else { return Ok(()) };
+) -> Result<Vec<Warning>, RasterError> {
+    let Ok(dimensions) = array.dimensions() else { return Ok(Vec::new()) };
+    let [.., y, x] = &dimensions[..] else { return Ok(Vec::new()) };
     let (columns, rows) = (Axis::find(groups, x), Axis::find(groups, y));
-    let Some(transform) = transform else {
-        return unused(path, source, size, columns.as_ref(), rows.as_ref());
+    let Ok(transform) = dataset.geo_transform() else {
+        unused(path, source, dataset.raster_size(), columns.as_ref(), rows.as_ref())?;
+        return Ok(fill_value(path, dataset, array).into_iter().collect());
     };
+    expect_in_place(path, source, transform, columns.as_ref(), rows.as_ref())?;
+    let warning = |code, message| Warning { code, file: path.to_path_buf(), count: 1, message };
+    let swapped = swapped(columns.as_ref(), rows.as_ref()).map(|(columns, rows)| {
+        let message =
+            format!("its columns are along '{columns}' and its rows along '{rows}', and x and y of the mesh likewise");
+        warning(WarningCode::SwappedAxes, message)
+    });
+    let placed = [&columns, &rows].into_iter().flatten().any(|axis| axis.meaning != Meaning::Unknown);
+    let unmapped = (placed && dataset.projection().is_empty()).then(|| {
+        let message = "it lists coordinates and has no grid mapping: their CRS is unknown".to_string();
+        warning(WarningCode::NoGridMapping, message)
+    });
+    Ok([swapped, unmapped, fill_value(path, dataset, array)].into_iter().flatten().collect())
+}
+
+/// Of Zarr, GDAL takes the value of chunks that were never written for the mark, and not what the file names as such.
+fn fill_value(path: &Path, dataset: &Dataset, array: &MDArray<'_>) -> Option<Warning> {
+    let tag = dataset.rasterband(1).ok()?.no_data_value();
+    let named = (dataset.driver().short_name() == "Zarr").then(|| array.attribute("_FillValue").ok()).flatten()?;
+    let named = named.datatype().class().is_numeric().then(|| named.read_as_f64())?;
+    if tag.is_some_and(|tag| tag == named || tag.is_nan() && named.is_nan()) {
+        return None;
+    }
+    let taken = tag.map_or("none".to_string(), |tag| tag.to_string());
+    let message =
+        format!("it names {named} as the value of missing samples (_FillValue), and GDAL takes {taken} for it");
+    Some(Warning { code: WarningCode::FillValue, file: path.to_path_buf(), count: 1, message })
+}
+
+/// The axes' names, if columns run from south to north and rows from west to east.
+fn swapped(columns: Option<&Axis<'_>>, rows: Option<&Axis<'_>>) -> Option<(String, String)> {
+    let (columns, rows) = columns.zip(rows)?;
+    let swapped = columns.meaning.is_across() && rows.meaning.is_along();
+    swapped.then(|| (columns.name.clone(), rows.name.clone()))
+}
+
+fn expect_in_place(
+    path: &Path,
+    source: &Source,
+    transform: [f64; 6],
+    columns: Option<&Axis<'_>>,
+    rows: Option<&Axis<'_>>,
+) -> Result<(), RasterError> {
     let [x0, xp, xl, y0, yp, yl] = transform;
     if xl != 0.0 || yp != 0.0 {
         return Ok(());
@@ -57,7 +101,7 @@ fn judge(
             && found.cells > TOLERANCE
         {
             let Deviation { index, listed, placed, cells } = found;
-            let (path, axis) = (path.to_path_buf(), axis.name);
+            let (path, axis) = (path.to_path_buf(), axis.name.clone());
             return Err(RasterError::AxisElsewhere { path, what, axis, index, listed, placed, cells });
         }
     }
@@ -82,10 +126,7 @@ fn unused(
         let (left, top) = (west - 0.5 * dx, top - 0.5 * dy);
         [left, top, left + width * dx, top + height * dy]
     });
-    let swapped = match (columns, rows) {
-        (Some(c), Some(r)) if c.meaning.is_across() && r.meaning.is_along() => Some((c.name.clone(), r.name.clone())),
-        _ => None,
-    };
+    let swapped = swapped(columns, rows);
     let axes: Vec<String> = [columns, rows].into_iter().flatten().map(|axis| format!("'{}'", axis.name)).collect();
     Err(RasterError::UnusedAxes { path: path.to_path_buf(), axes: axes.join(" and "), corners, swapped })
 }

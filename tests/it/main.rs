@@ -25,3 +25,5 @@ mod usage;
 mod util;
 mod verify;
 mod verify_bad_input;
+mod xyz;
+mod zarr;

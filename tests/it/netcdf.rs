@@ -170,3 +170,59 @@ fn turned_rasters_without_axes_pass() {
     copy.unwrap().close().unwrap();
     terrabite(["info", &folder.at("dem.nc")]).succeeds();
 }
+
+/// The codes of warnings, and their sentences.
+fn warnings(run: &crate::util::Run) -> Vec<(String, String)> {
+    let json = run.json();
+    let text = |w: &serde_json::Value, key: &str| w[key].as_str().unwrap().to_string();
+    json["warnings"].as_array().unwrap().iter().map(|w| (text(w, "code"), text(w, "message"))).collect()
+}
+
+#[test]
+fn swapped_axes_and_a_missing_grid_mapping_are_told() {
+    if !is_there("netCDF") {
+        return;
+    }
+    let folder = Folder::new();
+    let (lat, lon) = (Axis::new("lat", steps(50.0, -0.5, 21)), longitudes(31));
+    let height = |r: usize, c: usize| ((r * 7 + c * 3) % 11) as f64;
+    let plain = Cube::new(lat.clone(), lon.clone()).write(&folder, "plain.nc", height);
+    let found = warnings(&terrabite(["info", &plain, "--json"]).succeeds());
+    assert!(
+        matches!(&found[..], [(code, message)] if code == "no_grid_mapping" && message.contains("-a_srs")),
+        "{found:?}"
+    );
+    let mapped = Cube::new(lat.clone(), lon.clone()).grid_mapping().write(&folder, "mapped.nc", height);
+    assert_eq!(warnings(&terrabite(["info", &mapped, "--json"]).succeeds()), []);
+
+    // GDAL warns of these, too: once each, however many threads open the file.
+    let swapped = Cube::new(lon, lat).grid_mapping().write(&folder, "swapped.nc", height);
+    let tin = folder.at("tin.ply");
+    let simplify = ["simplify", &swapped, &tin, "--max-error", "1", "--tile", "8", "--threads", "4", "--overwrite"];
+    let run = terrabite(simplify.iter().chain(&["--json"])).succeeds();
+    let found = warnings(&run);
+    let codes: Vec<&str> = found.iter().map(|(code, _)| code.as_str()).collect();
+    assert_eq!(codes, ["swapped_axes", "gdal", "gdal"], "{found:?}");
+    assert!(found[0].1.contains("columns are along 'lat' and its rows along 'lon'") && found[0].1.contains("ncpdq -a"));
+    assert!(found[1].1.contains("(lat) is not a Longitude/X dimension"), "{found:?}");
+    assert!(!run.err.contains("warning"), "{run:?}");
+    let run = terrabite(simplify).succeeds();
+    assert_eq!(run.err.matches("warning: ").count(), 3, "{run:?}");
+    assert_eq!(run.err.matches(&format!("warning: {swapped}: dimension #")).count(), 2, "{run:?}");
+    let run = terrabite(simplify.iter().chain(&["--quiet"])).succeeds();
+    assert_eq!(run.err, "");
+    let run = terrabite(["verify", &swapped, &tin, "--max-error", "1"]).succeeds();
+    assert_eq!(run.err.matches("warning: ").count(), 3, "{run:?}");
+}
+
+#[test]
+fn s_102_is_refused_by_name() {
+    if !(is_there("netCDF") && is_there("HDF5")) || is_there("S102") {
+        return;
+    }
+    let folder = Folder::new();
+    let cube = Cube::new(Axis::new("lat", steps(50.0, -0.5, 21)), longitudes(31)).product("INT.IHO.S-102.2.1");
+    translated(&cube.write(&folder, "cube.nc", |r, _| r as f64), "netCDF", &folder.at("102DE00.h5"));
+    let words = ["102DE00.h5", "S-102", "does not read", "GDAL 3.8", "DEPTH_OR_ELEVATION=ELEVATION"];
+    terrabite(["info", &folder.at("102DE00.h5")]).fails(1, &words);
+}

@@ -32,6 +32,8 @@ pub(crate) struct Cube {
     /// What dimensions are called, where not as their axes.
     dimensions: Option<(&'static str, &'static str)>,
     grid_mapping: bool,
+    /// What the file says of itself: `productSpecification`.
+    product: Option<&'static str>,
 }
 
 const CHAR: i32 = 2;
@@ -49,7 +51,7 @@ struct Variable {
 
 impl Cube {
     pub(crate) fn new(rows: Axis, columns: Axis) -> Cube {
-        Cube { rows, columns, single: false, dimensions: None, grid_mapping: false }
+        Cube { rows, columns, single: false, dimensions: None, grid_mapping: false, product: None }
     }
 
     pub(crate) fn single(self) -> Cube {
@@ -63,6 +65,10 @@ impl Cube {
 
     pub(crate) fn grid_mapping(self) -> Cube {
         Cube { grid_mapping: true, ..self }
+    }
+
+    pub(crate) fn product(self, product: &'static str) -> Cube {
+        Cube { product: Some(product), ..self }
     }
 
     /// Writes it with the heights at rows and columns of the file.
@@ -84,7 +90,7 @@ impl Cube {
             variables.push(Variable { name: "crs", dimensions: Vec::new(), attributes, kind: INT, data });
         }
         let names = self.dimensions.unwrap_or((self.rows.name, self.columns.name));
-        folder.with(name, file(&[(names.0, rows), (names.1, columns)], &variables))
+        folder.with(name, file(&[(names.0, rows), (names.1, columns)], self.product, &variables))
     }
 
     fn axis(&self, axis: &Axis, dimension: i32) -> Variable {
@@ -104,8 +110,8 @@ impl Cube {
     }
 }
 
-/// The file: magic number, dimensions, no attributes of its own, variables, data. All numbers are big-endian.
-fn file(dimensions: &[(&str, usize)], variables: &[Variable]) -> Vec<u8> {
+/// The file: magic number, dimensions, attributes of its own, variables, data. All numbers are big-endian.
+fn file(dimensions: &[(&str, usize)], product: Option<&str>, variables: &[Variable]) -> Vec<u8> {
     let header = |begins: &[i32]| {
         let mut bytes = b"CDF\x01\0\0\0\0".to_vec();
         list(&mut bytes, 0x0a, dimensions.len());
@@ -113,18 +119,13 @@ fn file(dimensions: &[(&str, usize)], variables: &[Variable]) -> Vec<u8> {
             text(&mut bytes, name);
             number(&mut bytes, *length as i32);
         }
-        list(&mut bytes, 0, 0);
+        attributes(&mut bytes, &Vec::from_iter(product.map(|p| ("productSpecification", p.to_string()))));
         list(&mut bytes, 0x0b, variables.len());
         for (variable, begin) in variables.iter().zip(begins) {
             text(&mut bytes, variable.name);
             number(&mut bytes, variable.dimensions.len() as i32);
             variable.dimensions.iter().for_each(|d| number(&mut bytes, *d));
-            list(&mut bytes, if variable.attributes.is_empty() { 0 } else { 0x0c }, variable.attributes.len());
-            for (name, value) in &variable.attributes {
-                text(&mut bytes, name);
-                number(&mut bytes, CHAR);
-                text(&mut bytes, value);
-            }
+            attributes(&mut bytes, &variable.attributes);
             number(&mut bytes, variable.kind);
             number(&mut bytes, variable.data.len().next_multiple_of(4) as i32);
             number(&mut bytes, *begin);
@@ -147,6 +148,15 @@ fn file(dimensions: &[(&str, usize)], variables: &[Variable]) -> Vec<u8> {
 
 fn number(bytes: &mut Vec<u8>, number: i32) {
     bytes.extend_from_slice(&number.to_be_bytes());
+}
+
+fn attributes(bytes: &mut Vec<u8>, attributes: &[(&str, String)]) {
+    list(bytes, if attributes.is_empty() { 0 } else { 0x0c }, attributes.len());
+    for (name, value) in attributes {
+        text(bytes, name);
+        number(bytes, CHAR);
+        text(bytes, value);
+    }
 }
 
 fn list(bytes: &mut Vec<u8>, tag: i32, count: usize) {
