@@ -119,7 +119,9 @@ fn file(dimensions: &[(&str, usize)], product: Option<&str>, variables: &[Variab
             text(&mut bytes, name);
             number(&mut bytes, *length as i32);
         }
-        attributes(&mut bytes, &Vec::from_iter(product.map(|p| ("productSpecification", p.to_string()))));
+        let product = product.map(|product| ("productSpecification", product.to_string()));
+        let own = [Some(("Conventions", "CF-1.8".to_string())), product];
+        attributes(&mut bytes, &own.into_iter().flatten().collect::<Vec<_>>());
         list(&mut bytes, 0x0b, variables.len());
         for (variable, begin) in variables.iter().zip(begins) {
             text(&mut bytes, variable.name);
