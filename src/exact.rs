@@ -56,6 +56,42 @@ pub fn within(terms: &[(i64, f64)], scale: i64, tolerance: f64) -> bool {
     exactly_within(terms, scale, tolerance)
 }
 
+/// |Σ wᵢ·zᵢ| ÷ `scale`, correctly rounded: the double nearest to the exact quotient, of two the even one. The same limits as
+/// for [`within`], at most four terms.
+pub fn quotient(terms: &[(i64, f64)], scale: i64) -> f64 {
+    debug_assert!(terms.len() + 2 <= MAX_TERMS, "{} terms", terms.len());
+    let mut doubled = Expansion::ZERO;
+    for &(w, z) in terms {
+        doubled.add_product(2.0 * w as f64, z);
+    }
+    if doubled.sign() < 0.0 {
+        doubled.parts[..doubled.len].iter_mut().for_each(|part| *part = -*part);
+    }
+    // Twice the sum less scale · (q + neighbour): positive if the sum is beyond the middle between the two.
+    let beyond = |q: f64, neighbour: f64| {
+        let mut difference = doubled;
+        difference.add_product(-(scale as f64), q);
+        difference.add_product(-(scale as f64), neighbour);
+        difference.sign()
+    };
+    let is_odd = |q: f64| q.to_bits() & 1 == 1;
+    let mut q = doubled.parts[..doubled.len].iter().sum::<f64>() / 2.0 / scale as f64;
+    loop {
+        let (up, down) = (q.next_up(), q.next_down());
+        let above = beyond(q, up);
+        if above > 0.0 || (above == 0.0 && is_odd(q)) {
+            q = up;
+            continue;
+        }
+        let below = if q > 0.0 { beyond(q, down) } else { 1.0 };
+        if below < 0.0 || (below == 0.0 && is_odd(q)) {
+            q = down;
+            continue;
+        }
+        return q;
+    }
+}
+
 /// The sign of Σ wᵢ·zᵢ, exactly; the same limits as for [`within`].
 pub fn sign(terms: &[(i64, f64)]) -> Ordering {
     let (mut sum, mut magnitude) = (0.0f64, 0.0f64);
@@ -202,6 +238,27 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn quotients_are_the_nearest_doubles(
+            weights in proptest::collection::vec(-(1i64 << 40)..1 << 40, 4),
+            heights in proptest::collection::vec(prop_oneof![
+                (-9000i32..9000).prop_map(f64::from), -9000.0f64..9000.0, -1e-9f64..1e-9, Just(0.0), Just(-1e30),
+            ], 4),
+            scale in 1i64..1 << 41,
+        ) {
+            let terms: Vec<(i64, f64)> = weights.into_iter().zip(heights).collect();
+            let exact = |z: f64| BigRational::from_float(z).expect("finite");
+            let sum: BigRational = terms.iter().map(|&(w, z)| BigRational::from(BigInt::from(w)) * exact(z)).sum();
+            let sum = sum / BigRational::from(BigInt::from(scale));
+            let sum = if sum < exact(0.0) { -sum } else { sum };
+            let found = quotient(&terms, scale);
+            let distance = |q: f64| if exact(q) > sum { exact(q) - &sum } else { &sum - exact(q) };
+            let neighbours = [found.next_up(), found.next_down().abs()];
+            prop_assert!(neighbours.iter().all(|&n| distance(n) >= distance(found)), "{}", found);
+            let is_tie = neighbours.iter().any(|&n| n != found && distance(n) == distance(found));
+            prop_assert!(!is_tie || found.to_bits() & 1 == 0, "{}", found);
+        }
+
         #[test]
         fn agrees_with_rational_numbers(
             terms in prop::collection::vec((-(1i64 << 42)..(1 << 42), height()), 1..=5),

@@ -36,6 +36,8 @@ pub use error::FieldError;
 pub use holes::{HoleOptions, Holes, may_have_holes};
 pub use map::exit_on_truncation;
 pub use open::{Access, Choice, Field, FieldOptions, suits_windows};
+#[cfg(test)]
+pub(crate) use stored::missing_halves;
 pub(crate) use tile::PADDING;
 pub use tile::{Heights, Tile};
 pub use validity::{Cell, Validity};

@@ -186,6 +186,14 @@ impl<T: Stored> Sieve<T> {
     }
 }
 
+/// Which of these numbers are missing as half floats.
+#[cfg(test)]
+pub(crate) fn missing_halves(marks: &Marks, scaling: Scaling, numbers: &[f32]) -> Vec<bool> {
+    let sieve = Sieve::<half::f16>::new(marks, scaling);
+    let halves = numbers.iter().map(|n| half::f16::from_f32(*n));
+    halves.map(|half| sieve.missing(half).is_some()).collect()
+}
+
 /// The type heights are kept in.
 pub(super) trait Height: Copy {
     const ZERO: Self;

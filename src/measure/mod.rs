@@ -191,8 +191,16 @@ pub fn measure(
     let bins_per_error = if scale > 0.0 { BINS as f64 / scale } else { 0.0 };
     let by_samples = !tile.validity.is_whole() || bare != Bare::Nothing;
     let ground = by_samples.then(|| Ground::new(tile, owned, bare));
-    let mut meter =
-        Meter { tile, tolerance, bins_per_error, owned, ground, stats: ErrorStats::default(), worst: (0, 0) };
+    let mut meter = Meter {
+        tile,
+        tolerance,
+        bins_per_error,
+        owned,
+        ground,
+        doubt: 0.0,
+        stats: ErrorStats::default(),
+        worst: (0, 0),
+    };
     match &tile.heights {
         Heights::F32(heights) => mesh.triangles.iter().for_each(|&t| meter.triangle(heights, mesh.corners(t))),
         Heights::F64(heights) if tile.is_weighted() => {
@@ -231,18 +239,24 @@ struct Meter<'a> {
     owned: (usize, usize),
     /// Where samples are missing, or may be bare.
     ground: Option<Ground>,
+    /// What rounding does to the errors in a triangle, at most.
+    doubt: f64,
     stats: ErrorStats,
     worst: (usize, usize),
 }
 
 impl Meter<'_> {
     fn triangle<H: Copy + Into<f64>>(&mut self, heights: &[H], corners: [Vertex; 3]) {
+        let [a, b, c] = corners;
+        self.doubt = Plane::new(a, b, c).doubt();
         self.for_each_run(corners, |meter, run, at, start, plane| {
             meter.run(&heights[run], start, plane.step(), at, plane);
         });
     }
 
     fn weighted_triangle(&mut self, (heights, weights): Weighted<'_>, corners: [Vertex; 3]) {
+        let [a, b, c] = corners;
+        self.doubt = Plane::new(a, b, c).doubt();
         self.for_each_run(corners, |meter, run, at, start, plane| {
             meter.weighted_run(&heights[run.clone()], &weights[run], start, at, plane);
         });
@@ -295,10 +309,22 @@ impl Meter<'_> {
         }
         self.stats.squares += squares;
         self.stats.samples += samples.len() as u64;
-        if max > self.stats.max {
+        if self.may_exceed(max) && self.stats.max < self.tolerance {
             let errors = (0..).zip(samples).map(|(i, &sample)| error(i, sample));
             self.raise_max(errors, at, plane);
         }
+    }
+
+    /// The most that an error may be, by what rounding leaves open.
+    #[inline(always)]
+    fn raised(&self, error: f64) -> f64 {
+        error * (1.0 + 8.0 * f64::EPSILON) + self.doubt
+    }
+
+    /// Whether an error may be the largest so far.
+    #[inline(always)]
+    fn may_exceed(&self, error: f64) -> bool {
+        if self.doubt == 0.0 { error > self.stats.max } else { self.raised(error) > self.stats.max }
     }
 
     /// The same where every sample has a weight.
@@ -313,13 +339,17 @@ impl Meter<'_> {
         let (step, mut squares) = (plane.step(), 0.0);
         for ((i, &height), &weight) in (0..).zip(heights).zip(weights) {
             let mut error = (start + step * f64::from(i) - height).abs();
+            squares += error * error;
+            let place = (column + i as usize, row);
+            let may_weigh_more = self.doubt > 0.0 && self.raised(error) * weight > self.stats.weighted_max;
+            if may_weigh_more || (self.doubt > 0.0 && self.may_exceed(error)) {
+                error = plane.distance(Point::of_sample(place.0 as i32, row as i32), height);
+            }
             let mut weighted = error * weight;
             if weighted > self.tolerance {
-                let place = (column + i as usize, row);
-                error = error.min(self.limit_kept(place, height, error, plane));
+                self.expect_kept(place, height, error, plane);
                 weighted = weighted.min(self.tolerance);
             }
-            squares += error * error;
             self.stats.histogram[((weighted * self.bins_per_error) as i32 as usize).min(BINS - 1)] += 1;
             self.stats.weighted_max = self.stats.weighted_max.max(weighted);
             if error > self.stats.max {
@@ -331,25 +361,26 @@ impl Meter<'_> {
         self.stats.samples += heights.len() as u64;
     }
 
-    /// The limit of a sample whose error, as it is rounded, seems to exceed it.
+    /// Makes sure that a sample whose error, as it is rounded, seems to exceed its limit does not.
     #[cold]
-    fn limit_kept(&self, (column, row): (usize, usize), height: f64, error: f64, plane: &Plane) -> f64 {
+    fn expect_kept(&self, (column, row): (usize, usize), height: f64, error: f64, plane: &Plane) {
         let limit = self.tile.limit(column, row, self.tolerance);
         let place = Point::of_sample(column as i32, row as i32);
         assert!(plane.within(place, height, limit), "error {error} at {column}, {row} of the tile, {limit} is allowed");
-        limit
     }
 
+    /// Errors that may be larger than those before, by what rounding leaves open, are found exactly: the largest one is the
+    /// same whichever way others compute it.
     #[cold]
     fn raise_max(&mut self, errors: impl Iterator<Item = f64>, (column, row): (usize, usize), plane: &Plane) {
         for (error, column) in errors.zip(column..) {
-            let place = Point::of_sample(column as i32, row as i32);
-            let rounded_up = error > self.tolerance && plane.within(place, self.tile.at(column, row), self.tolerance);
-            // Only the rounding of this computation is above the tolerance.
-            let error = if rounded_up { self.tolerance } else { error };
-            if error > self.stats.max {
-                self.stats.max = error;
-                self.worst = (column, row);
+            if self.may_exceed(error) {
+                let place = Point::of_sample(column as i32, row as i32);
+                let error = if self.doubt == 0.0 { error } else { plane.distance(place, self.tile.at(column, row)) };
+                if error > self.stats.max {
+                    self.stats.max = error;
+                    self.worst = (column, row);
+                }
             }
         }
     }

@@ -47,6 +47,8 @@ mod nodata_tests;
 #[cfg(test)]
 mod points_tests;
 #[cfg(test)]
+mod reader_tests;
+#[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod trim_tests;

@@ -1,6 +1,6 @@
 //! The question whether a sample is within the tolerance, answered without rounding.
 
-use num_bigint::BigInt;
+use num_bigint::{BigInt, BigUint};
 use num_rational::BigRational;
 
 /// |h − (wa·za + wb·zb + wc·zc)/D| ≤ tolerance, for finite numbers and a positive D = wa + wb + wc of weights that are
@@ -81,6 +81,26 @@ fn weighted_in_128_bits(
         0.. => Some(shifted(left, shift)? <= right),
         _ => Some(left <= shifted(right, -shift)?),
     }
+}
+
+/// |h − (wa·za + wb·zb + wc·zc)/D|, rounded to the nearest double, of two the even one. Errors below 2⁻¹⁰²² may be off by a
+/// bit.
+pub(super) fn rounded_error(sample: f64, heights: [f64; 3], weights: [i128; 3]) -> f64 {
+    let error = error(sample, heights, weights);
+    let (numerator, denominator) = (error.numer().magnitude(), error.denom().magnitude());
+    // A quotient of 56 or 57 bits, and a last bit that tells whether something is left, are rounded in one step.
+    let shift = 56 + denominator.bits() as i64 - numerator.bits() as i64;
+    let (numerator, denominator) = match shift {
+        0.. => (numerator << shift, denominator.clone()),
+        _ => (numerator.clone(), denominator << -shift),
+    };
+    let quotient = u64::try_from(&numerator / &denominator).expect("57 bits");
+    let rest = u64::from((numerator % denominator) != BigUint::ZERO);
+    let scaled = ((quotient << 1) | rest) as f64;
+    // In two steps, each of them a double.
+    let exponent = -(shift + 1);
+    let half = exponent / 2;
+    scaled * 2f64.powi(half as i32) * 2f64.powi((exponent - half) as i32)
 }
 
 /// The definition, word by word.

@@ -1,4 +1,4 @@
-use super::exact::{within, within_weighted};
+use super::exact::{rounded_error, within, within_weighted};
 use super::grid::STEPS;
 use super::samples::Samples;
 use super::triangle::{RowSpan, Triangle};
@@ -60,6 +60,27 @@ impl Plane {
         };
         let slopes = (rise_b / area, rise_c / area);
         Plane { triangle, double_area, slopes, tolerance, slack, surely_within, surely_above }
+    }
+
+    /// What errors are held against.
+    pub(super) fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// By how much an error that was found by [`Plane::judge_row`] may be off. 0 where the surface is level, and the error
+    /// rounded once.
+    pub(super) fn slack(&self) -> f64 {
+        let [za, zb, zc] = self.triangle.heights;
+        if za == zb && za == zc { 0.0 } else { self.slack }
+    }
+
+    /// The same judgement with the error rounded correctly: two meshes of one surface, or two programs, find the same number.
+    #[cold]
+    pub(super) fn refined(&self, column: i64, row: i64, sample: f64, weight: Option<f64>, judged: Judged) -> Judged {
+        let error = rounded_error(sample, self.triangle.heights, self.weights(column, row));
+        let counted = self.not_contradicting(error * weight.unwrap_or(1.0), judged.within);
+        let error = if weight.is_none() { counted } else { error };
+        Judged { error, counted, ..judged }
     }
 
     /// Whether all three corners have a height; a surface without one is within no tolerance of anything.

@@ -293,6 +293,7 @@ fn compare_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, ma
             tally.covered += 1;
             tally.sum_of_squares += judged.error * judged.error;
         }
+        let judged = refined(plane, (column, row), samples, tally, judged);
         let here = Worst { column, judged, face: plane.triangle.face };
         let beats = |w: &Worst| (judged.error, w.column) > (w.judged.error, column);
         if tally.worst.as_ref().is_none_or(beats) {
@@ -303,4 +304,28 @@ fn compare_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, ma
             tally.weighted_worst = Some(here);
         }
     });
+}
+
+/// The judgement of a sample that may be the worst of its row so far, with its error rounded correctly; another as it is.
+#[inline(always)]
+fn refined(plane: &Plane, (column, row): (i64, i64), samples: Samples<'_>, tally: &RowTally, judged: Judged) -> Judged {
+    let slack = plane.slack();
+    if slack == 0.0 {
+        return judged;
+    }
+    let error = judged.error + slack;
+    let weight = samples.weights.map(|weights| weights[column as usize]);
+    // What counts for the tolerance is, within it, no worse than what is at it.
+    let at_most = |counted: f64| judged.within && counted >= plane.tolerance();
+    let is_worse = tally.worst.as_ref().is_none_or(|w| {
+        let w = w.judged.error;
+        error >= w && !(weight.is_none() && at_most(w))
+    });
+    let weighs_more = weight.is_some_and(|weight| {
+        tally.weighted_worst.as_ref().is_none_or(|w| error * weight >= w.judged.counted && !at_most(w.judged.counted))
+    });
+    if !(is_worse || weighs_more) {
+        return judged;
+    }
+    plane.refined(column, row, samples.heights[column as usize], weight, judged)
 }

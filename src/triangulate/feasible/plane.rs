@@ -83,6 +83,22 @@ impl Plane {
         self.corners.iter().map(|v| (v.height - reference).abs()).fold(0.0, f64::max)
     }
 
+    /// How far a height at a place inside is from the plane, correctly rounded.
+    pub(crate) fn distance(&self, p: Point, height: f64) -> f64 {
+        let (wb, wc) = self.weights(p);
+        let [a, b, c] = self.corners.map(|v| v.height);
+        crate::exact::quotient(&[(self.area - wb - wc, a), (wb, b), (wc, c), (-self.area, height)], self.area)
+    }
+
+    /// A bound of what rounding does to a distance from the plane that is found by [`Plane::at`] and [`Plane::step`], beside
+    /// the rounding of the distance itself. 0 where the plane is level: there the one subtraction is rounded correctly.
+    pub(crate) fn doubt(&self) -> f64 {
+        let [rise_b, rise_c] = self.rise.map(f64::abs);
+        let rise = rise_b.max(rise_c);
+        let largest = self.corners.iter().map(|v| v.height.abs()).fold(0.0, f64::max);
+        if rise == 0.0 { 0.0 } else { 16.0 * f64::EPSILON * (rise + largest) }
+    }
+
     /// Whether a height at a place inside is within the tolerance of the plane, exactly.
     pub(crate) fn within(&self, p: Point, height: f64, tolerance: f64) -> bool {
         let (wb, wc) = self.weights(p);
