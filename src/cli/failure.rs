@@ -87,12 +87,13 @@ impl From<RasterError> for Failure {
             }
             RasterError::Open { ref reason, .. } if reason.starts_with("Ungridded dataset") => failure.hint(IN_ORDER),
             RasterError::AxisElsewhere { .. } => failure.hint(ONTO_AN_EVEN_GRID),
-            RasterError::UnusedAxes { swapped: Some((rows, columns)), .. } => {
-                failure.hint(&format!("ncpdq -a {rows},{columns} brings rows and columns in order"))
+            RasterError::UnusedAxes { swapped: true, ref columns, ref rows, .. } => {
+                failure.hint(&format!("ncpdq -a {columns},{rows} brings rows and columns in order"))
             }
-            RasterError::UnusedAxes { corners: Some([left, top, right, bottom]), .. } => failure.hint(&format!(
-                "gdal_translate -a_ullr {left} {top} {right} {bottom} makes a raster of it that is in its place"
-            )),
+            RasterError::UnusedAxes { corners: Some(corners), .. } => {
+                let corners = corners.map(|corner| corner.to_string()).join(" ");
+                failure.hint(&format!("gdal_translate -a_ullr {corners} makes a raster of it that is in its place"))
+            }
             RasterError::UnusedAxes { .. } => failure.hint(ONTO_AN_EVEN_GRID),
             RasterError::BoxCrs { .. } => failure.hint("choose another CRS with --bbox-crs"),
             RasterError::EmptyBox { .. } => failure.hint("choose another --bbox, or name its CRS with --bbox-crs"),

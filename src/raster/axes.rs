@@ -126,7 +126,12 @@ fn unused(
         let (left, top) = (west - 0.5 * dx, top - 0.5 * dy);
         [left, top, left + width * dx, top + height * dy]
     });
-    let swapped = swapped(columns, rows);
-    let axes: Vec<String> = [columns, rows].into_iter().flatten().map(|axis| format!("'{}'", axis.name)).collect();
-    Err(RasterError::UnusedAxes { path: path.to_path_buf(), axes: axes.join(" and "), corners, swapped })
+    let name = |axis: Option<&Axis<'_>>| axis.map_or(String::new(), |axis| axis.name.clone());
+    Err(RasterError::UnusedAxes {
+        path: path.to_path_buf(),
+        columns: name(columns),
+        rows: name(rows),
+        swapped: swapped(columns, rows).is_some(),
+        corners: corners.map(Box::new),
+    })
 }

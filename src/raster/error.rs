@@ -146,19 +146,21 @@ pub enum RasterError {
     },
     /// The file says where columns and rows are, and GDAL makes no geotransform of it.
     #[error(
-        "{}: expected a geotransform, as the file lists coordinates of columns and rows ({axes}), found none: GDAL \
+        "{}: expected a geotransform, as the file lists coordinates of columns ('{columns}') and rows ('{rows}'), found none: GDAL \
          makes none of them, and may show the rows upside down",
         path.display()
     )]
     UnusedAxes {
         /// The raster.
         path: PathBuf,
-        /// The names of the axes in the file.
-        axes: String,
+        /// The name of the axis that lists columns; empty where none does.
+        columns: String,
+        /// The name of the axis that lists rows; empty where none does.
+        rows: String,
+        /// Whether columns run from south to north and rows from west to east.
+        swapped: bool,
         /// The left, top, right and bottom edge of the raster as GDAL shows it, if columns and rows are even.
-        corners: Option<[f64; 4]>,
-        /// The axes of rows and columns, in this order, if columns run from south to north and rows from west to east.
-        swapped: Option<(String, String)>,
+        corners: Option<Box<[f64; 4]>>,
     },
     /// There is no way from the CRS of a bounding box to the raster's.
     #[error("{}: the box cannot be transformed from {from} to the raster's CRS {to}: {reason}", path.display())]

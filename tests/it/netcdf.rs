@@ -122,7 +122,7 @@ fn axes_that_gdal_makes_nothing_of_are_refused_with_the_corners_that_mend_it() {
         let height =
             |r: usize, _| if north_first { 1000.0 * (255 - r) as f64 / 255.0 } else { 1000.0 * r as f64 / 255.0 };
         let file = cube.write(&folder, &format!("{i}.nc"), height);
-        let words = ["expected a geotransform", "'lon' and 'lat'", "found none", "upside down"];
+        let words = ["expected a geotransform", "columns ('lon') and rows ('lat')", "found none", "upside down"];
         let run = terrabite(["info", &file]).fails(1, &words);
         // With these corners, the row that is shown first has its heights.
         let [_, top, _, bottom] = corners(&run.err);
