@@ -80,7 +80,8 @@
 //! [`field::Field::open_with_importance`] takes a second raster with the first, whose samples weigh the errors: distance ×
 //! weight is within the tolerance then.
 //!
-//! GDAL prints its errors on standard error by itself; [`raster::quiet_gdal`] stops that, for the whole process.
+//! GDAL prints its errors on standard error by itself; [`raster::quiet_gdal`] stops that, for the whole process;
+//! [`raster::keep_gdal_warnings`] also keeps its warnings, for [`raster::take_gdal_warnings`].
 
 pub mod channels;
 pub mod cli;

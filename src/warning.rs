@@ -24,6 +24,18 @@ pub enum WarningCode {
     ZeroNodata,
     /// Samples beside voids lie far beyond the heights of all others.
     NearVoids,
+    /// Columns run from south to north and rows from west to east.
+    SwappedAxes,
+    /// The file lists longitudes and latitudes or projected coordinates, and does not say of which CRS.
+    NoGridMapping,
+    /// The file names another value for missing samples than GDAL takes.
+    FillValue,
+    /// A table has no lines for some samples, and nothing marks these.
+    XyzGaps,
+    /// This version of GDAL reads some heights of the format wrongly.
+    Misread,
+    /// The values are depths.
+    Depths,
 }
 
 /// Something about a file.

@@ -28,6 +28,14 @@ const BUDGET_TOO_SMALL: u8 = 3;
 /// Exit code: a disk is too small.
 const DISK_TOO_SMALL: u8 = 4;
 
+/// What mends a table of x, y, z that GDAL refuses.
+const IN_ORDER: &str = "its lines must be in the order of rows or columns: sort -k2,2gr -k1,1g brings them into it (with -t, \
+                        where commas separate columns, and without a header line); points that lie on no grid become a raster \
+                        by gdal_grid";
+
+/// What mends a raster whose rows or columns are not evenly spaced.
+const ONTO_AN_EVEN_GRID: &str = "cdo remapbil,GRID brings it onto an even grid; docs/rasters.md describes GRID";
+
 impl Failure {
     /// Exit code 1: the job could not be done.
     pub(crate) fn new(message: impl ToString) -> Failure {
@@ -79,6 +87,16 @@ impl From<RasterError> for Failure {
             RasterError::NotAffine { .. } => {
                 failure.hint("gdalwarp -t_srs CRS brings it onto a map; gdal_translate -a_ullr gives it a geotransform")
             }
+            RasterError::Open { ref reason, .. } if reason.starts_with("Ungridded dataset") => failure.hint(IN_ORDER),
+            RasterError::AxisElsewhere { .. } => failure.hint(ONTO_AN_EVEN_GRID),
+            RasterError::UnusedAxes { swapped: true, ref columns, ref rows, .. } => {
+                failure.hint(&format!("ncpdq -a {columns},{rows} brings rows and columns in order"))
+            }
+            RasterError::UnusedAxes { corners: Some(corners), .. } => {
+                let corners = corners.map(|corner| corner.to_string()).join(" ");
+                failure.hint(&format!("gdal_translate -a_ullr {corners} makes a raster of it that is in its place"))
+            }
+            RasterError::UnusedAxes { .. } => failure.hint(ONTO_AN_EVEN_GRID),
             RasterError::BoxCrs { .. } => failure.hint("choose another CRS with --bbox-crs"),
             RasterError::EmptyBox { .. } => failure.hint("choose another --bbox, or name its CRS with --bbox-crs"),
             RasterError::GeoTransform { .. } => failure.hint("gdal_edit.py -a_gt or gdalwarp can set another one"),

@@ -92,7 +92,7 @@ A closed pipe on standard output is no failure.";
 
 /// Runs the command line of this process to its end. Called once, from `main`.
 pub fn main() -> ExitCode {
-    crate::raster::quiet_gdal();
+    crate::raster::keep_gdal_warnings();
     let cli = match parse() {
         Ok(cli) => cli,
         Err(usage) => {

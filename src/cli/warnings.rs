@@ -23,6 +23,7 @@ pub(super) fn take() -> Shown {
     let collected = std::mem::take(&mut *COLLECTED.lock().unwrap_or_else(PoisonError::into_inner));
     let mut shown = Warnings::default();
     shown.extend(collected.into_iter().map(worded));
+    shown.extend(crate::raster::take_gdal_warnings());
     Shown(shown)
 }
 
@@ -32,6 +33,12 @@ fn mend(code: WarningCode) -> &'static str {
         WarningCode::Gdal | WarningCode::Picture => "",
         WarningCode::UnreachableNodata => "name the value that marks voids with --nodata",
         WarningCode::NearNodata | WarningCode::ZeroNodata => "if they are heights, use --nodata none",
+        WarningCode::SwappedAxes => "ncpdq -a brings its dimensions in another order",
+        WarningCode::NoGridMapping => "gdal_translate -a_srs CRS names it",
+        WarningCode::FillValue => "name the value that marks missing samples with --nodata",
+        WarningCode::XyzGaps => "add lines with a value that is no height, and name it with --nodata",
+        WarningCode::Misread => "convert it with a newer GDAL",
+        WarningCode::Depths => "--oo DEPTH_OR_ELEVATION=ELEVATION makes heights of them",
         WarningCode::NearVoids => "if they are no heights, exclude them with --valid-range",
     }
 }

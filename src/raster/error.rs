@@ -122,6 +122,46 @@ pub enum RasterError {
         /// What there is instead.
         found: String,
     },
+    /// The geotransform puts a column or row elsewhere than the file says: its axis is uneven, most often.
+    #[error(
+        "{}: expected columns and rows within a tenth of a cell of where the file's axes list them, found {what} {index}, which \
+         '{axis}' lists at {listed}, put at {placed} by GDAL's geotransform: {cells:.1} cells away",
+        path.display()
+    )]
+    AxisElsewhere {
+        /// The raster.
+        path: PathBuf,
+        /// "column" or "row".
+        what: &'static str,
+        /// The name of the axis in the file.
+        axis: String,
+        /// The column or row that is farthest away, as the file counts them, from 0.
+        index: usize,
+        /// Where the file lists it.
+        listed: f64,
+        /// Where the geotransform puts it.
+        placed: f64,
+        /// The distance, in cells.
+        cells: f64,
+    },
+    /// The file says where columns and rows are, and GDAL makes no geotransform of it.
+    #[error(
+        "{}: expected a geotransform, as the file lists coordinates of columns ('{columns}') and rows ('{rows}'), found none: GDAL \
+         makes none of them, and may show the rows upside down",
+        path.display()
+    )]
+    UnusedAxes {
+        /// The raster.
+        path: PathBuf,
+        /// The name of the axis that lists columns; empty where none does.
+        columns: String,
+        /// The name of the axis that lists rows; empty where none does.
+        rows: String,
+        /// Whether columns run from south to north and rows from west to east.
+        swapped: bool,
+        /// The left, top, right and bottom edge of the raster as GDAL shows it, if columns and rows are even.
+        corners: Option<Box<[f64; 4]>>,
+    },
     /// There is no way from the CRS of a bounding box to the raster's.
     #[error("{}: the box cannot be transformed from {from} to the raster's CRS {to}: {reason}", path.display())]
     BoxCrs {

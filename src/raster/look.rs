@@ -141,7 +141,8 @@ impl Look {
         });
         let zeros = &self.zeros;
         let zeros = one(zeros, WarningCode::ZeroNodata, {
-            format!("the nodata tag is 0: {} with that value count as missing", samples(zeros))
+            let origin = super::drivers::origin_of_zero_tag(&raster.driver());
+            format!("the nodata tag is 0{origin}: {} with that value count as missing", samples(zeros))
         });
         let voids = &self.near_voids;
         let voids = one(voids, WarningCode::NearVoids, {
@@ -232,7 +233,8 @@ impl<'r> Reader<'r> {
 impl Raster {
     /// Whether the raster's nodata tag is 0 and counts: formats and writers make it up, and then the sea goes missing.
     pub fn has_zero_tag(&self) -> bool {
-        self.tag().is_some_and(|tag| is_zero(tag) && self.marks().values.contains(&tag))
+        // Of a table, GDAL marks samples without a line by 0 where no line has that height.
+        self.driver() != "XYZ" && self.tag().is_some_and(|tag| is_zero(tag) && self.marks().values.contains(&tag))
     }
 }
 

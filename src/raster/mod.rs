@@ -5,13 +5,18 @@
 //! nearest to the points of a vector layer ([`read_points`]), and those inside its polygons ([`read_cutline`]). Nothing here
 //! knows of tiles or meshes.
 
+mod axes;
+mod axis;
 mod bounding_box;
 mod channels;
 mod crs;
+mod cube;
 mod cutline;
+mod drivers;
 mod encoding;
 mod error;
 mod files;
+mod gdal_messages;
 mod gdal_name;
 mod geo_transform;
 mod grid;
@@ -29,6 +34,7 @@ mod sample_type;
 mod validity;
 mod view;
 mod window;
+mod xyz;
 
 pub use bounding_box::BoundingBox;
 pub use channels::channels;
@@ -36,12 +42,14 @@ pub use cutline::{Cutline, CutlineError, CutlineSource, read_cutline};
 pub use encoding::Encoding;
 pub use error::RasterError;
 pub use files::{Files, Watch};
+pub(crate) use gdal_messages::About;
+pub use gdal_messages::{keep_gdal_warnings, quiet_gdal, take_gdal_warnings};
 pub(crate) use gdal_name::GdalName;
 pub use geo_transform::GeoTransform;
 pub use identity::{exact, exact_marks, identity};
 pub use look::{Found, Look, LookError, look};
 pub use marks::{Mark, Marks, NEARNESS, NO_MARK, TAG, ValidRange};
-pub use open::{Opening, Raster, bound_gdal_cache, quiet_gdal};
+pub use open::{Opening, Raster, bound_gdal_cache};
 pub use plain::{PlainLayout, plain_layout};
 pub use points::{PointCounts, PointSet, PointSource, Points, PointsError, read_points};
 pub use reference::Reference;

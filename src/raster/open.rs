@@ -3,12 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use gdal::errors::GdalError;
 use gdal::raster::RasterBand;
 use gdal::spatial_ref::SpatialRef;
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
+use super::axes;
+use super::drivers::{self, Unread};
 use super::encoding::Encoded;
 use super::error::reason;
+use super::gdal_messages::About;
 use crate::warning::Warning;
 
 use super::{Cutline, Encoding, GdalName, GeoTransform, Mark, Marks, RasterError, SampleType, Scaling, Window};
@@ -81,11 +85,6 @@ impl Opening {
     }
 }
 
-/// Keeps GDAL from printing on standard error by itself: errors reach the user as [`RasterError`]s, once.
-pub fn quiet_gdal() {
-    gdal::config::set_error_handler(|_, _, _| {});
-}
-
 /// Keeps GDAL's block cache to so many bytes, where the user has not said otherwise by `GDAL_CACHEMAX`: blocks are read
 /// and written whole, and GDAL's own choice is a twentieth of the machine's memory. GDAL looks at it once, before the
 /// first block is read.
@@ -119,11 +118,12 @@ impl Raster {
                 | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
             ..DatasetOptions::default()
         };
+        let _about = About::opening(path);
         let failed = |reason| RasterError::Open { path: path.to_path_buf(), reason };
         let name = GdalName::of(path).map_err(|e| failed(format!("its name is no UTF-8, and no link to it: {e}")))?;
-        let dataset = Dataset::open_ex(name.path(), options)
-            .map_err(|e| failed(reason(&e).trim_start_matches(&format!("{}: ", name.path().display())).to_string()))?;
+        let dataset = Dataset::open_ex(name.path(), options).map_err(|e| failed(why_not(name.path(), &e)))?;
         let count = dataset.raster_count();
+        refuse_unread(path, &dataset)?;
         if count == 0 {
             return Err(RasterError::NoBands { path: path.to_path_buf(), hint: subdatasets(&dataset) });
         }
@@ -134,6 +134,7 @@ impl Raster {
         if width < 2 || height < 2 {
             return Err(RasterError::TooSmall { path: path.to_path_buf(), width, height });
         }
+        let warnings = axes::check(path, name.path(), &dataset)?;
         let geo_transform = match dataset.geo_transform() {
             Err(_) => match other_georeferencing(&dataset) {
                 Some(found) => return Err(RasterError::NotAffine { path: path.to_path_buf(), found }),
@@ -169,7 +170,7 @@ impl Raster {
             cutline: None,
             open_options: open_options.to_vec(),
             geo_transform,
-            warnings: Vec::new(),
+            warnings,
         })
     }
 
@@ -369,6 +370,23 @@ pub(super) fn crs_name(crs: &SpatialRef) -> String {
         (Some(authority), Ok(code)) => format!("{authority}:{code} ({name})"),
         _ if name.is_empty() => "none".to_string(),
         _ => name,
+    }
+}
+
+/// Why GDAL does not open a file, in its words where there are no better ones.
+fn why_not(name: &Path, error: &GdalError) -> String {
+    if name.join("zarr.json").is_file() {
+        return Unread::Zarr3.reason(drivers::version());
+    }
+    reason(error).trim_start_matches(&format!("{}: ", name.display())).to_string()
+}
+
+/// Refuses what GDAL opens without an idea of what it is.
+fn refuse_unread(path: &Path, dataset: &Dataset) -> Result<(), RasterError> {
+    let product = dataset.metadata_item("productSpecification", "").unwrap_or_default();
+    match Unread::of_product(&dataset.driver().short_name(), &product) {
+        Some(unread) => Err(RasterError::Open { path: path.to_path_buf(), reason: unread.reason(drivers::version()) }),
+        None => Ok(()),
     }
 }
 

@@ -6,6 +6,7 @@
 use gdal::raster::{GdalType, RasterBand};
 
 use super::error::reason;
+use super::gdal_messages::About;
 use super::sample_type::with_sample_type;
 use super::{Raster, RasterError, SampleType, Window};
 
@@ -108,6 +109,7 @@ impl Raster {
         window: Window,
         out: &mut [T],
     ) -> Result<(), RasterError> {
+        let _about = About::reading(self.path());
         let (at, size) = (self.in_whole(window), (window.width, window.height));
         band.read_into_slice((at.column as isize, at.row as isize), size, size, out, None).map_err(|error| {
             let Window { column, row, width, height } = window;

@@ -74,6 +74,7 @@ impl View {
         }
         let mut raster = self.part(raster)?.with_nodata(&self.nodata)?;
         raster.warnings.extend(raster.unreachable_tag());
+        raster.warnings.extend(raster.caveats());
         let raster = match self.valid_range {
             Some(valid) => raster.with_valid_range(valid),
             None => raster,

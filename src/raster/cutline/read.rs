@@ -10,7 +10,7 @@ use crate::control::CancelToken;
 use crate::raster::crs::{transform, transformed};
 use crate::raster::error::reason;
 use crate::raster::open::crs_name;
-use crate::raster::{GdalName, GeoTransform, Raster};
+use crate::raster::{About, GdalName, GeoTransform, Raster};
 
 /// Where the polygons come from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,6 +48,7 @@ pub fn read_cutline(raster: &Raster, source: &CutlineSource, cancel: &CancelToke
             | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
         ..DatasetOptions::default()
     };
+    let _about = About::opening(path);
     let failed = |reason| CutlineError::Open { path: path.clone(), reason };
     let file = GdalName::of(path).map_err(|e| failed(format!("its name is no UTF-8, and no link to it: {e}")))?;
     let dataset = Dataset::open_ex(file.path(), options)

@@ -10,7 +10,7 @@ use super::{PointSet, PointsError};
 use crate::control::CancelToken;
 use crate::raster::error::reason;
 use crate::raster::open::crs_name;
-use crate::raster::{GdalName, Raster};
+use crate::raster::{About, GdalName, Raster};
 
 /// Where points come from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -111,6 +111,7 @@ fn open(path: &Path) -> Result<(Dataset, GdalName), PointsError> {
             | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
         ..DatasetOptions::default()
     };
+    let _about = About::opening(path);
     let failed = |reason| PointsError::Open { path: path.to_path_buf(), reason };
     let name = GdalName::of(path).map_err(|e| failed(format!("its name is no UTF-8, and no link to it: {e}")))?;
     let dataset = Dataset::open_ex(name.path(), options)

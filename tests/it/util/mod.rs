@@ -3,11 +3,13 @@
 
 mod dem;
 mod folder;
+mod netcdf;
 mod ply;
 mod run;
 
 pub(crate) use dem::{Dem, Kind, hills};
 pub(crate) use folder::Folder;
+pub(crate) use netcdf::{Axis, Cube};
 pub(crate) use ply::{flat, ply, without_comments};
 pub(crate) use run::{
     Halted, Run, terrabite, terrabite_disturbed, terrabite_in_group, terrabite_stopped, terrabite_with_fault,
