@@ -106,6 +106,8 @@ pub mod sink;
 pub mod spool;
 pub mod staged;
 pub mod synth;
+#[cfg(test)]
+mod testing;
 pub mod tiling;
 pub mod triangulate;
 pub mod trim;
