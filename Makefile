@@ -4,19 +4,22 @@ CARGO ?= cargo
 # Where rustup puts it; a shell started before the installation does not look there.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help setup demo test check fuzz bench bench-quality bench-scale bench-kernels paper fmt accept
+.PHONY: help setup demo test test-long check checksums fuzz bench bench-quality bench-scale bench-kernels paper fmt accept
 
 help:
 	@echo 'make setup   install what is missing (Debian: GDAL, a C compiler, Python for one test)'
 	@echo 'make demo    build, make a terrain, simplify, verify and draw it'
 	@echo 'make test    all tests'
+	@echo 'make test-long  the same, and random cases by the thousand'
 	@echo 'make check   formatting, lints and documentation, warnings denied'
 	@echo 'make bench   the benchmark: against pydelatin and against GDAL alone'
 	@echo 'make bench-quality  what every --quality is worth, against pydelatin'
 	@echo 'make bench-scale    from 4096 x 4096 to 32768 x 32768 (choose: SIZES=4096,8192)'
 	@echo 'make bench-kernels  the parts, by criterion'
 	@echo 'make paper   repeats the experiments of Garland & Heckbert 1995, tables and plots'
-	@echo 'make accept  the long acceptance run'
+	@echo 'make accept  the long acceptance run (choose: KILLS=1000)'
+	@echo 'make checksums  of the meshes of many runs: the same before and after a change, unless it is meant to change meshes'
+	@echo '                (choose: TERRABITE=/path/to/another/build)'
 	@echo 'make fuzz    the fuzzers, two minutes each (choose: FUZZ_TARGETS=tiff FUZZ_SECONDS=600)'
 	@echo 'make fmt     format the sources'
 
@@ -29,6 +32,10 @@ demo: setup
 
 test: setup
 	$(CARGO) test --locked
+
+# The same tests: random ones with four times the cases and more, and rasters of several tiles where one does.
+test-long: setup
+	TERRABITE_LONG_TESTS=1 $(CARGO) test --locked
 
 check: setup
 	$(CARGO) fmt --check
@@ -57,6 +64,12 @@ paper: setup
 accept: setup
 	$(CARGO) build --release --locked --bin terrabite --example cells
 	scripts/accept.sh
+
+# Another build has been built already.
+checksums:
+	@scripts/setup.sh >&2
+	@test -n '$(TERRABITE)' || $(CARGO) build --release --locked --bin terrabite
+	@scripts/checksums.py
 
 # Nightly, and `cargo install cargo-fuzz`. What is new goes to fuzz/found, so that the corpus stays small.
 FUZZ_TARGETS ?= ply chunk tiff simplify

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# The long acceptance run: simplify, then verify, for real terrains at every tolerance, feasibility and tile size.
-# Called by `make accept`, after the build. Real terrains are looked for in ../shared/data, or in $TERRABITE_DATA.
+# The long acceptance run: simplify, then verify, for real terrains at every tolerance, feasibility and tile size; then
+# resumable runs that are killed at random moments, $KILLS (300) times. Called by `make accept`, after the build. Real
+# terrains are looked for in ../shared/data, or in $TERRABITE_DATA.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -185,6 +186,14 @@ for feasibility in weak strong; do
     certify synth "$work/synth.tif" 20 --feasibility "$feasibility" --tile 128
     certify synth "$work/synth.tif" 0 --feasibility "$feasibility" --tile 256
 done
+
+killed=$data/srtm3_S33W071.tif tolerance=60
+[ -f "$killed" ] || killed=$work/synth.tif tolerance=20
+if scripts/kills.py "$killed" --kills "${KILLS:-300}" -- --max-error "$tolerance" --tile 128; then
+    passed=$((passed + 1))
+else
+    failed=$((failed + 1))
+fi
 
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

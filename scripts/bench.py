@@ -7,9 +7,6 @@ meshes are judged by `terrabite verify`. See docs/BENCHMARKS.md for what the col
 import argparse
 import os
 import statistics
-import subprocess
-import sys
-import venv
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +14,7 @@ from bench_common import (
     CPU, GDAL_FLOOR, MIB, PEAK, ROOT, TERRABITE, WALL, WORK, best, grouped, interleaved, machine, median, note,
     print_table, run, verify,
 )
+from environment import python_with
 
 DATA = Path(os.environ.get("TERRABITE_DATA", ROOT / ".." / "shared" / "data"))
 CASES = [
@@ -175,16 +173,7 @@ def judged(verdict):
 
 def environment():
     """A virtual environment with the pinned peer; its Python."""
-    folder = WORK / "venv"
-    wanted = Path(__file__).with_name("bench-requirements.txt")
-    stamp, python = folder / "requirements.txt", folder / "bin" / "python"
-    if not stamp.exists() or stamp.read_text() != wanted.read_text():
-        note(f"installing the peer into {folder}")
-        venv.create(folder, with_pip=True, clear=True)
-        if subprocess.run([python, "-m", "pip", "install", "--quiet", "-r", wanted]).returncode != 0:
-            sys.exit("bench: pydelatin cannot be installed (see above)")
-        stamp.write_text(wanted.read_text())
-    return python
+    return python_with(Path(__file__).with_name("bench-requirements.txt"), WORK / "venv")
 
 
 def peer(python):

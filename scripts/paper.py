@@ -12,8 +12,9 @@ import math
 import os
 import subprocess
 import sys
-import venv
 from pathlib import Path
+
+from environment import python_with
 
 ROOT = Path(__file__).resolve().parent.parent
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
@@ -201,13 +202,9 @@ def reexec_with_matplotlib():
         matplotlib.use("Agg")
         return
     except ImportError:
-        folder = TARGET / "paper-venv"
-        python = folder / "bin" / "python"
         if os.environ.get("TERRABITE_PAPER") == "again":
             sys.exit("paper: matplotlib cannot be installed (see above)")
-        venv.create(folder, with_pip=True, clear=True)
-        wanted = Path(__file__).with_name("paper-requirements.txt")
-        subprocess.run([python, "-m", "pip", "install", "--quiet", "-r", wanted], check=True)
+        python = python_with(Path(__file__).with_name("paper-requirements.txt"), TARGET / "paper-venv")
         os.execve(python, [str(python), __file__], {**os.environ, "TERRABITE_PAPER": "again"})
 
 

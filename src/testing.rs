@@ -1,6 +1,10 @@
 //! What the unit tests of all modules share.
 
 use proptest::prelude::ProptestConfig;
+use tempfile::TempDir;
+
+use crate::fuzzing::temp_dir;
+use crate::simplify::Params;
 
 /// Set to 1 by `make test-long`.
 const LONG: &str = "TERRABITE_LONG_TESTS";
@@ -11,8 +15,20 @@ pub(crate) fn cases(usual: u32, long: u32) -> ProptestConfig {
     ProptestConfig::with_cases(if is_long() { long } else { usual })
 }
 
-fn is_long() -> bool {
+/// Whether `make test-long` runs.
+pub(crate) fn is_long() -> bool {
     std::env::var_os(LONG).is_some_and(|value| value == "1")
+}
+
+/// A folder for small files, in memory where there is such a place: a finished mesh is synced, and for a disk that takes
+/// longer than all else a small mesh needs.
+pub(crate) fn folder() -> TempDir {
+    tempfile::tempdir_in(temp_dir()).expect("a folder")
+}
+
+/// The same parameters, with temporary files in memory.
+pub(crate) fn in_memory(params: &Params) -> Params {
+    Params { temp_dir: temp_dir(), ..params.clone() }
 }
 
 #[test]

@@ -18,7 +18,7 @@ pub use tiff::tiff;
 use std::path::PathBuf;
 
 /// Where temporary files go: to memory where there is such a place, as disks are slow.
-fn temp_dir() -> PathBuf {
+pub(crate) fn temp_dir() -> PathBuf {
     let memory = PathBuf::from("/dev/shm");
     if memory.is_dir() { memory } else { std::env::temp_dir() }
 }

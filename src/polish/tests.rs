@@ -6,6 +6,7 @@ use crate::control::CancelToken;
 use crate::field::{Heights, Tile};
 use crate::mesh::Domain;
 use crate::seam::{MinLink, Rim};
+use crate::testing::cases;
 use crate::triangulate::conformance::{check, domain, hole, holes_that_touch, ring, tile, tolerances};
 use crate::triangulate::cuts::GreedyCuts;
 use crate::triangulate::insertion::GreedyInsertion;
@@ -84,7 +85,7 @@ fn check_relaxed(task: &Task<'_>, start: &TileMesh, mesh: &TileMesh) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(120))]
+    #![proptest_config(cases(40, 120))]
 
     #[test]
     fn every_promise_holds_on_random_tiles(
@@ -108,7 +109,7 @@ fn sharpest(mesh: &TileMesh) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(cases(20, 60))]
 
     #[test]
     fn no_angle_falls_below_the_floor_unless_it_was_there(

@@ -12,6 +12,7 @@ use crate::ply::{PlyFile, ScalarType};
 use crate::raster::Raster;
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
+use crate::testing;
 use crate::triangulate::cuts::Cuts;
 use crate::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Swap};
 use crate::verify::{Verdict, VerifyOptions, WeightedOptions, verify_with_channels};
@@ -96,7 +97,7 @@ proptest! {
         max_error in prop_oneof![Just(0.0), Just(2.0), 0.0f64..60.0, Just(1e6)],
         tile in prop_oneof![Just(0usize), 3usize..12], swap in swaps(), measure in measures(), strong in any::<bool>(),
     ) {
-        let folder = tempfile::tempdir().expect("a folder");
+        let folder = testing::folder();
         let smooth = |i: usize, band: usize| {
             let (x, y) = ((i % width) as f64, (i / width) as f64);
             110.0 + 60.0 * (x / 7.0 + band as f64).sin() + 40.0 * (y / 5.0 - band as f64).cos()
@@ -143,7 +144,7 @@ fn colours() -> ChannelOptions {
 
 #[test]
 fn colours_are_written_as_bytes_and_come_back_as_the_samples() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = testing::folder();
     striped(&folder);
     let made = Made::new(folder, colours(), &delaunay(Params { tile: 16, ..Params::new(5.0) }));
     let mut mesh = PlyFile::open(&made.tin).expect("a mesh");
@@ -165,7 +166,7 @@ fn colours_are_written_as_bytes_and_come_back_as_the_samples() {
 
 #[test]
 fn a_mesh_that_keeps_heights_alone_is_found_out() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = testing::folder();
     striped(&folder);
     let heights_alone = ChannelOptions { emphasis: 0.0, ..colours() };
     let mut made = Made::new(folder, heights_alone, &delaunay(Params { tile: 16, ..Params::new(5.0) }));
@@ -180,7 +181,7 @@ fn a_mesh_that_keeps_heights_alone_is_found_out() {
 
 #[test]
 fn attributes_that_are_not_in_the_file_are_named() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = testing::folder();
     striped(&folder);
     let made = Made::new(folder, ChannelOptions { bands: vec![2], ..colours() }, &delaunay(Params::new(300.0)));
     let weighted = WeightedOptions { bands: vec![2, 3, 4], emphasis: 0.5, planar: false };
@@ -191,7 +192,7 @@ fn attributes_that_are_not_in_the_file_are_named() {
 
 #[test]
 fn what_does_not_keep_channels_is_not_given_any() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = testing::folder();
     striped(&folder);
     let raster = Raster::open(&folder.path().join("dem.tif"), 1).expect("opens");
     let ranges = find_ranges(&raster, &colours(), &Control::default()).expect("ranges");
@@ -211,7 +212,7 @@ fn what_does_not_keep_channels_is_not_given_any() {
 #[test]
 fn channels_are_reckoned_with() {
     use crate::info::{DENSEST, estimate};
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = testing::folder();
     striped(&folder);
     let raster = Raster::open(&folder.path().join("dem.tif"), 1).expect("opens");
     let bands = colours().open(&raster).expect("bands");

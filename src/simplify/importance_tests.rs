@@ -9,6 +9,7 @@ use super::*;
 use crate::control::Control;
 use crate::field::{Choice, Field, FieldError, FieldOptions, Heights};
 use crate::raster::Raster;
+use crate::testing;
 
 fn field(width: usize, height: usize, heights: Heights) -> Field {
     Field::from_heights(width, height, heights).expect("a field")
@@ -92,7 +93,7 @@ fn weights_of_one_change_nothing() {
 #[test]
 fn weights_of_one_change_nothing_in_rasters_of_integers() {
     let (width, height) = (130, 90);
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = testing::folder();
     let (dem, ones) = (folder.path().join("dem.tif"), folder.path().join("ones.tif"));
     let driver = DriverManager::get_driver_by_name("GTiff").expect("GTiff");
     let dataset = driver.create_with_band_type::<i16, _>(&dem, width, height, 1).expect("a raster");

@@ -13,6 +13,7 @@ use crate::exact;
 use crate::field::{Choice, Field, FieldError, FieldOptions, Heights, HoleOptions};
 use crate::lattice::{Point, orient};
 use crate::raster::{CutlineSource, PointSet, Raster, Window, read_cutline};
+use crate::testing::{self, cases};
 use crate::triangulate::cuts::Cuts;
 
 pub(super) type Place = (i32, i32);
@@ -114,7 +115,7 @@ impl Scene {
     pub(super) fn mesh(&self, params: &Params, threads: usize) -> Result<Mesh, Error> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let field = self.field();
-        pool.install(|| triangulate(&field, params, &Control::default()))
+        pool.install(|| triangulate(&field, &testing::in_memory(params), &Control::default()))
     }
 
     /// Everything the mesh must be.
@@ -241,7 +242,7 @@ pub(super) fn scene(width: usize, height: usize, seed: u64, kind: u8, holes: u8)
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(cases(100, 400))]
 
     #[test]
     fn the_mesh_is_the_ground_and_nothing_else(
@@ -258,7 +259,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(cases(100, 400))]
 
     #[test]
     fn bridged_holes_are_ground_that_nothing_binds(
@@ -288,7 +289,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100))]
+    #![proptest_config(cases(40, 100))]
 
     #[test]
     fn with_weights_and_points(
@@ -373,7 +374,7 @@ fn every_small_ground() {
 #[test]
 fn outside_of_a_cutline_is_as_without_heights() {
     const SIZE: (usize, usize) = (70, 50);
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = testing::folder();
     let (path, layer) = (folder.path().join("dem.tif"), folder.path().join("cut.geojson"));
     let mut heights: Vec<f64> = (0..SIZE.0 * SIZE.1).map(|i| (i * i % 1009) as f64 / 100.0).collect();
     let driver = gdal::DriverManager::get_driver_by_name("GTiff").expect("GTiff");

@@ -15,6 +15,7 @@ use crate::seam::{MinLink, Rim};
 use crate::sink::PlySink;
 use crate::spool::{Chunk, Spool};
 use crate::staged::StagedFile;
+use crate::testing;
 use crate::triangulate::cuts::Cuts;
 use crate::triangulate::insertion::InsertionOptions;
 use crate::triangulate::{Engine, Task};
@@ -109,7 +110,7 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
 #[test]
 fn points_become_vertices_of_the_written_mesh() {
     let (width, height) = (40, 30);
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = testing::folder();
     let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
     geotiff(&dem, width, height, &terrain(5, width, height));
     let raster = Raster::open(&dem, 1).expect("opens");

@@ -14,6 +14,7 @@ use crate::sink::{Contents, PlySink, Sink, SinkError};
 use crate::spool::{Chunk, Spool};
 use crate::staged::StagedFile;
 use crate::synth::{Terrain, TerrainOptions};
+use crate::testing;
 use crate::triangulate::cuts::Cuts;
 use crate::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 use crate::verify::{VerifyOptions, verify};
@@ -47,7 +48,7 @@ fn certify(width: usize, height: usize, heights: &[f64], params: &Params) {
 
 /// The same with the weights of errors, where there are some.
 pub(super) fn certify_weighted(width: usize, height: usize, heights: &[f64], weights: Option<&[f64]>, params: &Params) {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = testing::folder();
     let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
     geotiff(&dem, width, height, heights);
     let raster = Raster::open(&dem, 1).expect("opens");
@@ -58,7 +59,7 @@ pub(super) fn certify_weighted(width: usize, height: usize, heights: &[f64], wei
     });
     let (importance, options) = (importance.as_ref(), FieldOptions::default());
     let field = Field::open_with_importance(&raster, importance, &options, &Control::default()).expect("a field");
-    let mesh = triangulate(&field, params, &Control::default()).expect("a mesh");
+    let mesh = triangulate(&field, &testing::in_memory(params), &Control::default()).expect("a mesh");
     let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
     let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
     let options = VerifyOptions { max_error: params.max_error, importance, temp_dir: None };

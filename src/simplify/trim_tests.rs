@@ -11,6 +11,7 @@ use super::*;
 use crate::exact;
 use crate::lattice::{Point, orient};
 use crate::raster::PointSet;
+use crate::testing::{self, cases};
 use crate::triangulate::cuts::Cuts;
 
 /// Everything a trimmed mesh must be. Returns how many triangles it has, and how many samples it leaves bare.
@@ -146,7 +147,7 @@ impl Triangles {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(cases(100, 400))]
 
     #[test]
     fn the_mesh_is_the_ground_less_a_strip(
@@ -163,7 +164,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100))]
+    #![proptest_config(cases(40, 100))]
 
     /// Samples of bridged holes may be bare, too, but are not lost: they have no heights.
     #[test]
@@ -279,12 +280,19 @@ fn every_small_ground() {
 #[test]
 fn larger_grounds_with_a_second_pass() {
     for holes in 0..5 {
-        for (quality, heights) in [
+        for (row, (quality, heights)) in [
             (Quality::None, VertexHeights::Sampled),
             (Quality::Balanced, VertexHeights::Sampled),
             (Quality::Balanced, VertexHeights::Fitted),
-        ] {
-            for trim in [1, 3, 9] {
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            for (column, trim) in [1, 3, 9].into_iter().enumerate() {
+                // A Latin square: any two of the three meet once.
+                if (usize::from(holes) + row + column) % 3 > 0 && !testing::is_long() {
+                    continue;
+                }
                 check(&scene(70, 60, 5, 1, holes), &Params { quality, heights, trim, tile: 24, ..Params::new(3.0) });
             }
         }

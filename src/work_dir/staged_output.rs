@@ -1,9 +1,11 @@
 //! Where the output of a run is staged, so that what a killed run leaves can be found.
 //!
 //! The note is a line, `staging` or `committing DEVICE INODE`, and the partial file's path as it is, whatever its bytes.
-//! It is durable before the partial file is made, and again before it is renamed.
+//! It is durable before the partial file is made, and again before it is renamed. A run that was killed after that is
+//! done once more: its line ends with ` over DEVICE INODE`, the output that is there already.
 
 use std::ffi::OsStr;
+use std::fs::Metadata;
 use std::io::{self, ErrorKind};
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::MetadataExt;
@@ -13,26 +15,37 @@ use crate::durable;
 
 pub(super) const NAME: &str = "staged";
 
+/// A file, whatever its name: device and inode.
+type Identity = (u64, u64);
+
 struct Note {
     partial: PathBuf,
-    /// Device and inode, once the file is complete.
-    complete: Option<(u64, u64)>,
+    /// The partial file, once it is complete.
+    complete: Option<Identity>,
+    /// The output of an earlier run of the same job, which this one will replace.
+    over: Option<Identity>,
 }
 
 pub(super) fn note_partial(dir: &Path, partial: &Path) -> io::Result<()> {
-    Note { partial: std::path::absolute(partial)?, complete: None }.write(dir)
+    // What was complete has taken its name by now: `remove_partial` forgets what has not.
+    let over = Note::read(dir)?.and_then(|earlier| earlier.complete.or(earlier.over));
+    Note { partial: std::path::absolute(partial)?, complete: None, over }.write(dir)
 }
 
 pub(super) fn note_commit(dir: &Path) -> io::Result<()> {
     let Some(note) = Note::read(dir)? else { return Ok(()) };
     let found = note.partial.metadata()?;
-    Note { complete: Some((found.dev(), found.ino())), ..note }.write(dir)
+    Note { complete: Some(identity(&found)), ..note }.write(dir)
 }
 
-/// Whether `output` is the file that was about to take its name: then it took it.
+/// Whether `output` is the file that was about to take its name: then it took it. Or the one that it was to replace.
 pub(super) fn has_committed(dir: &Path, output: &Path) -> bool {
-    let complete = Note::read(dir).ok().flatten().and_then(|note| note.complete);
-    complete.is_some() && output.metadata().ok().map(|found| (found.dev(), found.ino())) == complete
+    let (Ok(Some(note)), Ok(found)) = (Note::read(dir), output.metadata()) else { return false };
+    [note.complete, note.over].contains(&Some(identity(&found)))
+}
+
+fn identity(file: &Metadata) -> Identity {
+    (file.dev(), file.ino())
 }
 
 /// Removes the partial file of a run that was killed, if there is one. A file that has taken its name stays.
@@ -63,10 +76,14 @@ fn is_partial(path: &Path) -> bool {
 
 impl Note {
     fn write(&self, dir: &Path) -> io::Result<()> {
-        let line = match self.complete {
-            None => "staging\n".to_string(),
-            Some((device, inode)) => format!("committing {device} {inode}\n"),
+        let mut line = match self.complete {
+            None => "staging".to_string(),
+            Some((device, inode)) => format!("committing {device} {inode}"),
         };
+        if let Some((device, inode)) = self.over {
+            line += &format!(" over {device} {inode}");
+        }
+        line.push('\n');
         let mut bytes = line.into_bytes();
         bytes.extend_from_slice(self.partial.as_os_str().as_bytes());
         durable::replace(&dir.join(NAME), &bytes, || {})?;
@@ -82,11 +99,20 @@ impl Note {
         let Some(end) = bytes.iter().position(|&b| b == b'\n') else { return Ok(None) };
         let partial = PathBuf::from(OsStr::from_bytes(&bytes[end + 1..]));
         let line = String::from_utf8_lossy(&bytes[..end]);
-        let complete = match line.split(' ').collect::<Vec<_>>().as_slice() {
+        let words: Vec<&str> = line.split(' ').collect();
+        let (words, over) = match words.as_slice() {
+            [words @ .., "over", device, inode] => (words, parse(device, inode)),
+            words => (words, None),
+        };
+        let complete = match words {
             ["staging"] => None,
-            ["committing", device, inode] => device.parse().ok().zip(inode.parse().ok()),
+            ["committing", device, inode] => parse(device, inode),
             _ => return Ok(None),
         };
-        Ok(Some(Note { partial, complete }))
+        Ok(Some(Note { partial, complete, over }))
     }
+}
+
+fn parse(device: &str, inode: &str) -> Option<Identity> {
+    device.parse().ok().zip(inode.parse().ok())
 }

@@ -3,30 +3,34 @@
 use std::io::{ErrorKind, Write};
 use std::process::Command;
 
-use crate::util::{Dem, Folder, shared_data, terrabite, terrabite_disturbed, terrabite_in_group};
+use crate::util::{Dem, Folder, is_long, shared_data, terrabite, terrabite_disturbed, terrabite_in_group};
 
 /// As dense as meshes get: every sample is a vertex.
 fn rough(column: usize, row: usize) -> f64 {
     ((column * column * 31 + row * row * 17 + column * row * 7) % 1009) as f64
 }
 
+/// Two tiles, and a little more across and down.
 #[test]
 fn the_peak_stays_within_the_budget() {
     let folder = Folder::new();
-    let plain = Dem::new(1020, 520).heights(rough);
+    let (plain, tile) = if is_long() { (Dem::new(1020, 520), "512") } else { (Dem::new(510, 260), "256") };
+    let plain = plain.heights(rough);
     let rasters = [
         plain.clone().tiled(256).compressed().write(&folder, "tiled.tif"),
         plain.compressed().write(&folder, "strips.tif"),
     ];
     for dem in &rasters {
-        for (quality, engine, memory) in [
-            ("none", "greedy-cuts", "118MiB"),
-            ("none", "greedy-insertion", "140MiB"),
-            ("fast", "greedy-insertion", "172MiB"),
+        for (quality, engine, least, least_long) in [
+            ("none", "greedy-cuts", "84MiB", "118MiB"),
+            ("none", "greedy-insertion", "90MiB", "140MiB"),
+            ("fast", "greedy-insertion", "98MiB", "172MiB"),
         ] {
             let tin = folder.at("tin.ply");
+            let memory = if is_long() { least_long } else { least };
             let run = ["simplify", dem, &tin, "--max-error", "0", "--overwrite", "--json", "--memory", memory];
-            let report = terrabite(run.iter().chain(&["--quality", quality, "--engine", engine])).succeeds().json();
+            let report = terrabite(run.iter().chain(&["--quality", quality, "--engine", engine, "--tile", tile]));
+            let report = report.succeeds().json();
             let (peak, budget) = (report["peak_memory_bytes"].as_u64(), report["plan"]["budget_bytes"].as_u64());
             assert!(peak <= budget, "{peak:?} of {budget:?} for {dem}, {quality}, {engine}");
             assert!(report["samples_per_triangle"].as_f64() < Some(0.6));
@@ -39,19 +43,21 @@ fn the_peak_stays_within_the_budget() {
 fn the_peak_stays_within_the_budget_beside_holes() {
     let folder = Folder::new();
     let speckled = |c: usize, r: usize| if c % 2 == 1 && r % 2 == 1 { -32768.0 } else { rough(c, r) };
-    let dem = Dem::new(1021, 1021).heights(speckled).nodata(-32768.0).tiled(256).compressed().write(&folder, "dem.tif");
+    let (side, tile, memory) = if is_long() { (1021, "512", "180MiB") } else { (511, "256", "100MiB") };
+    let dem = Dem::new(side, side).heights(speckled).nodata(-32768.0).tiled(256).compressed().write(&folder, "dem.tif");
     let tin = folder.at("tin.ply");
-    let run = ["simplify", &dem, &tin, "--max-error", "0", "--json", "--memory", "180MiB", "--fill-holes", "1"];
-    let report = terrabite(run.iter().chain(&["--quality", "fast"])).succeeds().json();
+    let run = ["simplify", &dem, &tin, "--max-error", "0", "--json", "--memory", memory, "--fill-holes", "1"];
+    let report = terrabite(run.iter().chain(&["--quality", "fast", "--tile", tile])).succeeds().json();
     let (peak, budget) = (report["peak_memory_bytes"].as_u64(), report["plan"]["budget_bytes"].as_u64());
     assert!(peak <= budget, "{peak:?} of {budget:?}");
-    assert_eq!(report["bridged_holes"], 510 * 510);
+    assert_eq!(report["bridged_holes"], (side / 2) * (side / 2));
 }
 
 #[test]
 fn a_budget_that_is_too_small_names_the_smallest() {
     let folder = Folder::new();
-    let dem = Dem::new(600, 600).write(&folder, "dem.tif");
+    let smooth = |c: usize, r: usize| ((c / 40 + r / 30) % 40) as f64;
+    let dem = Dem::new(600, 600).heights(smooth).write(&folder, "dem.tif");
     let run = |more: &[&str]| {
         let run = ["simplify", &dem, &folder.at("tin.ply"), "--max-error", "3", "--overwrite"];
         terrabite(run.iter().chain(more))
@@ -72,12 +78,13 @@ fn a_budget_that_is_too_small_names_the_smallest() {
 fn neither_memory_nor_threads_nor_access_change_a_byte() {
     let folder = Folder::new();
     let hilly = |c: usize, r: usize| ((c * c) % 97 + (r * r) % 89) as f64 + (c + r) as f64;
-    let plain = Dem::new(700, 500).heights(hilly).on_the_map();
+    let (plain, tile) = if is_long() { (Dem::new(700, 500), "96") } else { (Dem::new(300, 220), "40") };
+    let plain = plain.heights(hilly).on_the_map();
     for (name, dem) in [("tiled.tif", plain.clone().tiled(64)), ("strips.tif", plain)] {
         let dem = dem.write(&folder, name);
         let bytes = |options: &[&str]| {
             let tin = folder.at("tin.ply");
-            let run = ["simplify", &dem, &tin, "--max-error", "9", "--tile", "96", "--overwrite", "--quiet"];
+            let run = ["simplify", &dem, &tin, "--max-error", "9", "--tile", tile, "--overwrite", "--quiet"];
             terrabite(run.iter().chain(options)).succeeds();
             std::fs::read(&tin).unwrap()
         };
@@ -97,8 +104,8 @@ fn neither_memory_nor_threads_nor_access_change_a_byte() {
 #[test]
 fn a_dry_run_tells_and_writes_nothing() {
     let folder = Folder::new();
-    let dem = Dem::new(700, 500).compressed().write(&folder, "dem.tif");
-    let run = ["simplify", &dem, &folder.at("tin.ply"), "--max-error", "3", "--dry-run"];
+    let dem = Dem::new(350, 250).compressed().write(&folder, "dem.tif");
+    let run = ["simplify", &dem, &folder.at("tin.ply"), "--max-error", "3", "--tile", "128", "--dry-run"];
     let needs = terrabite(run.iter().chain(&["--json"])).succeeds().json();
     assert!(needs["estimate"]["spool_bytes"].as_u64() > Some(0));
     assert!(needs["memory"]["needed_bytes"].as_u64() <= needs["memory"]["budget_bytes"].as_u64());
@@ -111,8 +118,10 @@ fn a_dry_run_tells_and_writes_nothing() {
 fn the_estimate_is_near() {
     let Some(dem) = shared_data("moon_tycho_4096.tif") else { return };
     let folder = Folder::new();
+    let window = if is_long() { "0,0,4096,4096" } else { "1024,1024,2048,2048" };
     let run = ["simplify", dem.to_str().unwrap(), &folder.at("tin.ply"), "--max-error", "200", "--json"];
-    let needs = terrabite(run.iter().chain(&["--dry-run"])).succeeds().json();
+    let run = run.into_iter().chain(["--window", window]);
+    let needs = terrabite(run.clone().chain(["--dry-run"])).succeeds().json();
     terrabite(run).succeeds();
     let size = std::fs::metadata(folder.join("tin.ply")).unwrap().len() as f64;
     let told = needs["estimate"]["output_bytes"].as_f64().unwrap();
@@ -180,17 +189,14 @@ struct Group(std::path::PathBuf);
 
 impl Group {
     fn new(bytes: u64) -> Option<Group> {
-        let name = format!("terrabite-test-{}", std::process::id());
         for (root, limit) in [
             ("/sys/fs/cgroup/memory", "memory.limit_in_bytes"),
             ("/sys/fs/cgroup", "memory.max"),
             ("/sys/fs/cgroup/unified", "memory.max"),
         ] {
-            let folder = std::path::Path::new(root).join(&name);
-            if std::fs::create_dir(&folder).is_err() {
-                continue;
-            }
-            let group = Group(folder);
+            // A name that no other test, checkout or container has.
+            let Ok(folder) = tempfile::Builder::new().prefix("terrabite-test-").tempdir_in(root) else { continue };
+            let group = Group(folder.keep());
             if group.0.join(limit).exists() && std::fs::write(group.0.join(limit), bytes.to_string()).is_ok() {
                 return Some(group);
             }
@@ -210,26 +216,32 @@ impl Drop for Group {
 /// which the kernel takes back when it needs the room.
 const PAGE_CACHE: u64 = 24 << 20;
 
+/// Tiles in two rows and columns, and a little more.
 #[test]
 fn a_control_group_of_the_budget_is_enough() {
-    const BUDGET: u64 = 176 << 20;
-    let Some(group) = Group::new(BUDGET + PAGE_CACHE) else { return };
+    let (size, tile, budget) = if is_long() { ((1500, 1300), "512", 176) } else { ((520, 518), "256", 104) };
+    let Some(group) = Group::new((budget << 20) + PAGE_CACHE) else { return };
     let folder = Folder::new();
     let hilly = |c: usize, r: usize| ((c * c) % 97 + (r * r) % 89) as f64 + (c + r) as f64;
-    let plain = Dem::new(1500, 1300).heights(hilly);
+    let plain = Dem::new(size.0, size.1).heights(hilly);
     for (name, dem) in [
         ("mapped.tif", plain.clone()),
         ("decoded.tif", plain.clone().compressed()),
         ("windows.tif", plain.compressed().tiled(256)),
     ] {
         let dem = dem.write(&folder, name);
-        let run = ["simplify", &dem, &folder.at("tin.ply"), "--max-error", "30", "--overwrite", "--json"];
-        let report = terrabite_in_group(&group.0, run.iter().chain(&["--memory", "176MiB"])).succeeds().json();
-        assert!(report["peak_memory_bytes"].as_u64() <= Some(BUDGET), "{report:#}");
+        let tin = folder.at("tin.ply");
+        let run = ["simplify", &dem, &tin, "--max-error", "30", "--tile", tile, "--overwrite", "--json"];
+        let with = |more: &[&str], mib: u64| {
+            let memory = format!("{mib}MiB");
+            terrabite_in_group(&group.0, run.iter().chain(more).chain(&["--memory", &memory])).succeeds().json()
+        };
+        let report = with(&[], budget);
+        assert!(report["peak_memory_bytes"].as_u64() <= Some(budget << 20), "{report:#}");
+        let needs = with(&["--dry-run"], budget - 4);
+        assert_eq!(needs["memory"]["budget_bytes"].as_u64(), Some((budget - 4) << 20));
         // Left to itself it asks what the group has.
-        let needs = terrabite_in_group(&group.0, run.iter().chain(&["--dry-run", "--memory", "172MiB"]));
-        assert_eq!(needs.succeeds().json()["memory"]["budget_bytes"].as_u64(), Some(172 << 20));
-        let refused = terrabite_in_group(&group.0, run);
-        refused.fails(3, &["found 50 MiB"]);
+        let quarter = (budget + (PAGE_CACHE >> 20)) / 4;
+        terrabite_in_group(&group.0, run).fails(3, &[&format!("found {quarter} MiB")]);
     }
 }

@@ -18,6 +18,7 @@ mod points;
 mod preview_bad_input;
 mod readers;
 mod resume;
+mod shared;
 mod simplify_bad_input;
 mod simplify_files;
 mod synth_bad_input;

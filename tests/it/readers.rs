@@ -7,7 +7,7 @@ use terrabite::channels::{Channel, Number};
 use terrabite::sink::{Contents, PlySink, Sink};
 use terrabite::staged::StagedFile;
 
-use crate::util::{Dem, Folder, Run, terrabite};
+use crate::util::{Dem, Folder, Run, made_once, terrabite};
 
 const PACKAGES: [&str; 3] = ["meshio==5.3.5", "numpy==2.3.5", "trimesh==5.2.0"];
 
@@ -64,19 +64,23 @@ fn trimesh_and_meshio_read_colours_and_other_attributes() {
 
 /// The interpreter of a virtual environment with [`PACKAGES`], made under the target folder at the first run.
 fn python() -> PathBuf {
-    let environment = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readers");
-    let python = environment.join("bin/python");
-    // Written last: an environment without it, or with other packages in it, is made anew.
-    let stamp = environment.join("packages.txt");
-    let packages = PACKAGES.join("\n");
-    if std::fs::read_to_string(&stamp).is_ok_and(|found| found == packages) && python.exists() {
-        return python;
-    }
-    let made = Run::of(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&environment));
-    assert_eq!(made.code, Some(0), "python3 -m venv failed, `make setup` installs it: {made:#?}");
-    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--only-binary=:all:"];
-    let installed = Run::of(Command::new(&python).args(pip).args(PACKAGES));
-    assert_eq!(installed.code, Some(0), "PyPI cannot be reached? {SKIP}=1 skips this test: {installed:#?}");
-    std::fs::write(stamp, packages).unwrap();
-    python
+    let parent = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let python = |environment: &Path| environment.join("bin/python");
+    let usable = |environment: &Path| python(environment).exists();
+    python(&made_once(parent, "readers", &PACKAGES.join("\n"), usable, |environment| {
+        let made = Run::of(Command::new(system_python()).args(["-m", "venv"]).arg(environment));
+        assert_eq!(made.code, Some(0), "python3 -m venv failed, `make setup` installs it: {made:#?}");
+        let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--only-binary=:all:"];
+        let installed = Run::of(Command::new(python(environment)).args(pip).args(PACKAGES));
+        assert_eq!(installed.code, Some(0), "PyPI cannot be reached? {SKIP}=1 skips this test: {installed:#?}");
+    }))
+}
+
+/// The first Python that can make environments for [`PACKAGES`]. The one of the path may be another than the system's,
+/// without `venv` or too old; `scripts/setup.sh` looks at the same two.
+fn system_python() -> &'static str {
+    let suits = "import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))";
+    let can = |python: &&str| Command::new(python).args(["-c", suits]).output().is_ok_and(|o| o.status.success());
+    let candidates = ["python3", "/usr/bin/python3"];
+    candidates.into_iter().find(can).unwrap_or_else(|| panic!("no Python 3.11 with venv: `make setup` installs it"))
 }

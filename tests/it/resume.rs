@@ -161,6 +161,28 @@ fn killed_again_and_again() {
     assert_eq!(scene.completes(), TILES);
 }
 
+/// Killed when the output had its name, it is made once more, and killed again: it is still the run's own output.
+#[test]
+fn killed_again_after_the_output_has_its_name() {
+    let scene = Scene::new();
+    for faults in [
+        ["output-renamed:1", "vertices:3"],
+        ["output-renamed:1", "output-written:1"],
+        ["output-renamed:1", "output-renamed:1"],
+    ] {
+        faults.iter().for_each(|fault| scene.is_killed(fault));
+        assert_eq!(scene.completes(), TILES, "{faults:?}");
+    }
+    // Another's output of that name is not.
+    scene.is_killed("output-renamed:1");
+    scene.is_killed("vertices:3");
+    scene.folder.with("other.ply", "mine");
+    fs::rename(scene.folder.join("other.ply"), scene.tin()).unwrap();
+    scene.run(&[]).fails(1, &["exists already", "--overwrite"]);
+    fs::remove_file(scene.tin()).unwrap();
+    assert_eq!(scene.completes(), TILES);
+}
+
 #[test]
 fn torn_and_foreign_chunks_are_made_again() {
     let scene = Scene::new();

@@ -9,6 +9,7 @@ use crate::field::{Field, FieldOptions};
 use crate::raster::{PointSet, Raster};
 use crate::sink::PlySink;
 use crate::staged::StagedFile;
+use crate::testing;
 use crate::triangulate::cuts::Cuts;
 use crate::triangulate::insertion::{DataDependent, InsertionOptions, Selection, Swap};
 use crate::verify::{VerifyOptions, verify};
@@ -20,12 +21,12 @@ fn params(goal: Goal, max_error: f64, tile: usize) -> Params {
 
 /// Makes the mesh, writes it and has it judged: one surface, as close as was measured.
 fn made(width: usize, height: usize, heights: &[f64], params: &Params) -> (Mesh, Summary) {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = testing::folder();
     let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
     geotiff(&dem, width, height, heights);
     let raster = Raster::open(&dem, 1).expect("opens");
     let field = Field::open(&raster, &FieldOptions::default(), &Control::default()).expect("a field");
-    let mesh = triangulate(&field, params, &Control::default()).expect("a mesh");
+    let mesh = triangulate(&field, &testing::in_memory(params), &Control::default()).expect("a mesh");
     let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
     let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
     // What was measured is rounded.

@@ -4,6 +4,7 @@ use crate::lattice::{Point, STEPS};
 use crate::raster::PointSet;
 use crate::simplify::tests::{mesh, terrain};
 use crate::simplify::{Mesh, Params, Quality, VertexHeights};
+use crate::testing;
 
 fn triangles(mesh: &Mesh) -> u64 {
     mesh.chunks().map(|c| c.expect("a chunk").triangles.len() as u64).sum()
@@ -22,10 +23,10 @@ fn places(mesh: &Mesh) -> Vec<(i64, i64)> {
     mesh.chunks().flat_map(|chunk| of_chunk(chunk.expect("a chunk"))).collect()
 }
 
-/// With their seams left as they are laid, tiles like these cost four per cent.
+/// With their seams left as they are laid, tiles like these cost four per cent. The fewer triangles, the more it varies.
 #[test]
 fn tiles_cost_next_to_nothing() {
-    let (width, height) = (385, 321);
+    let ((width, height), most) = if testing::is_long() { ((385, 321), 1.005) } else { ((289, 225), 1.02) };
     let ground = terrain(11, width, height);
     for (quality, heights) in [
         (Quality::Balanced, VertexHeights::Sampled),
@@ -37,7 +38,7 @@ fn tiles_cost_next_to_nothing() {
             triangles(&mesh(width, height, ground.clone(), &params)) as f64
         };
         let (one, tiled) = (of(0), of(96));
-        assert!(tiled <= 1.005 * one, "{tiled} triangles in tiles, {one} in one piece: {quality:?}, {heights:?}");
+        assert!(tiled <= most * one, "{tiled} triangles in tiles, {one} in one piece: {quality:?}, {heights:?}");
     }
 }
 

@@ -6,6 +6,7 @@ mod folder;
 mod netcdf;
 mod ply;
 mod run;
+mod shared;
 
 pub(crate) use dem::{Dem, Kind, hills};
 pub(crate) use folder::Folder;
@@ -15,8 +16,14 @@ pub(crate) use run::{
     Halted, Run, terrabite, terrabite_disturbed, terrabite_in_group, terrabite_stopped, terrabite_with_fault,
     terrabite_with_file_limit,
 };
+pub(crate) use shared::made_once;
 
 use std::path::{Path, PathBuf};
+
+/// Whether `make test-long` runs: the same tests on rasters of full size.
+pub(crate) fn is_long() -> bool {
+    std::env::var_os("TERRABITE_LONG_TESTS").is_some_and(|value| value == "1")
+}
 
 /// A real terrain from the folder beside the project; `None`, with a message, where it is absent.
 pub(crate) fn shared_data(name: &str) -> Option<PathBuf> {
