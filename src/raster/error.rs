@@ -3,6 +3,8 @@ use std::path::{Path, PathBuf};
 use gdal::errors::GdalError;
 
 use super::Window;
+use super::gdal_error::SILENT;
+pub(super) use super::gdal_error::reason;
 
 /// Why a raster cannot be used, or could not be read. Every message names the file.
 #[derive(Debug, thiserror::Error)]
@@ -211,15 +213,12 @@ pub enum RasterError {
 }
 
 impl RasterError {
+    /// Whether GDAL could not read samples, and did not say why.
+    pub(crate) fn is_silent(&self) -> bool {
+        matches!(self, RasterError::Read { reason, .. } | RasterError::Gdal { reason, .. } if reason.starts_with(SILENT))
+    }
+
     pub(super) fn gdal(path: &Path, what: &'static str, error: &GdalError) -> Self {
         RasterError::Gdal { path: path.to_path_buf(), what, reason: reason(error) }
-    }
-}
-
-/// GDAL's own sentence, without the wrapper's decoration.
-pub(super) fn reason(error: &GdalError) -> String {
-    match error {
-        GdalError::CplError { msg, .. } | GdalError::NullPointer { msg, .. } if !msg.is_empty() => msg.clone(),
-        other => other.to_string(),
     }
 }
