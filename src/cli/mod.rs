@@ -10,6 +10,7 @@ mod failure;
 mod goal;
 mod importance;
 mod info;
+mod output_format;
 mod preview;
 mod print;
 mod progress;

@@ -7,7 +7,7 @@ use super::clip::ClipArgs;
 use super::cutline::CutlineArgs;
 use super::progress::Bars;
 use super::values::Size;
-use super::{Failure, GDAL_CACHE, print, values};
+use super::{Failure, GDAL_CACHE, output_format, print, values};
 use crate::preview::{Mode, PreviewOptions};
 use crate::raster::bound_gdal_cache;
 
@@ -25,6 +25,9 @@ pub(crate) struct PreviewArgs {
     /// The picture to make
     #[arg(value_name = "OUT.png")]
     output: PathBuf,
+    /// The format of the picture, whatever it is called [default: what its extension says]
+    #[arg(long, value_parser = output_format::names(output_format::PICTURES))]
+    format: Option<String>,
     /// What to draw
     #[arg(long, value_enum, default_value_t = ModeArg::Hillshade)]
     mode: ModeArg,
@@ -70,6 +73,7 @@ enum ModeArg {
 }
 
 pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
+    output_format::of(&args.output, args.format.as_deref(), output_format::PICTURES)?;
     bound_gdal_cache(GDAL_CACHE);
     let options = PreviewOptions {
         mode: match args.mode {

@@ -17,7 +17,7 @@ use super::simplify_kept::Kept;
 use super::simplify_map::{MapArgs, MapReport, Written};
 use super::simplify_polish::PolishArgs;
 use super::simplify_report::{Needs, Report, Seconds};
-use super::{Failure, print, values};
+use super::{Failure, output_format, print, values};
 use crate::control::Control;
 use crate::field::{
     Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, HoleOptions, exit_on_truncation, may_have_holes,
@@ -42,6 +42,9 @@ pub(crate) struct SimplifyArgs {
     /// The mesh: a binary PLY file in map coordinates
     #[arg(value_name = "OUTPUT")]
     pub(super) output: PathBuf,
+    /// The format of the mesh, whatever OUTPUT is called [default: what its extension says]
+    #[arg(long, value_parser = output_format::names(output_format::MESHES))]
+    format: Option<String>,
     #[command(flatten)]
     pub(super) goal: GoalArgs,
     /// Test triangles at the samples under them (weak), or also where their edges cross the grid (strong)
@@ -53,16 +56,16 @@ pub(crate) struct SimplifyArgs {
     /// What heights vertices have where polishing has moved them: those of samples, or fitted to the samples around
     #[arg(long, value_enum, default_value_t = HeightsArg::Sampled)]
     heights: HeightsArg,
-    /// Polishing makes no triangle with a smaller angle, seen from above, unless it takes the place of a sharper one; 0 asks
-    /// for nothing
+    /// Polishing makes no triangle with a smaller angle, seen from above, unless it takes the place of a sharper one; 0 sets
+    /// no floor
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, hide_default_value = true, value_parser = values::angle,
         allow_hyphen_values = true)]
     min_angle: f64,
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
     #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
-    /// Where samples are missing, simplify the rim of the ground sideways: it may lose what is up to so many columns and rows
-    /// from a missing sample. Lost samples are counted, and not covered; `verify` has to be told the same
+    /// Where samples are missing, simplify the rim of the ground sideways: ground within so many columns and rows of a missing
+    /// sample may be removed. Removed samples are counted, and not covered; `verify` needs the same option
     #[arg(long, value_name = "CELLS", default_value_t = 0, hide_default_value = true, value_parser = values::trim,
         allow_hyphen_values = true)]
     trim: u32,
@@ -103,7 +106,7 @@ pub(crate) struct SimplifyArgs {
     /// The most memory to use, such as 256MiB [default: a quarter of the machine's, at most 2 GiB]
     #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
     memory: Option<u64>,
-    /// Tell what the run would need, from a few tiles, and stop
+    /// Print what the run would need, from a few tiles, and stop
     #[arg(long)]
     dry_run: bool,
     /// Threads to work with, fewer if the memory is for fewer [default: as many as the machine has cores]
@@ -154,11 +157,11 @@ impl From<AccessArg> for Choice {
 enum QualityArg {
     /// The engine alone, the fastest there is
     None,
-    /// Vertices go that can go without more ado
+    /// Removes vertices whose hole can be filled directly
     Fast,
-    /// Vertices go, and what that breaks is mended
+    /// Removes more vertices, and repairs the triangles around them
     Balanced,
-    /// The same, as long as it helps at all
+    /// The same, until it removes no more
     Best,
 }
 
@@ -186,6 +189,7 @@ impl From<FeasibilityArg> for Feasibility {
 }
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
+    output_format::of(&args.output, args.format.as_deref(), output_format::MESHES)?;
     let mut params = args.params()?;
     params.takes_goal()?;
     params.takes_heights()?;
@@ -195,9 +199,9 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     }
     if args.fill_holes > 0 && !params.goal.is_none() {
         return Err(Failure::usage(
-            "--fill-holes cannot stand beside --max-points, --max-triangles and --max-rms: holes have no errors",
+            "--fill-holes cannot be combined with --max-points, --max-triangles or --max-rms: holes have no errors",
         )
-        .hint("gdal_fillnodata can give them heights"));
+        .hint("gdal_fillnodata.py can fill them beforehand"));
     }
     let (raster, channels) = args.channels.open(&args.input, args.band.unwrap_or(1))?;
     if args.band.is_none() && !args.channels.are_listed() && raster.has_colour_table() {
@@ -212,9 +216,9 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         params.takes_channels()?;
         if args.fill_holes > 0 {
             return Err(Failure::usage(
-                "--fill-holes cannot stand beside --channels and --planar: holes have no values",
+                "--fill-holes cannot be combined with --channels or --planar: holes have no values",
             )
-            .hint("gdal_fillnodata can give them values"));
+            .hint("gdal_fillnodata.py can fill them beforehand"));
         }
     }
     let bands = channels.as_ref().map(|c| c.open(&raster)).transpose()?.unwrap_or_default();
@@ -250,7 +254,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let flat = channels.as_ref().is_some_and(|c| c.planar);
     if !args.dry_run && !args.map.is_plain() {
         // Finding out what is lost may take long, so an output that cannot be written is found first.
-        drop(args.first_look()?);
+        args.first_look()?;
     }
     // To the pool's threads and back: a raster serves one thread at a time.
     let write = |raster: &Raster, params: &mut Params| args.map.written(raster, flat, other_errors, params, &control);
@@ -311,7 +315,7 @@ impl SimplifyArgs {
         };
         let feasibility = self.feasibility.into();
         if feasibility == Feasibility::Strong && self.polish.asks_for_weak_edges() {
-            return Err(Failure::usage("--polish-edges weak cannot stand beside --feasibility strong"));
+            return Err(Failure::usage("--polish-edges weak cannot be combined with --feasibility strong"));
         }
         let mut params = Params {
             feasibility,
@@ -337,9 +341,9 @@ impl SimplifyArgs {
         read_points(raster, &source, &control.cancel).map(Some)
     }
 
-    /// An output that cannot be written is found by trying. A work dir may have one of its own there.
-    fn first_look(&self) -> Result<StagedFile, OutputError> {
-        StagedFile::create(&self.output, self.overwrite || self.work_dir.is_some(), &self.inputs())
+    /// Finds an output that cannot be written. A work dir may have one of its own there.
+    fn first_look(&self) -> Result<(), OutputError> {
+        StagedFile::check(&self.output, self.overwrite || self.work_dir.is_some(), &self.inputs())
     }
 
     /// Files that are read: the output is none of them.
@@ -400,7 +404,7 @@ impl Job<'_> {
     /// be written is found first.
     fn extended(&self) -> Result<Option<Extended>, Error> {
         let Some(options) = &self.channels else { return Ok(None) };
-        drop(self.args.first_look()?);
+        self.args.first_look()?;
         Ok(Some(Extended::find(&self.raster, options, self.control)?))
     }
 
@@ -437,7 +441,7 @@ impl Job<'_> {
     fn explain(&self, no_ground: bool, failure: Failure) -> Failure {
         match &self.args.cutline.cutline {
             Some(file) if no_ground => failure.hint(&format!(
-                "samples outside of the polygons of --cutline {} count as none: choose others, or see by ogrinfo where they lie",
+                "samples outside the polygons of --cutline {} have no heights: choose other polygons; ogrinfo shows where they lie",
                 file.display()
             )),
             _ => failure,

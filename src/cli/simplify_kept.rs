@@ -67,9 +67,9 @@ impl Kept {
         let dir = self.0.path().display();
         let hint = match &error {
             _ if !self.0.has_chunks() => None,
-            Error::Raster(RasterError::Changed { .. }) => {
-                Some(format!("the finished tiles in {dir} are of the old one: delete it, or restore the raster"))
-            }
+            Error::Raster(RasterError::Changed { .. }) => Some(format!(
+                "the finished tiles in {dir} were made from the old one: delete that folder, or restore the raster"
+            )),
             // No run of this command can succeed.
             Error::NoGround { .. }
             | Error::Field(

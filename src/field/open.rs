@@ -107,7 +107,7 @@ impl Field {
     pub fn open(raster: &Raster, options: &FieldOptions, control: &Control<'_>) -> Result<Field, FieldError> {
         let mapped = match options.choice {
             Choice::Auto | Choice::InPlace => plain_layout(raster).and_then(|layout| map_in_place(raster, layout)),
-            Choice::Windows | Choice::Decode => Err("so asked for".to_string()),
+            Choice::Windows | Choice::Decode => Err("as requested".to_string()),
         };
         let windows = |reason| {
             let windows = Arc::new(Windows::new(raster));

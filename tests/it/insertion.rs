@@ -93,7 +93,10 @@ fn options_that_mean_nothing_are_usage_errors() {
     fails(&with(&["--max-error", "1", "--fraction", "0.5"]), &["--fraction", "--selection fractional"]);
     fails(&with(&["--max-error", "1", "--smoothing", "2"]), &["--smoothing", "--measure"]);
     fails(&with(&["--max-error", "1", "--quality-threshold", "2"]), &["from 0 to 1"]);
-    fails(&with(&["--max-points", "100", "--selection", "constant"]), &["sequential", "--max-error alone"]);
+    fails(
+        &with(&["--max-points", "100", "--selection", "constant"]),
+        &["sequential", "use --max-error without --max-points"],
+    );
     fails(&with(&["--max-points", "3"]), &["at least 4 vertices", "found 3", "--tile"]);
     fails(&with(&["--max-triangles", "many"]), &["many", "--max-triangles"]);
     fails(&with(&[]), &["--max-error", "--max-points"]);

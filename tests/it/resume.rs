@@ -4,7 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-use crate::util::{Dem, Folder, Halted, Kind, Run, hills, terrabite, terrabite_with_fault, terrabite_with_file_limit};
+use crate::util::{
+    Dem, Folder, Halted, Kind, Run, hills, names_that_come_up, terrabite, terrabite_with_fault,
+    terrabite_with_file_limit,
+};
 
 /// A job in a folder of its own: a raster that has to be decoded, 2 × 6 tiles, and their mesh.
 struct Scene {
@@ -100,7 +103,11 @@ const TILES: u64 = 12;
 fn killed_at_any_moment_it_continues_to_the_same_bytes() {
     let scene = Scene::new();
     for fault in [
+        "work-dir-made:1",
         "manifest-written:1",
+        "output-announced:1",
+        "output-probed:1",
+        "output-staged:1",
         "decode-unit:1",
         "tile-begun:1",
         "tile-begun:6",
@@ -127,13 +134,16 @@ fn killed_at_any_moment_it_continues_to_the_same_bytes() {
         "output-renamed:1",
         "chunks-removed:1",
         "manifest-removed:1",
+        "lock-removed:1",
     ] {
         scene.is_killed(fault);
         let kept = scene.chunks().len() as u64;
-        let renamed = ["output-renamed", "chunks", "manifest-removed"].iter().any(|stage| fault.starts_with(stage));
+        let renamed = ["output-renamed", "chunks", "manifest-removed", "lock-removed"]
+            .iter()
+            .any(|stage| fault.starts_with(stage));
         assert_eq!(Path::new(&scene.tin()).exists(), renamed, "{fault}");
         assert_eq!(scene.completes(), kept, "{fault}");
-        let written = ["vertices", "triangles", "output"].iter().any(|stage| fault.starts_with(stage));
+        let written = ["vertices", "triangles", "output-written"].iter().any(|stage| fault.starts_with(stage));
         assert!(!written || kept == TILES, "{fault}: {kept} tiles");
     }
 }
@@ -416,5 +426,25 @@ fn what_is_kept_is_private() {
     let files = ["work/manifest.json", "work/lock", "work/staged"].map(|name| scene.folder.join(name));
     for file in files.iter().chain(&scene.chunks()) {
         assert_eq!(mode(file), 0o600, "{}", file.display());
+    }
+}
+
+/// Whatever name a killed run leaves must be known: of temporary files beside the output there is one, and it is noted.
+#[test]
+fn no_temporary_name_comes_up_beside_the_noted_one() {
+    let folder = Folder::new();
+    let dem = Dem::new(60, 50).bands(2).write(&folder, "dem.tif");
+    let work = Folder::new();
+    for options in [&[][..], &["--z-scale", "0.3048"], &["--channels", "2"], &["--local", "--overwrite"]] {
+        let (tin, dir) = (folder.at("tin.ply"), work.at("work"));
+        let command = ["simplify", &dem, &tin, "--max-error", "3", "--work-dir", &dir];
+        let names = names_that_come_up(folder.path(), || {
+            terrabite(command.iter().chain(options)).succeeds();
+        });
+        assert_eq!(names.len(), 2, "{options:?}: {names:?}");
+        assert!(names[0].starts_with(".tin.ply.") && names[0].ends_with(".partial") && names[1] == "tin.ply");
+        if !options.contains(&"--local") {
+            fs::remove_file(tin).unwrap();
+        }
     }
 }

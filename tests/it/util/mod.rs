@@ -7,7 +7,7 @@ mod ply;
 mod run;
 
 pub(crate) use dem::{Dem, Kind, hills};
-pub(crate) use folder::Folder;
+pub(crate) use folder::{Folder, names_that_come_up};
 pub(crate) use ply::{flat, ply, without_comments};
 pub(crate) use run::{
     Halted, Run, terrabite, terrabite_disturbed, terrabite_in_group, terrabite_stopped, terrabite_with_fault,
