@@ -1,6 +1,7 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Instant;
 
 use clap::ValueEnum;
@@ -223,6 +224,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     }
     let bands = channels.as_ref().map(|c| c.open(&raster)).transpose()?.unwrap_or_default();
     let importance = args.importance.open(&raster)?;
+    let watches = args.watches(&raster, importance.as_ref())?;
     let grid = grid(raster.width(), raster.height(), &params)?;
     let bars = Bars::new(args.quiet);
     let control = bars.control();
@@ -263,7 +265,8 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         (raster, params, written)
     });
     let written = written?;
-    let job = Job { written, args, raster, channels, bands, importance, params, points, plan, control: &control };
+    let job =
+        Job { written, args, raster, watches, channels, bands, importance, params, points, plan, control: &control };
     if args.dry_run {
         let needs = pool.install(move || job.needs())?;
         drop(bars);
@@ -341,6 +344,16 @@ impl SimplifyArgs {
         read_points(raster, &source, &control.cancel).map(Some)
     }
 
+    /// Watches everything that is read from here on: no sample, point or polygon has been read yet.
+    fn watches(&self, raster: &Raster, importance: Option<&Raster>) -> Result<Arc<[Watch]>, RasterError> {
+        if self.dry_run {
+            return Ok(Arc::default());
+        }
+        let rasters = [Some(raster), importance].into_iter().flatten().map(Watch::new);
+        let layers = [self.cutline.cutline.as_ref(), self.points.as_ref()].into_iter().flatten();
+        rasters.chain(layers.map(|path| Ok(Watch::layer(path)))).collect()
+    }
+
     /// Finds an output that cannot be written. A work dir may have one of its own there.
     fn first_look(&self) -> Result<(), OutputError> {
         StagedFile::check(&self.output, self.overwrite || self.work_dir.is_some(), &self.inputs())
@@ -359,6 +372,7 @@ struct Job<'a> {
     written: Written,
     args: &'a SimplifyArgs,
     raster: Raster,
+    watches: Arc<[Watch]>,
     channels: Option<ChannelOptions>,
     /// The channels' bands.
     bands: Vec<Raster>,
@@ -415,8 +429,6 @@ impl Job<'_> {
 
     fn run(&self) -> Result<Report, Failure> {
         let start = Instant::now();
-        let rasters = [Some(&self.raster), self.importance.as_ref()].into_iter().flatten();
-        let watches: Vec<Watch> = rasters.map(Watch::new).collect::<Result<_, _>>()?;
         let extended = self.extended()?;
         let mut named = self.params.named();
         named.extend(self.args.nodata.as_ref().map(|_| ("nodata", format!("{:?}", self.raster.nodata()))));
@@ -424,9 +436,10 @@ impl Job<'_> {
             .extend(self.raster.cutline().map(|c| ("cutline", format!("polygons with checksum {:08x}", c.checksum()))));
         named.extend(self.fill_holes().map(|most| ("fill holes", most.to_string())));
         named.extend(extended.iter().flat_map(Extended::named));
-        let open = |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &watches, named.clone());
+        let open =
+            |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &self.watches, named.clone());
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
-        match (self.make(start, &watches, extended.as_ref(), kept.as_ref()), kept) {
+        match (self.make(start, extended.as_ref(), kept.as_ref()), kept) {
             (Ok(report), None) => Ok(report),
             (Err(error), None) => Err(self.explain(matches!(error, Error::NoGround { .. }), error.into())),
             (Ok(report), Some(kept)) => {
@@ -449,13 +462,7 @@ impl Job<'_> {
     }
 
     /// Makes the output, from the tiles in the work dir and those still to be made.
-    fn make(
-        &self,
-        start: Instant,
-        watches: &[Watch],
-        extended: Option<&Extended>,
-        kept: Option<&Kept>,
-    ) -> Result<Report, Error> {
+    fn make(&self, start: Instant, extended: Option<&Extended>, kept: Option<&Kept>) -> Result<Report, Error> {
         let args = self.args;
         let staged = match kept {
             Some(kept) => kept.stage(args)?,
@@ -466,7 +473,8 @@ impl Job<'_> {
         let field = match extended {
             None => Field::open_with_importance(&self.raster, self.importance.as_ref(), &options, self.control)?,
             Some(extended) => extended.open(&self.raster, &options, self.control)?,
-        };
+        }
+        .watched(self.watches.clone());
         let holes = HoleOptions {
             most: args.fill_holes,
             // Lists that grow leave about as much behind.
@@ -489,13 +497,13 @@ impl Job<'_> {
             Some(kept) => triangulate_into(&|grid, pass| kept.spool(grid, pass), &field, &self.params, self.control)?,
             None => triangulate(&field, &self.params, self.control)?,
         };
-        watches.iter().try_for_each(Watch::check)?;
+        self.watches.iter().try_for_each(Watch::check)?;
         let triangulated = Instant::now();
         let mut comments = comments(&self.raster, args, self.written.frame);
         comments.extend(extended.map(Extended::comment));
         let sink = PlySink::new(staged, &comments).in_frame(self.written.frame, self.written.loss);
         let summary = mesh.write_if(Box::new(sink), self.control, &|| {
-            watches.iter().try_for_each(Watch::check)?;
+            self.watches.iter().try_for_each(Watch::check)?;
             kept.map_or(Ok(()), Kept::committing)
         })?;
         let seconds = Seconds {

@@ -10,7 +10,7 @@ use super::store::{Bytes, Offsets, Store};
 use super::windows::Windows;
 use super::{FieldError, Heights};
 use crate::control::Control;
-use crate::raster::{Cutline, GeoTransform, Nodata, Raster, SampleType, Scaling, plain_layout};
+use crate::raster::{Cutline, GeoTransform, Nodata, Raster, SampleType, Scaling, Watch, plain_layout};
 
 /// The samples of a raster of any size, readable from any number of threads.
 pub struct Field {
@@ -34,6 +34,8 @@ pub struct Field {
     pub(super) importance: Option<Box<Field>>,
     /// Holes that are bridged.
     pub(super) holes: Option<Holes>,
+    /// What makes sure that the raster is still the same.
+    pub(super) watches: Arc<[Watch]>,
 }
 
 /// How a field came to be readable.
@@ -142,6 +144,7 @@ impl Field {
             channels: None,
             importance: None,
             holes: None,
+            watches: Arc::default(),
         })
     }
 
@@ -215,7 +218,14 @@ impl Field {
             channels: None,
             importance: None,
             holes: None,
+            watches: Arc::default(),
         })
+    }
+
+    /// The same field, which refuses to load samples once a file has changed: whatever is made of several tiles is made of
+    /// one raster. `watches` have begun before it was opened.
+    pub fn watched(self, watches: Arc<[Watch]>) -> Field {
+        Field { watches, ..self }
     }
 
     /// The same field placed elsewhere on the map.

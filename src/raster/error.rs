@@ -186,6 +186,18 @@ pub enum RasterError {
         /// What it is.
         found: String,
     },
+    /// A layer of points or polygons is not what it was when the run began.
+    #[error("{}: the layer has changed: expected {what} {expected}, found {found}", path.display())]
+    LayerChanged {
+        /// The layer's file.
+        path: PathBuf,
+        /// What differs.
+        what: String,
+        /// What it was.
+        expected: String,
+        /// What it is.
+        found: String,
+    },
     /// Two rasters that are to have the same samples do not.
     #[error("{}: expected the grid of {}, {what} {expected}, found {what} {found}", path.display(), of.display())]
     OtherGrid {
@@ -213,6 +225,11 @@ pub enum RasterError {
 }
 
 impl RasterError {
+    /// Whether an input is not what it was.
+    pub fn is_change(&self) -> bool {
+        matches!(self, RasterError::Changed { .. } | RasterError::LayerChanged { .. })
+    }
+
     /// Whether GDAL could not read samples, and did not say why.
     pub(crate) fn is_silent(&self) -> bool {
         matches!(self, RasterError::Read { reason, .. } | RasterError::Gdal { reason, .. } if reason.starts_with(SILENT))

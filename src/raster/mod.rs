@@ -7,6 +7,7 @@
 
 mod bounding_box;
 mod channels;
+mod companions;
 mod crs;
 mod cutline;
 mod error;

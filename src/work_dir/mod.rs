@@ -147,6 +147,11 @@ impl WorkDir {
         staged_output::has_committed(&self.dir, output)
     }
 
+    /// The files of the rasters, as they were when the work dir was made.
+    pub fn files(&self) -> &Files {
+        &self.manifest.files
+    }
+
     /// Whether there may be finished tiles in it.
     pub fn has_chunks(&self) -> bool {
         self.dir.join(CHUNKS).read_dir().is_ok_and(|mut rows| rows.next().is_some())

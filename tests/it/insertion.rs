@@ -61,7 +61,7 @@ fn options_that_mean_nothing_are_usage_errors() {
     let cuts = |more: &[&'static str]| cuts.iter().copied().chain(more.iter().copied()).collect::<Vec<_>>();
     fails(&cuts(&["--swap", "delaunay"]), &["--swap", "--engine greedy-insertion"]);
     fails(&cuts(&["--max-points", "9"]), &["greedy cuts", "--engine greedy-insertion"]);
-    fails(&["--max-error", "1", "--quality", "none", "--heights", "fitted"], &["fit heights", "--heights sampled"]);
+    fails(&["--max-error", "1", "--quality", "none", "--heights", "fitted"], &["fitted heights", "--heights sampled"]);
     fails(&["--max-points", "9", "--quality", "fast"], &["quality fast", "--quality none"]);
     for untuned in [["--min-angle", "9"], ["--polish-rounds", "3"], ["--polish-edges", "strong"]] {
         let none = ["--max-error", "1", "--quality", "none"];

@@ -1,6 +1,7 @@
 //! The built binary from outside, as users meet it: one test program, one module per subject.
 
 mod budget;
+mod changes;
 mod channels;
 mod clip;
 mod cutline;

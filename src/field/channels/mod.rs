@@ -210,6 +210,7 @@ impl Field {
             channels: None,
             importance: None,
             holes: None,
+            watches: Arc::default(),
         }
     }
 
