@@ -14,8 +14,16 @@ use signal_hook::low_level::raise;
 /// The moments of a run that can be chosen, in the order of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Point {
+    /// A work dir's folder is made, and nothing in it.
+    WorkDirMade,
     /// A work dir's manifest is written, under a temporary name.
     ManifestWritten,
+    /// The temporary name of the output is noted, and nothing has it.
+    OutputAnnounced,
+    /// An empty file has it, which tells the permissions of new files.
+    OutputProbed,
+    /// The output has it.
+    OutputStaged,
     /// A part of the raster is about to be decoded.
     DecodeUnit,
     /// A tile is begun.
@@ -36,11 +44,17 @@ pub enum Point {
     ChunksRemoved,
     /// Its manifest, too.
     ManifestRemoved,
+    /// All that was in it, and the folder is still there.
+    LockRemoved,
 }
 
 impl Point {
-    const ALL: [(&'static str, Point); 11] = [
+    const ALL: [(&'static str, Point); 16] = [
+        ("work-dir-made", Point::WorkDirMade),
         ("manifest-written", Point::ManifestWritten),
+        ("output-announced", Point::OutputAnnounced),
+        ("output-probed", Point::OutputProbed),
+        ("output-staged", Point::OutputStaged),
         ("decode-unit", Point::DecodeUnit),
         ("tile-begun", Point::TileBegun),
         ("chunk-written", Point::ChunkWritten),
@@ -51,6 +65,7 @@ impl Point {
         ("output-renamed", Point::OutputRenamed),
         ("chunks-removed", Point::ChunksRemoved),
         ("manifest-removed", Point::ManifestRemoved),
+        ("lock-removed", Point::LockRemoved),
     ];
 }
 

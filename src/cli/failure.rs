@@ -65,6 +65,11 @@ impl Failure {
     }
 }
 
+/// What mends an option that cannot be combined with a budget or a root mean square.
+fn without_goal(mend: &str) -> String {
+    format!("{mend}, or use --max-error without --max-points, --max-triangles and --max-rms")
+}
+
 /// A full disk has an exit code of its own.
 fn code_of(error: &std::io::Error) -> u8 {
     if error.kind() == ErrorKind::StorageFull { DISK_TOO_SMALL } else { 1 }
@@ -101,9 +106,12 @@ impl From<RasterError> for Failure {
             RasterError::EmptyBox { .. } => failure.hint("choose another --bbox, or name its CRS with --bbox-crs"),
             RasterError::GeoTransform { .. } => failure.hint("gdal_edit.py -a_gt or gdalwarp can set another one"),
             RasterError::OtherGrid { .. } => failure
-                .hint("gdalwarp -te … -ts WIDTH HEIGHT brings it onto that grid, gdal_edit.py corrects its place"),
+                .hint("gdalwarp -te … -ts WIDTH HEIGHT resamples it to that grid; gdal_edit.py -a_ullr corrects its geotransform"),
             RasterError::NodataValue { .. } => Failure::usage(&error).hint("choose another one with --nodata"),
             RasterError::Scaling { .. } => failure.hint("gdal_edit.py -scale and -offset can set them"),
+            ref silent if silent.is_silent() => failure.hint(
+                "gdalinfo -checksum shows whether GDAL can read the file; of a VRT, check sources and pixel functions",
+            ),
             _ => failure,
         }
     }
@@ -147,9 +155,8 @@ impl From<PointsError> for Failure {
                 failure.hint("ogr2ogr -where \"OGR_GEOMETRY='POINT'\" keeps the points of a layer")
             }
             PointsError::Crs { .. } => failure.hint("transform the layer with ogr2ogr -t_srs"),
-            PointsError::AllOutside { .. } => {
-                failure.hint("where the layer's coordinates are not in its CRS, ogr2ogr -a_srs sets another one")
-            }
+            PointsError::AllOutside { .. } => failure
+                .hint("if the coordinates are in another CRS than the layer says, ogr2ogr -a_srs sets the right one"),
             _ => failure,
         }
     }
@@ -178,35 +185,31 @@ impl From<Error> for Failure {
             Error::Cancelled(stopped) | Error::Field(FieldError::Cancelled(stopped)) => stopped.into(),
             Error::Field(FieldError::Raster(error)) => error.into(),
             Error::WorkDir(error) => error.into(),
-            Error::Channels { .. } => Failure::usage(error)
-                .hint("--channels and --planar need one that does: choose --engine greedy-insertion"),
+            Error::Channels { .. } => {
+                Failure::usage(error).hint("--channels and --planar require --engine greedy-insertion")
+            }
             Error::PolishWithChannels { .. } => {
-                Failure::usage(error).hint("choose --quality none, or leave --channels and --planar")
+                Failure::usage(error).hint("use --quality none, or remove --channels and --planar")
             }
             Error::GoalWithChannels => Failure::usage(error)
-                .hint("leave --max-points, --max-triangles and --max-rms, or --channels and --planar"),
-            Error::NoPreinsertion { .. } => {
-                Failure::usage(error).hint("--points needs one that can: choose it with --engine greedy-insertion")
+                .hint("remove --max-points, --max-triangles and --max-rms, or remove --channels and --planar"),
+            Error::NoPreinsertion { .. } => Failure::usage(error).hint("--points requires --engine greedy-insertion"),
+            Error::NoGoal { .. } => Failure::usage(error)
+                .hint("--max-points, --max-triangles and --max-rms require --engine greedy-insertion"),
+            Error::PointOffGround { .. } => Failure::usage(error).hint("remove it from the layer of --points"),
+            Error::GoalWithPasses => Failure::usage(error).hint(&without_goal("remove --selection and --measure")),
+            Error::FittedWithoutPolish => {
+                Failure::usage(error).hint("choose another --quality, or use --heights sampled")
             }
-            Error::NoGoal { .. } => {
-                Failure::usage(error).hint("--max-points, --max-triangles and --max-rms need --engine greedy-insertion")
-            }
-            Error::PointOffGround { .. } => Failure::usage(error).hint("take it out of the layer of --points"),
-            Error::GoalWithPasses => {
-                Failure::usage(error).hint("leave --selection and --measure, or give --max-error alone")
-            }
-            Error::FittedWithoutPolish => Failure::usage(error).hint("choose another --quality, or --heights sampled"),
             Error::TuningWithoutPolish => {
-                Failure::usage(error).hint("choose another --quality, or leave --min-angle and --polish-…")
+                Failure::usage(error).hint("choose another --quality, or remove --min-angle and the options --polish-…")
             }
-            Error::GoalWithTrim(_) => Failure::usage(error).hint("leave --trim, or give --max-error alone"),
-            Error::GoalWithHoles(_) => Failure::usage(error).hint("leave --fill-holes, or give --max-error alone"),
-            Error::GoalWithPolish { .. } => {
-                Failure::usage(error).hint("choose --quality none, or give --max-error alone")
-            }
+            Error::GoalWithTrim(_) => Failure::usage(error).hint(&without_goal("remove --trim")),
+            Error::GoalWithHoles(_) => Failure::usage(error).hint(&without_goal("remove --fill-holes")),
+            Error::GoalWithPolish { .. } => Failure::usage(error).hint(&without_goal("use --quality none")),
             Error::Goal(_) => Failure::usage(error).hint("choose a larger budget, or a larger --tile"),
             Error::Budget(error) => {
-                Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("choose it with --memory")
+                Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("set it with --memory")
             }
             Error::Field(FieldError::NotAHeight(ref sample)) => {
                 let stored = Decimal(sample.stored);
@@ -308,5 +311,29 @@ mod tests {
         let error = RasterError::NoSuchBand { path: "dem.tif".into(), band: 3, count: 1 };
         let expected = "dem.tif: expected band 3, found bands 1 to 1; choose one with --band";
         assert_eq!(Failure::from(error), Failure { message: expected.to_string(), code: 1 });
+    }
+
+    /// To leave an option is to keep it.
+    #[test]
+    fn options_are_removed_not_left() {
+        let with_goal = [
+            Error::GoalWithChannels,
+            Error::GoalWithPasses,
+            Error::GoalWithTrim(2),
+            Error::GoalWithHoles(9),
+            Error::PolishWithChannels { quality: "best" },
+            Error::TuningWithoutPolish,
+        ];
+        for error in with_goal {
+            let Failure { message, code } = error.into();
+            assert!(code == 2 && message.contains("remove --"), "{message}");
+        }
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/cli");
+        let word = concat!("leave ", "--");
+        for entry in folder.read_dir().unwrap() {
+            let path = entry.unwrap().path();
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert!(!text.to_lowercase().contains(word), "{} says {word}", path.display());
+        }
     }
 }

@@ -11,6 +11,7 @@ mod goal;
 mod importance;
 mod info;
 mod input;
+mod output_format;
 mod preview;
 mod print;
 mod progress;

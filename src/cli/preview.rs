@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use super::input::InputArgs;
 use super::progress::Bars;
 use super::values::Size;
-use super::{Failure, GDAL_CACHE, print, values, warnings};
+use super::{Failure, GDAL_CACHE, output_format, print, values, warnings};
 use crate::preview::{Mode, PreviewOptions};
 use crate::raster::{View, bound_gdal_cache};
 
@@ -24,6 +24,9 @@ pub(crate) struct PreviewArgs {
     /// The picture to make
     #[arg(value_name = "OUT.png")]
     output: PathBuf,
+    /// The format of the picture, whatever it is called [default: what its extension says]
+    #[arg(long, value_parser = output_format::names(output_format::PICTURES))]
+    format: Option<String>,
     /// What to draw
     #[arg(long, value_enum, default_value_t = ModeArg::Hillshade)]
     mode: ModeArg,
@@ -61,6 +64,7 @@ enum ModeArg {
 }
 
 pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
+    output_format::of(&args.output, args.format.as_deref(), output_format::PICTURES)?;
     bound_gdal_cache(GDAL_CACHE);
     let options = PreviewOptions {
         mode: match args.mode {

@@ -1,6 +1,7 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Instant;
 
 use clap::ValueEnum;
@@ -16,7 +17,7 @@ use super::simplify_kept::Kept;
 use super::simplify_map::{MapArgs, MapReport, Written};
 use super::simplify_polish::PolishArgs;
 use super::simplify_report::{Needs, Report, Seconds};
-use super::{Failure, print, values, warnings};
+use super::{Failure, output_format, print, values, warnings};
 use crate::control::Control;
 use crate::field::{
     Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, HoleOptions, exit_on_truncation, may_have_holes,
@@ -24,7 +25,9 @@ use crate::field::{
 use crate::info::{DENSEST, Estimate, estimate};
 use crate::measure::ErrorStats;
 use crate::ply::Frame;
-use crate::raster::{PointSource, Points, PointsError, Raster, Watch, bound_gdal_cache, look, read_points};
+use crate::raster::{
+    PointSource, Points, PointsError, Raster, RasterError, Watch, bound_gdal_cache, look, read_points,
+};
 use crate::simplify::{
     DEFAULT_TILE, DiskUse, Error, Load, Params, Plan, Quality, VertexHeights, check_disk, default_budget, grid,
     probe_density, probe_field, triangulate, triangulate_into,
@@ -42,6 +45,9 @@ pub(crate) struct SimplifyArgs {
     /// The mesh: a binary PLY file in map coordinates
     #[arg(value_name = "OUTPUT")]
     pub(super) output: PathBuf,
+    /// The format of the mesh, whatever OUTPUT is called [default: what its extension says]
+    #[arg(long, value_parser = output_format::names(output_format::MESHES))]
+    format: Option<String>,
     #[command(flatten)]
     pub(super) goal: GoalArgs,
     /// Test triangles at the samples under them (weak), or also where their edges cross the grid (strong)
@@ -53,16 +59,16 @@ pub(crate) struct SimplifyArgs {
     /// What heights vertices have where polishing has moved them: those of samples, or fitted to the samples around
     #[arg(long, value_enum, default_value_t = HeightsArg::Sampled)]
     heights: HeightsArg,
-    /// Polishing makes no triangle with a smaller angle, seen from above, unless it takes the place of a sharper one; 0 asks
-    /// for nothing
+    /// Polishing makes no triangle with a smaller angle, seen from above, unless it takes the place of a sharper one; 0 sets
+    /// no floor
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, hide_default_value = true, value_parser = values::angle,
         allow_hyphen_values = true)]
     min_angle: f64,
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
     #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
-    /// Where samples are missing, simplify the rim of the ground sideways: it may lose what is up to so many columns and rows
-    /// from a missing sample. Lost samples are counted, and not covered; `verify` has to be told the same
+    /// Where samples are missing, simplify the rim of the ground sideways: ground within so many columns and rows of a missing
+    /// sample may be removed. Removed samples are counted, and not covered; `verify` needs the same option
     #[arg(long, value_name = "CELLS", default_value_t = 0, hide_default_value = true, value_parser = values::trim,
         allow_hyphen_values = true)]
     trim: u32,
@@ -95,7 +101,7 @@ pub(crate) struct SimplifyArgs {
     /// The most memory to use, such as 256MiB [default: a quarter of the machine's, at most 2 GiB]
     #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
     memory: Option<u64>,
-    /// Tell what the run would need, from a few tiles, and stop
+    /// Print what the run would need, from a few tiles, and stop
     #[arg(long)]
     dry_run: bool,
     /// Threads to work with, fewer if the memory is for fewer [default: as many as the machine has cores]
@@ -146,11 +152,11 @@ impl From<AccessArg> for Choice {
 enum QualityArg {
     /// The engine alone, the fastest there is
     None,
-    /// Vertices go that can go without more ado
+    /// Removes vertices whose hole can be filled directly
     Fast,
-    /// Vertices go, and what that breaks is mended
+    /// Removes more vertices, and repairs the triangles around them
     Balanced,
-    /// The same, as long as it helps at all
+    /// The same, until it removes no more
     Best,
 }
 
@@ -178,6 +184,7 @@ impl From<FeasibilityArg> for Feasibility {
 }
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
+    output_format::of(&args.output, args.format.as_deref(), output_format::MESHES)?;
     let mut params = args.params()?;
     params.takes_goal()?;
     params.takes_heights()?;
@@ -187,9 +194,9 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     }
     if args.fill_holes > 0 && !params.goal.is_none() {
         return Err(Failure::usage(
-            "--fill-holes cannot stand beside --max-points, --max-triangles and --max-rms: holes have no errors",
+            "--fill-holes cannot be combined with --max-points, --max-triangles or --max-rms: holes have no errors",
         )
-        .hint("gdal_fillnodata can give them heights"));
+        .hint("gdal_fillnodata.py can fill them beforehand"));
     }
     let bars = Bars::new(args.quiet);
     let control = bars.control();
@@ -198,15 +205,16 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         params.takes_channels()?;
         if args.fill_holes > 0 {
             return Err(Failure::usage(
-                "--fill-holes cannot stand beside --channels and --planar: holes have no values",
+                "--fill-holes cannot be combined with --channels or --planar: holes have no values",
             )
-            .hint("gdal_fillnodata can give them values"));
+            .hint("gdal_fillnodata.py can fill them beforehand"));
         }
     }
     warnings::collect(raster.warnings().iter().cloned());
     let bands = channels.as_ref().map(|c| c.open(&raster)).transpose()?.unwrap_or_default();
     let importance = args.importance.open(&raster)?;
     warnings::collect(importance.iter().flat_map(Raster::warnings).cloned());
+    let watches = args.watches(&raster, importance.as_ref())?;
     let grid = grid(raster.width(), raster.height(), &params)?;
     let points = args.read_points(&raster, &control)?;
     params.points = points.as_ref().map(|p| p.set.clone());
@@ -235,7 +243,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let flat = channels.as_ref().is_some_and(|c| c.planar);
     if !args.dry_run && !args.map.is_plain() {
         // Finding out what is lost may take long, so an output that cannot be written is found first.
-        drop(args.first_look()?);
+        args.first_look()?;
     }
     // To the pool's threads and back: a raster serves one thread at a time.
     let write = |raster: &Raster, params: &mut Params| args.map.written(raster, flat, other_errors, params, &control);
@@ -244,7 +252,8 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         (raster, params, written)
     });
     let written = written?;
-    let job = Job { written, args, raster, channels, bands, importance, params, points, plan, control: &control };
+    let job =
+        Job { written, args, raster, watches, channels, bands, importance, params, points, plan, control: &control };
     if args.dry_run {
         let needs = pool.install(move || job.needs())?;
         drop(bars);
@@ -297,7 +306,7 @@ impl SimplifyArgs {
         };
         let feasibility = self.feasibility.into();
         if feasibility == Feasibility::Strong && self.polish.asks_for_weak_edges() {
-            return Err(Failure::usage("--polish-edges weak cannot stand beside --feasibility strong"));
+            return Err(Failure::usage("--polish-edges weak cannot be combined with --feasibility strong"));
         }
         let mut params = Params {
             feasibility,
@@ -323,9 +332,19 @@ impl SimplifyArgs {
         read_points(raster, &source, &control.cancel).map(Some)
     }
 
-    /// An output that cannot be written is found by trying. A work dir may have one of its own there.
-    fn first_look(&self) -> Result<StagedFile, OutputError> {
-        StagedFile::create(&self.output, self.overwrite || self.work_dir.is_some(), &self.inputs())
+    /// Watches everything that is read from here on: no sample, point or polygon has been read yet.
+    fn watches(&self, raster: &Raster, importance: Option<&Raster>) -> Result<Arc<[Watch]>, RasterError> {
+        if self.dry_run {
+            return Ok(Arc::default());
+        }
+        let rasters = [Some(raster), importance].into_iter().flatten().map(Watch::new);
+        let layers = [self.input_args.cutline.cutline.as_ref(), self.points.as_ref()].into_iter().flatten();
+        rasters.chain(layers.map(|path| Ok(Watch::layer(path)))).collect()
+    }
+
+    /// Finds an output that cannot be written. A work dir may have one of its own there.
+    fn first_look(&self) -> Result<(), OutputError> {
+        StagedFile::check(&self.output, self.overwrite || self.work_dir.is_some(), &self.inputs())
     }
 
     /// Files that are read: the output is none of them.
@@ -341,6 +360,7 @@ struct Job<'a> {
     written: Written,
     args: &'a SimplifyArgs,
     raster: Raster,
+    watches: Arc<[Watch]>,
     channels: Option<ChannelOptions>,
     /// The channels' bands.
     bands: Vec<Raster>,
@@ -386,7 +406,7 @@ impl Job<'_> {
     /// be written is found first.
     fn extended(&self) -> Result<Option<Extended>, Error> {
         let Some(options) = &self.channels else { return Ok(None) };
-        drop(self.args.first_look()?);
+        self.args.first_look()?;
         Ok(Some(Extended::find(&self.raster, options, self.control)?))
     }
 
@@ -397,16 +417,15 @@ impl Job<'_> {
 
     fn run(&self) -> Result<Report, Failure> {
         let start = Instant::now();
-        let rasters = [Some(&self.raster), self.importance.as_ref()].into_iter().flatten();
-        let watches: Vec<Watch> = rasters.map(Watch::new).collect::<Result<_, _>>()?;
         let extended = self.extended()?;
         let mut named = self.params.named();
         named.extend(self.args.input_args.named(&self.raster));
         named.extend(self.fill_holes().map(|most| ("fill holes", most.to_string())));
         named.extend(extended.iter().flat_map(Extended::named));
-        let open = |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &watches, named.clone());
+        let open =
+            |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &self.watches, named.clone());
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
-        match (self.make(start, &watches, extended.as_ref(), kept.as_ref()), kept) {
+        match (self.make(start, extended.as_ref(), kept.as_ref()), kept) {
             (Ok(report), None) => Ok(report),
             (Err(error), None) => Err(self.explain(matches!(error, Error::NoGround { .. }), error.into())),
             (Ok(report), Some(kept)) => {
@@ -421,7 +440,7 @@ impl Job<'_> {
     fn explain(&self, no_ground: bool, failure: Failure) -> Failure {
         match &self.args.input_args.cutline.cutline {
             Some(file) if no_ground => failure.hint(&format!(
-                "samples outside of the polygons of --cutline {} count as none: choose others, or see by ogrinfo where they lie",
+                "samples outside the polygons of --cutline {} have no heights: choose other polygons; ogrinfo shows where they lie",
                 file.display()
             )),
             _ => failure,
@@ -429,13 +448,7 @@ impl Job<'_> {
     }
 
     /// Makes the output, from the tiles in the work dir and those still to be made.
-    fn make(
-        &self,
-        start: Instant,
-        watches: &[Watch],
-        extended: Option<&Extended>,
-        kept: Option<&Kept>,
-    ) -> Result<Report, Error> {
+    fn make(&self, start: Instant, extended: Option<&Extended>, kept: Option<&Kept>) -> Result<Report, Error> {
         let args = self.args;
         let staged = match kept {
             Some(kept) => kept.stage(args)?,
@@ -446,7 +459,8 @@ impl Job<'_> {
         let field = match extended {
             None => Field::open_with_importance(&self.raster, self.importance.as_ref(), &options, self.control)?,
             Some(extended) => extended.open(&self.raster, &options, self.control)?,
-        };
+        }
+        .watched(self.watches.clone());
         let holes = HoleOptions {
             most: args.fill_holes,
             // Lists that grow leave about as much behind.
@@ -469,13 +483,13 @@ impl Job<'_> {
             Some(kept) => triangulate_into(&|grid, pass| kept.spool(grid, pass), &field, &self.params, self.control)?,
             None => triangulate(&field, &self.params, self.control)?,
         };
-        watches.iter().try_for_each(Watch::check)?;
+        self.watches.iter().try_for_each(Watch::check)?;
         let triangulated = Instant::now();
         let mut comments = comments(&self.raster, args, self.written.frame);
         comments.extend(extended.map(Extended::comment));
         let sink = PlySink::new(staged, &comments).in_frame(self.written.frame, self.written.loss);
         let summary = mesh.write_if(Box::new(sink), self.control, &|| {
-            watches.iter().try_for_each(Watch::check)?;
+            self.watches.iter().try_for_each(Watch::check)?;
             kept.map_or(Ok(()), Kept::committing)
         })?;
         self.look(&summary.errors);

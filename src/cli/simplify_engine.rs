@@ -143,7 +143,7 @@ impl EngineArgs {
 }
 
 fn needs(option: &str, other: &str) -> Failure {
-    Failure::usage(format!("{option} means something only with {other}"))
+    Failure::usage(format!("{option} requires {other}"))
 }
 
 impl InsertionArgs {
@@ -183,7 +183,9 @@ impl InsertionArgs {
         let measure = match self.measure {
             Some(MeasureArg::Curvature) => Measure::Curvature(smoothing),
             Some(MeasureArg::Product) => Measure::Product(smoothing),
-            _ if self.smoothing.is_some() => return Err(needs("--smoothing", "--measure curvature or product")),
+            _ if self.smoothing.is_some() => {
+                return Err(needs("--smoothing", "--measure curvature or --measure product"));
+            }
             Some(MeasureArg::GlobalError) => Measure::GlobalError,
             Some(MeasureArg::LocalError) | None => Measure::LocalError,
         };

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::simplify::SimplifyArgs;
 use super::{Failure, print};
 use crate::field::FieldError;
-use crate::raster::{Files, Raster, RasterError, Watch, identity};
+use crate::raster::{Files, Raster, Watch, identity};
 use crate::simplify::{Error, Pass};
 use crate::spool::{Spool, SpoolError};
 use crate::staged::{OutputError, StagedFile};
@@ -13,7 +13,11 @@ use crate::tiling::TileGrid;
 use crate::work_dir::{Job, WorkDir, WorkDirError};
 
 /// The work dir of a run.
-pub(super) struct Kept(WorkDir);
+pub(super) struct Kept {
+    dir: WorkDir,
+    /// Files that are not as they were when it was made.
+    changed: Vec<String>,
+}
 
 impl Kept {
     /// The work dir of a job with these parameters, by name. `watches` look at the raster, and at the importance raster
@@ -28,47 +32,58 @@ impl Kept {
         let importance = importance.map(identity).transpose()?.unwrap_or_default();
         let files = watches.iter().map(Watch::files).fold(Files::none(), Files::and);
         let job = Job { parameters, raster: identity(raster)?, importance, files };
-        Ok(Kept(WorkDir::open(dir, &job)?))
+        let dir = WorkDir::open(dir, &job)?;
+        let changed = dir.files().differences(&job.files);
+        Ok(Kept { dir, changed })
     }
 
     /// Stages the output so that it is found again. One that an earlier run of this job has completed, without coming
     /// to tell, may be replaced.
     pub(super) fn stage(&self, args: &SimplifyArgs) -> Result<StagedFile, OutputError> {
-        let overwrite = args.overwrite || self.0.has_committed(&args.output);
-        StagedFile::create_announced(&args.output, overwrite, &args.inputs(), &|partial| self.0.staging(partial))
+        let overwrite = args.overwrite || self.dir.has_committed(&args.output);
+        StagedFile::create_announced(&args.output, overwrite, &args.inputs(), &|partial| self.dir.staging(partial))
     }
 
     pub(super) fn path(&self) -> &Path {
-        self.0.path()
+        self.dir.path()
     }
 
     /// What the finished tiles there take.
     pub(super) fn chunk_bytes(&self) -> u64 {
-        self.0.chunk_bytes()
+        self.dir.chunk_bytes()
     }
 
     pub(super) fn spool(&self, grid: TileGrid, pass: Pass) -> Result<Spool, SpoolError> {
-        self.0.spool(grid, pass == Pass::Seams)
+        self.dir.spool(grid, pass == Pass::Seams)
     }
 
     pub(super) fn committing(&self) -> Result<(), Error> {
-        self.0.committing().map_err(|source| WorkDirError::Io { path: self.0.path().to_path_buf(), source }.into())
+        self.dir.committing().map_err(|source| WorkDirError::Io { path: self.dir.path().to_path_buf(), source }.into())
     }
 
     /// The output is there whatever comes of this, so it is no failure.
     pub(super) fn finish(self) {
-        if let Err(error) = self.0.finish() {
+        if let Err(error) = self.dir.finish() {
             print::error(&format!("warning: {error}; the work dir is not needed any more and can be deleted"));
+        }
+    }
+
+    /// What is to be done where an input has changed since the finished tiles were made.
+    fn made_before(&self) -> String {
+        let (dir, way_out) = (self.dir.path().display(), "delete that folder, or restore the input");
+        match self.changed.as_slice() {
+            [] => format!("the finished tiles in {dir} were made from the old one: {way_out}"),
+            names => format!("the finished tiles in {dir} were made before {} changed: {way_out}", names.join(", ")),
         }
     }
 
     /// A run that did not get through, and what is to be done with its finished tiles.
     pub(super) fn explain(self, error: Error) -> Failure {
-        let dir = self.0.path().display();
+        let dir = self.dir.path().display();
         let hint = match &error {
-            _ if !self.0.has_chunks() => None,
-            Error::Raster(RasterError::Changed { .. }) => {
-                Some(format!("the finished tiles in {dir} are of the old one: delete it, or restore the raster"))
+            _ if !self.dir.has_chunks() => None,
+            Error::Raster(error) | Error::Field(FieldError::Raster(error)) if error.is_change() => {
+                Some(self.made_before())
             }
             // No run of this command can succeed.
             Error::NoGround { .. }

@@ -5,7 +5,7 @@ use clap::{Args, ValueEnum};
 
 use super::progress::Bars;
 use super::values::Size;
-use super::{Failure, GDAL_CACHE, print, values};
+use super::{Failure, GDAL_CACHE, output_format, print, values};
 use crate::raster::bound_gdal_cache;
 use crate::synth::{BlockLayout, Compression, StoredAs, SynthOptions, SynthReport, TerrainOptions};
 
@@ -18,6 +18,9 @@ pub(crate) struct SynthArgs {
     /// The GeoTIFF to make
     #[arg(value_name = "OUT.tif")]
     output: PathBuf,
+    /// The format of the raster, whatever it is called [default: what its extension says]
+    #[arg(long, value_parser = output_format::names(output_format::RASTERS))]
+    format: Option<String>,
     /// Samples across and down
     #[arg(long, value_name = "WxH", value_parser = values::size)]
     size: Size,
@@ -81,6 +84,7 @@ enum CompressArg {
 }
 
 pub(crate) fn run(args: &SynthArgs) -> Result<ExitCode, Failure> {
+    output_format::of(&args.output, args.format.as_deref(), output_format::RASTERS)?;
     bound_gdal_cache(GDAL_CACHE);
     let started = std::time::Instant::now();
     let bars = Bars::new(args.quiet);

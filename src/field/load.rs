@@ -6,7 +6,7 @@ use super::tile::padded;
 use super::{Field, FieldError, Heights, Tile, Validity};
 use crate::decimal::Decimal;
 use crate::exact::MAX_WEIGHT;
-use crate::raster::{Window, with_sample_type};
+use crate::raster::{Watch, Window, with_sample_type};
 
 /// What becomes of samples without a value.
 pub(super) enum Missing<'a> {
@@ -38,11 +38,19 @@ impl Field {
     ///
     /// # Errors
     /// [`FieldError::Nodata`], [`FieldError::NotAHeight`], [`FieldError::NotAWeight`], [`FieldError::Inexact`], each
-    /// naming such a sample of the window; [`FieldError::Raster`] where windows are read from the raster itself.
+    /// naming such a sample of the window; [`FieldError::Raster`] where windows are read from the raster itself, or where it
+    /// has changed and is watched ([`Field::watched`]).
     ///
     /// # Panics
     /// If the window is not inside the field.
     pub fn load(&self, window: Window, tile: &mut Tile) -> Result<(), FieldError> {
+        let loaded = self.load_unwatched(window, tile);
+        // Afterwards: what changes later is not in the tile. It is the reason of whatever is wrong with the samples, too.
+        self.watches.iter().try_for_each(Watch::check_files)?;
+        loaded
+    }
+
+    fn load_unwatched(&self, window: Window, tile: &mut Tile) -> Result<(), FieldError> {
         let inside = window.column + window.width <= self.width && window.row + window.height <= self.height;
         assert!(inside, "{window:?} of a field of {} × {}", self.width, self.height);
         tile.width = window.width;

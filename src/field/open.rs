@@ -10,7 +10,7 @@ use super::store::{Bytes, Offsets, Store};
 use super::windows::Windows;
 use super::{FieldError, Heights};
 use crate::control::Control;
-use crate::raster::{Cutline, GeoTransform, Mark, Marks, Raster, SampleType, Scaling, plain_layout};
+use crate::raster::{Cutline, GeoTransform, Mark, Marks, Raster, SampleType, Scaling, Watch, plain_layout};
 
 /// The samples of a raster of any size, readable from any number of threads.
 pub struct Field {
@@ -36,6 +36,8 @@ pub struct Field {
     pub(super) importance: Option<Box<Field>>,
     /// Holes that are bridged.
     pub(super) holes: Option<Holes>,
+    /// What makes sure that the raster is still the same.
+    pub(super) watches: Arc<[Watch]>,
 }
 
 /// How a field came to be readable.
@@ -109,7 +111,7 @@ impl Field {
     pub fn open(raster: &Raster, options: &FieldOptions, control: &Control<'_>) -> Result<Field, FieldError> {
         let mapped = match options.choice {
             Choice::Auto | Choice::InPlace => plain_layout(raster).and_then(|layout| map_in_place(raster, layout)),
-            Choice::Windows | Choice::Decode => Err("so asked for".to_string()),
+            Choice::Windows | Choice::Decode => Err("as requested".to_string()),
         };
         let windows = |reason| {
             let windows = Arc::new(Windows::new(raster));
@@ -145,6 +147,7 @@ impl Field {
             channels: None,
             importance: None,
             holes: None,
+            watches: Arc::default(),
         })
     }
 
@@ -219,7 +222,14 @@ impl Field {
             channels: None,
             importance: None,
             holes: None,
+            watches: Arc::default(),
         })
+    }
+
+    /// The same field, which refuses to load samples once a file has changed: whatever is made of several tiles is made of
+    /// one raster. `watches` have begun before it was opened.
+    pub fn watched(self, watches: Arc<[Watch]>) -> Field {
+        Field { watches, ..self }
     }
 
     /// The same field placed elsewhere on the map.

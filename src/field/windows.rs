@@ -1,7 +1,7 @@
 use std::sync::Mutex;
 
 use super::FieldError;
-use crate::raster::{Opening, Raster, Window};
+use crate::raster::{Opening, Raster, RasterError, SampleType, Window};
 
 /// Samples read through GDAL window by window, when they are wanted: nothing is decoded beforehand.
 ///
@@ -10,6 +10,7 @@ use crate::raster::{Opening, Raster, Window};
 /// still there. Locks are never waited for, but by threads outside the pool, which share a handle.
 pub(super) struct Windows {
     opening: Opening,
+    shape: (usize, usize, SampleType),
     handles: Vec<Mutex<Option<Raster>>>,
 }
 
@@ -17,6 +18,7 @@ impl Windows {
     pub(super) fn new(raster: &Raster) -> Windows {
         Windows {
             opening: raster.opening(),
+            shape: shape(raster),
             handles: (0..=rayon::current_num_threads()).map(|_| Mutex::default()).collect(),
         }
     }
@@ -39,6 +41,20 @@ impl Windows {
         })
     }
 
+    /// A handle more. By now there may be another raster under the name.
+    fn reopened(&self) -> Result<Raster, FieldError> {
+        let raster = self.opening.open()?;
+        let said = |(width, height, sample_type): (usize, usize, SampleType)| {
+            format!("{width} × {height} of type {}", sample_type.name())
+        };
+        let (expected, found) = (said(self.shape), said(shape(&raster)));
+        if expected == found {
+            return Ok(raster);
+        }
+        let (path, what) = (raster.path().to_path_buf(), "samples".to_string());
+        Err(RasterError::Changed { path, what, expected, found }.into())
+    }
+
     fn with_handle<T>(&self, read: impl FnOnce(&Raster) -> Result<T, FieldError>) -> Result<T, FieldError> {
         let last = self.handles.len() - 1;
         let own = rayon::current_thread_index().map_or(last, |thread| thread.min(last));
@@ -46,12 +62,17 @@ impl Windows {
         let mut handle = self.handles[own].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let raster = match handle.take() {
             Some(raster) => raster,
-            None => self.opening.open()?,
+            None => self.reopened()?,
         };
         let found = read(&raster)?;
         *handle = Some(raster);
         Ok(found)
     }
+}
+
+/// What windows depend on.
+fn shape(raster: &Raster) -> (usize, usize, SampleType) {
+    (raster.width(), raster.height(), raster.sample_type())
 }
 
 /// So many bytes, aligned for every type of sample.

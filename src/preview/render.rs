@@ -47,7 +47,8 @@ pub fn preview(
     check(options)?;
     let cutline = options.view.cutline.as_ref();
     let inputs: Vec<&Path> = [raster, mesh].into_iter().chain(cutline.map(|c| c.path.as_path())).collect();
-    let staged = StagedFile::create(out, options.overwrite, &inputs)?;
+    // Found before the work; the file itself is made after it, so that a killed run leaves nothing.
+    StagedFile::check(out, options.overwrite, &inputs)?;
     let raster = options.view.open(raster, &control.cancel)?;
     raster.holds_rows(raster.width())?;
     let window = Window { column: 0, row: 0, width: raster.width(), height: raster.height() };
@@ -67,7 +68,7 @@ pub fn preview(
         Mode::Colour => job.coloured()?,
     };
     control.cancel.check()?;
-    canvas.save(staged)?;
+    canvas.save(StagedFile::create(out, options.overwrite, &inputs)?)?;
     Ok(PreviewReport { width: canvas.width, height: canvas.height, triangles, largest_error })
 }
 

@@ -3,6 +3,8 @@ use std::path::{Path, PathBuf};
 use gdal::errors::GdalError;
 
 use super::Window;
+use super::gdal_error::SILENT;
+pub(super) use super::gdal_error::reason;
 
 /// Why a raster cannot be used, or could not be read. Every message names the file.
 #[derive(Debug, thiserror::Error)]
@@ -240,6 +242,18 @@ pub enum RasterError {
         /// What it is.
         found: String,
     },
+    /// A layer of points or polygons is not what it was when the run began.
+    #[error("{}: the layer has changed: expected {what} {expected}, found {found}", path.display())]
+    LayerChanged {
+        /// The layer's file.
+        path: PathBuf,
+        /// What differs.
+        what: String,
+        /// What it was.
+        expected: String,
+        /// What it is.
+        found: String,
+    },
     /// Two rasters that are to have the same samples do not.
     #[error("{}: expected the grid of {}, {what} {expected}, found {what} {found}", path.display(), of.display())]
     OtherGrid {
@@ -267,15 +281,17 @@ pub enum RasterError {
 }
 
 impl RasterError {
+    /// Whether an input is not what it was.
+    pub fn is_change(&self) -> bool {
+        matches!(self, RasterError::Changed { .. } | RasterError::LayerChanged { .. })
+    }
+
+    /// Whether GDAL could not read samples, and did not say why.
+    pub(crate) fn is_silent(&self) -> bool {
+        matches!(self, RasterError::Read { reason, .. } | RasterError::Gdal { reason, .. } if reason.starts_with(SILENT))
+    }
+
     pub(super) fn gdal(path: &Path, what: &'static str, error: &GdalError) -> Self {
         RasterError::Gdal { path: path.to_path_buf(), what, reason: reason(error) }
-    }
-}
-
-/// GDAL's own sentence, without the wrapper's decoration.
-pub(super) fn reason(error: &GdalError) -> String {
-    match error {
-        GdalError::CplError { msg, .. } | GdalError::NullPointer { msg, .. } if !msg.is_empty() => msg.clone(),
-        other => other.to_string(),
     }
 }

@@ -1,14 +1,17 @@
+//! Noticing that a raster or a layer is changed while a run reads it, or between two runs of one job.
+
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 
+use super::companions::Companions;
 use super::{Opening, Raster, RasterError, identity};
 
 /// The files that hold a raster's samples, as far as they are known: their lengths and times of modification.
 ///
-/// Of a GeoTIFF that is a plain file, all are known: it is that file. Of other formats only the file they are opened by
-/// is, where there is one: a VRT's sources and names inside archives are not looked at.
+/// Of a GeoTIFF that is a plain file, all are known: it is that file, with a mask, tags and world files beside it. Of other
+/// formats those are known that [`super::companions`] finds.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Files {
     /// Whether these are all the files with samples.
@@ -19,24 +22,33 @@ pub struct Files {
 /// A file as it was when it was looked at.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 struct FileState {
+    /// What it is called, counted from the folder of the raster; empty for the raster's own file, which may be renamed.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    name: String,
     bytes: u64,
     /// Seconds and nanoseconds since 1970; before that, 0.
     modified: (u64, u32),
 }
 
 impl FileState {
-    fn of(path: &Path) -> Option<FileState> {
+    fn of(path: &Path, name: &str) -> Option<FileState> {
         let found = path.metadata().ok().filter(std::fs::Metadata::is_file)?;
         let since = found.modified().ok()?.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
-        Some(FileState { bytes: found.len(), modified: (since.as_secs(), since.subsec_nanos()) })
+        let modified = (since.as_secs(), since.subsec_nanos());
+        Some(FileState { name: name.to_string(), bytes: found.len(), modified })
+    }
+
+    /// In words, of a file that may not be there.
+    fn said(state: Option<&FileState>) -> String {
+        let said = |s: &FileState| format!("{} bytes, modified {}.{:09}", s.bytes, s.modified.0, s.modified.1);
+        state.map_or("no such file".to_string(), said)
     }
 }
 
 impl Files {
     /// Looks at the files of `raster`.
     pub fn of(raster: &Raster) -> Files {
-        let files: Vec<FileState> = FileState::of(raster.path()).into_iter().collect();
-        Files { all: !files.is_empty() && raster.driver() == "GTiff", files }
+        Watched::of(raster.path(), Companions::of_raster(raster.path())).files(is_plain_geotiff(raster))
     }
 
     /// Of no raster at all: the beginning of [`Files::and`].
@@ -56,37 +68,91 @@ impl Files {
         self
     }
 
-    /// Whether the samples are the same for sure: all files are known, and none differs in length or time. Names do not
-    /// count: files may be moved.
+    /// Whether the samples are the same for sure: all files are known, none differs in length or time, and none has come up
+    /// or gone. Folders do not count: files may be moved.
     pub fn same_samples(&self, other: &Files) -> bool {
         self.all && self == other
     }
+
+    /// What the files are called that differ, have come up or are gone; "the raster's own file" among them.
+    pub fn differences(&self, other: &Files) -> Vec<String> {
+        let missing_in = |a: &Files, b: &Files| -> Vec<String> {
+            let missing = b.files.iter().filter(|file| !a.files.contains(file));
+            missing.map(|file| file.name.clone()).collect()
+        };
+        let mut names = missing_in(self, other);
+        names.extend(missing_in(other, self));
+        names.sort();
+        names.dedup();
+        let said = |name: String| if name.is_empty() { "the raster's own file".to_string() } else { name };
+        names.into_iter().map(said).collect()
+    }
 }
 
-/// Notices that a raster is changed while a run reads it.
+/// Whether all files with samples are among its companions.
+fn is_plain_geotiff(raster: &Raster) -> bool {
+    raster.driver() == "GTiff" && raster.path().is_file()
+}
+
+/// Paths, and what was there when they were looked at first.
+#[derive(Debug)]
+struct Watched(Vec<(PathBuf, String, Option<FileState>)>);
+
+impl Watched {
+    fn of(main: &Path, companions: Companions) -> Watched {
+        let folder = main.parent().unwrap_or(Path::new(""));
+        let named = |path: PathBuf| {
+            let own = path == main;
+            let name = path.strip_prefix(folder).unwrap_or(&path).display().to_string();
+            let name = if own { String::new() } else { name };
+            let state = FileState::of(&path, &name);
+            (path, name, state)
+        };
+        Watched(companions.paths.into_iter().map(named).collect())
+    }
+
+    fn files(&self, all: bool) -> Files {
+        Files { all, files: self.0.iter().filter_map(|(_, _, state)| state.clone()).collect() }
+    }
+}
+
+/// Notices that a raster, or a layer, is changed while a run reads it.
 ///
-/// Cost: a look at one file; where not all files are known, also the reading of [`identity`], at the beginning and at
-/// each check.
+/// Cost: a look at the files that [`super::companions`] finds, about ten beside a GeoTIFF; where they are not all there may
+/// be, the full check also reads [`identity`], at the beginning and in the end.
 #[derive(Debug)]
 pub struct Watch {
     path: PathBuf,
-    opening: Opening,
+    is_layer: bool,
+    watched: Watched,
     files: Files,
-    identity: Option<Vec<(&'static str, String)>>,
+    /// How the raster is opened once more, and what it was recognised by.
+    identity: Option<(Opening, Vec<(&'static str, String)>)>,
 }
 
+/// Paths that [`Watch::check_files`] looks at, at the most: of a mosaic of more the last check finds the others.
+const QUICK: usize = 256;
+
 impl Watch {
-    /// Begins to watch. To be called before any sample is read.
+    /// Begins to watch a raster. To be called before any sample is read.
     ///
     /// # Errors
     /// [`RasterError::Read`].
     pub fn new(raster: &Raster) -> Result<Watch, RasterError> {
-        let files = Files::of(raster);
-        let identity = if files.all { None } else { Some(identity(raster)?) };
-        Ok(Watch { path: raster.path().to_path_buf(), opening: raster.opening(), files, identity })
+        let path = raster.path();
+        let watched = Watched::of(path, Companions::of_raster(path));
+        let files = watched.files(is_plain_geotiff(raster));
+        let identity = if files.all { None } else { Some((raster.opening(), identity(raster)?)) };
+        Ok(Watch { path: path.to_path_buf(), is_layer: false, watched, files, identity })
     }
 
-    /// The files as they were at the beginning.
+    /// Begins to watch the files of a layer of points or polygons. To be called before it is opened.
+    pub fn layer(path: &Path) -> Watch {
+        let watched = Watched::of(path, Companions::of_layer(path));
+        Watch { path: path.to_path_buf(), is_layer: true, watched, files: Files::none(), identity: None }
+    }
+
+    /// The files with samples as they were at the beginning. A layer has none: what it holds is told by itself.
     pub fn files(&self) -> &Files {
         &self.files
     }
@@ -94,26 +160,117 @@ impl Watch {
     /// Makes sure that the raster is what it was.
     ///
     /// # Errors
-    /// [`RasterError::Changed`] names the difference; or the raster cannot be read any more.
+    /// [`RasterError::Changed`] or [`RasterError::LayerChanged`] names the difference; or the raster cannot be read any more.
     pub fn check(&self) -> Result<(), RasterError> {
-        if let Some(before) = self.files.files.first() {
-            let now = FileState::of(&self.path);
-            let state = |s: &FileState| format!("{} bytes, modified {}.{:09}", s.bytes, s.modified.0, s.modified.1);
-            if now.as_ref() != Some(before) {
-                let found = now.as_ref().map_or("no such file".to_string(), state);
-                return Err(self.changed("file", state(before), found));
-            }
-        }
-        let Some(before) = &self.identity else { return Ok(()) };
+        self.compare(usize::MAX)?;
+        let Some((opening, before)) = &self.identity else { return Ok(()) };
         // A handle of its own: GDAL may hold blocks of the old one.
-        let now = identity(&self.opening.open()?)?;
+        let now = identity(&opening.open()?)?;
         match before.iter().zip(now).find(|(before, now)| *before != now) {
             Some(((what, expected), (_, found))) => Err(self.changed(what, expected.clone(), found)),
             None => Ok(()),
         }
     }
 
+    /// Makes sure that its files are what they were, without reading any: after each look at samples, so that none is used
+    /// that is not of the same raster as those before it.
+    ///
+    /// # Errors
+    /// [`RasterError::Changed`] or [`RasterError::LayerChanged`] names the file.
+    pub fn check_files(&self) -> Result<(), RasterError> {
+        self.compare(QUICK)
+    }
+
+    fn compare(&self, most: usize) -> Result<(), RasterError> {
+        for (path, name, before) in self.watched.0.iter().take(most) {
+            let now = FileState::of(path, name);
+            if now != *before {
+                let what = if name.is_empty() { "file".to_string() } else { format!("file {name}") };
+                return Err(self.changed(&what, FileState::said(before.as_ref()), FileState::said(now.as_ref())));
+            }
+        }
+        Ok(())
+    }
+
     fn changed(&self, what: &str, expected: String, found: String) -> RasterError {
-        RasterError::Changed { path: self.path.clone(), what: what.to_string(), expected, found }
+        let (path, what) = (self.path.clone(), what.to_string());
+        match self.is_layer {
+            true => RasterError::LayerChanged { path, what, expected, found },
+            false => RasterError::Changed { path, what, expected, found },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gdal::DriverManager;
+    use std::fs;
+
+    fn dem(folder: &Path) -> PathBuf {
+        let path = folder.join("dem.tif");
+        let driver = DriverManager::get_driver_by_name("GTiff").expect("built in");
+        driver.create_with_band_type::<u8, _>(&path, 20, 10, 1).expect("made").close().expect("closed");
+        path
+    }
+
+    /// What a check says after `change`; the files as they were, and as they are.
+    fn after(change: impl FnOnce(&Path)) -> (String, Files, Files) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = dem(folder.path());
+        fs::write(folder.path().join("dem.tfw"), "1\n0\n0\n-1\n0\n0\n").expect("written");
+        let raster = Raster::open(&path, 1).expect("opens");
+        let watch = Watch::new(&raster).expect("a watch");
+        assert!(
+            watch.check().is_ok() && watch.check_files().is_ok() && watch.files().same_samples(&Files::of(&raster))
+        );
+        change(folder.path());
+        let said = watch.check_files().expect_err("a change").to_string();
+        assert_eq!(watch.check().expect_err("a change").to_string(), said);
+        (said, watch.files().clone(), Files::of(&raster))
+    }
+
+    #[test]
+    fn a_file_that_comes_up_goes_or_changes_is_named() {
+        type Change = (fn(&Path), &'static str, &'static str);
+        let changes: [Change; 4] = [
+            (
+                |f| fs::write(f.join("dem.tif.msk"), "mask").unwrap(),
+                "dem.tif.msk",
+                "expected file dem.tif.msk no such file",
+            ),
+            (|f| fs::write(f.join("dem.tif.aux.xml"), "<PAMDataset/>").unwrap(), "dem.tif.aux.xml", "found 13 bytes"),
+            (|f| fs::remove_file(f.join("dem.tfw")).unwrap(), "dem.tfw", "found no such file"),
+            (
+                |f| fs::File::options().append(true).open(f.join("dem.tif")).unwrap().set_len(9).unwrap(),
+                "the raster's own file",
+                "dem.tif: the raster has changed: expected file ",
+            ),
+        ];
+        for (change, name, words) in changes {
+            let (said, before, now) = after(change);
+            assert!(said.contains(words), "{said}");
+            assert!(!before.same_samples(&now));
+            assert_eq!((before.differences(&now), now.differences(&before)), (vec![name.into()], vec![name.into()]));
+        }
+    }
+
+    #[test]
+    fn the_parts_of_a_layer_are_watched() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("peaks.csv");
+        fs::write(&path, "x,y\n1,2\n").expect("written");
+        let watch = Watch::layer(&path);
+        assert!(watch.check().is_ok());
+        fs::write(folder.path().join("peaks.prj"), "LOCAL_CS[]").expect("written");
+        assert!(watch.check().expect_err("a change").to_string().contains("peaks.prj"));
+    }
+
+    #[test]
+    fn files_of_older_work_dirs_are_understood() {
+        let files: Files =
+            serde_json::from_str(r#"{"all": true, "files": [{"bytes": 7, "modified": [1, 2]}]}"#).unwrap();
+        assert_eq!(files.files[0].name, "");
+        assert!(!serde_json::to_string(&files).unwrap().contains("name"));
     }
 }

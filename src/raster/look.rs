@@ -107,7 +107,8 @@ pub fn look(raster: &Raster, control: &Control<'_>) -> Result<Look, LookError> {
     let all = Range(far.0.min(near.0), far.1.max(near.1));
     look.range = (!all.is_empty()).then_some((all.0, all.1));
     let usual = far.tripled();
-    if !far.is_empty() && !near.is_empty() && !(usual.holds(near.0) && usual.holds(near.1)) {
+    let is_usual = usual.holds(near.0) && usual.holds(near.1);
+    if !(far.is_empty() || near.is_empty() || is_usual) {
         let found = &mut look.near_voids;
         Reader::new(raster).for_each(control, |column, row, height, is_near| {
             if let Some(height) = height.filter(|h| is_near && !usual.holds(*h)) {
@@ -127,7 +128,7 @@ impl Look {
         };
         let one = |found: &Found, code, message: String| {
             let file = raster.path().to_path_buf();
-            (found.count > 0).then(|| Warning { code, file, count: found.count, message })
+            (found.count > 0).then_some(Warning { code, file, count: found.count, message })
         };
         let samples = |found: &Found| match found.count {
             1 => "1 sample".to_string(),

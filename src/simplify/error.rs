@@ -46,22 +46,22 @@ pub enum Error {
     #[error("expected a tolerance that is finite and at least 0, found {0}")]
     Tolerance(f64),
     /// The engine does not keep errors in channels.
-    #[error("expected an engine that keeps the error in channels, found {engine}")]
+    #[error("engine {engine} does not bound errors in channels")]
     Channels {
         /// The engine.
         engine: &'static str,
     },
     /// There are channels, and a budget or a root mean square to end at.
-    #[error("expected channels with a tolerance alone, found a budget or a root mean square beside them")]
+    #[error("channels cannot be combined with a budget or a root mean square")]
     GoalWithChannels,
     /// There are channels, and a mesh is to be polished, which keeps heights alone.
-    #[error("expected no polishing, to keep the error in channels, found quality {quality}")]
+    #[error("channels cannot be combined with polishing, found quality {quality}")]
     PolishWithChannels {
         /// The quality.
         quality: &'static str,
     },
     /// There are points, but the engine cannot make vertices of them.
-    #[error("expected an engine that can make vertices of points, found {engine}")]
+    #[error("engine {engine} cannot make vertices of given points")]
     NoPreinsertion {
         /// The engine.
         engine: &'static str,
@@ -81,30 +81,28 @@ pub enum Error {
         row: usize,
     },
     /// The engine makes its triangles once and for all: it cannot stop at a budget.
-    #[error("expected an engine that refines, to end at a budget or a root mean square, found {engine}")]
+    #[error("engine {engine} cannot stop at a budget or a root mean square")]
     NoGoal {
         /// The engine.
         engine: &'static str,
     },
     /// Passes that insert many samples cannot stop at one of them, and other measures than errors are no thresholds.
-    #[error(
-        "expected sequential insertion by local error, to end at a budget or a root mean square, found another variant"
-    )]
+    #[error("a budget or a root mean square requires sequential insertion by local error")]
     GoalWithPasses,
     /// A rim under a goal is not there before the insertions are.
-    #[error("expected no trimming, to end at a budget or a root mean square, found {0} cells")]
+    #[error("a budget or a root mean square cannot be combined with trimming, found {0} cells")]
     GoalWithTrim(u32),
     /// What is bridged has no errors to count.
-    #[error("expected no bridged holes, to end at a budget or a root mean square, found {0}")]
+    #[error("a budget or a root mean square cannot be combined with bridged holes, found holes of up to {0} samples")]
     GoalWithHoles(u64),
     /// The rim is to be trimmed by more than anybody means.
     #[error("expected to trim 0 to {MAX_CELLS} cells, found {0}")]
     Trim(u32),
     /// Heights are fitted by polishing.
-    #[error("expected polishing, to fit heights, found quality none")]
+    #[error("fitted heights require polishing, found quality none")]
     FittedWithoutPolish,
     /// There are numbers for polishing, and none.
-    #[error("expected polishing, to tune it, found quality none")]
+    #[error("options of polishing require polishing, found quality none")]
     TuningWithoutPolish,
     /// A number of polishing's schedule.
     #[error(transparent)]
@@ -113,7 +111,7 @@ pub enum Error {
     #[error("expected a smallest angle from 0 to 60 degrees, found {0}")]
     MinAngle(f64),
     /// What is polished has other vertices and errors than the engine ended with.
-    #[error("expected no polishing, to end at a budget or a root mean square, found quality {quality}")]
+    #[error("a budget or a root mean square cannot be combined with polishing, found quality {quality}")]
     GoalWithPolish {
         /// The quality.
         quality: &'static str,

@@ -66,7 +66,7 @@ fn case() -> impl Strategy<Value = Case> {
             // An infinity stands for the mark, or for what is near it.
             let stand_in = |i: usize| match nodata {
                 None => 100.0,
-                Some(mark) if i % 3 == 0 => mark * (1.0 + 1e-9),
+                Some(mark) if i.is_multiple_of(3) => mark * (1.0 + 1e-9),
                 Some(mark) => mark,
             };
             samples.iter_mut().enumerate().filter(|(_, s)| s.is_infinite()).for_each(|(i, s)| *s = stand_in(i));

@@ -75,3 +75,21 @@ pub(super) fn parent(path: &Path) -> &Path {
         _ => Path::new("."),
     }
 }
+
+/// Makes sure that files can be made in a folder, by a file without a name; where the file system has none, by asking.
+#[cfg(target_os = "linux")]
+pub(super) fn is_writable(folder: &Path) -> std::io::Result<()> {
+    use rustix::fs::{Access, AtFlags, CWD, Mode, OFlags, accessat, open};
+    use rustix::io::Errno;
+    match open(folder, OFlags::TMPFILE | OFlags::WRONLY | OFlags::CLOEXEC, Mode::RUSR | Mode::WUSR) {
+        Ok(_) => Ok(()),
+        Err(Errno::OPNOTSUPP | Errno::ISDIR | Errno::NOENT | Errno::INVAL) => {
+            Ok(accessat(CWD, folder, Access::WRITE_OK | Access::EXEC_OK, AtFlags::EACCESS)?)
+        }
+        Err(refused) => Err(refused.into()),
+    }
+}
+#[cfg(not(target_os = "linux"))]
+pub(super) fn is_writable(_: &Path) -> std::io::Result<()> {
+    Ok(())
+}

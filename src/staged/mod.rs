@@ -8,8 +8,8 @@ mod error;
 
 pub use error::OutputError;
 
-use std::ffi::OsString;
-use std::fs::{File, OpenOptions, Permissions};
+use std::ffi::{OsStr, OsString};
+use std::fs::{File, Metadata, OpenOptions, Permissions};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -55,30 +55,36 @@ impl StagedFile {
         inputs: &[&Path],
         announce: &dyn Fn(&Path) -> std::io::Result<()>,
     ) -> Result<StagedFile, OutputError> {
-        let name = checks::file_name(path)?;
-        let existing = checks::existing(path)?;
-        if let Some(existing) = &existing {
-            checks::is_no_input(path, existing, inputs)?;
-            if !overwrite {
-                return Err(OutputError::Exists { path: path.to_path_buf() });
-            }
-        }
-        let target = checks::target(path, existing.is_some());
-        let folder = checks::folder(path, &target)?;
+        let Place { name, existing, target, folder } = Place::of(path, overwrite, inputs)?;
         let unwritable = |source| OutputError::Folder { path: path.to_path_buf(), folder: folder.clone(), source };
-        let permissions = match existing {
-            Some(existing) => existing.permissions(),
-            None => default_permissions(&folder).map_err(unwritable)?,
-        };
+        let mut permissions = existing.map(|existing| existing.permissions());
         let mut prefix = OsString::from(".");
         prefix.push(name);
         prefix.push(".");
         let make = |path: &Path| {
             announce(path)?;
-            create_new(path)
+            faults::reach(Point::OutputAnnounced);
+            if permissions.is_none() {
+                permissions = Some(default_permissions(path)?);
+            }
+            create_new(path, 0o600)
         };
         let partial = Builder::new().prefix(&prefix).suffix(".partial").make_in(&folder, make).map_err(unwritable)?;
+        faults::reach(Point::OutputStaged);
+        let permissions = permissions.map_or_else(|| Ok(partial.as_file().metadata()?.permissions()), Ok);
+        let permissions = permissions.map_err(unwritable)?;
         Ok(StagedFile { partial, path: target, overwrite, permissions })
+    }
+
+    /// Finds what [`StagedFile::create`] would find wrong with an output, and makes nothing that has a name: whatever ends
+    /// the process, nothing is left. A folder may still turn out to be closed when the file is made.
+    ///
+    /// # Errors
+    /// As [`StagedFile::create`].
+    pub fn check(path: &Path, overwrite: bool, inputs: &[&Path]) -> Result<(), OutputError> {
+        let Place { folder, .. } = Place::of(path, overwrite, inputs)?;
+        let unwritable = |source| OutputError::Folder { path: path.to_path_buf(), folder: folder.clone(), source };
+        checks::is_writable(&folder).map_err(unwritable)
     }
 
     /// The file to write to. Whoever buffers flushes before the commit.
@@ -125,12 +131,39 @@ impl StagedFile {
     }
 }
 
-/// A file that nobody else may read yet.
-fn create_new(path: &Path) -> std::io::Result<File> {
+/// Where an output will be, once it is known that it may be there.
+struct Place<'a> {
+    name: &'a OsStr,
+    /// What is there already.
+    existing: Option<Metadata>,
+    target: PathBuf,
+    folder: PathBuf,
+}
+
+impl Place<'_> {
+    fn of<'a>(path: &'a Path, overwrite: bool, inputs: &[&Path]) -> Result<Place<'a>, OutputError> {
+        let name = checks::file_name(path)?;
+        let existing = checks::existing(path)?;
+        if let Some(existing) = &existing {
+            checks::is_no_input(path, existing, inputs)?;
+            if !overwrite {
+                return Err(OutputError::Exists { path: path.to_path_buf() });
+            }
+        }
+        let target = checks::target(path, existing.is_some());
+        let folder = checks::folder(path, &target)?;
+        Ok(Place { name, existing, target, folder })
+    }
+}
+
+/// A new file, with these permissions less the umask.
+fn create_new(path: &Path, mode: u32) -> std::io::Result<File> {
     let mut options = OpenOptions::new();
     options.read(true).write(true).create_new(true);
     #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, mode);
+    #[cfg(not(unix))]
+    let _ = mode;
     options.open(path)
 }
 
@@ -146,14 +179,14 @@ fn persist_new(partial: TempPath, path: &Path) -> Result<(), OutputError> {
     refused.path.persist(path).map_err(failed)
 }
 
-/// The permissions that the process's umask leaves to a new file, asked of the kernel by making one: to read a umask
-/// one has to change it, for all threads.
-fn default_permissions(folder: &Path) -> std::io::Result<Permissions> {
-    let mut builder = Builder::new();
-    builder.prefix(".terrabite.").suffix(".partial");
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    Ok(builder.tempfile_in(folder)?.as_file().metadata()?.permissions())
+/// The permissions that the process's umask and the folder leave to a new file, asked of the kernel by making one: to read a
+/// umask one has to change it, for all threads. It is made, empty, under the name of the partial file, and removed: no other
+/// name is ever used, so that a killed run leaves nothing that nobody knows of.
+fn default_permissions(partial: &Path) -> std::io::Result<Permissions> {
+    let found = create_new(partial, 0o666)?.metadata();
+    faults::reach(Point::OutputProbed);
+    std::fs::remove_file(partial)?;
+    Ok(found?.permissions())
 }
 
 #[cfg(test)]

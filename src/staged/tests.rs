@@ -145,3 +145,58 @@ mod unix {
         assert_eq!(fs::read(&target).unwrap(), b"new");
     }
 }
+
+/// Every name that comes up in the folder, by the kernel's account.
+#[cfg(target_os = "linux")]
+mod names_that_come_up {
+    use super::*;
+    use rustix::fs::inotify::{self, CreateFlags, WatchFlags};
+    use std::cell::RefCell;
+    use std::mem::MaybeUninit;
+
+    /// What is made or moved into `folder` while `run` runs, each name once.
+    fn while_running(folder: &Path, run: impl FnOnce()) -> Vec<String> {
+        let watch = inotify::init(CreateFlags::NONBLOCK).unwrap();
+        inotify::add_watch(&watch, folder, WatchFlags::CREATE | WatchFlags::MOVED_TO).unwrap();
+        run();
+        let mut buffer = [MaybeUninit::uninit(); 4096];
+        let mut events = inotify::Reader::new(&watch, &mut buffer);
+        let mut names: Vec<String> = Vec::new();
+        while let Ok(event) = events.next() {
+            let name = event.file_name().unwrap().to_string_lossy().into_owned();
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+
+    #[test]
+    fn none_but_the_announced_one_and_the_final_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tin.ply");
+        let announced = RefCell::new(Vec::new());
+        let announce = |partial: &Path| {
+            assert!(!partial.exists(), "it is announced before it is made");
+            announced.borrow_mut().push(partial.file_name().unwrap().to_string_lossy().into_owned());
+            Ok(())
+        };
+        let names = while_running(folder.path(), || {
+            StagedFile::create_announced(&path, false, &[], &announce).unwrap().commit().unwrap();
+        });
+        let mut expected = announced.borrow().clone();
+        expected.push("tin.ply".to_string());
+        assert_eq!(names, expected);
+    }
+
+    #[test]
+    fn a_check_makes_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tin.ply");
+        assert_eq!(while_running(folder.path(), || StagedFile::check(&path, false, &[]).unwrap()), [""; 0]);
+        fs::write(&path, "old").unwrap();
+        assert!(matches!(StagedFile::check(&path, false, &[]), Err(OutputError::Exists { .. })));
+        let nowhere = folder.path().join("none/tin.ply");
+        assert!(matches!(StagedFile::check(&nowhere, false, &[]), Err(OutputError::NoFolder { .. })));
+    }
+}

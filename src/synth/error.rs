@@ -4,6 +4,7 @@ use gdal::errors::GdalError;
 
 use super::OptionError;
 use crate::control::Cancelled;
+use crate::raster::reason;
 use crate::staged::OutputError;
 
 /// Why a raster could not be made. Nothing is left under its name then.
@@ -33,10 +34,6 @@ pub enum SynthError {
 
 impl SynthError {
     pub(super) fn gdal(path: &Path, what: &'static str, error: &GdalError) -> Self {
-        let reason = match error {
-            GdalError::CplError { msg, .. } | GdalError::NullPointer { msg, .. } if !msg.is_empty() => msg.clone(),
-            other => other.to_string(),
-        };
-        SynthError::Gdal { path: path.to_path_buf(), what, reason }
+        SynthError::Gdal { path: path.to_path_buf(), what, reason: reason(error) }
     }
 }

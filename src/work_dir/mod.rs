@@ -83,6 +83,12 @@ impl WorkDir {
             must_be_empty(&dir)?;
         }
         let lock = lock::lock(&dir, made)?;
+        if made {
+            // The lock file says so from here on.
+            durable::mark(&dir, false).map_err(failed(&dir))?;
+        }
+        // Whoever noted it is dead. Also where the job is another one: the work dir is deleted then, note and all.
+        staged_output::remove_partial(&dir).map_err(failed(&dir))?;
         let wanted = Manifest::new(job);
         let kept = match std::fs::read_to_string(&path) {
             Ok(text) => Some(Manifest::parse(&path, &text)?),
@@ -101,7 +107,6 @@ impl WorkDir {
                 (wanted, true)
             }
         };
-        staged_output::remove_partial(&dir).map_err(failed(&dir))?;
         Ok(WorkDir { dir, manifest, same_samples, finished: false, lock })
     }
 
@@ -142,6 +147,11 @@ impl WorkDir {
         staged_output::has_committed(&self.dir, output)
     }
 
+    /// The files of the rasters, as they were when the work dir was made.
+    pub fn files(&self) -> &Files {
+        &self.manifest.files
+    }
+
     /// Whether there may be finished tiles in it.
     pub fn has_chunks(&self) -> bool {
         self.dir.join(CHUNKS).read_dir().is_ok_and(|mut rows| rows.next().is_some())
@@ -174,14 +184,20 @@ impl WorkDir {
         durable::remove_if_there(&Manifest::path(&self.dir))?;
         faults::reach(Point::ManifestRemoved);
         staged_output::forget(&self.dir)?;
-        durable::remove_if_there(&self.dir.join(lock::NAME))?;
         if self.lock.made_folder {
-            match std::fs::remove_dir(&self.dir) {
-                Err(e) if !matches!(e.kind(), ErrorKind::DirectoryNotEmpty | ErrorKind::NotFound) => return Err(e),
-                _ => {}
-            }
+            durable::mark(&self.dir, true)?;
         }
-        Ok(())
+        durable::remove_if_there(&self.dir.join(lock::NAME))?;
+        faults::reach(Point::LockRemoved);
+        if !self.lock.made_folder {
+            return Ok(());
+        }
+        match std::fs::remove_dir(&self.dir) {
+            // It holds something else by now.
+            Err(e) if e.kind() == ErrorKind::DirectoryNotEmpty => durable::mark(&self.dir, false),
+            Err(e) if e.kind() == ErrorKind::NotFound => Ok(()),
+            other => other,
+        }
     }
 }
 
@@ -204,12 +220,13 @@ fn size_of_file(entry: std::fs::DirEntry) -> u64 {
     entry.metadata().map_or(0, |m| if m.is_file() { m.len() } else { 0 })
 }
 
-/// Makes the folder; false if it is there.
+/// Makes the folder; false if it is there, unless it was made by a process that was killed before it came to note so.
 fn make(dir: &Path) -> Result<bool, WorkDirError> {
-    match durable::create_private_dir(dir) {
-        Err(e) if e.kind() == ErrorKind::AlreadyExists => Ok(false),
+    match durable::create_marked_dir(dir) {
+        Err(e) if e.kind() == ErrorKind::AlreadyExists => Ok(durable::is_marked(dir)),
         Err(e) => Err(failed(dir)(e)),
         Ok(()) => {
+            faults::reach(Point::WorkDirMade);
             let parent = dir.parent().unwrap_or(dir);
             durable::sync_dir(parent).map_err(failed(parent))?;
             Ok(true)

@@ -168,3 +168,31 @@ fn links_that_others_put_there_are_not_written_through() {
         fs::remove_dir_all(&work).unwrap();
     }
 }
+
+/// A process that was killed between two steps leaves its folder, empty: the next run knows it as the work dir's own.
+#[test]
+fn a_folder_that_was_made_and_not_noted_goes_when_it_is_done() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("work");
+    crate::durable::create_marked_dir(&path).unwrap();
+    begun(&folder).finish().unwrap();
+    assert_eq!(names(folder.path()), [""; 0]);
+    // Nor does the mark stay on one that is in use, or that holds other people's files in the end.
+    let work = begun(&folder);
+    assert!(!crate::durable::is_marked(&path));
+    fs::write(path.join("notes.txt"), "mine").unwrap();
+    work.finish().unwrap();
+    assert!(path.exists() && !crate::durable::is_marked(&path));
+}
+
+/// The folder is to be deleted then, and with it the note of where the partial output is.
+#[test]
+fn the_partial_output_of_a_killed_run_is_removed_when_another_job_comes() {
+    let folder = tempdir().unwrap();
+    let partial = folder.path().join(".tin.ply.abc.partial");
+    begun(&folder).staging(&partial).unwrap();
+    fs::write(&partial, "half").unwrap();
+    let refused = WorkDir::open(&folder.path().join("work"), &job("2")).unwrap_err();
+    assert!(matches!(refused, WorkDirError::OtherJob { .. }), "{refused}");
+    assert_eq!(names(folder.path()), ["work"]);
+}

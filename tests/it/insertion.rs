@@ -61,7 +61,7 @@ fn options_that_mean_nothing_are_usage_errors() {
     let cuts = |more: &[&'static str]| cuts.iter().copied().chain(more.iter().copied()).collect::<Vec<_>>();
     fails(&cuts(&["--swap", "delaunay"]), &["--swap", "--engine greedy-insertion"]);
     fails(&cuts(&["--max-points", "9"]), &["greedy cuts", "--engine greedy-insertion"]);
-    fails(&["--max-error", "1", "--quality", "none", "--heights", "fitted"], &["fit heights", "--heights sampled"]);
+    fails(&["--max-error", "1", "--quality", "none", "--heights", "fitted"], &["fitted heights", "--heights sampled"]);
     fails(&["--max-points", "9", "--quality", "fast"], &["quality fast", "--quality none"]);
     for untuned in [["--min-angle", "9"], ["--polish-rounds", "3"], ["--polish-edges", "strong"]] {
         let none = ["--max-error", "1", "--quality", "none"];
@@ -93,7 +93,10 @@ fn options_that_mean_nothing_are_usage_errors() {
     fails(&with(&["--max-error", "1", "--fraction", "0.5"]), &["--fraction", "--selection fractional"]);
     fails(&with(&["--max-error", "1", "--smoothing", "2"]), &["--smoothing", "--measure"]);
     fails(&with(&["--max-error", "1", "--quality-threshold", "2"]), &["from 0 to 1"]);
-    fails(&with(&["--max-points", "100", "--selection", "constant"]), &["sequential", "--max-error alone"]);
+    fails(
+        &with(&["--max-points", "100", "--selection", "constant"]),
+        &["sequential", "use --max-error without --max-points"],
+    );
     fails(&with(&["--max-points", "3"]), &["at least 4 vertices", "found 3", "--tile"]);
     fails(&with(&["--max-triangles", "many"]), &["many", "--max-triangles"]);
     fails(&with(&[]), &["--max-error", "--max-points"]);

@@ -1,10 +1,12 @@
 //! The built binary from outside, as users meet it: one test program, one module per subject.
 
 mod budget;
+mod changes;
 mod channels;
 mod clip;
 mod cutline;
 mod formats;
+mod gdal_errors;
 mod holes;
 mod hostile;
 mod importance;
@@ -14,6 +16,7 @@ mod map;
 mod marks;
 mod netcdf;
 mod nodata;
+mod output_names;
 mod points;
 mod preview_bad_input;
 mod readers;

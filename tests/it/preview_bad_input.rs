@@ -32,7 +32,8 @@ fn outputs_that_cannot_be_made() {
     terrabite(["preview", &dem, &tin, &precious]).fails(1, &[&precious, "--overwrite"]);
     for input in [&dem, &tin] {
         let before = std::fs::read(input).unwrap();
-        terrabite(["preview", &dem, &tin, input, "--overwrite"]).fails(1, &[input, "same file as the input"]);
+        terrabite(["preview", &dem, &tin, input, "--format", "png", "--overwrite"])
+            .fails(1, &[input, "same file as the input"]);
         assert_eq!(std::fs::read(input).unwrap(), before);
     }
     assert_eq!(std::fs::read(&precious).unwrap(), b"precious");

@@ -4,7 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-use crate::util::{Dem, Folder, Halted, Kind, Run, hills, terrabite, terrabite_with_fault, terrabite_with_file_limit};
+use crate::util::{
+    Dem, Folder, Halted, Kind, Run, hills, names_that_come_up, terrabite, terrabite_with_fault,
+    terrabite_with_file_limit,
+};
 
 /// A job in a folder of its own: a raster that has to be decoded, 2 × 6 tiles, and their mesh.
 struct Scene {
@@ -100,7 +103,11 @@ const TILES: u64 = 12;
 fn killed_at_any_moment_it_continues_to_the_same_bytes() {
     let scene = Scene::new();
     for fault in [
+        "work-dir-made:1",
         "manifest-written:1",
+        "output-announced:1",
+        "output-probed:1",
+        "output-staged:1",
         "decode-unit:1",
         "tile-begun:1",
         "tile-begun:6",
@@ -133,9 +140,23 @@ fn killed_at_any_moment_it_continues_to_the_same_bytes() {
         let renamed = ["output-renamed", "chunks", "manifest-removed"].iter().any(|stage| fault.starts_with(stage));
         assert_eq!(Path::new(&scene.tin()).exists(), renamed, "{fault}");
         assert_eq!(scene.completes(), kept, "{fault}");
-        let written = ["vertices", "triangles", "output"].iter().any(|stage| fault.starts_with(stage));
+        let written = ["vertices", "triangles", "output-written"].iter().any(|stage| fault.starts_with(stage));
         assert!(!written || kept == TILES, "{fault}: {kept} tiles");
     }
+}
+
+/// Nothing but an empty folder is left then, and it is known as the work dir's own.
+#[test]
+fn killed_before_its_folder_is_removed() {
+    let scene = Scene::new();
+    scene.is_killed("lock-removed:1");
+    assert!(fs::read(scene.tin()).unwrap() == scene.expected);
+    assert_eq!(
+        (scene.folder.names(), scene.chunks().len()),
+        (["dem.tif", "tin.ply", "work"].map(String::from).to_vec(), 0)
+    );
+    fs::remove_file(scene.tin()).unwrap();
+    assert_eq!(scene.completes(), 0);
 }
 
 /// A raster of three times what is decoded at once, smooth so that the rest is soon done.
@@ -210,9 +231,10 @@ fn other_parameters_are_refused_and_named() {
     let scene = Scene::new();
     scene.begin(3);
     let refused = |options: &[&str], words: &[&str]| {
-        let (kept, names) = (scene.chunks(), scene.folder.names());
+        let kept = scene.chunks();
         scene.run(options).fails(1, words).fails(1, &[&scene.work(), "another job", "--work-dir", "delete"]);
-        assert_eq!((scene.chunks(), scene.folder.names()), (kept, names));
+        // The dead run's partial output goes: the work dir, which knows of it, may be deleted now.
+        assert_eq!((scene.chunks(), scene.folder.names()), (kept, ["dem.tif", "work"].map(String::from).to_vec()));
     };
     refused(&["--max-error", "3.5"], &["max error: expected 3 (", "found 3.5 ("]);
     refused(&["--tile", "64"], &["tile: expected 100, found 64"]);
@@ -345,7 +367,7 @@ fn sources_behind_a_vrt_are_watched_too() {
     // During a run: rows.
     let halted = Halted::at("triangles", 2, scene.command(&[]));
     dem().heights(|c, r| hills(c, r) + 1.0).write(&scene.folder, "dem.tif");
-    halted.go_on().fails(1, &["dem.vrt", "the raster has changed", "checksum of some samples"]);
+    halted.go_on().fails(1, &["dem.vrt", "the raster has changed", "expected file dem.tif"]);
     assert!(!Path::new(&scene.tin()).exists());
 }
 
@@ -438,5 +460,25 @@ fn what_is_kept_is_private() {
     let files = ["work/manifest.json", "work/lock", "work/staged"].map(|name| scene.folder.join(name));
     for file in files.iter().chain(&scene.chunks()) {
         assert_eq!(mode(file), 0o600, "{}", file.display());
+    }
+}
+
+/// Whatever name a killed run leaves must be known: of temporary files beside the output there is one, and it is noted.
+#[test]
+fn no_temporary_name_comes_up_beside_the_noted_one() {
+    let folder = Folder::new();
+    let dem = Dem::new(60, 50).bands(2).write(&folder, "dem.tif");
+    let work = Folder::new();
+    for options in [&[][..], &["--z-scale", "0.3048"], &["--channels", "2"], &["--local", "--overwrite"]] {
+        let (tin, dir) = (folder.at("tin.ply"), work.at("work"));
+        let command = ["simplify", &dem, &tin, "--max-error", "3", "--work-dir", &dir];
+        let names = names_that_come_up(folder.path(), || {
+            terrabite(command.iter().chain(options)).succeeds();
+        });
+        assert_eq!(names.len(), 2, "{options:?}: {names:?}");
+        assert!(names[0].starts_with(".tin.ply.") && names[0].ends_with(".partial") && names[1] == "tin.ply");
+        if !options.contains(&"--local") {
+            fs::remove_file(tin).unwrap();
+        }
     }
 }

@@ -211,6 +211,7 @@ impl Field {
             channels: None,
             importance: None,
             holes: None,
+            watches: Arc::default(),
         }
     }
 

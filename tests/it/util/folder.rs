@@ -37,3 +37,21 @@ impl Folder {
         names
     }
 }
+
+/// The names that are made in a folder or moved into it while something runs, each once, in their order.
+pub(crate) fn names_that_come_up(folder: &Path, run: impl FnOnce()) -> Vec<String> {
+    use rustix::fs::inotify::{self, CreateFlags, WatchFlags};
+    let watch = inotify::init(CreateFlags::NONBLOCK).unwrap();
+    inotify::add_watch(&watch, folder, WatchFlags::CREATE | WatchFlags::MOVED_TO).unwrap();
+    run();
+    let mut buffer = [std::mem::MaybeUninit::uninit(); 4096];
+    let mut events = inotify::Reader::new(&watch, &mut buffer);
+    let mut names: Vec<String> = Vec::new();
+    while let Ok(event) = events.next() {
+        let name = event.file_name().unwrap().to_string_lossy().into_owned();
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+}

@@ -9,7 +9,7 @@ mod run;
 mod shared;
 
 pub(crate) use dem::{Dem, Kind, hills};
-pub(crate) use folder::Folder;
+pub(crate) use folder::{Folder, names_that_come_up};
 pub(crate) use netcdf::{Axis, Cube};
 pub(crate) use ply::{flat, ply, without_comments};
 pub(crate) use run::{
