@@ -232,7 +232,8 @@ mod tests {
 
     #[test]
     fn a_file_that_comes_up_goes_or_changes_is_named() {
-        let changes: [(fn(&Path), &str, &str); 4] = [
+        type Change = fn(&Path);
+        let changes: [(Change, &str, &str); 4] = [
             (
                 |f| fs::write(f.join("dem.tif.msk"), "mask").unwrap(),
                 "dem.tif.msk",
