@@ -29,8 +29,8 @@ use crate::raster::{
     PointSource, Points, PointsError, Raster, RasterError, Watch, bound_gdal_cache, look, read_points,
 };
 use crate::simplify::{
-    DEFAULT_TILE, DiskUse, Error, Load, Params, Plan, Quality, VertexHeights, check_disk, default_budget, grid,
-    probe_density, probe_field, triangulate, triangulate_into,
+    DEFAULT_TILE, DiskUse, Error, Expected, Goal, Load, Params, Plan, Quality, VertexHeights, check_disk,
+    default_budget, grid, probe, probe_field, triangulate, triangulate_into,
 };
 use crate::sink::PlySink;
 use crate::staged::{OutputError, StagedFile};
@@ -372,15 +372,10 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// What the run will need, from the density of a few tiles.
+    /// What the run will need, from a few tiles or from its budget.
     fn needs(&self) -> Result<Needs, Error> {
-        let density = match &self.channels {
-            // Points may lie in holes, which only the whole raster tells.
-            None if self.args.fill_holes > 0 => {
-                let params = Params { points: None, ..self.params.clone() };
-                probe_density(&self.raster, self.importance.as_ref(), &params, self.control)?
-            }
-            None => probe_density(&self.raster, self.importance.as_ref(), &self.params, self.control)?,
+        let expected = match &self.channels {
+            None => probe(&self.raster, self.importance.as_ref(), &self.params, self.control)?,
             Some(options) => {
                 let extended = Extended::find(&self.raster, options, self.control)?;
                 let windows = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: Choice::Windows };
@@ -388,18 +383,25 @@ impl Job<'_> {
                 probe_field(&field, &self.params, self.control)?
             }
         };
-        Ok(Needs { estimate: self.estimate(density), memory: self.plan })
+        let Goal { max_rms, .. } = self.params.goal;
+        let by_budget = self.params.goal.most_triangles().is_some();
+        let found_by = match by_budget && max_rms.is_none() && self.params.max_error.is_infinite() {
+            true => "by the budget",
+            false => "at a few tiles",
+        };
+        Ok(Needs { found_by, estimate: self.estimate(expected), memory: self.plan })
     }
 
-    fn estimate(&self, density: f64) -> Estimate {
-        let heights = estimate(&self.raster, self.importance.as_ref(), density);
+    fn estimate(&self, expected: Expected) -> Estimate {
+        let heights = estimate(&self.raster, self.importance.as_ref(), expected.samples_per_triangle);
         let once = match &self.channels {
             None => heights,
             Some(options) => heights.with_channels(&self.bands, options.planar),
         };
         // A tile too long is told of later.
-        let passes = grid(self.raster.width(), self.raster.height(), &self.params).map_or(1, |g| self.params.passes(g));
-        Estimate { spool_bytes: once.spool_bytes.saturating_mul(passes), ..once }
+        let (tiles, passes) = grid(self.raster.width(), self.raster.height(), &self.params)
+            .map_or((1, 1), |grid| (grid.len() as u64, self.params.passes(grid)));
+        Estimate { survey_bytes: expected.survey_bytes, ..once.with_tiles(tiles, passes) }
     }
 
     /// The channels and their ranges, where there are some. Finding the ranges may take long, so an output that cannot
@@ -545,11 +547,13 @@ impl Job<'_> {
         let check = |estimate: Estimate| {
             check_disk(&[
                 DiskUse { what: "decoded samples", folder: temp_dir, bytes: estimate.field_bytes },
+                DiskUse { what: "what tiles tell under a goal", folder: temp_dir, bytes: estimate.survey_bytes },
                 DiskUse { what: "finished tiles", folder: tiles, bytes: estimate.spool_bytes.saturating_sub(there) },
                 DiskUse { what: "the output", folder: output_folder, bytes: estimate.output_bytes },
             ])
         };
-        if check(self.estimate(DENSEST)).is_ok() {
+        let samples = self.raster.width() as u64 * self.raster.height() as u64;
+        if check(self.estimate(Expected::densest(DENSEST, samples, &self.params))).is_ok() {
             return Ok(());
         }
         Ok(check(self.needs()?.estimate)?)

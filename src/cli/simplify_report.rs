@@ -109,6 +109,9 @@ struct PointsReport {
 /// What a run will need, before it begins.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Needs {
+    /// How the density was found.
+    #[serde(skip)]
+    pub(super) found_by: &'static str,
     pub(super) estimate: Estimate,
     pub(super) memory: Plan,
 }
@@ -116,15 +119,16 @@ pub(super) struct Needs {
 impl Needs {
     /// As names and values.
     pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
-        let Estimate { field_bytes, spool_bytes, output_bytes, samples_per_triangle } = self.estimate;
+        let Estimate { field_bytes, spool_bytes, survey_bytes, output_bytes, samples_per_triangle } = self.estimate;
+        let temporary = field_bytes.saturating_add(spool_bytes).saturating_add(survey_bytes);
         let Plan { budget_bytes, threads, needed_bytes, .. } = self.memory;
         vec![
-            ("density", format!("about {samples_per_triangle:.1} samples per triangle, at a few tiles")),
+            ("density", format!("about {samples_per_triangle:.1} samples per triangle, {}", self.found_by)),
             (
                 "memory",
                 format!("up to {} of {} with {threads} threads", BinaryBytes(needed_bytes), BinaryBytes(budget_bytes)),
             ),
-            ("disk", format!("{} of temporary files", BinaryBytes(field_bytes.saturating_add(spool_bytes)))),
+            ("disk", format!("{} of temporary files", BinaryBytes(temporary))),
             ("output", format!("about {}", BinaryBytes(output_bytes))),
         ]
     }

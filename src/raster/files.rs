@@ -232,8 +232,8 @@ mod tests {
 
     #[test]
     fn a_file_that_comes_up_goes_or_changes_is_named() {
-        type Change = (fn(&Path), &'static str, &'static str);
-        let changes: [Change; 4] = [
+        type Change = fn(&Path);
+        let changes: [(Change, &str, &str); 4] = [
             (
                 |f| fs::write(f.join("dem.tif.msk"), "mask").unwrap(),
                 "dem.tif.msk",

@@ -65,14 +65,14 @@ pub(super) fn find_end(job: &Job<'_>, workspaces: &Pool<Workspace>) -> Result<Op
 }
 
 /// Finds out before all work that a budget is too small for the corners of the tiles.
-fn check_corners(job: &Job<'_>) -> Result<(), GoalTooSmall> {
+pub(super) fn check_corners(job: &Job<'_>) -> Result<(), GoalTooSmall> {
     let Job { grid, params, .. } = *job;
     let points = (grid.columns() as u64 + 1) * (grid.rows() as u64 + 1);
     params.goal.check(Cost { points, triangles: 2 * grid.len() as u64 })
 }
 
 /// The tolerance beyond which samples are candidates: where a quality is asked for, one at which it is reached.
-fn lowest(job: &Job<'_>) -> f64 {
+pub(super) fn lowest(job: &Job<'_>) -> f64 {
     let error = job.params.max_error.is_finite().then(|| tolerance(job.params));
     // With all errors within r, so is their root mean square; but weights below 1 allow larger ones.
     let rms = job.params.goal.max_rms.map(|rms| if job.field.importance().is_some() { 0.0 } else { rms });
@@ -80,7 +80,7 @@ fn lowest(job: &Job<'_>) -> f64 {
 }
 
 /// The last key that the tolerance needs, where a root mean square is asked for, too.
-fn error_needs(job: &Job<'_>) -> Option<Key> {
+pub(super) fn error_needs(job: &Job<'_>) -> Option<Key> {
     // A little lower, so that no rounding of an error counts.
     job.params.max_error.is_finite().then(|| Key::last_of(tolerance(job.params) * (1.0 - 1e-9)))
 }

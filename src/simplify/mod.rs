@@ -24,7 +24,7 @@ pub use engine::{EngineChoice, Quality};
 pub use error::Error;
 pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
 pub use mesh::{Mesh, Summary};
-pub use probe::{probe_density, probe_field};
+pub use probe::{Expected, probe, probe_field};
 pub use tiles::{MakeSpool, Pass, TileTimes, grid, triangulate, triangulate_into};
 
 use std::path::PathBuf;

@@ -5,6 +5,7 @@ mod changes;
 mod channels;
 mod clip;
 mod cutline;
+mod estimates;
 mod formats;
 mod gdal_errors;
 mod holes;

@@ -40,6 +40,9 @@ const RECORD: usize = 56;
 const BATCH: usize = 4096;
 
 impl Curves {
+    /// What an insertion takes on disk.
+    pub(in crate::simplify) const BYTES: u64 = RECORD as u64;
+
     pub(in crate::simplify) fn new(dir: &Path, tiles: usize) -> io::Result<Curves> {
         let index = tempfile::tempfile_in(dir)?;
         index.set_len(tiles as u64 * 16)?;

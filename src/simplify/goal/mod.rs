@@ -34,6 +34,11 @@ impl Goal {
         *self == Goal::default()
     }
 
+    /// The most triangles that a budget allows: of vertices, a mesh has fewer than twice as many.
+    pub fn most_triangles(&self) -> Option<u64> {
+        self.max_points.map(|most| most.saturating_mul(2)).into_iter().chain(self.max_triangles).min()
+    }
+
     /// What of this decides the bytes of a tile, as text.
     pub(super) fn named(&self) -> String {
         format!("{:?}, {:?}, {:?}", self.max_points, self.max_triangles, self.max_rms)
