@@ -43,13 +43,16 @@ def main():
 
 
 def parsed():
-    parser = argparse.ArgumentParser(description="kills resumable runs at random moments")
+    parser = argparse.ArgumentParser(usage="%(prog)s RASTER [--kills N] [--seed N] [-- SIMPLIFY_OPTION...]")
     parser.add_argument("raster", type=lambda path: Path(path).absolute())
     parser.add_argument("--kills", type=int, default=300, help="how many (300)")
     parser.add_argument("--seed", type=int, default=random.SystemRandom().randrange(1 << 32), help="of the moments")
-    parser.add_argument("options", nargs="*", help="options of simplify, after --")
-    arguments = parser.parse_args()
-    arguments.options = arguments.options or ["--max-error", "60", "--tile", "128"]
+    words, options = sys.argv[1:], ["--max-error", "60", "--tile", "128"]
+    if "--" in words:
+        end = words.index("--")
+        words, options = words[:end], words[end + 1 :]
+    arguments = parser.parse_args(words)
+    arguments.options = options
     return arguments
 
 
@@ -78,7 +81,7 @@ class Scene:
     def finish_under_kills(self, draw, most):
         """Brings one run to its end through at most `most` kills; returns how many there were."""
         kills = 0
-        while (code := self.run(self.moment(draw) if kills < most else None)) == KILLED:
+        while (code := self.run(draw) if kills < most else self.wait()) == KILLED:
             kills += 1
             if self.output.exists() and not self.is_expected():
                 self.faults.append(f"after kill {kills} of a run, {self.output.name} is there and not whole")
@@ -94,9 +97,10 @@ class Scene:
         for name in self.left():
             if name != self.output.name:
                 self.faults.append(f"{name} is left behind after {kills} kills")
-        if self.work.exists():
+        # A run killed before it could note that it has made the folder leaves it there, empty, for anyone's.
+        if self.work.exists() and os.listdir(self.work):
             self.faults.append(f"the work dir is left behind after {kills} kills")
-            shutil.rmtree(self.work)
+        shutil.rmtree(self.work, ignore_errors=True)
         self.clear()
         return kills
 
@@ -105,18 +109,29 @@ class Scene:
         if self.work.exists() and set(os.listdir(self.work)) <= {"lock"}:
             shutil.rmtree(self.work)
 
-    def moment(self, draw):
-        """Anywhere, but every other time near the start, where a run looks at what an earlier one has left."""
-        return draw.uniform(0, self.seconds * draw.choice([0.1, 1.0]))
+    def run(self, draw):
+        """Starts the program, kills it at some moment if it still runs then, and returns how it ended.
 
-    def run(self, until):
-        """Starts the program, kills it after `until` seconds if it still runs then, and returns how it ended."""
+        The moment is anywhere; or near the start, where a run looks at what an earlier one has left; or when names in the
+        output's folder have changed once or a few times.
+        """
         process = subprocess.Popen(self.command)
-        try:
-            return process.wait(until)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            return process.wait()
+        if (share := draw.choice([1.0, 0.1, None])) is not None:
+            try:
+                return process.wait(draw.uniform(0, self.seconds * share))
+            except subprocess.TimeoutExpired:
+                process.kill()
+                return process.wait()
+        names, changes = self.left(), draw.randrange(1, 5)
+        while changes > 0 and process.poll() is None:
+            found = self.left()
+            changes -= found != names
+            names = found
+        process.kill()
+        return process.wait()
+
+    def wait(self):
+        return subprocess.run(self.command).returncode
 
     def is_expected(self):
         return self.output.exists() and self.output.read_bytes() == self.expected
