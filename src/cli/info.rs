@@ -1,6 +1,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use clap::ValueEnum;
+
 use indicatif::BinaryBytes;
 use serde_json::Value;
 
@@ -23,12 +25,33 @@ pub(crate) struct InfoArgs {
     raster: PathBuf,
     #[command(flatten)]
     input: InputArgs,
-    /// Do not look at the samples: no range of heights, no warnings about them
-    #[arg(long)]
-    quick: bool,
+    /// Whether to look at all samples, for the range of heights and for warnings about them
+    #[arg(long, value_enum, default_value_t = LookArg::Auto)]
+    look: LookArg,
     /// Print the description as JSON
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum LookArg {
+    /// Where there are at most 2^28 (268 million)
+    Auto,
+    Always,
+    Never,
+}
+
+impl LookArg {
+    /// The most samples that are looked at without being asked: a few seconds' work.
+    const MOST: u64 = 1 << 28;
+
+    fn is_wanted(self, samples: u64) -> bool {
+        match self {
+            LookArg::Auto => samples <= LookArg::MOST,
+            LookArg::Always => true,
+            LookArg::Never => false,
+        }
+    }
 }
 
 /// The description as it is printed by `--json`.
@@ -49,7 +72,8 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
     }
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let info = Info::of(&raster, threads)?;
-    let info = if args.quick {
+    let samples = info.width as u64 * info.height as u64;
+    let info = if !args.look.is_wanted(samples) {
         info
     } else {
         let look = look(&raster, &bars.control())?;
@@ -134,7 +158,7 @@ fn heights(info: &Info) -> String {
 
 fn range(info: &Info) -> String {
     let missing = match info.missing_samples {
-        None => return "not looked for (--quick)".to_string(),
+        None => return "not looked for; --look always does".to_string(),
         Some(0) => String::new(),
         Some(1) => ", 1 sample is missing".to_string(),
         Some(count) => format!(", {count} samples are missing"),

@@ -62,7 +62,7 @@ impl InputArgs {
     /// What decides samples and is not told by the raster's identity, by name: for what identifies a job.
     pub(super) fn named(&self, raster: &Raster) -> Vec<(&'static str, String)> {
         let is_said = !self.nodata.is_empty() || self.valid_range.is_some();
-        let marks = is_said.then(|| ("missing", exact_marks(raster.marks())));
+        let marks = is_said.then(|| ("nodata", exact_marks(raster.marks())));
         let cutline = raster.cutline().map(|c| ("cutline", format!("polygons with checksum {:08x}", c.checksum())));
         marks.into_iter().chain(cutline).collect()
     }

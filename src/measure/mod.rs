@@ -338,27 +338,38 @@ impl Meter<'_> {
     ) {
         let (step, mut squares) = (plane.step(), 0.0);
         for ((i, &height), &weight) in (0..).zip(heights).zip(weights) {
-            let mut error = (start + step * f64::from(i) - height).abs();
-            squares += error * error;
+            let error = (start + step * f64::from(i) - height).abs();
             let place = (column + i as usize, row);
-            let may_weigh_more = self.doubt > 0.0 && self.raised(error) * weight > self.stats.weighted_max;
-            if may_weigh_more || (self.doubt > 0.0 && self.may_exceed(error)) {
-                error = plane.distance(Point::of_sample(place.0 as i32, row as i32), height);
-            }
-            let mut weighted = error * weight;
-            if weighted > self.tolerance {
+            if error * weight > self.tolerance {
                 self.expect_kept(place, height, error, plane);
-                weighted = weighted.min(self.tolerance);
             }
+            squares += error * error;
+            let weighted = (error * weight).min(self.tolerance);
             self.stats.histogram[((weighted * self.bins_per_error) as i32 as usize).min(BINS - 1)] += 1;
-            self.stats.weighted_max = self.stats.weighted_max.max(weighted);
-            if error > self.stats.max {
-                self.stats.max = error;
-                self.worst = (column + i as usize, row);
+            if self.may_exceed(error) || self.raised(error) * weight > self.stats.weighted_max {
+                self.raise_weighted_max(place, (height, weight), error, plane);
             }
         }
         self.stats.squares += squares;
         self.stats.samples += heights.len() as u64;
+    }
+
+    /// The largest errors, found exactly as in [`Meter::raise_max`].
+    #[cold]
+    fn raise_weighted_max(
+        &mut self,
+        (column, row): (usize, usize),
+        (height, weight): (f64, f64),
+        error: f64,
+        plane: &Plane,
+    ) {
+        let place = Point::of_sample(column as i32, row as i32);
+        let error = if self.doubt == 0.0 { error } else { plane.distance(place, height) };
+        self.stats.weighted_max = self.stats.weighted_max.max((error * weight).min(self.tolerance));
+        if error > self.stats.max {
+            self.stats.max = error;
+            self.worst = (column, row);
+        }
     }
 
     /// Makes sure that a sample whose error, as it is rounded, seems to exceed its limit does not.

@@ -90,8 +90,10 @@ impl Range {
 /// Memory: 18 bytes for each of about 2²⁰ samples, or of seven rows where that is more.
 ///
 /// # Errors
-/// [`LookError`]: the raster cannot be read, or the caller asked to stop. Infinite heights are passed over.
+/// [`LookError`]: the raster cannot be read, its rows are too long ([`Raster::holds_rows`]), or the caller asked to stop.
+/// Infinite heights are passed over.
 pub fn look(raster: &Raster, control: &Control<'_>) -> Result<Look, LookError> {
+    raster.holds_rows(raster.width())?;
     let mut look = Look::default();
     let (mut far, mut near) = (Range::EMPTY, Range::EMPTY);
     let mut reader = Reader::new(raster);

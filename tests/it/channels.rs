@@ -230,7 +230,7 @@ fn verify_judges_colours() {
     let failed = judge("2.9");
     assert_eq!((failed.code, &failed.json()["extended"]["above_tolerance"]["count"]), (Some(1), &200.into()));
     // Heights alone do not ask for attributes, and a report without channels does not speak of them.
-    let plain = terrabite(["verify", &image, &tin, "--max-error", "300", "--json"]).succeeds().json();
+    let plain = terrabite(["verify", &image, &tin, "--max-error", "300", "--json", "--band", "1"]).succeeds().json();
     assert!(plain.get("extended").is_none());
     // With heights: (1 − 0.25)·|Δz| and a quarter of the colours' share of the range of heights, 199.
     let weighted =

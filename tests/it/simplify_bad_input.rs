@@ -79,7 +79,7 @@ fn a_raster_without_ground_is_refused() {
 fn nodata_values_that_no_sample_can_have() {
     let folder = Folder::new();
     let (dem, tin) = (Dem::new(40, 30).kind(Kind::Byte).write(&folder, "dem.tif"), folder.at("tin.ply"));
-    for wrong in ["-9999", "256", "0.5", "nan", "high"] {
+    for wrong in ["-9999", "256", "255.5", "-0.5", "nan", "high"] {
         let run = terrabite(["simplify", &dem, &tin, "--max-error", "1", "--nodata", wrong]);
         run.fails(2, &[&dem, "Byte", wrong, "--nodata"]);
     }
