@@ -51,8 +51,12 @@ impl Raster {
         out.iter_mut().zip(stored).for_each(|(height, stored)| *height = stored.double());
         self.scale(out);
         for mark in &self.marks().values {
-            let like = likeness(*mark, self.sample_type());
-            out.iter_mut().zip(stored).filter(|(_, s)| is_like(**s, like)).for_each(|(v, _)| *v = f64::NAN);
+            match likeness(*mark, self.sample_type()) {
+                Like::Nothing => {}
+                // The frequent one, without a branch for each sample.
+                Like::Small(m) => strike_out(stored, out, |s| s.double() == m),
+                like => strike_out(stored, out, |s| is_like(s, like)),
+            }
         }
         if let Some(valid) = self.marks().valid {
             out.iter_mut().filter(|v| !valid.contains(**v)).for_each(|v| *v = f64::NAN);
@@ -77,6 +81,8 @@ impl Raster {
 #[derive(Debug, Clone, Copy)]
 enum Like {
     Nothing,
+    /// Equality, of integers of up to 32 bits, which doubles hold.
+    Small(f64),
     Whole(i128),
     Single(f32),
     Double(f64),
@@ -89,14 +95,23 @@ fn likeness(mark: Mark, sample_type: SampleType) -> Like {
         (Mark::Real(mark), SampleType::F16) => Like::Single(half::f16::from_f64(mark).to_f32()),
         (Mark::Real(mark), SampleType::F32) => Like::Single(mark as f32),
         (Mark::Real(mark), SampleType::F64) => Like::Double(mark),
-        (Mark::Real(value), _) if mark.is_reachable(sample_type) => Like::Whole(value.trunc() as i128),
+        (Mark::Real(value), _) if mark.is_reachable(sample_type) => Like::Small(value.trunc()),
         (Mark::Real(_), _) => Like::Nothing,
+    }
+}
+
+/// Takes the heights away where stored values are missing.
+#[inline(always)]
+fn strike_out<T: Stored>(stored: &[T], out: &mut [f64], is_missing: impl Fn(T) -> bool) {
+    for (height, stored) in out.iter_mut().zip(stored) {
+        *height = if is_missing(*stored) { f64::NAN } else { *height };
     }
 }
 
 fn is_like<T: Stored>(stored: T, like: Like) -> bool {
     match like {
         Like::Nothing => false,
+        Like::Small(m) => stored.double() == m,
         Like::Whole(m) => stored.whole() == m,
         Like::Single(m) => {
             let v = stored.double() as f32;

@@ -132,8 +132,18 @@ pub(super) fn sweep(
 /// The range of these heights and those before.
 fn widened(range: Option<[f64; 2]>, heights: &[f64]) -> Option<[f64; 2]> {
     let before = range.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
-    // NaN is neither less nor larger. A zero has no sign here.
-    let [min, max] = heights.iter().fold(before, |[min, max], h| [min.min(h + 0.0), max.max(h + 0.0)]);
+    // By lanes, which the compiler makes vectors of. NaN is neither less nor larger.
+    let (lanes, rest) = heights.as_chunks::<8>();
+    let (mut least, mut largest) = ([before[0]; 8], [before[1]; 8]);
+    for lane in lanes {
+        for (i, &h) in lane.iter().enumerate() {
+            least[i] = if h < least[i] { h } else { least[i] };
+            largest[i] = if h > largest[i] { h } else { largest[i] };
+        }
+    }
+    // A zero has no sign here.
+    let min = least.iter().chain(rest).fold(before[0], |min, h| min.min(h + 0.0));
+    let max = largest.iter().chain(rest).fold(before[1], |max, h| max.max(h + 0.0));
     (min <= max).then_some([min, max])
 }
 
@@ -287,13 +297,14 @@ fn compare_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, ma
         }
         return;
     }
+    let slack = plane.slack();
     plane.judge_row(row, span, samples, |column, judged| {
         // A sample on an edge is in two triangles, whose surfaces agree there: it counts once.
         if note(column, judged.within) {
             tally.covered += 1;
             tally.sum_of_squares += judged.error * judged.error;
         }
-        let judged = refined(plane, (column, row), samples, tally, judged);
+        let judged = refined(plane, slack, (column, row), samples, tally, judged);
         let here = Worst { column, judged, face: plane.triangle.face };
         let beats = |w: &Worst| (judged.error, w.column) > (w.judged.error, column);
         if tally.worst.as_ref().is_none_or(beats) {
@@ -307,23 +318,27 @@ fn compare_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, ma
 }
 
 /// The judgement of a sample that may be the worst of its row so far, with its error rounded correctly; another as it is.
+/// `slack` is the plane's.
 #[inline(always)]
-fn refined(plane: &Plane, (column, row): (i64, i64), samples: Samples<'_>, tally: &RowTally, judged: Judged) -> Judged {
-    let slack = plane.slack();
-    if slack == 0.0 {
+fn refined(
+    plane: &Plane,
+    slack: f64,
+    (column, row): (i64, i64),
+    samples: Samples<'_>,
+    tally: &RowTally,
+    judged: Judged,
+) -> Judged {
+    let worst = tally.worst.as_ref().map_or(f64::NEG_INFINITY, |w| w.judged.error);
+    let error = judged.error + slack;
+    if samples.weights.is_none() && error < worst || slack == 0.0 {
         return judged;
     }
-    let error = judged.error + slack;
     let weight = samples.weights.map(|weights| weights[column as usize]);
     // What counts for the tolerance is, within it, no worse than what is at it.
-    let at_most = |counted: f64| judged.within && counted >= plane.tolerance();
-    let is_worse = tally.worst.as_ref().is_none_or(|w| {
-        let w = w.judged.error;
-        error >= w && !(weight.is_none() && at_most(w))
-    });
-    let weighs_more = weight.is_some_and(|weight| {
-        tally.weighted_worst.as_ref().is_none_or(|w| error * weight >= w.judged.counted && !at_most(w.judged.counted))
-    });
+    let is_settled = |counted: f64| judged.within && counted >= plane.tolerance();
+    let is_worse = error >= worst && !(weight.is_none() && is_settled(worst));
+    let counted = tally.weighted_worst.as_ref().map_or(f64::NEG_INFINITY, |w| w.judged.counted);
+    let weighs_more = weight.is_some_and(|weight| error * weight >= counted && !is_settled(counted));
     if !(is_worse || weighs_more) {
         return judged;
     }

@@ -3,7 +3,7 @@
 use std::io::{ErrorKind, Write};
 use std::process::Command;
 
-use crate::util::{Dem, Folder, is_long, shared_data, terrabite, terrabite_disturbed, terrabite_in_group};
+use crate::util::{Dem, Folder, hills, is_long, shared_data, terrabite, terrabite_disturbed, terrabite_in_group};
 
 /// As dense as meshes get: every sample is a vertex.
 fn rough(column: usize, row: usize) -> f64 {
@@ -224,10 +224,12 @@ fn a_control_group_of_the_budget_is_enough() {
     let folder = Folder::new();
     let hilly = |c: usize, r: usize| ((c * c) % 97 + (r * r) % 89) as f64 + (c + r) as f64;
     let plain = Dem::new(size.0, size.1).heights(hilly);
+    // The same memory for ways of reading takes less time on gentle ground.
+    let gentle = if is_long() { plain.clone() } else { Dem::new(size.0, size.1).heights(hills) };
     for (name, dem) in [
         ("mapped.tif", plain.clone()),
-        ("decoded.tif", plain.clone().compressed()),
-        ("windows.tif", plain.compressed().tiled(256)),
+        ("decoded.tif", gentle.clone().compressed()),
+        ("windows.tif", gentle.compressed().tiled(256)),
     ] {
         let dem = dem.write(&folder, name);
         let tin = folder.at("tin.ply");
