@@ -24,6 +24,10 @@ pub enum WarningCode {
     ZeroNodata,
     /// Samples beside voids lie far beyond the heights of all others.
     NearVoids,
+    /// The mesh is complete, but a budget ended it before the quality that was asked for.
+    FellShort,
+    /// The work dir of a finished run could not be removed.
+    WorkDirLeft,
     /// Columns run from south to north and rows from west to east.
     SwappedAxes,
     /// The file lists longitudes and latitudes or projected coordinates, and does not say of which CRS.

@@ -17,6 +17,7 @@ use super::simplify_kept::Kept;
 use super::simplify_map::{MapArgs, MapReport, Written};
 use super::simplify_polish::PolishArgs;
 use super::simplify_report::{Needs, Report, Seconds};
+use super::warnings::Shown;
 use super::{Failure, output_format, print, values, warnings};
 use crate::control::Control;
 use crate::field::{
@@ -35,6 +36,7 @@ use crate::simplify::{
 use crate::sink::PlySink;
 use crate::staged::{OutputError, StagedFile};
 use crate::triangulate::Feasibility;
+use crate::warning::{Warning, WarningCode};
 
 /// Turn a raster into a mesh that is within a tolerance of every sample
 #[derive(Debug, clap::Args)]
@@ -256,24 +258,33 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         Job { written, args, raster, watches, channels, bands, importance, params, points, plan, control: &control };
     if args.dry_run {
         let needs = pool.install(move || job.needs())?;
+        let needs = Needs { warnings: warnings::take(), ..needs };
         drop(bars);
-        return if args.json { print::json(&needs) } else { print::report(&print::aligned(&needs.lines())) }
-            .map(|()| ExitCode::SUCCESS);
+        if args.json {
+            print::json(&needs)?;
+        } else {
+            if !args.quiet {
+                needs.warnings.print();
+            }
+            print::report(&print::aligned(&needs.lines()))?;
+        }
+        return Ok(ExitCode::SUCCESS);
     }
-    let report = pool.install(move || job.run())?.warnings(warnings::take());
+    let report = pool.install(move || job.run())?;
     drop(bars);
+    let fell_short = report.fell_short();
+    if fell_short {
+        let message = "the mesh is complete, but the budget ended it before the quality asked for".to_string();
+        warnings::collect([Warning { code: WarningCode::FellShort, file: args.output.clone(), count: 1, message }]);
+    }
+    let report = report.warnings(warnings::take());
     if args.json {
         print::json(&report)?;
     } else if !args.quiet {
         report.print_warnings();
         print::report(&print::aligned(&report.lines()))?;
     }
-    if report.fell_short() {
-        let output = args.output.display();
-        print::error(&format!("warning: {output}: complete, but the budget ended it before the quality asked for"));
-        return Ok(ExitCode::from(FELL_SHORT));
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(if fell_short { ExitCode::from(FELL_SHORT) } else { ExitCode::SUCCESS })
 }
 
 /// Exit code: a budget ended the refinement before the quality that was asked for was reached.
@@ -389,7 +400,8 @@ impl Job<'_> {
             true => "by the budget",
             false => "at a few tiles",
         };
-        Ok(Needs { found_by, estimate: self.estimate(expected), memory: self.plan })
+        let (estimate, memory) = (self.estimate(expected), self.plan);
+        Ok(Needs { found_by, estimate, memory, warnings: Shown::default() })
     }
 
     fn estimate(&self, expected: Expected) -> Estimate {

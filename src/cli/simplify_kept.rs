@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use super::simplify::SimplifyArgs;
-use super::{Failure, print};
+use super::{Failure, warnings};
 use crate::field::FieldError;
 use crate::raster::{Files, Raster, Watch, identity};
 use crate::simplify::{Error, Pass};
 use crate::spool::{Spool, SpoolError};
 use crate::staged::{OutputError, StagedFile};
 use crate::tiling::TileGrid;
+use crate::warning::{Warning, WarningCode};
 use crate::work_dir::{Job, WorkDir, WorkDirError};
 
 /// The work dir of a run.
@@ -63,8 +64,10 @@ impl Kept {
 
     /// The output is there whatever comes of this, so it is no failure.
     pub(super) fn finish(self) {
+        let file = self.dir.path().to_path_buf();
         if let Err(error) = self.dir.finish() {
-            print::error(&format!("warning: {error}; the work dir is not needed any more and can be deleted"));
+            let message = error.to_string().trim_start_matches(&format!("{}: ", file.display())).to_string();
+            warnings::collect([Warning { code: WarningCode::WorkDirLeft, file, count: 1, message }]);
         }
     }
 

@@ -107,13 +107,15 @@ struct PointsReport {
 }
 
 /// What a run will need, before it begins.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub(super) struct Needs {
     /// How the density was found.
     #[serde(skip)]
     pub(super) found_by: &'static str,
     pub(super) estimate: Estimate,
     pub(super) memory: Plan,
+    /// What the user should know of the inputs.
+    pub(super) warnings: Shown,
 }
 
 impl Needs {

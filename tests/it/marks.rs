@@ -163,7 +163,22 @@ fn a_tag_that_no_sample_can_have_is_warned_of() {
     assert!(message.contains("-1") && message.contains("UInt16") && message.contains("--nodata"), "{message}");
     let run = terrabite(["simplify", &dem, &tin, "--max-error", "2", "--overwrite"]).succeeds();
     assert!(run.out.contains("heights from ") && run.out.contains("65535"), "{}", run.out);
+    assert_eq!(codes(&simplified(&dem, &tin, &["--dry-run"])), ["unreachable_nodata"]);
     assert_eq!(codes(&simplified(&dem, &tin, &["--nodata", "65535"])), [""; 0]);
+}
+
+/// Warnings change no exit code; this one comes with its own.
+#[test]
+fn a_budget_that_ends_a_run_is_a_warning_like_others() {
+    let folder = Folder::new();
+    let (dem, tin) = (Dem::new(60, 50).write(&folder, "dem.tif"), folder.at("tin.ply"));
+    let command = ["simplify", &dem, &tin, "--max-error", "1", "--max-points", "30", "--overwrite"];
+    let run = terrabite(command);
+    assert!(run.code == Some(5) && run.err.starts_with(&format!("warning: {tin}: the mesh is complete")), "{run:?}");
+    let run = terrabite(command.iter().chain(&["--json"]));
+    assert_eq!((run.code, run.err.as_str(), codes(&run.json())), (Some(5), "", vec!["fell_short"]));
+    let run = terrabite(command.iter().chain(&["--quiet"]));
+    assert_eq!((run.code, run.err.as_str(), run.out.as_str()), (Some(5), "", ""));
 }
 
 #[test]
