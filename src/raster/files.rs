@@ -11,7 +11,7 @@ use super::{Opening, Raster, RasterError, identity};
 /// The files that hold a raster's samples, as far as they are known: their lengths and times of modification.
 ///
 /// Of a GeoTIFF that is a plain file, all are known: it is that file, with a mask, tags and world files beside it. Of other
-/// formats those are known that [`super::companions`] finds.
+/// formats those are known that `companions` finds.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Files {
     /// Whether these are all the files with samples.
@@ -118,7 +118,7 @@ impl Watched {
 
 /// Notices that a raster, or a layer, is changed while a run reads it.
 ///
-/// Cost: a look at the files that [`super::companions`] finds, about ten beside a GeoTIFF; where they are not all there may
+/// Cost: a look at the files that `companions` finds, about ten beside a GeoTIFF; where they are not all there may
 /// be, the full check also reads [`identity`], at the beginning and in the end.
 #[derive(Debug)]
 pub struct Watch {
