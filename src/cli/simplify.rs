@@ -69,8 +69,8 @@ pub(crate) struct SimplifyArgs {
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
     #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
-    /// Where samples are missing, simplify the rim of the ground sideways: ground within so many columns and rows of a missing
-    /// sample may be removed. Removed samples are counted, and not covered; `verify` needs the same option
+    /// Simplify the rim of voids: ground within CELLS columns and rows of a missing sample may be removed. Removed samples are
+    /// counted, and not covered; `verify` needs the same option
     #[arg(long, value_name = "CELLS", default_value_t = 0, hide_default_value = true, value_parser = values::trim,
         allow_hyphen_values = true)]
     trim: u32,

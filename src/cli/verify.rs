@@ -31,8 +31,8 @@ pub(crate) struct VerifyArgs {
     /// such samples, diagonal neighbours included, with none in the first or last row or column; 0 bridges none
     #[arg(long, value_name = "SAMPLES", value_parser = values::count, default_value_t = 0)]
     fill_holes: u64,
-    /// The mesh may end short of the ground where samples without a height are at most so many columns and rows away (the
-    /// larger of the two; up to 1000): cells with such a sample for a corner may be bare, all others are to be covered
+    /// The mesh may end short of the ground within CELLS columns and rows of a missing sample (up to 1000). Cells with such a
+    /// sample for a corner may be bare; all others must be covered
     #[arg(long, value_name = "CELLS", value_parser = clap::value_parser!(u32).range(0..=1000), default_value_t = 0)]
     trim: u32,
     #[command(flatten)]

@@ -1,10 +1,7 @@
 //! The heights of a tile's samples, and those near samples that are missing: what tells of voids that nothing marks.
 
 use crate::field::{Heights, Tile, Validity};
-
-/// How far from a missing sample a sample is *near* it, in columns and rows: so far interpolation of other programs mixes
-/// voids and heights.
-pub(crate) const NEAR: usize = 3;
+use crate::raster::NEAR_VOID;
 
 /// The least and the largest of some numbers; infinities where there are none.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,12 +84,15 @@ impl HeightStats {
 fn extents<H: Copy + Into<f64>>(heights: &[H], tile: &Tile) -> (Extent, Extent) {
     let (width, height) = (tile.width, tile.height);
     let rows = heights[..width * height].chunks_exact(width).enumerate();
-    let inner = |row: usize| row >= NEAR && row + NEAR < height;
+    let inner = |row: usize| row >= NEAR_VOID && row + NEAR_VOID < height;
     let (mut far, mut near) = (Extent::EMPTY, Extent::EMPTY);
     if tile.validity.is_whole() {
         for (row, heights) in rows {
-            let middle =
-                if inner(row) { NEAR.min(width)..width.saturating_sub(NEAR).max(NEAR.min(width)) } else { 0..0 };
+            let middle = if inner(row) {
+                NEAR_VOID.min(width)..width.saturating_sub(NEAR_VOID).max(NEAR_VOID.min(width))
+            } else {
+                0..0
+            };
             near = near.and(extent(&heights[..middle.start])).and(extent(&heights[middle.end..]));
             far = far.and(extent(&heights[middle]));
         }
@@ -106,7 +106,7 @@ fn extents<H: Copy + Into<f64>>(heights: &[H], tile: &Tile) -> (Extent, Extent) 
             }
             let height = (*height).into();
             let one = Extent { min: height, max: height };
-            let inside = inner(row) && column >= NEAR && column + NEAR < width;
+            let inside = inner(row) && column >= NEAR_VOID && column + NEAR_VOID < width;
             match inside && !is_near[row * width + column] {
                 true => far = far.and(one),
                 false => near = near.and(one),
@@ -123,15 +123,15 @@ fn extent<H: Copy + Into<f64>>(heights: &[H]) -> Extent {
     })
 }
 
-/// Which samples have a missing one within [`NEAR`] columns and rows in the tile.
+/// Which samples have a missing one within [`NEAR_VOID`] columns and rows in the tile.
 fn near_missing(validity: &Validity, width: usize, height: usize) -> Vec<bool> {
     let mut along = vec![false; width * height];
     for (row, flags) in along.chunks_exact_mut(width).enumerate() {
         let mut until = 0;
         for column in 0..width {
             if !validity.has_height(column as i32, row as i32) {
-                let first = column.saturating_sub(NEAR).max(until);
-                until = (column + NEAR + 1).min(width);
+                let first = column.saturating_sub(NEAR_VOID).max(until);
+                until = (column + NEAR_VOID + 1).min(width);
                 flags[first.min(until)..until].fill(true);
             }
         }
@@ -139,7 +139,7 @@ fn near_missing(validity: &Validity, width: usize, height: usize) -> Vec<bool> {
     let mut near = vec![false; width * height];
     for (row, flags) in along.chunks_exact(width).enumerate() {
         if flags.contains(&true) {
-            for other in row.saturating_sub(NEAR)..(row + NEAR + 1).min(height) {
+            for other in row.saturating_sub(NEAR_VOID)..(row + NEAR_VOID + 1).min(height) {
                 let into = &mut near[other * width..(other + 1) * width];
                 into.iter_mut().zip(flags).for_each(|(near, flag)| *near |= flag);
             }

@@ -7,9 +7,9 @@ use super::{Mark, Marks, Raster, RasterError, Window};
 use crate::control::{Cancelled, Control, Stage};
 use crate::warning::{Warning, WarningCode};
 
-/// How far from a missing sample a sample is *near* it, in columns and rows: interpolation of other programs mixes voids
+/// How far from a void, a missing sample, a sample is *near* it, in columns and rows: interpolation of other programs mixes voids
 /// and heights so far.
-const NEAR: usize = 3;
+pub const NEAR_VOID: usize = 3;
 
 /// Samples read at a time, about.
 const SAMPLES: usize = 1 << 20;
@@ -187,7 +187,7 @@ impl<'r> Reader<'r> {
         for first in (0..height).step_by(rows) {
             control.cancel.check()?;
             let after = (first + rows).min(height);
-            let (top, bottom) = (first.saturating_sub(NEAR), (after + NEAR).min(height));
+            let (top, bottom) = (first.saturating_sub(NEAR_VOID), (after + NEAR_VOID).min(height));
             let window = Window { column: 0, row: top, width, height: bottom - top };
             heights.resize(window.len(), 0.0);
             self.raster.read_marked_heights(window, &mut heights)?;
@@ -249,7 +249,7 @@ fn is_zero(mark: Mark) -> bool {
     }
 }
 
-/// Which samples have a void within [`NEAR`] columns and rows.
+/// Which samples have a void within [`NEAR_VOID`] columns and rows.
 fn near_voids(heights: &[f64], width: usize) -> Vec<bool> {
     let height = heights.len() / width;
     let mut near = vec![false; heights.len()];
@@ -260,9 +260,9 @@ fn near_voids(heights: &[f64], width: usize) -> Vec<bool> {
         }
         along.fill(false);
         for (column, _) in heights.iter().enumerate().filter(|(_, h)| h.is_nan()) {
-            along[column.saturating_sub(NEAR)..(column + NEAR + 1).min(width)].fill(true);
+            along[column.saturating_sub(NEAR_VOID)..(column + NEAR_VOID + 1).min(width)].fill(true);
         }
-        for row in row.saturating_sub(NEAR)..(row + NEAR + 1).min(height) {
+        for row in row.saturating_sub(NEAR_VOID)..(row + NEAR_VOID + 1).min(height) {
             let flags = &mut near[row * width..(row + 1) * width];
             flags.iter_mut().zip(&along).for_each(|(near, along)| *near |= along);
         }

@@ -50,7 +50,7 @@ pub use gdal_messages::{keep_gdal_warnings, quiet_gdal, take_gdal_warnings};
 pub(crate) use gdal_name::GdalName;
 pub use geo_transform::GeoTransform;
 pub use identity::{exact, exact_marks, identity};
-pub use look::{Found, Look, LookError, look};
+pub use look::{Found, Look, LookError, NEAR_VOID, look};
 pub use marks::{Mark, Marks, NEARNESS, NO_MARK, TAG, ValidRange};
 pub use open::{Opening, Raster, bound_gdal_cache};
 pub use plain::{PlainLayout, plain_layout};
