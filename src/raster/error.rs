@@ -5,6 +5,7 @@ use gdal::errors::GdalError;
 use super::Window;
 use super::gdal_error::SILENT;
 pub(super) use super::gdal_error::reason;
+use crate::decimal::Decimal;
 
 /// Why a raster cannot be used, or could not be read. Every message names the file.
 #[derive(Debug, thiserror::Error)]
@@ -205,7 +206,7 @@ pub enum RasterError {
         reason: &'static str,
     },
     /// A scale or offset tag is not a number, or is zero.
-    #[error("{}: expected a finite scale other than 0 and a finite offset, found scale {scale}, offset {offset}", path.display())]
+    #[error("{}: expected a finite scale other than 0 and a finite offset, found scale {}, offset {}", path.display(), Decimal(*scale), Decimal(*offset))]
     Scaling {
         /// The raster.
         path: PathBuf,

@@ -1,4 +1,5 @@
 use super::{Mark, Marks, Raster, RasterError, Window};
+use crate::decimal::Decimal;
 
 /// The places whose samples are read, spread evenly over the rows, the first and the last among them.
 const PLACES: usize = 64;
@@ -55,7 +56,7 @@ pub fn exact_marks(marks: &Marks) -> String {
 
 /// A double as people read it, and its bits.
 pub fn exact(value: f64) -> String {
-    format!("{value} (bits {:016x})", value.to_bits())
+    format!("{} (bits {:016x})", Decimal(value), value.to_bits())
 }
 
 fn some_samples(raster: &Raster) -> Result<u32, RasterError> {

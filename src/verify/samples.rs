@@ -1,3 +1,4 @@
+use crate::decimal::Decimal;
 use crate::raster::{Raster, Window};
 
 use super::VerifyError;
@@ -108,7 +109,7 @@ impl<'r> BandReader<'r> {
 
 /// A number as a message tells it.
 pub(super) fn number_or_nodata(number: f64) -> String {
-    if number.is_nan() { "a nodata sample".to_string() } else { number.to_string() }
+    if number.is_nan() { "a nodata sample".to_string() } else { Decimal(number).to_string() }
 }
 
 /// The bands of a raster of heights, with those of its importance raster where there is one.
