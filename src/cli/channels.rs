@@ -49,7 +49,10 @@ impl ChannelArgs {
             other => other.into(),
         })?;
         if listed.is_none() {
-            raster.expect_no_table()?;
+            raster.expect_no_table().map_err(|error| {
+                let bands = "name the bands with --channels if their numbers are values; ";
+                Failure::new(error).hint(&format!("{bands}gdal_translate -expand rgb makes colours of them"))
+            })?;
         }
         let bands = listed.unwrap_or_else(|| (1..=raster.band_count()).collect());
         checked(raster, ChannelOptions { bands, emphasis: 1.0, planar: true })

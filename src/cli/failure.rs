@@ -107,7 +107,9 @@ impl From<RasterError> for Failure {
             RasterError::GeoTransform { .. } => failure.hint("gdal_edit.py -a_gt or gdalwarp can set another one"),
             RasterError::OtherGrid { .. } => failure
                 .hint("gdalwarp -te … -ts WIDTH HEIGHT resamples it to that grid; gdal_edit.py -a_ullr corrects its geotransform"),
-            RasterError::NodataValue { .. } => Failure::usage(&error).hint("choose another one with --nodata"),
+            RasterError::NodataValue { .. } => {
+                Failure::usage(&error).hint("--nodata takes a number that samples can have, inf, -inf, nan, tag or none")
+            }
             RasterError::Scaling { .. } => failure.hint("gdal_edit.py -scale and -offset can set them"),
             ref silent if silent.is_silent() => failure.hint(
                 "gdalinfo -checksum shows whether GDAL can read the file; of a VRT, check sources and pixel functions",
@@ -216,6 +218,9 @@ impl From<Error> for Failure {
                 Failure::new(&error).hint(&format!(
                     "if it marks missing samples, use --nodata {stored}, or --valid-range for the heights that are valid"
                 ))
+            }
+            Error::Field(FieldError::Inexact { found, .. }) => {
+                Failure::new(&error).hint(&format!("if it marks missing samples, use --nodata {found}"))
             }
             Error::Field(FieldError::HolesTooLarge { .. }) => Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }
                 .hint("choose a smaller --fill-holes, or a larger --memory"),

@@ -84,6 +84,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
     let bars = Bars::new(args.quiet);
     let report = crate::preview::preview(&args.raster, &args.mesh, &args.output, &options, &bars.control())?;
     drop(bars);
+    warnings::collect(report.warnings);
     if !args.quiet {
         warnings::take().print();
         let largest = report.largest_error.map(|e| format!(", largest error {e:.6}")).unwrap_or_default();

@@ -168,6 +168,9 @@ impl NotAHeight {
             false => format!(", stored as {}", Decimal(self.stored)),
         };
         match self.tag {
+            Some(Mark::Real(tag)) if tag == self.stored || f64::from(tag as f32) == self.stored => {
+                format!("{stored}; that is the nodata tag, in place of which other marks were given")
+            }
             Some(tag) => format!("{stored}; the nodata tag is {tag}, which is another number"),
             None => format!("{stored}; the raster has no nodata tag"),
         }

@@ -13,11 +13,12 @@ use crate::control::Control;
 use crate::ply::PlyFile;
 use crate::raster::{Raster, Window};
 use crate::staged::StagedFile;
+use crate::warning::Warning;
 
 use super::canvas::Canvas;
 
 /// What was drawn.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct PreviewReport {
     /// Pixels across, legend included.
     pub width: usize,
@@ -27,6 +28,8 @@ pub struct PreviewReport {
     pub triangles: u64,
     /// The largest error among the samples looked at, in [`Mode::Error`].
     pub largest_error: Option<f64>,
+    /// What a user should know of the raster.
+    pub warnings: Vec<Warning>,
 }
 
 /// Draws a mesh above its raster and writes a PNG.
@@ -69,7 +72,8 @@ pub fn preview(
     };
     control.cancel.check()?;
     canvas.save(StagedFile::create(out, options.overwrite, &inputs)?)?;
-    Ok(PreviewReport { width: canvas.width, height: canvas.height, triangles, largest_error })
+    let warnings = job.raster.warnings().to_vec();
+    Ok(PreviewReport { width: canvas.width, height: canvas.height, triangles, largest_error, warnings })
 }
 
 fn check(options: &PreviewOptions) -> Result<(), PreviewError> {

@@ -174,7 +174,7 @@ impl<'r> Reader<'r> {
         Reader { raster, asks_stored, zero_tag, by_nearness: Found::default(), zeros: Found::default() }
     }
 
-    /// Calls `visit(column, row, height, is near a void)` for every sample inside of the cutline.
+    /// Calls `visit(column, row, height, is near a void)` for every sample; outside of the cutline none has a height.
     fn for_each(
         &mut self,
         control: &Control<'_>,
@@ -197,15 +197,14 @@ impl<'r> Reader<'r> {
                 cutline.mask(own, &mut inside);
             }
             if self.asks_stored {
-                self.look_at_stored(own, &heights[(first - top) * width..])?;
+                self.look_at_stored(own, &heights[(first - top) * width..], &inside)?;
             }
             let near = near_voids(&heights, width);
             for (i, k) in ((first - top) * width..(after - top) * width).enumerate() {
-                if inside.get(i).is_none_or(|inside| *inside) {
-                    let height = Some(heights[k]).filter(|h| !h.is_nan());
-                    if height.is_none_or(f64::is_finite) {
-                        visit(i % width, first + i / width, height, near[k]);
-                    }
+                let is_inside = inside.get(i).is_none_or(|inside| *inside);
+                let height = Some(heights[k]).filter(|h| is_inside && !h.is_nan());
+                if height.is_none_or(f64::is_finite) {
+                    visit(i % width, first + i / width, height, near[k]);
                 }
             }
             control.progress.step(Stage::Ranges, own.len() as u64);
@@ -214,14 +213,17 @@ impl<'r> Reader<'r> {
         Ok(())
     }
 
-    /// Finds out why samples of a window are missing.
-    fn look_at_stored(&mut self, window: Window, heights: &[f64]) -> Result<(), RasterError> {
+    /// Finds out why samples of a window are missing, inside of the cutline where there is one.
+    fn look_at_stored(&mut self, window: Window, heights: &[f64], inside: &[bool]) -> Result<(), RasterError> {
         if !heights[..window.len()].iter().any(|h| h.is_nan()) {
             return Ok(());
         }
         let mut stored = vec![0.0; window.len()];
         self.raster.read_stored(window, &mut stored)?;
         for (i, (stored, _)) in stored.iter().zip(heights).enumerate().filter(|(_, (_, h))| h.is_nan()) {
+            if inside.get(i).is_some_and(|inside| !inside) {
+                continue;
+            }
             let (column, row) = (i % window.width, window.row + i / window.width);
             if self.zero_tag && *stored == 0.0 {
                 self.zeros.note(column, row, *stored);
@@ -234,10 +236,10 @@ impl<'r> Reader<'r> {
 }
 
 impl Raster {
-    /// Whether the raster's nodata tag is 0 and counts: formats and writers make it up, and then the sea goes missing.
+    /// Whether the raster's nodata tag is 0 and counts, without the caller having named that value: formats and writers make it up, and then the sea goes missing.
     pub fn has_zero_tag(&self) -> bool {
         // Of a table, GDAL marks samples without a line by 0 where no line has that height.
-        self.driver() != "XYZ" && self.tag().is_some_and(|tag| is_zero(tag) && self.marks().values.contains(&tag))
+        self.driver() != "XYZ" && self.tag_counts && self.tag().is_some_and(is_zero)
     }
 }
 

@@ -64,8 +64,8 @@ impl Mark {
     /// The value a text stands for, if samples of this type can be missing by it.
     pub fn parse(text: &str, sample_type: SampleType) -> Option<Mark> {
         match sample_type {
-            SampleType::I64 => text.parse().ok().map(Mark::I64),
-            SampleType::U64 => text.parse().ok().map(Mark::U64),
+            SampleType::I64 => text.parse().ok().or_else(|| whole(text)?.try_into().ok()).map(Mark::I64),
+            SampleType::U64 => text.parse().ok().or_else(|| whole(text)?.try_into().ok()).map(Mark::U64),
             _ => text.parse().ok().map(Mark::Real).filter(|mark| mark.is_reachable(sample_type)),
         }
     }
@@ -81,6 +81,12 @@ impl Mark {
             integer => with_sample_type!(integer, T => in_range::<T>(value)),
         }
     }
+}
+
+/// A whole number that is written as a real one, such as -9999.0.
+fn whole(text: &str) -> Option<i128> {
+    let value: f64 = text.parse().ok()?;
+    (value.fract() == 0.0).then_some(value as i128)
 }
 
 /// The types whose ranges are asked for.
@@ -151,6 +157,7 @@ impl Raster {
             values.push(mark);
         }
         values.dedup();
+        self.tag_counts = texts.iter().any(|text| text.as_ref() == TAG);
         self.marks.values = values;
         Ok(self)
     }
@@ -163,7 +170,7 @@ impl Raster {
 
     /// A tag that marks nothing, as a warning.
     pub(super) fn unreachable_tag(&self) -> Option<Warning> {
-        let tag = self.tag.filter(|tag| self.marks.values.contains(tag))?;
+        let tag = self.tag.filter(|_| self.tag_counts)?;
         let message = || {
             let name = self.sample_type().name();
             format!("the nodata tag {tag} marks nothing: samples of type {name} cannot have that value")
@@ -198,6 +205,9 @@ mod tests {
         assert_eq!(parse("nan", SampleType::I32), None);
         assert_eq!(parse("-9223372036854775808", SampleType::I64), Some(Mark::I64(i64::MIN)));
         assert_eq!(parse("-1", SampleType::U64), None);
+        assert_eq!(parse("-9999.0", SampleType::I64), Some(Mark::I64(-9999)));
+        assert_eq!((parse("0.5", SampleType::I64), parse("1e30", SampleType::U64)), (None, None));
+        assert_eq!((parse("nan", SampleType::I64), parse("-inf", SampleType::I64)), (None, None));
         assert_eq!(parse("0.1", SampleType::F32), Some(Mark::Real(0.1)));
         assert_eq!(parse("-inf", SampleType::F32), Some(Mark::Real(f64::NEG_INFINITY)));
         assert_eq!(parse("1e300", SampleType::F32), None);

@@ -35,6 +35,8 @@ pub struct Raster {
     pub(super) tag: Option<Mark>,
     /// What counts as missing: the tag, unless the caller says otherwise.
     pub(super) marks: Marks,
+    /// Whether the tag is among the marks because the raster has it, and not because the caller named that value.
+    pub(super) tag_counts: bool,
     /// Where heights are stored as colours.
     pub(super) encoded: Option<Encoded>,
     /// Samples outside of it have no height.
@@ -166,6 +168,7 @@ impl Raster {
             scaling,
             tag,
             marks: Marks { values: tag.into_iter().collect(), valid: None },
+            tag_counts: true,
             encoded: None,
             cutline: None,
             open_options: open_options.to_vec(),

@@ -64,6 +64,33 @@ fn several_marks_and_infinities() {
         );
     }
     terrabite(["verify", &dem, &tin, "--max-error", "2"]).fails(1, &["-inf", "--nodata", "--valid-range"]);
+    let tagged = Dem::new(60, 50).kind(Kind::Float32).heights(heights).nodata(f64::NEG_INFINITY);
+    let tagged = tagged.write(&folder, "tagged.tif");
+    let run = terrabite(["simplify", &tagged, &tin, "--max-error", "2", "--overwrite", "--nodata", "-9999"]);
+    run.fails(1, &["that is the nodata tag", "--nodata -inf"]);
+}
+
+/// A tag of NaN marks no integer, and preview tells of it like others.
+#[test]
+fn a_tag_of_nan_marks_no_integer() {
+    let folder = Folder::new();
+    let (dem, tin) = (Dem::new(60, 50).nodata(f64::NAN).write(&folder, "dem.tif"), folder.at("tin.ply"));
+    assert_eq!(codes(&simplified(&dem, &tin, &[])), ["unreachable_nodata"]);
+    let run = terrabite(["preview", &dem, &tin, &folder.at("tin.png")]).succeeds();
+    assert!(run.err.starts_with(&format!("warning: {dem}: the nodata tag NaN marks nothing")), "{}", run.err);
+}
+
+/// `info` counts what is outside of the polygons as missing, like `simplify`.
+#[test]
+fn info_counts_what_is_outside_of_a_cutline() {
+    let folder = Folder::new();
+    let (dem, tin) = (Dem::new(60, 50).write(&folder, "dem.tif"), folder.at("tin.ply"));
+    let geometry = r#"{"type": "Polygon", "coordinates": [[[5,-5],[50,-6],[40,-40],[5,-5]]]}"#;
+    let text = format!(r#"{{"type": "Feature", "properties": {{}}, "geometry": {geometry}}}"#);
+    let cutline = folder.with("area.geojson", text);
+    let report = simplified(&dem, &tin, &["--cutline", &cutline]);
+    let info = terrabite(["info", &dem, "--cutline", &cutline, "--json"]).succeeds().json();
+    assert_eq!((&info["missing_samples"], &info["height_range"]), (&report["nodata_samples"], &report["height_range"]));
 }
 
 #[test]
@@ -191,7 +218,9 @@ fn a_tag_of_zero_says_what_it_took() {
     assert_eq!((codes(&report), &report["warnings"][0]["count"]), (vec!["zero_nodata"], &VOID_SAMPLES.into()));
     assert_eq!(verified(&dem, &tin, &[])["warnings"], report["warnings"]);
     assert_eq!(codes(&simplified(&dem, &tin, &["--nodata", "none"])), [""; 0]);
-    assert_eq!(codes(&simplified(&dem, &tin, &["--nodata", "0"])), ["zero_nodata"]);
+    assert_eq!(codes(&simplified(&dem, &tin, &["--nodata", "tag"])), ["zero_nodata"]);
+    // Who names the value knows it.
+    assert_eq!(codes(&simplified(&dem, &tin, &["--nodata", "0"])), [""; 0]);
 }
 
 /// A rim of what a resampler made out of a void and the ground beside it.
