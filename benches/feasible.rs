@@ -6,11 +6,11 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use terrabite::field::Tile;
-use terrabite::lattice::{Point, STEPS, orient};
-use terrabite::mesh::Vertex;
-use terrabite::triangulate::Feasibility;
-use terrabite::triangulate::feasible::Tester;
+use terrabite::base::Tile;
+use terrabite::base::lattice::{Point, STEPS, orient};
+use terrabite::base::mesh::Vertex;
+use terrabite::kernel::triangulate::Feasibility;
+use terrabite::kernel::triangulate::feasible::Tester;
 
 use terrain::{fractal, hash, noise, tile, wide};
 

@@ -6,8 +6,8 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use terrabite::control::CancelToken;
-use terrabite::seam::{MinLink, Rim};
+use terrabite::base::control::CancelToken;
+use terrabite::kernel::seam::{MinLink, Rim};
 
 use terrain::{fractal, noise, tile};
 

@@ -10,14 +10,14 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use terrabite::control::CancelToken;
-use terrabite::field::Tile;
-use terrabite::lattice::Point;
-use terrabite::measure::{Bare, measure};
-use terrabite::mesh::{Domain, TileMesh, Vertex};
-use terrabite::seam::{MinLink, Rim};
-use terrabite::triangulate::cuts::GreedyCuts;
-use terrabite::triangulate::{Engine, Feasibility, Task};
+use terrabite::base::Tile;
+use terrabite::base::control::CancelToken;
+use terrabite::base::lattice::Point;
+use terrabite::base::mesh::{Domain, TileMesh, Vertex};
+use terrabite::kernel::measure::{Bare, measure};
+use terrabite::kernel::seam::{MinLink, Rim};
+use terrabite::kernel::triangulate::cuts::GreedyCuts;
+use terrabite::kernel::triangulate::{Engine, Feasibility, Task};
 
 use terrain::{fractal, noise, tile, wide};
 

@@ -7,7 +7,8 @@
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use terrabite::raster::{Raster, Window};
+use terrabite::base::Window;
+use terrabite::raster::Raster;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().collect();

@@ -10,15 +10,17 @@
 use std::path::Path;
 use std::time::Instant;
 
-use terrabite::control::{CancelToken, Control};
-use terrabite::field::{Field, FieldOptions, Heights, Tile};
-use terrabite::lattice::Point;
-use terrabite::mesh::{Domain, TileMesh, Vertex};
-use terrabite::raster::{Raster, Window, quiet_gdal};
-use terrabite::triangulate::insertion::{
+use terrabite::base::Window;
+use terrabite::base::control::{CancelToken, Control};
+use terrabite::base::lattice::Point;
+use terrabite::base::mesh::{Domain, TileMesh, Vertex};
+use terrabite::base::{Heights, Tile};
+use terrabite::field::{Field, FieldOptions};
+use terrabite::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Scratch, Selection, Shape, Step, Swap,
 };
-use terrabite::triangulate::{Feasibility, Task};
+use terrabite::kernel::triangulate::{Feasibility, Task};
+use terrabite::raster::{Raster, quiet_gdal};
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
@@ -176,7 +178,7 @@ fn rms(tile: &Tile, refined: &Refined) -> f64 {
 
 /// Scores of other measures than errors say nothing of errors.
 fn largest_error(tile: &Tile, mesh: &TileMesh) -> f64 {
-    use terrabite::measure::{Bare, Bound, measure};
+    use terrabite::kernel::measure::{Bare, Bound, measure};
     measure(tile, mesh, Bound::Scale(1.0), (0, 0), (true, true), Bare::Nothing).max
 }
 

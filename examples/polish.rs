@@ -5,17 +5,18 @@
 
 use std::path::Path;
 
-use terrabite::control::{CancelToken, Control};
-use terrabite::field::{Field, FieldOptions, Tile};
-use terrabite::measure::{Bare, ErrorStats, measure};
-use terrabite::mesh::TileMesh;
-use terrabite::polish::{Effort, Heights, Options, Scratch, Tuning, polish};
+use terrabite::base::Tile;
+use terrabite::base::control::{CancelToken, Control};
+use terrabite::base::mesh::TileMesh;
+use terrabite::base::tiling::TileGrid;
+use terrabite::field::{Field, FieldOptions};
+use terrabite::kernel::measure::{Bare, ErrorStats, measure};
+use terrabite::kernel::polish::{Effort, Heights, Options, Scratch, Tuning, polish};
+use terrabite::kernel::seam::{MinLink, Rim};
+use terrabite::kernel::triangulate::cuts::GreedyCuts;
+use terrabite::kernel::triangulate::insertion::GreedyInsertion;
+use terrabite::kernel::triangulate::{Engine, Feasibility, Task};
 use terrabite::raster::Raster;
-use terrabite::seam::{MinLink, Rim};
-use terrabite::tiling::TileGrid;
-use terrabite::triangulate::cuts::GreedyCuts;
-use terrabite::triangulate::insertion::GreedyInsertion;
-use terrabite::triangulate::{Engine, Feasibility, Task};
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 

@@ -10,9 +10,10 @@
 //! Heights from memory, with progress, cancellation and the triangles of every chunk:
 //!
 //! ```
-//! use terrabite::control::{CancelToken, Control, Progress, Stage};
-//! use terrabite::field::{Field, Heights};
-//! use terrabite::simplify::{Params, triangulate};
+//! use terrabite::base::control::{CancelToken, Control, Progress, Stage};
+//! use terrabite::base::{Heights};
+//! use terrabite::field::{Field};
+//! use terrabite::job::{Params, triangulate};
 //!
 //! /// Gives up once it has heard of a thousand tiles; `step` is called from several threads.
 //! struct Patience(CancelToken, std::sync::atomic::AtomicU64);
@@ -29,7 +30,7 @@
 //!     fn end(&self, _: Stage) {}
 //! }
 //!
-//! # fn main() -> Result<(), terrabite::simplify::Error> {
+//! # fn main() -> Result<(), terrabite::job::Error> {
 //! let (width, height) = (300, 200);
 //! let bowl = |i: usize| {
 //!     let (x, y) = ((i % width) as f32 - 150.0, (i / width) as f32 - 100.0);
@@ -57,12 +58,12 @@
 //! ```no_run
 //! use std::path::Path;
 //!
-//! use terrabite::control::Control;
+//! use terrabite::base::control::Control;
 //! use terrabite::field::{Field, FieldOptions};
 //! use terrabite::raster::Raster;
-//! use terrabite::simplify::{Error, Params, triangulate};
-//! use terrabite::sink::PlySink;
-//! use terrabite::staged::StagedFile;
+//! use terrabite::job::{Error, Params, triangulate};
+//! use terrabite::formats::PlySink;
+//! use terrabite::base::staged::StagedFile;
 //!
 //! # fn main() -> Result<(), Error> {
 //! let (input, output) = (Path::new("dem.tif"), Path::new("tin.ply"));
@@ -83,36 +84,19 @@
 //! GDAL prints its errors on standard error by itself; [`raster::quiet_gdal`] stops that, for the whole process;
 //! [`raster::keep_gdal_warnings`] also keeps its warnings, for [`raster::take_gdal_warnings`].
 
-pub mod channels;
+pub mod base;
 pub mod cli;
-pub mod control;
-pub mod decimal;
-pub mod durable;
-pub mod exact;
-pub mod faults;
 pub mod field;
+pub mod formats;
 #[cfg(any(test, feature = "fuzzing"))]
 #[doc(hidden)]
 pub mod fuzzing;
-pub mod info;
-pub mod lattice;
-pub mod measure;
-pub mod mesh;
-pub mod ply;
-pub mod polish;
+pub mod job;
+pub mod kernel;
 pub mod preview;
 pub mod raster;
-pub mod seam;
-pub mod simplify;
-pub mod sink;
-pub mod spool;
-pub mod staged;
+pub mod run;
 pub mod synth;
 #[cfg(test)]
 mod testing;
-pub mod tiling;
-pub mod triangulate;
-pub mod trim;
 pub mod verify;
-pub mod warning;
-pub mod work_dir;

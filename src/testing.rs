@@ -4,7 +4,7 @@ use proptest::prelude::ProptestConfig;
 use tempfile::TempDir;
 
 use crate::fuzzing::temp_dir;
-use crate::simplify::Params;
+use crate::job::Params;
 
 /// Set to 1 by `make test-long`.
 const LONG: &str = "TERRABITE_LONG_TESTS";

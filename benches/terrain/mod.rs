@@ -3,7 +3,7 @@
 
 #![allow(dead_code, unreachable_pub)] // each benchmark takes what it needs
 
-use terrabite::field::{Heights, Tile};
+use terrabite::base::{Heights, Tile};
 
 /// A tile whose heights are a function of column and row, in single precision.
 pub fn tile(width: usize, height: usize, at: impl Fn(usize, usize) -> f64) -> Tile {

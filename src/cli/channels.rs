@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use super::{Failure, values};
-use crate::control::CancelToken;
+use crate::base::control::CancelToken;
 use crate::field::ChannelOptions;
 use crate::raster::{Raster, RasterError, View, ViewError};
 

@@ -1,7 +1,8 @@
 //! `--window` and `--bbox`: the options that `simplify`, `verify`, `info` and `preview` share.
 
 use super::values;
-use crate::raster::{BoundingBox, Part, Window};
+use crate::base::Window;
+use crate::raster::{BoundingBox, Part};
 
 /// Which part of the raster is meant.
 #[derive(Debug, clap::Args)]

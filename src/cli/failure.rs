@@ -1,18 +1,18 @@
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
-use crate::control::Cancelled;
-use crate::decimal::Decimal;
+use crate::base::control::Cancelled;
+use crate::base::decimal::Decimal;
+use crate::base::staged::OutputError;
 use crate::field::FieldError;
+use crate::formats::SinkError;
+use crate::job::Error;
+use crate::job::spool::SpoolError;
+use crate::job::work_dir::WorkDirError;
 use crate::preview::PreviewError;
 use crate::raster::{CutlineError, LookError, PointsError, RasterError, ViewError};
-use crate::simplify::Error;
-use crate::sink::SinkError;
-use crate::spool::SpoolError;
-use crate::staged::OutputError;
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
-use crate::work_dir::WorkDirError;
 
 use super::{print, signals};
 

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::values;
-use crate::simplify::{Budget, Goal, Outcome};
+use crate::job::{Budget, Goal, Outcome};
 
 /// The tolerance and what may stand beside it or in its place: one of them is needed.
 #[derive(Debug, Clone, clap::Args)]

@@ -11,11 +11,11 @@ use super::progress::Bars;
 use super::simplify_map::{heights as unit_of_heights, place};
 use super::warnings::Shown;
 use super::{Failure, GDAL_CACHE, print, warnings};
-use crate::decimal::Decimal;
-use crate::info::Info;
+use crate::base::decimal::Decimal;
+use crate::base::warning::{Warning, WarningCode};
+use crate::job::Plan;
 use crate::raster::{Raster, RasterError, Reference, View, bound_gdal_cache, look};
-use crate::simplify::Plan;
-use crate::warning::{Warning, WarningCode};
+use crate::run::info::Info;
 
 /// Describe a raster, and what simplifying it will need
 #[derive(Debug, clap::Args)]

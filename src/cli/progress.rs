@@ -8,7 +8,7 @@ use std::time::Duration;
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use super::signals;
-use crate::control::{Control, Progress, Stage};
+use crate::base::control::{Control, Progress, Stage};
 
 /// One line per running stage, redrawn a few times a second, and wiped when the stage is done. Silent unless standard
 /// error is a terminal.

@@ -8,7 +8,7 @@ use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
 use super::Failure;
-use crate::control::CancelToken;
+use crate::base::control::CancelToken;
 
 static SIGNAL: AtomicI32 = AtomicI32::new(0);
 static TOKEN: OnceLock<CancelToken> = OnceLock::new();

@@ -19,24 +19,24 @@ use super::simplify_polish::PolishArgs;
 use super::simplify_report::{Needs, Report, Seconds};
 use super::warnings::Shown;
 use super::{Failure, output_format, print, values, warnings};
-use crate::control::Control;
+use crate::base::control::Control;
+use crate::base::staged::{OutputError, StagedFile};
+use crate::base::warning::{Warning, WarningCode};
 use crate::field::{
     Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, HoleOptions, exit_on_truncation, may_have_holes,
 };
-use crate::info::{DENSEST, Estimate, estimate};
-use crate::measure::ErrorStats;
-use crate::ply::Frame;
-use crate::raster::{
-    PointSource, Points, PointsError, Raster, RasterError, Watch, bound_gdal_cache, look, read_points,
-};
-use crate::simplify::{
+use crate::formats::PlySink;
+use crate::formats::ply::read::Frame;
+use crate::job::{
     DEFAULT_TILE, DiskUse, Error, Expected, Goal, Load, Params, Plan, Quality, VertexHeights, check_disk,
     default_budget, grid, probe, probe_field, triangulate, triangulate_into,
 };
-use crate::sink::PlySink;
-use crate::staged::{OutputError, StagedFile};
-use crate::triangulate::Feasibility;
-use crate::warning::{Warning, WarningCode};
+use crate::kernel::measure::ErrorStats;
+use crate::kernel::triangulate::Feasibility;
+use crate::raster::{
+    PointSource, Points, PointsError, Raster, RasterError, Watch, bound_gdal_cache, look, read_points,
+};
+use crate::run::info::{DENSEST, Estimate, estimate};
 
 /// Turn a raster into a mesh that is within a tolerance of every sample
 #[derive(Debug, clap::Args)]

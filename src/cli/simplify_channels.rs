@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::channels::{Channel, Ranges};
-use crate::control::Control;
+use crate::base::channels::{Channel, Ranges};
+use crate::base::control::Control;
 use crate::field::{ChannelOptions, Field, FieldError, FieldOptions, find_ranges};
-use crate::measure::{ErrorStats, WeightedStats};
+use crate::kernel::measure::{ErrorStats, WeightedStats};
 use crate::raster::{Raster, channels, exact};
 
 /// The channels of a run: the bands, what they are called, and the ranges they are scaled by.

@@ -3,9 +3,9 @@
 use clap::ValueEnum;
 
 use super::{Failure, values};
-use crate::simplify::EngineChoice;
-use crate::triangulate::cuts::Cuts;
-use crate::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
+use crate::job::EngineChoice;
+use crate::kernel::triangulate::cuts::Cuts;
+use crate::kernel::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 
 #[derive(Debug, Clone, clap::Args)]
 pub(super) struct EngineArgs {

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use super::simplify::SimplifyArgs;
 use super::{Failure, warnings};
+use crate::base::staged::{OutputError, StagedFile};
+use crate::base::tiling::TileGrid;
+use crate::base::warning::{Warning, WarningCode};
 use crate::field::FieldError;
+use crate::job::spool::{Spool, SpoolError};
+use crate::job::work_dir::{Job, WorkDir, WorkDirError};
+use crate::job::{Error, Pass};
 use crate::raster::{Files, Raster, Watch, identity};
-use crate::simplify::{Error, Pass};
-use crate::spool::{Spool, SpoolError};
-use crate::staged::{OutputError, StagedFile};
-use crate::tiling::TileGrid;
-use crate::warning::{Warning, WarningCode};
-use crate::work_dir::{Job, WorkDir, WorkDirError};
 
 /// The work dir of a run.
 pub(super) struct Kept {

@@ -4,11 +4,11 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use super::{Failure, values};
-use crate::control::Control;
+use crate::base::control::Control;
 use crate::field::height_range;
-use crate::ply::Frame;
+use crate::formats::ply::read::Frame;
+use crate::job::{Error, Params, VertexHeights};
 use crate::raster::{Raster, Reference};
-use crate::simplify::{Error, Params, VertexHeights};
 
 /// How coordinates are written.
 #[derive(Debug, Clone, clap::Args)]

@@ -3,8 +3,8 @@
 use clap::ValueEnum;
 
 use super::values;
-use crate::polish::{Caps, Schedule, Tuning};
-use crate::simplify::{Quality, VertexHeights};
+use crate::job::{Quality, VertexHeights};
+use crate::kernel::polish::{Caps, Schedule, Tuning};
 
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Polishing, for experts: each is as --quality says unless given")]

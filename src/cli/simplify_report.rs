@@ -8,14 +8,14 @@ use super::print;
 use super::simplify_channels::ChannelReport;
 use super::simplify_map::MapReport;
 use super::warnings::Shown;
-use crate::decimal::Decimal;
+use crate::base::decimal::Decimal;
+use crate::base::lattice::STEPS;
 use crate::field::{Access, Field, Holes};
-use crate::info::Estimate;
-use crate::lattice::STEPS;
-use crate::measure::ShapeStats;
+use crate::job::{EngineChoice, Mesh, Params, Plan, Quality, Summary, TileTimes, VertexHeights};
+use crate::kernel::measure::ShapeStats;
+use crate::kernel::triangulate::Feasibility;
 use crate::raster::{Cutline, Encoding, PointCounts, Points, Raster};
-use crate::simplify::{EngineChoice, Mesh, Params, Plan, Quality, Summary, TileTimes, VertexHeights};
-use crate::triangulate::Feasibility;
+use crate::run::info::Estimate;
 
 /// What `simplify` tells in the end.
 #[derive(Debug, Clone, Serialize)]

@@ -4,9 +4,10 @@
 
 use std::num::NonZeroUsize;
 
-use crate::polish::{Caps, Schedule};
-use crate::raster::{BoundingBox, ValidRange, Window};
-use crate::trim::MAX_CELLS;
+use crate::base::Window;
+use crate::kernel::boundary::MAX_CELLS;
+use crate::kernel::polish::{Caps, Schedule};
+use crate::raster::{BoundingBox, ValidRange};
 
 /// A width and a height, in samples or pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use serde::Serialize;
 
 use super::print;
-use crate::warning::{Warning, WarningCode, Warnings};
+use crate::base::warning::{Warning, WarningCode, Warnings};
 
 /// The warnings of this process so far.
 static COLLECTED: Mutex<Vec<Warning>> = Mutex::new(Vec::new());

@@ -9,9 +9,10 @@ use rayon::prelude::*;
 use super::map::map;
 use super::store::{Bytes, Offsets, Store};
 use super::{FieldError, FieldOptions};
-use crate::control::{Control, Stage};
-use crate::faults::{self, Point};
-use crate::raster::{Opening, Raster, Window};
+use crate::base::Window;
+use crate::base::control::{Control, Stage};
+use crate::base::faults::{self, Point};
+use crate::raster::{Opening, Raster};
 
 /// Samples along one side of a block of the temporary file, at most: small enough that a tile touches few pages it does
 /// not need, large enough that a run is worth a copy.
@@ -199,7 +200,8 @@ fn write_unit(file: &File, layout: Layout, unit: Window, samples: &[u8]) -> std:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::{Choice, Field, Tile};
+    use crate::base::Tile;
+    use crate::field::{Choice, Field};
     use gdal::raster::{Buffer, RasterCreationOptions};
 
     /// Source blocks whose sides are no multiples of the file's, and units that end inside the file's blocks.

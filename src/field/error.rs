@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
-use crate::control::Cancelled;
-use crate::decimal::Decimal;
+use crate::base::control::Cancelled;
+use crate::base::decimal::Decimal;
 use crate::raster::{Mark, RasterError};
 
 /// Why a height field cannot be made or read.

@@ -2,7 +2,8 @@
 
 use super::map::map;
 use super::store::{Bytes, Offsets, Store};
-use crate::raster::{PlainLayout, Raster, Window};
+use crate::base::Window;
+use crate::raster::{PlainLayout, Raster};
 
 /// Maps the raster's own file, and makes sure through GDAL that the samples are where the layout says.
 pub(super) fn map_in_place(raster: &Raster, layout: PlainLayout) -> Result<Store, String> {

@@ -1,12 +1,14 @@
 //! From stored samples to the heights of a tile.
 
 use super::error::NotAHeight;
+use super::holes::Bridged;
 use super::stored::{Height, Sieve, Stored, Why};
-use super::tile::padded;
-use super::{Field, FieldError, Heights, Tile, Validity};
-use crate::decimal::Decimal;
-use crate::exact::MAX_WEIGHT;
-use crate::raster::{Watch, Window, with_sample_type};
+use super::{Field, FieldError};
+use crate::base::Window;
+use crate::base::decimal::Decimal;
+use crate::base::exact::MAX_WEIGHT;
+use crate::base::{Heights, Tile, Validity, padded};
+use crate::raster::{Watch, with_sample_type};
 
 /// What becomes of samples without a value.
 pub(super) enum Missing<'a> {
@@ -31,6 +33,16 @@ impl Missing<'_> {
     }
 }
 
+/// Memory that loading a tile takes beside the tile: at most the stored samples of the window and of those around it, and
+/// 16 bytes for every sample of a bridged hole. Reused from tile to tile.
+#[derive(Debug, Default)]
+pub struct LoadScratch {
+    /// Samples as they are stored.
+    stored: Vec<u64>,
+    /// Samples of bridged holes.
+    bridged: Vec<Bridged>,
+}
+
 impl Field {
     /// Copies a window into `tile` as heights, with weights where the field has them, and beside them the channels'
     /// values, reusing its memory. Samples that the nodata value, NaN, a mask or the cutline says are no heights are
@@ -44,18 +56,30 @@ impl Field {
     /// # Panics
     /// If the window is not inside the field.
     pub fn load(&self, window: Window, tile: &mut Tile) -> Result<(), FieldError> {
-        let loaded = self.load_unwatched(window, tile);
+        self.load_with(window, tile, &mut LoadScratch::default())
+    }
+
+    /// The same with memory of the caller's, where many tiles are loaded one after another.
+    ///
+    /// # Errors
+    /// As [`Field::load`].
+    ///
+    /// # Panics
+    /// As [`Field::load`].
+    pub fn load_with(&self, window: Window, tile: &mut Tile, scratch: &mut LoadScratch) -> Result<(), FieldError> {
+        let loaded = self.load_unwatched(window, tile, scratch);
         // Afterwards: what changes later is not in the tile. It is the reason of whatever is wrong with the samples, too.
         self.watches.iter().try_for_each(Watch::check_files)?;
         loaded
     }
 
-    fn load_unwatched(&self, window: Window, tile: &mut Tile) -> Result<(), FieldError> {
+    fn load_unwatched(&self, window: Window, tile: &mut Tile, scratch: &mut LoadScratch) -> Result<(), FieldError> {
         let inside = window.column + window.width <= self.width && window.row + window.height <= self.height;
         assert!(inside, "{window:?} of a field of {} × {}", self.width, self.height);
         tile.width = window.width;
         tile.height = window.height;
-        let Tile { heights, weights, stored, validity, bridged, .. } = tile;
+        let Tile { heights, weights, validity, .. } = &mut *tile;
+        let LoadScratch { stored, bridged } = scratch;
         bridged.clear();
         if let Some(holes) = &self.holes {
             holes.within(self.around(window), bridged)?;
@@ -76,8 +100,8 @@ impl Field {
             None if is_bridged => padded(weights, window.len()).fill(1.0),
             None => weights.clear(),
         }
-        self.bridge(window, tile);
-        let Tile { channels, stored, validity, .. } = tile;
+        self.bridge(window, tile, bridged);
+        let Tile { channels, validity, .. } = &mut *tile;
         let fields = self.channels.iter().flat_map(|c| &c.fields);
         channels.resize_with(self.channels().len(), Vec::new);
         let validity = &*validity;
@@ -89,8 +113,8 @@ impl Field {
     }
 
     /// Puts the samples of bridged holes that are known of the tile on the ground.
-    fn bridge(&self, window: Window, tile: &mut Tile) {
-        let Tile { heights, weights, validity, bridged, .. } = tile;
+    fn bridge(&self, window: Window, tile: &mut Tile, bridged: &[Bridged]) {
+        let Tile { heights, weights, validity, .. } = tile;
         for sample in bridged {
             let (column, row) =
                 (i64::from(sample.column) - window.column as i64, i64::from(sample.row) - window.row as i64);

@@ -26,21 +26,17 @@ mod open;
 mod source;
 mod store;
 mod stored;
-mod tile;
-mod validity;
 mod windows;
 
 pub use channels::{ChannelOptions, find_ranges, height_range};
 pub use decode::{UNIT_BYTES, decoded_bytes};
 pub use error::FieldError;
 pub use holes::{HoleOptions, Holes, may_have_holes};
+pub use load::LoadScratch;
 pub use map::exit_on_truncation;
 pub use open::{Access, Choice, Field, FieldOptions, suits_windows};
 #[cfg(test)]
 pub(crate) use stored::missing_halves;
-pub(crate) use tile::PADDING;
-pub use tile::{Heights, Tile};
-pub use validity::{Cell, Validity};
 
 #[cfg(test)]
 mod tests;

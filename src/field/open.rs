@@ -1,6 +1,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::FieldError;
 use super::channels::Channels;
 use super::decode::{Decoded, decode};
 use super::holes::Holes;
@@ -8,9 +9,10 @@ use super::in_place::map_in_place;
 use super::source::Source;
 use super::store::{Bytes, Offsets, Store};
 use super::windows::Windows;
-use super::{FieldError, Heights};
-use crate::control::Control;
-use crate::raster::{Cutline, GeoTransform, Mark, Marks, Raster, SampleType, Scaling, Watch, plain_layout};
+use crate::base::GeoTransform;
+use crate::base::Heights;
+use crate::base::control::Control;
+use crate::raster::{Cutline, Mark, Marks, Raster, SampleType, Scaling, Watch, plain_layout};
 
 /// The samples of a raster of any size, readable from any number of threads.
 pub struct Field {

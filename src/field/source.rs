@@ -4,7 +4,7 @@ use std::sync::Arc;
 use super::FieldError;
 use super::store::Store;
 use super::windows::Windows;
-use crate::raster::Window;
+use crate::base::Window;
 
 /// Where the samples of a field come from.
 pub(super) enum Source {

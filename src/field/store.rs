@@ -4,7 +4,7 @@ use std::ops::Range;
 use memmap2::Mmap;
 
 use super::map::give_back;
-use crate::raster::Window;
+use crate::base::Window;
 
 /// Samples as bytes, in blocks of rows.
 pub(super) struct Store {

@@ -1,6 +1,6 @@
 //! What a stored type must tell to become a height, and which stored values are none.
 
-use crate::exact::MAX_HEIGHT;
+use crate::base::exact::MAX_HEIGHT;
 use crate::raster::{Mark, Marks, NEARNESS, Scaling, ValidRange};
 
 /// What a stored type must tell to become a height.

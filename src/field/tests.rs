@@ -3,8 +3,9 @@ use gdal::raster::{Buffer, RasterCreationOptions};
 use proptest::prelude::*;
 
 use super::*;
-use crate::control::Control;
-use crate::raster::{Raster, Window};
+use crate::base::control::Control;
+use crate::base::{Heights, Tile, Window};
+use crate::raster::Raster;
 
 fn window(column: usize, row: usize, width: usize, height: usize) -> Window {
     Window { column, row, width, height }

@@ -1,7 +1,8 @@
 use std::sync::Mutex;
 
 use super::FieldError;
-use crate::raster::{Opening, Raster, RasterError, SampleType, Window};
+use crate::base::Window;
+use crate::raster::{Opening, Raster, RasterError, SampleType};
 
 /// Samples read through GDAL window by window, when they are wanted: nothing is decoded beforehand.
 ///

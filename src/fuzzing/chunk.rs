@@ -1,11 +1,11 @@
 use super::bytes::Bytes;
 use super::temp_dir;
-use crate::lattice::Point;
-use crate::measure::{BINS, ShapeStats, WeightedStats};
-use crate::mesh::Vertex;
-use crate::seam::{Foreign, RimCounts};
-use crate::spool::{Attribute, Chunk, Spool, fuzzing as codec};
-use crate::work_dir::fuzzing as work_dir;
+use crate::base::lattice::Point;
+use crate::base::mesh::Vertex;
+use crate::job::spool::{Attribute, Chunk, Spool, fuzzing as codec};
+use crate::job::work_dir::fuzzing as work_dir;
+use crate::kernel::measure::{BINS, ShapeStats, WeightedStats};
+use crate::kernel::seam::{Foreign, RimCounts};
 
 /// The stamp of the kept spool.
 const STAMP: u32 = 7;

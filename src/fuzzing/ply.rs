@@ -6,8 +6,8 @@ use gdal::raster::Buffer;
 
 use super::naive::{self, Ground, Surface};
 use super::temp_dir;
-use crate::control::Control;
-use crate::ply::{Frame, PlyError, PlyFile};
+use crate::base::control::Control;
+use crate::formats::ply::read::{Frame, PlyError, PlyFile};
 use crate::raster::{Raster, quiet_gdal};
 use crate::verify::{VerifyOptions, verify};
 

@@ -7,17 +7,18 @@ use gdal::raster::Buffer;
 use super::bytes::Bytes;
 use super::naive::{self, Ground, Surface};
 use super::temp_dir;
-use crate::control::Control;
-use crate::exact::{MAX_HEIGHT, MAX_WEIGHT};
-use crate::field::{Field, FieldOptions, Heights, HoleOptions};
-use crate::polish::Tuning;
+use crate::base::Heights;
+use crate::base::control::Control;
+use crate::base::exact::{MAX_HEIGHT, MAX_WEIGHT};
+use crate::base::staged::StagedFile;
+use crate::field::{Field, FieldOptions, HoleOptions};
+use crate::formats::{Contents, PlySink, Sink, SinkError};
+use crate::job::{EngineChoice, Error, Mesh, Params, Quality, VertexHeights, triangulate};
+use crate::kernel::polish::Tuning;
+use crate::kernel::triangulate::Feasibility;
+use crate::kernel::triangulate::cuts::Cuts;
+use crate::kernel::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 use crate::raster::{PointSet, Raster, quiet_gdal};
-use crate::simplify::{EngineChoice, Error, Mesh, Params, Quality, VertexHeights, triangulate};
-use crate::sink::{Contents, PlySink, Sink, SinkError};
-use crate::staged::StagedFile;
-use crate::triangulate::Feasibility;
-use crate::triangulate::cuts::Cuts;
-use crate::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 use crate::verify::{GroundOptions, VerifyOptions, verify_ground};
 
 /// The mark of missing samples in files.

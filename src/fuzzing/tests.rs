@@ -9,17 +9,18 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 
 use super::{naive, ply};
-use crate::control::Control;
-use crate::field::{Field, Heights};
-use crate::lattice::Point;
-use crate::measure::ErrorStats;
-use crate::mesh::Vertex;
+use crate::base::Heights;
+use crate::base::control::Control;
+use crate::base::lattice::Point;
+use crate::base::mesh::Vertex;
+use crate::base::staged::StagedFile;
+use crate::field::Field;
+use crate::formats::PlySink;
+use crate::job::spool::{Attribute, Chunk, fuzzing as codec};
+use crate::job::{Params, triangulate};
+use crate::kernel::measure::ErrorStats;
+use crate::kernel::seam::{Foreign, RimCounts};
 use crate::raster::quiet_gdal;
-use crate::seam::{Foreign, RimCounts};
-use crate::simplify::{Params, triangulate};
-use crate::sink::PlySink;
-use crate::spool::{Attribute, Chunk, fuzzing as codec};
-use crate::staged::StagedFile;
 
 type Run = fn(&[u8]);
 type Seeds = Vec<(&'static str, Vec<u8>)>;
@@ -49,7 +50,7 @@ fn meshes() -> Seeds {
         meshes.push((name, std::fs::read(&path).expect("a file")));
     }
     // The first again as text, with an offset, a factor and an attribute.
-    let mut mesh = crate::ply::PlyFile::open(&folder.path().join("exact")).expect("a mesh");
+    let mut mesh = crate::formats::ply::read::PlyFile::open(&folder.path().join("exact")).expect("a mesh");
     let (vertices, faces) = (mesh.vertex_count(), mesh.face_count());
     let mut text = format!(
         "ply\nformat ascii 1.0\ncomment offset 2 -1\ncomment z_scale 0.5\nelement vertex {vertices}\nproperty float x\n\
@@ -58,12 +59,12 @@ fn meshes() -> Seeds {
     );
     mesh.for_each_vertex(|_, [x, y, z]| {
         text += &format!("{} {} {} 7\n", x - 2.0, y + 1.0, z * 0.5);
-        Ok::<(), crate::ply::PlyError>(())
+        Ok::<(), crate::formats::ply::read::PlyError>(())
     })
     .expect("vertices");
     mesh.for_each_face(|_, [a, b, c]| {
         text += &format!("3 {a} {b} {c}\n");
-        Ok::<(), crate::ply::PlyError>(())
+        Ok::<(), crate::formats::ply::read::PlyError>(())
     })
     .expect("faces");
     meshes.push(("ascii", text.into_bytes()));
@@ -84,7 +85,7 @@ fn chunks() -> Seeds {
     };
     let whole = codec::encode(&chunk);
     let body = &whole[..whole.len() - 4];
-    let manifest = crate::work_dir::fuzzing::a_manifest();
+    let manifest = crate::job::work_dir::fuzzing::a_manifest();
     let many: Vec<u8> = (0..=255).collect();
     vec![
         ("whole", [&[0], whole.as_slice()].concat()),

@@ -1,7 +1,9 @@
 use super::temp_dir;
-use crate::control::Control;
-use crate::field::{Choice, Field, FieldError, FieldOptions, Tile};
-use crate::raster::{Raster, Window, plain_layout, quiet_gdal};
+use crate::base::Tile;
+use crate::base::Window;
+use crate::base::control::Control;
+use crate::field::{Choice, Field, FieldError, FieldOptions};
+use crate::raster::{Raster, plain_layout, quiet_gdal};
 
 /// Larger rasters are opened, not read: a file of any size may claim any.
 const MOST_SAMPLES: usize = 1 << 14;

@@ -1,7 +1,7 @@
 use std::io::Write;
 
 use super::PreviewError;
-use crate::staged::StagedFile;
+use crate::base::staged::StagedFile;
 
 /// An opaque picture in RGB, rows from the top.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,9 +1,9 @@
 use std::path::{Path, PathBuf};
 
-use crate::control::Cancelled;
-use crate::ply::PlyError;
+use crate::base::control::Cancelled;
+use crate::base::staged::OutputError;
+use crate::formats::ply::read::PlyError;
 use crate::raster::{RasterError, ViewError};
-use crate::staged::OutputError;
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]

@@ -4,9 +4,9 @@ use std::fs::File;
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 
 use super::PreviewError;
-use crate::control::{Cancelled, Control};
-use crate::ply::{Frame, PlyFile};
-use crate::raster::{GeoTransform, Window};
+use crate::base::control::{Cancelled, Control};
+use crate::base::{GeoTransform, Window};
+use crate::formats::ply::read::{Frame, PlyFile};
 
 /// A corner: column and row of the raster (whole numbers at samples), height, and the colour, black if not asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -9,11 +9,12 @@ use super::relief::{Light, Shading, shaded_samples};
 use super::samples::Samples;
 use super::view::View;
 use super::{Mode, PreviewError, PreviewOptions};
-use crate::control::Control;
-use crate::ply::PlyFile;
-use crate::raster::{Raster, Window};
-use crate::staged::StagedFile;
-use crate::warning::Warning;
+use crate::base::Window;
+use crate::base::control::Control;
+use crate::base::staged::StagedFile;
+use crate::base::warning::Warning;
+use crate::formats::ply::read::PlyFile;
+use crate::raster::Raster;
 
 use super::canvas::Canvas;
 

@@ -1,7 +1,8 @@
 use super::PreviewError;
 use super::view::View;
-use crate::control::{Control, Stage};
-use crate::raster::{Raster, Window};
+use crate::base::Window;
+use crate::base::control::{Control, Stage};
+use crate::raster::Raster;
 
 /// The looked-at samples of the window.
 pub(super) struct Samples {

@@ -2,9 +2,10 @@ use std::path::{Path, PathBuf};
 
 use super::colours::{EXCEEDED, NO_GROUND, UNCOVERED};
 use super::*;
-use crate::control::{CancelToken, Control};
-use crate::raster::{GeoTransform, Part, RasterError, View, ViewError, Window};
-use crate::staged::OutputError;
+use crate::base::control::{CancelToken, Control};
+use crate::base::staged::OutputError;
+use crate::base::{GeoTransform, Window};
+use crate::raster::{Part, RasterError, View, ViewError};
 use crate::synth::{StoredAs, SynthOptions, Terrain, TerrainOptions, synth};
 
 const WIDTH: usize = 161;

@@ -1,4 +1,4 @@
-use crate::raster::Window;
+use crate::base::Window;
 
 /// Of a larger window only every second, third, … sample is looked at.
 pub(super) const MOST_SAMPLES_A_SIDE: usize = 4096;

@@ -13,7 +13,7 @@ use gdal::raster::{Group, MDArray};
 use super::RasterError;
 use super::axis::{Axis, Deviation, Meaning};
 use super::cube::Source;
-use crate::warning::{Warning, WarningCode};
+use crate::base::warning::{Warning, WarningCode};
 
 /// How far, in cells, a column or row may be from where the file lists it.
 const TOLERANCE: f64 = 0.1;

@@ -2,7 +2,8 @@ use gdal::spatial_ref::SpatialRef;
 
 use super::crs::{transform, transformed};
 use super::error::reason;
-use super::{Raster, RasterError, Window};
+use super::{Raster, RasterError};
+use crate::base::Window;
 
 /// A rectangle on a map, its sides included.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,7 +1,7 @@
 //! What the bands of a raster are called as channels of a mesh.
 
 use super::{Raster, SampleType};
-use crate::channels::{Channel, Number, sanitised};
+use crate::base::channels::{Channel, Number, sanitised};
 
 /// Colours, in the order in which bands are taken for them where nothing says which is which.
 const COLOURS: [&str; 4] = ["red", "green", "blue", "alpha"];

@@ -1,7 +1,7 @@
 //! What is known of formats as versions of GDAL read them: words by the name of the driver and the version.
 
 use super::{Raster, xyz};
-use crate::warning::{Warning, WarningCode};
+use crate::base::warning::{Warning, WarningCode};
 
 /// The version of this GDAL, as 3060200 for 3.6.2.
 pub(super) fn version() -> u32 {

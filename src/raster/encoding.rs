@@ -1,6 +1,7 @@
 //! Heights that are stored as colours: three bands of bytes make one number.
 
-use super::{Raster, RasterError, SampleType, Window};
+use super::{Raster, RasterError, SampleType};
+use crate::base::Window;
 
 /// How heights are stored as red, green and blue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

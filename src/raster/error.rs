@@ -2,10 +2,10 @@ use std::path::{Path, PathBuf};
 
 use gdal::errors::GdalError;
 
-use super::Window;
 use super::gdal_error::SILENT;
 pub(super) use super::gdal_error::reason;
-use crate::decimal::Decimal;
+use crate::base::Window;
+use crate::base::decimal::Decimal;
 
 /// Why a raster cannot be used, or could not be read. Every message names the file.
 #[derive(Debug, thiserror::Error)]

@@ -9,7 +9,7 @@ use std::sync::{Mutex, PoisonError};
 
 use gdal::errors::CplErrType;
 
-use crate::warning::{Warning, WarningCode};
+use crate::base::warning::{Warning, WarningCode};
 
 /// Different messages that are kept until they are taken.
 const KEPT: usize = 200;

@@ -1,4 +1,5 @@
-use super::{GeoTransform, Raster, RasterError};
+use super::{Raster, RasterError};
+use crate::base::GeoTransform;
 
 /// How far apart samples of two rasters may be on the map, in cells, and count as the same: geotransforms are kept as
 /// decimals by some formats, and rounded.

@@ -1,5 +1,6 @@
-use super::{Mark, Marks, Raster, RasterError, Window};
-use crate::decimal::Decimal;
+use super::{Mark, Marks, Raster, RasterError};
+use crate::base::Window;
+use crate::base::decimal::Decimal;
 
 /// The places whose samples are read, spread evenly over the rows, the first and the last among them.
 const PLACES: usize = 64;
@@ -12,7 +13,7 @@ const RUN: usize = 1024;
 ///
 /// Size, band, sample type, geotransform, nodata, scale and offset are those that decide a mesh; a checksum of some of
 /// the samples tells rasters apart that agree in all of them, as mosaics of one survey do. It is no proof that all
-/// samples are equal; who needs that compares tile by tile ([`crate::field::Tile::checksum`]).
+/// samples are equal; who needs that compares tile by tile ([`crate::base::Tile::checksum`]).
 ///
 /// Cost: 64 windows of 1024 × 1 samples are read, at most 64 × (1024 / block width + 2) blocks are decoded.
 ///

@@ -3,9 +3,10 @@
 //!
 //! `info` looks always; `simplify` and `verify` where what they saw on their way may be worth a warning.
 
-use super::{Mark, Marks, Raster, RasterError, Window};
-use crate::control::{Cancelled, Control, Stage};
-use crate::warning::{Warning, WarningCode};
+use super::{Mark, Marks, Raster, RasterError};
+use crate::base::Window;
+use crate::base::control::{Cancelled, Control, Stage};
+use crate::base::warning::{Warning, WarningCode};
 
 /// How far from a void, a missing sample, a sample is *near* it, in columns and rows: interpolation of other programs mixes voids
 /// and heights so far.
@@ -126,7 +127,7 @@ impl Look {
     pub fn warnings(&self, raster: &Raster) -> Vec<Warning> {
         let place = |found: &Found| {
             let (column, row, value) = found.first.unwrap_or_default();
-            format!("{} at column {column}, row {row}", crate::decimal::Decimal(value))
+            format!("{} at column {column}, row {row}", crate::base::decimal::Decimal(value))
         };
         let one = |found: &Found, code, message: String| {
             let file = raster.path().to_path_buf();

@@ -4,7 +4,7 @@
 //! `preview` in `validity`, so that one checks the other. GDAL's mask bands are not asked.
 
 use super::{Raster, RasterError, SampleType, with_sample_type};
-use crate::warning::{Warning, WarningCode};
+use crate::base::warning::{Warning, WarningCode};
 
 /// A stored value that marks samples without a height.
 ///
@@ -116,7 +116,7 @@ fn in_range<T: Limits>(value: f64) -> bool {
 impl std::fmt::Display for Mark {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Mark::Real(value) => crate::decimal::Decimal(*value).fmt(f),
+            Mark::Real(value) => crate::base::decimal::Decimal(*value).fmt(f),
             Mark::I64(value) => value.fmt(f),
             Mark::U64(value) => value.fmt(f),
         }

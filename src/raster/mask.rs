@@ -7,7 +7,8 @@
 use gdal::raster::ColorInterpretation;
 
 use super::sample_type::with_sample_type;
-use super::{Raster, RasterError, Window};
+use super::{Raster, RasterError};
+use crate::base::Window;
 
 /// What says that samples are missing, beside marks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

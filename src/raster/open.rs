@@ -13,9 +13,10 @@ use super::drivers::{self, Unread};
 use super::encoding::Encoded;
 use super::error::reason;
 use super::gdal_messages::About;
-use crate::warning::Warning;
+use crate::base::warning::Warning;
 
-use super::{Cutline, Encoding, GdalName, GeoTransform, Mark, Marks, RasterError, SampleType, Scaling, Window};
+use super::{Cutline, Encoding, GdalName, Mark, Marks, RasterError, SampleType, Scaling};
+use crate::base::{GeoTransform, Window};
 
 /// One band of an open raster. Not shared between threads: each opens its own.
 #[derive(Debug)]

@@ -8,7 +8,8 @@ use gdal::raster::{GdalType, RasterBand};
 use super::error::reason;
 use super::gdal_messages::About;
 use super::sample_type::with_sample_type;
-use super::{Raster, RasterError, SampleType, Window};
+use super::{Raster, RasterError, SampleType};
+use crate::base::Window;
 
 impl Raster {
     /// Reads a window as it is stored, in the machine's byte order, rows one after the other; of encoded heights, the

@@ -6,7 +6,8 @@
 
 use super::marks::NEARNESS;
 use super::read::Stored;
-use super::{Mark, Raster, RasterError, SampleType, Window, with_sample_type};
+use super::{Mark, Raster, RasterError, SampleType, with_sample_type};
+use crate::base::Window;
 
 impl Raster {
     /// Reads a window as heights, scale and offset applied, rows one after the other; NaN where a sample has no height.

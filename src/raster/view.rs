@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use super::{
-    BoundingBox, CutlineError, CutlineSource, Encoding, Raster, RasterError, ValidRange, Window, read_cutline,
-};
-use crate::control::CancelToken;
+use super::{BoundingBox, CutlineError, CutlineSource, Encoding, Raster, RasterError, ValidRange, read_cutline};
+use crate::base::Window;
+use crate::base::control::CancelToken;
 
 /// Which part of a raster is meant.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -3,9 +3,9 @@ use std::path::{Path, PathBuf};
 use gdal::errors::GdalError;
 
 use super::OptionError;
-use crate::control::Cancelled;
+use crate::base::control::Cancelled;
+use crate::base::staged::OutputError;
 use crate::raster::reason;
-use crate::staged::OutputError;
 
 /// Why a raster could not be made. Nothing is left under its name then.
 #[derive(Debug, thiserror::Error)]

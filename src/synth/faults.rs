@@ -1,7 +1,7 @@
 use super::noise::{Octave, fbm, octaves, smoothstep};
 use super::options::TerrainOptions;
 use super::patch::Patch;
-use crate::raster::Window;
+use crate::base::Window;
 
 /// Fault lines: one side is lifted, the other let down, and the step between two samples is vertical.
 ///

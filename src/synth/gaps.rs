@@ -1,6 +1,6 @@
 use super::noise::{Octave, fbm, octaves};
 use super::patch::{Patch, quantile};
-use crate::raster::Window;
+use crate::base::Window;
 
 /// Smooth-edged blobs without heights.
 #[derive(Debug)]

@@ -3,7 +3,7 @@ use super::landscape::Landscape;
 use super::noise::{Octave, fbm, floor, octaves, smoothstep};
 use super::options::TerrainOptions;
 use super::patch::{Patch, quantile};
-use crate::raster::Window;
+use crate::base::Window;
 
 /// Lakes, each at one level over its whole area.
 ///

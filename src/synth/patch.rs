@@ -3,7 +3,7 @@
 use super::hash::{hash, high, key, low};
 use super::spline::Lattice;
 use super::terrain::FORMS;
-use crate::raster::Window;
+use crate::base::Window;
 
 /// A field of long waves, computed on the nodes around a window and read row by row.
 pub(super) struct Patch {

@@ -7,7 +7,7 @@ use super::landscape::{Form, Landscape};
 use super::noise::{Octave, fbm, octaves};
 use super::options::{OptionError, TerrainOptions};
 use super::spline::Lattice;
-use crate::raster::Window;
+use crate::base::Window;
 
 /// A ground without end: the height at every (column, row) from 0 on.
 #[derive(Debug)]

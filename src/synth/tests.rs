@@ -1,9 +1,10 @@
 use std::path::Path;
 
 use super::*;
-use crate::control::{CancelToken, Control};
-use crate::raster::{Mark, Raster, Window};
-use crate::staged::OutputError;
+use crate::base::Window;
+use crate::base::control::{CancelToken, Control};
+use crate::base::staged::OutputError;
+use crate::raster::{Mark, Raster};
 
 fn terrain(options: TerrainOptions) -> Terrain {
     Terrain::new(&options).expect("valid options")

@@ -6,10 +6,10 @@ use gdal::{Dataset, DriverManager, Metadata};
 use rayon::prelude::*;
 
 use super::{BlockLayout, Compression, StoredAs, SynthError, SynthOptions, Terrain};
-use crate::control::{Control, Stage};
+use crate::base::Window;
+use crate::base::control::{Control, Stage};
+use crate::base::staged::StagedFile;
 use crate::raster::GdalName;
-use crate::raster::Window;
-use crate::staged::StagedFile;
 
 /// What was made.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]

@@ -1,4 +1,4 @@
-use crate::ply::PlyFile;
+use crate::formats::ply::read::PlyFile;
 
 use super::VerifyError;
 use super::finding::{Finding, VertexPlace};

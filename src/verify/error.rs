@@ -1,8 +1,8 @@
 use std::path::PathBuf;
 
-use crate::control::Cancelled;
-use crate::decimal::Decimal;
-use crate::ply::PlyError;
+use crate::base::control::Cancelled;
+use crate::base::decimal::Decimal;
+use crate::formats::ply::read::PlyError;
 use crate::raster::RasterError;
 
 /// Why a mesh could not be judged. A mesh that was judged and failed is no error but a [`super::Verdict`].

@@ -1,5 +1,6 @@
-use crate::ply::{Frame, PlyFile};
-use crate::raster::{GeoTransform, Raster};
+use crate::base::GeoTransform;
+use crate::formats::ply::read::{Frame, PlyFile};
+use crate::raster::Raster;
 
 use super::finding::{EdgePlace, FacePlace, MapPlace, SamplePlace, VertexPlace};
 use super::vertices::Vertex;

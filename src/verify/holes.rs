@@ -1,6 +1,6 @@
 //! Small holes of the raster, which the ground goes on over.
 
-use crate::control::{Control, Stage};
+use crate::base::control::{Control, Stage};
 
 use super::VerifyError;
 use super::joins::Joins;

@@ -116,8 +116,8 @@ mod weighted;
 
 use std::path::{Path, PathBuf};
 
-use crate::control::{Control, Stage};
-use crate::ply::PlyFile;
+use crate::base::control::{Control, Stage};
+use crate::formats::ply::read::PlyFile;
 use crate::raster::Raster;
 
 pub use error::VerifyError;

@@ -1,4 +1,4 @@
-use crate::control::{Control, Stage};
+use crate::base::control::{Control, Stage};
 use crate::raster::{Raster, SampleType};
 
 use super::samples::BandReader;

@@ -1,5 +1,6 @@
-use crate::decimal::Decimal;
-use crate::raster::{Raster, Window};
+use crate::base::Window;
+use crate::base::decimal::Decimal;
+use crate::raster::Raster;
 
 use super::VerifyError;
 use super::runs::RunFlags;

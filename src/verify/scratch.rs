@@ -2,7 +2,7 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use crate::control::CancelToken;
+use crate::base::control::CancelToken;
 
 use super::VerifyError;
 

@@ -1,6 +1,6 @@
 //! The strip along samples without a height, where the ground may be trimmed.
 
-use crate::control::{Control, Stage};
+use crate::base::control::{Control, Stage};
 
 use super::VerifyError;
 use super::runs::{RunFlags, runs_of};

@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 
-use crate::control::{Control, Stage};
+use crate::base::control::{Control, Stage};
 
 use super::VerifyError;
 use super::finding::{Finding, SamplePlace, TouchPlace};

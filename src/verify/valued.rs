@@ -1,6 +1,6 @@
 use std::fs::File;
 
-use crate::ply::PlyFile;
+use crate::formats::ply::read::PlyFile;
 
 use super::VerifyError;
 use super::grid::Grid;

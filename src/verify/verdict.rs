@@ -2,7 +2,7 @@ use serde::Serialize;
 
 use super::WeightedVerdict;
 use super::finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
-use crate::decimal::Decimal;
+use crate::base::decimal::Decimal;
 
 /// Everything that was found out about a mesh. It passes if [`Verdict::failures`] is empty.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -1,8 +1,8 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::control::{Control, Stage};
-use crate::ply::PlyFile;
+use crate::base::control::{Control, Stage};
+use crate::formats::ply::read::PlyFile;
 use crate::raster::{Raster, channels};
 
 use super::VerifyError;

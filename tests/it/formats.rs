@@ -8,8 +8,9 @@ use std::path::Path;
 use gdal::raster::RasterCreationOptions;
 use gdal::{Dataset, DriverManager};
 
-use terrabite::control::CancelToken;
-use terrabite::raster::{View, Window};
+use terrabite::base::Window;
+use terrabite::base::control::CancelToken;
+use terrabite::raster::View;
 
 use crate::util::{Dem, Folder, Kind, terrabite};
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use gdal::spatial_ref::SpatialRef;
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
-use terrabite::ply::{PlyError, PlyFile};
+use terrabite::formats::ply::read::{PlyError, PlyFile};
 
 use crate::util::{Dem, Folder, Kind, terrabite};
 

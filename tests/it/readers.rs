@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use terrabite::channels::{Channel, Number};
-use terrabite::sink::{Contents, PlySink, Sink};
-use terrabite::staged::StagedFile;
+use terrabite::base::channels::{Channel, Number};
+use terrabite::base::staged::StagedFile;
+use terrabite::formats::{Contents, PlySink, Sink};
 
 use crate::util::{Dem, Folder, Run, made_once, terrabite};
 

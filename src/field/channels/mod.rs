@@ -8,10 +8,12 @@ use rayon::prelude::*;
 use super::decode::units;
 use super::load::Missing;
 use super::source::Source;
-use super::{Access, Choice, Field, FieldError, FieldOptions, Validity};
-use crate::channels::{Channel, ChannelError, PLANAR_UNIT, Range, Ranges};
-use crate::control::{Control, Stage};
-use crate::raster::{Marks, Raster, RasterError, SampleType, Scaling, Window, channels, with_sample_type};
+use super::{Access, Choice, Field, FieldError, FieldOptions};
+use crate::base::Validity;
+use crate::base::Window;
+use crate::base::channels::{Channel, ChannelError, PLANAR_UNIT, Range, Ranges};
+use crate::base::control::{Control, Stage};
+use crate::raster::{Marks, Raster, RasterError, SampleType, Scaling, channels, with_sample_type};
 
 /// Which bands are channels, and what they count.
 #[derive(Debug, Clone, PartialEq)]

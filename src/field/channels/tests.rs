@@ -3,8 +3,8 @@ use std::path::{Path, PathBuf};
 use gdal::raster::{Buffer, GdalType, RasterCreationOptions};
 
 use super::*;
-use crate::channels::Number;
-use crate::field::Tile;
+use crate::base::Tile;
+use crate::base::channels::Number;
 
 const SIZE: (usize, usize) = (70, 40);
 

@@ -34,8 +34,9 @@ use self::store::Records;
 use super::decode::windows_of;
 use super::stored::{Sieve, Stored};
 use super::{Field, FieldError};
-use crate::control::{Control, Stage};
-use crate::raster::{Raster, Window, with_sample_type};
+use crate::base::Window;
+use crate::base::control::{Control, Stage};
+use crate::raster::{Raster, with_sample_type};
 
 /// Which holes are bridged, and what that may take.
 #[derive(Debug, Clone)]

@@ -1,7 +1,8 @@
 use super::{Beside, Run};
+use crate::base::Validity;
+use crate::base::Window;
 use crate::field::load::Missing;
-use crate::field::{Field, FieldError, Validity};
-use crate::raster::Window;
+use crate::field::{Field, FieldError};
 
 /// What a window has to tell of holes.
 pub(super) struct Scan {

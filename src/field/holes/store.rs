@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::Bridged;
 use super::components::Hole;
+use crate::base::Window;
 use crate::field::FieldError;
-use crate::raster::Window;
 
 /// Samples along a side of the blocks that bridged samples are found by.
 const BLOCK: u32 = 512;

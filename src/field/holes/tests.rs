@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use proptest::prelude::*;
 
 use super::*;
-use crate::field::{Heights, Tile};
+use crate::base::{Heights, Tile};
 
 type Place = (usize, usize);
 

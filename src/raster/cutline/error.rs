@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use crate::control::Cancelled;
+use crate::base::control::Cancelled;
 
 /// Why a cutline cannot be used. Every message names the file.
 #[derive(Debug, thiserror::Error)]

@@ -13,7 +13,8 @@ pub use read::{CutlineSource, read_cutline};
 
 use std::sync::Arc;
 
-use super::{Raster, Window};
+use super::Raster;
+use crate::base::Window;
 use polygon::Polygon;
 
 /// Polygons over a raster: a sample is inside where it stands in any of them, holes left out (the even-odd rule). On a

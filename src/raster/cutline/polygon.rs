@@ -1,4 +1,4 @@
-use crate::raster::Window;
+use crate::base::Window;
 
 /// A polygon with holes, in columns and rows with fractions, as its sides in no order: the even-odd rule needs none.
 #[derive(Debug, Clone, Default, PartialEq)]

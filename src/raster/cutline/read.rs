@@ -6,11 +6,12 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 
 use super::polygon::Polygon;
 use super::{Cutline, CutlineError};
-use crate::control::CancelToken;
+use crate::base::GeoTransform;
+use crate::base::control::CancelToken;
 use crate::raster::crs::{transform, transformed};
 use crate::raster::error::reason;
 use crate::raster::open::crs_name;
-use crate::raster::{About, GdalName, GeoTransform, Raster};
+use crate::raster::{About, GdalName, Raster};
 
 /// Where the polygons come from.
 #[derive(Debug, Clone, PartialEq, Eq)]

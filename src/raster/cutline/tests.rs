@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::control::CancelToken;
+use crate::base::control::CancelToken;
 use crate::raster::Raster;
 
 const ALL: Window = Window { column: 0, row: 0, width: 20, height: 15 };

@@ -1,8 +1,9 @@
 use gdal::errors::GdalError;
 use gdal::spatial_ref::{CoordTransform, SpatialRef};
 
+use crate::base::GeoTransform;
+use crate::raster::Raster;
 use crate::raster::crs::{transform, transformed};
-use crate::raster::{GeoTransform, Raster};
 
 /// Finds the samples of a raster at places on a map.
 pub(super) struct Placer {

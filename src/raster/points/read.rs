@@ -7,7 +7,7 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 use super::place::Placer;
 use super::set::key;
 use super::{PointSet, PointsError};
-use crate::control::CancelToken;
+use crate::base::control::CancelToken;
 use crate::raster::error::reason;
 use crate::raster::open::crs_name;
 use crate::raster::{About, GdalName, Raster};

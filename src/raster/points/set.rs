@@ -1,4 +1,4 @@
-use crate::raster::Window;
+use crate::base::Window;
 
 /// Samples of a raster, each once, in order of rows and of columns within a row.
 ///

@@ -6,7 +6,7 @@ use gdal::vector::{Geometry, LayerAccess, LayerOptions, OGRwkbGeometryType};
 use tempfile::TempDir;
 
 use super::*;
-use crate::control::CancelToken;
+use crate::base::control::CancelToken;
 use crate::raster::Raster;
 
 const NORTH_UP: [f64; 6] = [500_000.0, 10.0, 0.0, 5_200_000.0, 0.0, -10.0];

@@ -84,7 +84,7 @@ fn a_vertex_moved_across_the_opposite_edge_folds_the_mesh() {
 fn a_vertex_moved_off_the_lattice_is_found() {
     let scene = Scene::flat();
     let ply = scene.mesh.ply(scene.transform, (9, 7));
-    let (x, _) = crate::raster::GeoTransform::new(scene.transform, 9, 7).unwrap().apply(12, 8);
+    let (x, _) = crate::base::GeoTransform::new(scene.transform, 9, 7).unwrap().apply(12, 8);
     let verdict = scene.judge_ply(&ply.replace(&format!("\n{x} "), &format!("\n{} ", x.next_up())), 0.0).unwrap();
     assert_eq!((verdict.off_lattice.count, verdict.off_lattice.first.unwrap().vertex), (1, 4));
     assert_eq!(verdict.failures().len(), 1, "{verdict}");

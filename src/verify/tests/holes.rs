@@ -5,7 +5,7 @@ use gdal::raster::Buffer;
 
 use super::ground::{samples, scene};
 use super::scene::{Mesh, NORTH_UP, SOUTH_UP, Scene};
-use crate::control::Control;
+use crate::base::control::Control;
 use crate::raster::Raster;
 use crate::verify::{GroundOptions, Verdict, VerifyOptions, WeightedOptions, verify_ground};
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::scene::{Mesh, Scene, write_raster};
-use crate::control::{CancelToken, Control, Silent};
+use crate::base::control::{CancelToken, Control, Silent};
 use crate::raster::{Raster, RasterError};
 use crate::verify::{Verdict, VerifyError, VerifyOptions, verify};
 

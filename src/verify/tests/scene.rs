@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use gdal::DriverManager;
 use gdal::raster::{Buffer, GdalType};
 
-use crate::control::Control;
-use crate::raster::{GeoTransform, Raster};
+use crate::base::GeoTransform;
+use crate::base::control::Control;
+use crate::raster::Raster;
 use crate::verify::grid::orientation;
 use crate::verify::{GroundOptions, Verdict, VerifyError, VerifyOptions, judge, verify};
 

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use super::scene::{Mesh, write_raster};
-use crate::control::Control;
+use crate::base::control::Control;
 use crate::raster::Raster;
 use crate::verify::{Verdict, VerifyOptions, verify};
 

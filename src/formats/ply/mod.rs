@@ -1,0 +1,6 @@
+//! PLY: reader and writer know nothing of each other.
+
+pub mod read;
+mod write;
+
+pub use write::PlySink;

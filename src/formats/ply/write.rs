@@ -1,0 +1,184 @@
+use std::io::Write;
+
+use crate::base::channels::{Channel, Number};
+use crate::base::staged::StagedFile;
+use crate::formats::ply::read::Frame;
+use crate::formats::{Contents, Sink, SinkError};
+
+/// Binary little-endian PLY: vertices as x, y, z (`double`, or `float`, see [`Frame`]) and a number for every attribute
+/// (`uchar`, `float` or `double`), faces as lists of three 32-bit numbers.
+///
+/// Vertices are shared, so the mesh is indexed. Memory: one buffer of a megabyte.
+#[derive(Debug)]
+pub struct PlySink {
+    staged: StagedFile,
+    comments: Vec<String>,
+    frame: Frame,
+    /// How far a height may be from what is read again.
+    loss: f64,
+    numbers: Vec<Number>,
+    buffer: Vec<u8>,
+}
+
+/// Bytes gathered before they are written.
+const BUFFER: usize = 1 << 20;
+
+/// Bytes of one triangle in the file.
+const TRIANGLE_BYTES: u64 = 13;
+
+impl PlySink {
+    /// Writes to `staged`, with these lines as comments in the header.
+    pub fn new(staged: StagedFile, comments: &[String]) -> PlySink {
+        // A line break would end the comment and begin a line of the header.
+        let comments = comments.iter().map(|c| c.replace(['\n', '\r'], " ")).collect();
+        PlySink {
+            staged,
+            comments,
+            frame: Frame::PLAIN,
+            loss: 0.0,
+            numbers: Vec::new(),
+            buffer: Vec::with_capacity(BUFFER + 4096),
+        }
+    }
+
+    /// Writes coordinates in this frame, and says so in the header. `loss` is how far a height may be from the one that
+    /// is read again ([`Frame::height`]): one that would lose more ends the writing.
+    pub fn in_frame(self, frame: Frame, loss: f64) -> PlySink {
+        PlySink { frame, loss, ..self }
+    }
+
+    fn drain(&mut self, above: usize) -> Result<(), SinkError> {
+        if self.buffer.len() > above {
+            self.staged.file().write_all(&self.buffer).map_err(|e| self.staged.write_error(e))?;
+            self.buffer.clear();
+        }
+        Ok(())
+    }
+}
+
+impl Sink for PlySink {
+    fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        let Contents { vertices, triangles, attributes } = *contents;
+        let limit = u64::from(u32::MAX);
+        if vertices > limit {
+            let path = self.staged.path().to_path_buf();
+            return Err(SinkError::TooLarge { path, format: "PLY", limit, found: vertices });
+        }
+        let mut header = String::from("ply\nformat binary_little_endian 1.0\n");
+        for comment in self.comments.iter().chain(&self.frame.comments()) {
+            header.push_str(&format!("comment {comment}\n"));
+        }
+        let number = if self.frame.single { "float" } else { "double" };
+        header.push_str(&format!("element vertex {vertices}\n"));
+        ["x", "y", "z"].iter().for_each(|name| header.push_str(&format!("property {number} {name}\n")));
+        for Channel { name, number } in attributes {
+            let number = match number {
+                Number::U8 => "uchar",
+                Number::F32 => "float",
+                Number::F64 => "double",
+            };
+            header.push_str(&format!("property {number} {name}\n"));
+        }
+        header.push_str(&format!("element face {triangles}\nproperty list uchar uint vertex_indices\nend_header\n"));
+        self.numbers = attributes.iter().map(|a| a.number).collect();
+        self.buffer.extend_from_slice(header.as_bytes());
+        Ok(())
+    }
+
+    fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
+        assert_eq!(attributes.len(), self.numbers.len(), "attributes");
+        for (i, vertex) in vertices.iter().enumerate() {
+            let &[x, y, height] = vertex;
+            let (x, y) = self.frame.written_place((x, y));
+            let z = self.frame.written_height(height);
+            let lost = (self.frame.height(z) - height).abs();
+            if lost > self.loss || lost.is_nan() {
+                let path = self.staged.path().to_path_buf();
+                return Err(SinkError::Lossy { path, height, allowed: self.loss, found: lost });
+            }
+            for value in [x, y, z] {
+                match self.frame.single {
+                    true => self.buffer.extend_from_slice(&(value as f32).to_le_bytes()),
+                    false => self.buffer.extend_from_slice(&value.to_le_bytes()),
+                }
+            }
+            for (values, number) in attributes.iter().zip(&self.numbers) {
+                match number {
+                    Number::U8 => self.buffer.push(values[i] as u8),
+                    Number::F32 => self.buffer.extend_from_slice(&(values[i] as f32).to_le_bytes()),
+                    Number::F64 => self.buffer.extend_from_slice(&values[i].to_le_bytes()),
+                }
+            }
+            self.drain(BUFFER)?;
+        }
+        Ok(())
+    }
+
+    fn triangles(&mut self, triangles: &[[u64; 3]]) -> Result<(), SinkError> {
+        for triangle in triangles {
+            let mut face = [3u8; TRIANGLE_BYTES as usize];
+            for (bytes, &index) in face[1..].chunks_exact_mut(4).zip(triangle) {
+                bytes.copy_from_slice(&(index as u32).to_le_bytes());
+            }
+            self.buffer.extend_from_slice(&face);
+            self.drain(BUFFER)?;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<(), SinkError> {
+        self.drain(0)?;
+        Ok(self.staged.commit()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::ply::read::PlyFile;
+
+    const VERTICES: [[f64; 3]; 3] = [[0.5, -0.5, 1.25], [2.5, -0.5, -7.0], [0.5, -4.5, 1e-3]];
+
+    fn written(attributes: &[Channel], values: &[&[f64]]) -> (tempfile::TempDir, Vec<u8>) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("tin.ply");
+        let mut sink = PlySink::new(StagedFile::create(&path, false, &[]).expect("staged"), &["by hand".to_string()]);
+        sink.begin(&Contents { vertices: 3, triangles: 1, attributes }).expect("begun");
+        sink.vertices(&VERTICES, values).expect("written");
+        sink.triangles(&[[0, 2, 1]]).expect("written");
+        Box::new(sink).finish().expect("finished");
+        let bytes = std::fs::read(path).expect("a file");
+        (folder, bytes)
+    }
+
+    /// Byte for byte what it has always been.
+    #[test]
+    fn a_mesh_without_attributes() {
+        let mut expected = b"ply\nformat binary_little_endian 1.0\ncomment by hand\nelement vertex 3\nproperty double x\n\
+            property double y\nproperty double z\nelement face 1\nproperty list uchar uint vertex_indices\nend_header\n"
+            .to_vec();
+        VERTICES.iter().flatten().for_each(|v| expected.extend(v.to_le_bytes()));
+        expected.extend([3, 0, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0]);
+        assert_eq!(written(&[], &[]).1, expected);
+    }
+
+    #[test]
+    fn attributes_come_back_by_name_from_every_number_type() {
+        let channel = |name: &str, number| Channel { name: name.to_string(), number };
+        let attributes =
+            [channel("red", Number::U8), channel("near_infrared", Number::F32), channel("band_7", Number::F64)];
+        let values: [&[f64]; 3] = [&[0.0, 255.0, 7.0], &[0.5, -3.25, 1e10], &[0.1, -1e300, 3.0]];
+        let (folder, bytes) = written(&attributes, &values);
+        let header = String::from_utf8_lossy(&bytes[..bytes.len().min(400)]).into_owned();
+        let lines =
+            "property double z\nproperty uchar red\nproperty float near_infrared\nproperty double band_7\nelement face";
+        assert!(header.contains(lines), "{header}");
+        let mut mesh = PlyFile::open(&folder.path().join("tin.ply")).expect("a mesh");
+        mesh.for_each_vertex_with(&["band_7", "red", "near_infrared"], |index, place, found| {
+            let i = index as usize;
+            assert_eq!((place, found), (VERTICES[i], &[values[2][i], values[0][i], values[1][i]][..]));
+            Ok::<(), crate::formats::ply::read::PlyError>(())
+        })
+        .expect("vertices");
+    }
+}

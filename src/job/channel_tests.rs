@@ -1,0 +1,228 @@
+//! Meshes with channels from bands to file, as the independent verifier finds them.
+
+use std::path::{Path, PathBuf};
+
+use gdal::raster::{Buffer, GdalType, RasterCreationOptions};
+use proptest::prelude::*;
+
+use super::*;
+use crate::base::control::Control;
+use crate::base::staged::StagedFile;
+use crate::field::{ChannelOptions, Field, FieldOptions, find_ranges};
+use crate::formats::PlySink;
+use crate::formats::ply::read::{PlyFile, ScalarType};
+use crate::kernel::triangulate::cuts::Cuts;
+use crate::kernel::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Swap};
+use crate::raster::Raster;
+use crate::testing;
+use crate::verify::{Verdict, VerifyOptions, WeightedOptions, verify_with_channels};
+
+fn by(swap: Swap, params: Params) -> Params {
+    let engine = EngineChoice::GreedyInsertion(InsertionOptions { swap, ..InsertionOptions::default() });
+    Params { engine, quality: Quality::None, ..params }
+}
+
+fn delaunay(params: Params) -> Params {
+    by(Swap::Delaunay, params)
+}
+
+/// A raster whose bands are functions of column, row and band.
+fn geotiff<T: GdalType + Copy>(path: &Path, (width, height): (usize, usize), bands: &[Vec<f64>]) {
+    let driver = gdal::DriverManager::get_driver_by_name("GTiff").expect("GTiff");
+    // Else GDAL takes the fourth of four bands of bytes for a mask.
+    let options: RasterCreationOptions = ["PHOTOMETRIC=MINISBLACK", "ALPHA=NO"].into_iter().collect();
+    let dataset = driver.create_with_band_type_with_options::<T, _>(path, width, height, bands.len(), &options);
+    let dataset = dataset.expect("a raster");
+    for (i, values) in bands.iter().enumerate() {
+        let mut buffer = Buffer::new((width, height), values.clone());
+        dataset.rasterband(i + 1).expect("a band").write((0, 0), (width, height), &mut buffer).expect("written");
+    }
+    dataset.close().expect("closed");
+}
+
+/// A written mesh with channels, and what it was made from.
+struct Made {
+    _folder: tempfile::TempDir,
+    tin: PathBuf,
+    raster: Raster,
+    channels: ChannelOptions,
+    summary: Summary,
+}
+
+impl Made {
+    fn new(folder: tempfile::TempDir, channels: ChannelOptions, params: &Params) -> Made {
+        let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
+        let raster = Raster::open(&dem, if channels.planar { channels.bands[0] } else { 1 }).expect("opens");
+        let control = Control::default();
+        let ranges = find_ranges(&raster, &channels, &control).expect("ranges");
+        let field = Field::open_extended(&raster, &FieldOptions::default(), &channels, &ranges, &control);
+        let mesh = triangulate(&field.expect("a field"), params, &control).expect("a mesh");
+        let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
+        let summary = mesh.write(Box::new(sink), &control).expect("written");
+        Made { _folder: folder, tin, raster, channels, summary }
+    }
+
+    fn judge(&self, max_error: f64) -> Verdict {
+        let options = VerifyOptions { max_error, importance: None, temp_dir: None };
+        let ChannelOptions { bands, emphasis, planar } = self.channels.clone();
+        let weighted = WeightedOptions { bands, emphasis, planar };
+        verify_with_channels(&self.raster, &self.tin, &options, &weighted, &Control::default()).expect("judged")
+    }
+}
+
+fn noise(seed: u64, i: usize) -> u64 {
+    (i as u64 + 1).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40
+}
+
+fn swaps() -> impl Strategy<Value = Swap> {
+    let by_data = |fit| Swap::DataDependent(DataDependent { fit, ..DataDependent::default() });
+    prop_oneof![
+        Just(Swap::Delaunay),
+        prop::sample::select(vec![Fit::L2, Fit::LInfinity, Fit::MaxSum]).prop_map(by_data)
+    ]
+}
+
+fn measures() -> impl Strategy<Value = Measure> {
+    use Measure::{Curvature, GlobalError, LocalError, Product};
+    prop_oneof![4 => Just(LocalError), 1 => prop_oneof![Just(GlobalError), Just(Curvature(1.0)), Just(Product(1.0))]]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn what_is_written_passes_the_verifier(
+        width in 2usize..22, height in 2usize..22, count in 1usize..5, seed in any::<u64>(), kind in 0u8..3,
+        emphasis in prop_oneof![Just(0.0), Just(0.5), Just(1.0), 0.0f64..1.0], planar in any::<bool>(),
+        max_error in prop_oneof![Just(0.0), Just(2.0), 0.0f64..60.0, Just(1e6)],
+        tile in prop_oneof![Just(0usize), 3usize..12], swap in swaps(), measure in measures(), strong in any::<bool>(),
+    ) {
+        let folder = testing::folder();
+        let smooth = |i: usize, band: usize| {
+            let (x, y) = ((i % width) as f64, (i / width) as f64);
+            110.0 + 60.0 * (x / 7.0 + band as f64).sin() + 40.0 * (y / 5.0 - band as f64).cos()
+        };
+        let value = |i: usize, band: usize| match kind {
+            0 => (noise(seed, i + band * 1000) % 256) as f64,
+            1 => smooth(i, band).round(),
+            _ => smooth(i, band) * 100.0,
+        };
+        let bands: Vec<Vec<f64>> = (0..=count).map(|b| (0..width * height).map(|i| value(i, b)).collect()).collect();
+        let dem = folder.path().join("dem.tif");
+        match kind {
+            0 => geotiff::<u8>(&dem, (width, height), &bands),
+            1 => geotiff::<i16>(&dem, (width, height), &bands),
+            _ => geotiff::<f64>(&dem, (width, height), &bands),
+        }
+        let emphasis = if planar { 1.0 } else { emphasis };
+        let channels = ChannelOptions { bands: (2..count + 2).collect(), emphasis, planar };
+        let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
+        let options = InsertionOptions { swap, measure, ..InsertionOptions::default() };
+        let engine = EngineChoice::GreedyInsertion(options);
+        let made = Made::new(folder, channels, &Params { tile, feasibility, engine, quality: Quality::None, ..Params::new(max_error) });
+        let verdict = made.judge(max_error);
+        prop_assert!(verdict.passes(), "{:?}", verdict.failures());
+        let (measured, judged) = (made.summary.errors.extended, verdict.extended.and_then(|w| w.worst));
+        let (measured, judged) = (measured.expect("measured").max, judged.expect("judged").error);
+        prop_assert!((measured - judged).abs() <= 1e-9 * (1.0 + judged), "{} against {}", measured, judged);
+    }
+}
+
+/// Hills in one band, stripes of colour across them in three.
+fn striped(folder: &tempfile::TempDir) {
+    let (width, height) = (40, 30);
+    let hills = |i: usize| (i % width / 8 * 20) as f64;
+    let stripe = |i: usize, band: usize| if i / width % 10 < 5 { 40.0 * band as f64 } else { 200.0 };
+    let mut bands = vec![(0..width * height).map(hills).collect::<Vec<f64>>()];
+    bands.extend((1..4).map(|b| (0..width * height).map(|i| stripe(i, b)).collect()));
+    geotiff::<u8>(&folder.path().join("dem.tif"), (width, height), &bands);
+}
+
+fn colours() -> ChannelOptions {
+    ChannelOptions { bands: vec![2, 3, 4], emphasis: 0.5, planar: false }
+}
+
+#[test]
+fn colours_are_written_as_bytes_and_come_back_as_the_samples() {
+    let folder = testing::folder();
+    striped(&folder);
+    let made = Made::new(folder, colours(), &delaunay(Params { tile: 16, ..Params::new(5.0) }));
+    let mut mesh = PlyFile::open(&made.tin).expect("a mesh");
+    let attributes: Vec<(String, ScalarType)> = mesh.attributes().map(|(n, t)| (n.to_string(), t)).collect();
+    assert_eq!(attributes, ["red", "green", "blue"].map(|n| (n.to_string(), ScalarType::U8)));
+    let mut different = std::collections::BTreeSet::new();
+    mesh.for_each_vertex_with(&["blue", "red"], |_, [_, y, _], values| {
+        let row = (-y - 0.5) as usize;
+        assert_eq!(values, if row % 10 < 5 { [120.0, 40.0] } else { [200.0, 200.0] });
+        different.insert(values[0] as u8);
+        Ok::<(), crate::formats::ply::read::PlyError>(())
+    })
+    .expect("vertices");
+    assert_eq!(different.len(), 2);
+    assert!(made.judge(5.0).passes());
+    // Edges of the stripes cost vertices that the heights alone do not need.
+    assert!(made.summary.vertices > 100, "{}", made.summary.vertices);
+}
+
+#[test]
+fn a_mesh_that_keeps_heights_alone_is_found_out() {
+    let folder = testing::folder();
+    striped(&folder);
+    let heights_alone = ChannelOptions { emphasis: 0.0, ..colours() };
+    let mut made = Made::new(folder, heights_alone, &delaunay(Params { tile: 16, ..Params::new(5.0) }));
+    assert!(made.judge(5.0).passes());
+    made.channels = colours();
+    let verdict = made.judge(5.0);
+    assert_eq!(verdict.failures().len(), 1, "{verdict}");
+    assert!(verdict.failures()[0].contains("weighted error"), "{verdict}");
+    let weighted = verdict.extended.expect("judged");
+    assert!(weighted.above_tolerance.count > 100 && weighted.worst.expect("covered").error > 5.0);
+}
+
+#[test]
+fn attributes_that_are_not_in_the_file_are_named() {
+    let folder = testing::folder();
+    striped(&folder);
+    let made = Made::new(folder, ChannelOptions { bands: vec![2], ..colours() }, &delaunay(Params::new(300.0)));
+    let weighted = WeightedOptions { bands: vec![2, 3, 4], emphasis: 0.5, planar: false };
+    let options = VerifyOptions { max_error: 300.0, importance: None, temp_dir: None };
+    let found = verify_with_channels(&made.raster, &made.tin, &options, &weighted, &Control::default());
+    assert!(found.expect_err("no red").to_string().contains("property red of element vertex"));
+}
+
+#[test]
+fn what_does_not_keep_channels_is_not_given_any() {
+    let folder = testing::folder();
+    striped(&folder);
+    let raster = Raster::open(&folder.path().join("dem.tif"), 1).expect("opens");
+    let ranges = find_ranges(&raster, &colours(), &Control::default()).expect("ranges");
+    let field = Field::open_extended(&raster, &FieldOptions::default(), &colours(), &ranges, &Control::default());
+    let field = field.expect("a field");
+    let cuts = Params { engine: EngineChoice::GreedyCuts(Cuts::Plain), ..delaunay(Params::new(1.0)) };
+    let run = triangulate(&field, &cuts, &Control::default());
+    assert!(matches!(run, Err(Error::Channels { .. })), "{run:?}");
+    let run =
+        triangulate(&field, &Params { quality: Quality::Fast, ..delaunay(Params::new(1.0)) }, &Control::default());
+    assert!(matches!(run, Err(Error::PolishWithChannels { .. })), "{run:?}");
+    let goal = Goal { max_points: Some(100), ..Goal::default() };
+    let run = triangulate(&field, &delaunay(Params { goal, ..Params::new(1.0) }), &Control::default());
+    assert!(matches!(run, Err(Error::GoalWithChannels)), "{run:?}");
+}
+
+#[test]
+fn channels_are_reckoned_with() {
+    use crate::run::info::{DENSEST, estimate};
+    let folder = testing::folder();
+    striped(&folder);
+    let raster = Raster::open(&folder.path().join("dem.tif"), 1).expect("opens");
+    let bands = colours().open(&raster).expect("bands");
+    let grid = grid(40, 30, &Params::new(1.0)).expect("a grid");
+    let load = Load::of(&raster, grid);
+    let plain = Plan::new(1 << 30, &load, 1).expect("a plan");
+    let more = Plan::new(1 << 30, &Load { channels: &bands, ..load }, 1).expect("a plan");
+    assert!(more.needed_bytes >= plain.needed_bytes + 3 * 32 * 40 * 30);
+    let (plain, more) =
+        (estimate(&raster, None, DENSEST), estimate(&raster, None, DENSEST).with_channels(&bands, false));
+    assert_eq!(more.output_bytes - plain.output_bytes, 3 * 4 * 2 * 40 * 30);
+    assert_eq!(more.spool_bytes - plain.spool_bytes, 3 * 4 * 2 * 40 * 30);
+}

@@ -1,0 +1,79 @@
+//! When to stop (the paper's GOAL_MET), for a whole raster of tiles.
+//!
+//! A budget of vertices or triangles, or a root mean square, is one for all tiles, and none of them can tell by itself
+//! when it is met. So tiles are gone over twice. First every tile tells how its insertion would go ([`Curves`]); then
+//! the place where all of them together have to stop is found ([`find_cut`]); then every tile goes as far as that. An
+//! insertion's place among all is its [`crate::kernel::triangulate::insertion::Key`]. Rims are nested
+//! ([`crate::kernel::seam::levels`]), so a tile can begin before anybody knows a tolerance.
+
+mod curves;
+mod cut;
+mod floor;
+#[cfg(test)]
+mod tests;
+
+pub(super) use curves::{Cost, Curves, Told};
+pub(super) use cut::find_cut;
+pub(super) use floor::Floor;
+
+/// What ends the refinement beside the tolerance. Qualities (`max_rms`, and the tolerance) are to be reached, all that
+/// are given; budgets end the refinement before that if need be, and are never exceeded.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct Goal {
+    /// The most vertices.
+    pub max_points: Option<u64>,
+    /// The most triangles.
+    pub max_triangles: Option<u64>,
+    /// The root of the mean square error over all samples on the ground that is to be reached.
+    pub max_rms: Option<f64>,
+}
+
+impl Goal {
+    /// Whether the tolerance is all there is.
+    pub fn is_none(&self) -> bool {
+        *self == Goal::default()
+    }
+
+    /// The most triangles that a budget allows: of vertices, a mesh has fewer than twice as many.
+    pub fn most_triangles(&self) -> Option<u64> {
+        self.max_points.map(|most| most.saturating_mul(2)).into_iter().chain(self.max_triangles).min()
+    }
+
+    /// What of this decides the bytes of a tile, as text.
+    pub(super) fn named(&self) -> String {
+        format!("{:?}, {:?}, {:?}", self.max_points, self.max_triangles, self.max_rms)
+    }
+}
+
+/// How far a run under a [`Goal`] got.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Outcome {
+    /// The budget that ended it before the qualities that were asked for were reached.
+    pub ended_by: Option<Budget>,
+    /// The error of the last insertion: what the threshold for all tiles came to.
+    pub threshold: f64,
+}
+
+/// A budget.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Budget {
+    /// [`Goal::max_points`].
+    MaxPoints,
+    /// [`Goal::max_triangles`].
+    MaxTriangles,
+}
+
+/// A budget is too small for what is there from the start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "expected a budget of at least {smallest} {what}, found {found}: corners of tiles, outlines of gaps and points are there from the start"
+)]
+pub struct GoalTooSmall {
+    /// Vertices or triangles.
+    pub what: &'static str,
+    /// The smallest budget that works with this tile size.
+    pub smallest: u64,
+    /// The budget.
+    pub found: u64,
+}

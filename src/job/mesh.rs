@@ -1,0 +1,184 @@
+use super::{Error, Outcome, TileTimes};
+use crate::base::GeoTransform;
+use crate::base::channels::Channel;
+use crate::base::control::{Control, Stage};
+use crate::base::faults::{self, Point};
+use crate::base::lattice::STEPS;
+use crate::base::tiling::TileGrid;
+use crate::formats::{Contents, Sink};
+use crate::job::spool::{Chunk, Ids, Spool};
+use crate::kernel::measure::ErrorStats;
+
+/// A triangulated field: chunks on disk, one per tile. Whether they vanish when it is dropped is up to their spool.
+#[derive(Debug)]
+pub struct Mesh {
+    pub(super) spool: Spool,
+    pub(super) grid: TileGrid,
+    /// The grid whose tiles the chunks are.
+    pub(super) chunks: TileGrid,
+    pub(super) geo_transform: GeoTransform,
+    pub(super) channels: Vec<Channel>,
+    pub(super) max_error: f64,
+    pub(super) error_scale: f64,
+    pub(super) outcome: Option<Outcome>,
+    pub(super) times: TileTimes,
+    pub(super) other_bytes: u64,
+    pub(super) found: u64,
+}
+
+/// The whole mesh in numbers.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Summary {
+    /// Vertices, seam vertices counted once.
+    pub vertices: u64,
+    /// Triangles.
+    pub triangles: u64,
+    /// Triangles whose strong feasibility was relaxed to weak.
+    pub relaxed: u64,
+    /// Errors over all samples.
+    pub errors: ErrorStats,
+}
+
+impl Mesh {
+    /// How the field was cut.
+    pub fn grid(&self) -> TileGrid {
+        self.grid
+    }
+
+    /// What its vertices have beside a height: [`Chunk::attributes`], in this order.
+    pub fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    /// The tolerance it keeps; infinite where a goal left it open.
+    pub fn max_error(&self) -> f64 {
+        self.max_error
+    }
+
+    /// What percentiles of errors are to be taken by ([`ErrorStats::percentile`]): the tolerance, or under a goal that left
+    /// it open the threshold that it came to.
+    pub fn error_scale(&self) -> f64 {
+        self.error_scale
+    }
+
+    /// How far a run under a goal got.
+    pub fn outcome(&self) -> Option<Outcome> {
+        self.outcome
+    }
+
+    /// Where the time of the tiles went.
+    pub fn times(&self) -> TileTimes {
+        self.times
+    }
+
+    /// How many tiles of [`Mesh::grid`] the spool had already.
+    pub fn tiles_found(&self) -> u64 {
+        self.found
+    }
+
+    /// Temporary disk in use.
+    pub fn spool_bytes(&self) -> u64 {
+        self.spool.bytes() + self.other_bytes
+    }
+
+    /// Chunk after chunk, in tile order.
+    pub fn chunks(&self) -> impl Iterator<Item = Result<Chunk, Error>> {
+        let mut buffer = Vec::new();
+        (0..self.spool.tiles()).map(move |tile| {
+            let mut chunk = Chunk::default();
+            self.spool.read(tile, &mut chunk, &mut buffer)?;
+            Ok(chunk)
+        })
+    }
+
+    /// Hands the mesh to a sink: contents, vertices on the map, triangles; then asks it to finish.
+    ///
+    /// Three passes over the chunks' counts, their vertices and their triangles; memory: two rows of counts, one chunk.
+    ///
+    /// # Errors
+    /// [`Error`]; the sink is dropped unfinished then.
+    pub fn write(&self, sink: Box<dyn Sink + '_>, control: &Control<'_>) -> Result<Summary, Error> {
+        self.write_if(sink, control, &|| Ok(()))
+    }
+
+    /// Does what [`Mesh::write`] does, but asks the sink to finish only if `may_finish` has nothing against it.
+    ///
+    /// # Errors
+    /// [`Error`], that of `may_finish` among them; the sink is dropped unfinished then.
+    pub fn write_if(
+        &self,
+        mut sink: Box<dyn Sink + '_>,
+        control: &Control<'_>,
+        may_finish: &dyn Fn() -> Result<(), Error>,
+    ) -> Result<Summary, Error> {
+        let steps = 2 * self.chunks.len() as u64;
+        control.progress.begin(Stage::Write, steps, 0);
+        let mut summary = self.count()?;
+        let (vertices, triangles) = (summary.vertices, summary.triangles);
+        sink.begin(&Contents { vertices, triangles, attributes: &self.channels })?;
+        self.write_vertices(sink.as_mut(), &mut summary, control)?;
+        self.write_triangles(sink.as_mut(), control)?;
+        may_finish()?;
+        sink.finish()?;
+        control.progress.end(Stage::Write);
+        Ok(summary)
+    }
+
+    fn count(&self) -> Result<Summary, Error> {
+        let mut summary = Summary::default();
+        let columns = self.chunks.columns();
+        for row in 0..self.chunks.rows() {
+            for counts in self.spool.counts(row * columns..(row + 1) * columns)? {
+                summary.vertices += counts.vertices;
+                summary.triangles += counts.triangles;
+            }
+        }
+        Ok(summary)
+    }
+
+    fn write_vertices(&self, sink: &mut dyn Sink, summary: &mut Summary, control: &Control<'_>) -> Result<(), Error> {
+        let mut placed = Vec::new();
+        for chunk in self.chunks() {
+            control.cancel.check()?;
+            let chunk = chunk?;
+            let window = self.chunks.window(self.chunks.tile(chunk.tile));
+            let (column, row) = (window.column as i64 * i64::from(STEPS), window.row as i64 * i64::from(STEPS));
+            placed.clear();
+            placed.extend(chunk.vertices.iter().map(|v| {
+                let (x, y) = self.geo_transform.apply(column + i64::from(v.at.x), row + i64::from(v.at.y));
+                [x, y, v.height]
+            }));
+            let attributes: Vec<&[f64]> = chunk.attributes.iter().map(|a| a.values.as_slice()).collect();
+            sink.vertices(&placed, &attributes)?;
+            faults::reach(Point::Vertices);
+            summary.relaxed += chunk.relaxed;
+            summary.errors.add(&chunk.errors);
+            control.progress.step(Stage::Write, 0);
+        }
+        Ok(())
+    }
+
+    fn write_triangles(&self, sink: &mut dyn Sink, control: &Control<'_>) -> Result<(), Error> {
+        // A positive turn on the lattice is counter-clockwise on the map unless one of the two is mirrored.
+        let mirrored = self.geo_transform.determinant() < 0.0;
+        let mut ids = Ids::new(&self.spool, self.chunks)?;
+        let (mut numbers, mut numbered) = (Vec::new(), Vec::new());
+        for chunk in self.chunks() {
+            control.cancel.check()?;
+            let chunk = chunk?;
+            if chunk.tile > 0 && chunk.tile % self.chunks.columns() == 0 {
+                ids.next_row()?;
+            }
+            ids.of_chunk(&chunk, &mut numbers);
+            numbered.clear();
+            numbered.extend(chunk.triangles.iter().map(|t| {
+                let [a, b, c] = t.map(|i| numbers[i as usize]);
+                if mirrored { [a, c, b] } else { [a, b, c] }
+            }));
+            sink.triangles(&numbered)?;
+            faults::reach(Point::Triangles);
+            control.progress.step(Stage::Write, 0);
+        }
+        Ok(())
+    }
+}

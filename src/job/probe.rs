@@ -1,0 +1,177 @@
+//! What a run will come to, found at a few of its tiles: for estimates of disks, before it begins.
+
+use super::goal::{Curves, Floor, find_cut};
+use super::in_order::{check_corners, error_needs, lowest};
+use super::tiles::{Job, Workspace};
+use super::{EngineChoice, Error, Goal, Params};
+use crate::base::control::Control;
+use crate::base::tiling::{TileGrid, TileId};
+use crate::field::{Choice, Field, FieldOptions};
+use crate::job::spool::SpoolError;
+use crate::raster::Raster;
+
+/// How many tiles each way are tried.
+const TRIED: usize = 3;
+
+/// What a run will come to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Expected {
+    /// Samples of the raster for each triangle of the mesh.
+    pub samples_per_triangle: f64,
+    /// Bytes of temporary disk for what tiles tell of their insertions; 0 without a goal.
+    pub survey_bytes: u64,
+}
+
+impl Expected {
+    /// What no run over a field exceeds: where every sample is a vertex.
+    pub fn densest(samples_per_triangle: f64, samples: u64, params: &Params) -> Expected {
+        let told = if params.goal.is_none() { 0 } else { told_of(samples) };
+        Expected { samples_per_triangle, survey_bytes: told.saturating_mul(Curves::BYTES) }
+    }
+}
+
+/// What tiles tell at the most: every sample once, and those on their common lines twice.
+fn told_of(samples: u64) -> u64 {
+    samples.saturating_add(samples / 16)
+}
+
+/// Finds out what a run over a raster will come to, by what ends it:
+///
+/// - a tolerance: up to nine tiles, spread evenly over the raster, are made; with points (which are left out there: they may
+///   lie in bridged holes, and anywhere) two triangles more for each;
+/// - a budget: it is the answer, and nothing is read;
+/// - a root mean square, alone or beside those: up to nine tiles tell of their insertions, and end together where the mean
+///   over them is reached, as all tiles will. Where others are rougher, the truth lies elsewhere.
+///
+/// The windows are read through GDAL, those of the importance raster too, so nothing has to be decoded beforehand. Cost:
+/// nine tiles.
+///
+/// # Errors
+/// [`Error`], as for the whole run: a raster that cannot be read is told of early.
+pub fn probe(
+    raster: &Raster,
+    importance: Option<&Raster>,
+    params: &Params,
+    control: &Control<'_>,
+) -> Result<Expected, Error> {
+    let options = FieldOptions { temp_dir: params.temp_dir.clone(), choice: Choice::Windows };
+    probe_field(&Field::open_with_importance(raster, importance, &options, control)?, params, control)
+}
+
+/// Does what [`probe`] does, with a field that is open.
+///
+/// # Errors
+/// As [`probe`].
+pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Result<Expected, Error> {
+    let grid = TileGrid::new(field.width(), field.height(), params.tile);
+    let samples = field.width() as f64 * field.height() as f64;
+    let goal = Goal { max_rms: params.goal.max_rms, ..Goal::default() };
+    let few = Params { points: None, goal, ..params.clone() };
+    let job = Job { field, params: &few, grid, shifted: None, control, end: None };
+    let rates = match params.engine {
+        _ if params.goal.is_none() => Some(made(&job)?),
+        EngineChoice::GreedyInsertion(_) if goal.max_rms.is_some() || params.max_error.is_finite() => {
+            Some(surveyed(&job)?)
+        }
+        _ => None,
+    };
+    let points = 2.0 * params.points.as_ref().map_or(0, |p| p.len()) as f64;
+    let wanted = rates.map_or(f64::INFINITY, |rates| rates.triangles * samples + points);
+    let triangles = wanted.min(params.goal.most_triangles().map_or(f64::INFINITY, |most| most as f64));
+    if params.goal.most_triangles().is_some() && !field.may_have_gaps() {
+        check_corners(&Job { params, ..job })?;
+    }
+    let told = match rates {
+        _ if params.goal.is_none() => 0,
+        Some(rates) => most_told(&params.goal, grid).min((rates.told * samples) as u64),
+        None => most_told(&params.goal, grid),
+    };
+    // Where the tiles that were tried have no ground, it is as if they had one triangle.
+    let samples_per_triangle = samples / triangles.min(2.0 * samples).max(1.0);
+    Ok(Expected { samples_per_triangle, survey_bytes: told.saturating_mul(Curves::BYTES) })
+}
+
+/// Triangles, and insertions told of, for each sample.
+#[derive(Debug, Clone, Copy, Default)]
+struct Rates {
+    triangles: f64,
+    told: f64,
+}
+
+fn tried(grid: TileGrid) -> impl Iterator<Item = TileId> {
+    spread(grid.rows()).flat_map(move |row| spread(grid.columns()).map(move |column| TileId { column, row }))
+}
+
+/// Makes a few tiles.
+fn made(job: &Job<'_>) -> Result<Rates, Error> {
+    let mut workspace = Workspace::default();
+    let (mut samples, mut triangles) = (0, 0);
+    for id in tried(job.grid) {
+        let counted = workspace.probe(job, job.grid.index(id))?;
+        samples += counted.0;
+        triangles += counted.1;
+    }
+    Ok(Rates { triangles: triangles.max(1) as f64 / samples as f64, told: 0.0 })
+}
+
+/// Has a few tiles tell of their insertions, and finds where they end together.
+fn surveyed(job: &Job<'_>) -> Result<Rates, Error> {
+    let EngineChoice::GreedyInsertion(options) = job.params.engine else { return Ok(Rates::default()) };
+    let (lowest, goal) = (lowest(job), &job.params.goal);
+    let floor = Floor::new(goal, lowest);
+    let failed = |source| SpoolError::File { dir: job.params.temp_dir.clone(), source };
+    let curves = Curves::new(&job.params.temp_dir, tried(job.grid).count()).map_err(failed)?;
+    let mut workspace = Workspace::default();
+    let (mut samples, mut counted, mut told) = (0, 0, 0);
+    for (i, id) in tried(job.grid).enumerate() {
+        job.control.cancel.check()?;
+        counted += workspace.tell(job, options, job.grid.index(id), lowest, &floor)?;
+        samples += job.grid.window(id).len();
+        told += workspace.told.len();
+        curves.tell(i, &workspace.told, &mut workspace.encoded).map_err(failed)?;
+    }
+    let (cut, _) = find_cut(&curves, goal, counted, error_needs(job)).map_err(failed)??;
+    let mut triangles = 0;
+    curves
+        .for_each(|t| {
+            triangles += if t.key <= cut { t.cost.triangles } else { 0 };
+            true
+        })
+        .map_err(failed)?;
+    Ok(Rates { triangles: triangles.max(1) as f64 / samples as f64, told: told as f64 / samples as f64 })
+}
+
+/// How many insertions tiles tell of at the most, about, before the [`Floor`] stops them: where tiles are alike, each goes as
+/// far as those before it together need for the budget, the first as far as all of it.
+fn most_told(goal: &Goal, grid: TileGrid) -> u64 {
+    let triangles = goal.max_triangles.map(|most| most / 2 + 1);
+    let Some(most) = goal.max_points.or(triangles) else { return u64::MAX };
+    let threads = rayon::current_num_threads() as u64;
+    let of_tile = |index: usize| {
+        // Those that are worked on at the same time know nothing of each other.
+        let before = (index as u64).saturating_sub(threads).max(1);
+        // The floor rises by steps of 6 % in error.
+        let share = most / before + most / before / 8 + 4;
+        share.min(most).min(grid.window(grid.tile(index)).len() as u64)
+    };
+    (0..grid.len()).map(of_tile).sum()
+}
+
+/// Up to [`TRIED`] places in the middle of even parts.
+fn spread(count: usize) -> impl Iterator<Item = usize> {
+    let tried = count.min(TRIED);
+    (0..tried).map(move |i| (2 * i + 1) * count / (2 * tried))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_different_and_inside() {
+        assert_eq!(spread(1).collect::<Vec<_>>(), [0]);
+        assert_eq!(spread(2).collect::<Vec<_>>(), [0, 1]);
+        assert_eq!(spread(3).collect::<Vec<_>>(), [0, 1, 2]);
+        assert_eq!(spread(100).collect::<Vec<_>>(), [16, 50, 83]);
+    }
+}

@@ -1,0 +1,121 @@
+use crate::base::mesh::{TileMesh, Vertex};
+use crate::kernel::measure::ErrorStats;
+use crate::kernel::seam::{Foreign, Rim, RimCounts};
+
+/// One finished tile: what it owns, and references to what it borrows. Immutable once written.
+///
+/// Triangles number vertices in this order: those owned on the rim, those borrowed, those inside. `vertices` holds the
+/// owned ones (rim, then inside) with tile-local places; of those inside the vertices of the domain's loops come first, then
+/// its points. On the rim there may be vertices that only neighbours have triangles at.
+///
+/// The tiles of a shifted grid ([`crate::base::tiling::TileGrid::shifted`]) have no rim: what stands in its place are the
+/// vertices that others borrow ([`Foreign::At`]), by their places, rows first.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Chunk {
+    /// The tile's number in its grid.
+    pub tile: usize,
+    /// How many of the vertices are rim vertices, by kind.
+    pub rim: RimCounts,
+    /// The vertices the tile owns.
+    pub vertices: Vec<Vertex>,
+    /// Owned vertices that others find by their places, instead of a rim.
+    pub shared: u32,
+    /// The vertices its neighbours own.
+    pub foreign: Vec<Foreign>,
+    /// Those vertices themselves, with places of this tile; nothing where nobody is to work on the chunk.
+    pub borrowed: Vec<Vertex>,
+    /// Triangles, with positive orientation on the lattice.
+    pub triangles: Vec<[u32; 3]>,
+    /// Further values at the owned vertices, by name.
+    pub attributes: Vec<Attribute>,
+    /// The errors measured over the samples the tile owns.
+    pub errors: ErrorStats,
+    /// Triangles whose strong feasibility was relaxed.
+    pub relaxed: u64,
+    /// The checksum of the heights and weights it was made from ([`crate::base::Tile::checksum`]).
+    pub samples_checksum: u32,
+}
+
+/// A named value at every owned vertex of a chunk.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Attribute {
+    /// What sinks call it.
+    pub name: String,
+    /// One value per owned vertex.
+    pub values: Vec<f64>,
+}
+
+/// What has to be known of a chunk to number its vertices.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ChunkCounts {
+    /// Owned rim vertices, by kind.
+    pub rim: RimCounts,
+    /// [`Chunk::shared`].
+    pub shared: u32,
+    /// Owned vertices, rim and inside.
+    pub vertices: u64,
+    /// Triangles.
+    pub triangles: u64,
+}
+
+impl Chunk {
+    /// Fills the chunk with a tile mesh over `rim`, made from samples of this checksum, reusing its memory.
+    pub fn fill(&mut self, tile: usize, rim: &Rim, mesh: &TileMesh, errors: ErrorStats, samples_checksum: u32) {
+        // Vertices of loops inside and points of the domain are the tile's own, as all that is inside.
+        let used = rim.owned.total() as usize - rim.idle.len();
+        let inside = rim.on_sides();
+        self.tile = tile;
+        self.rim = rim.owned;
+        self.vertices.clear();
+        self.vertices.extend_from_slice(&mesh.vertices[..used]);
+        for &(place, vertex) in &rim.idle {
+            self.vertices.insert(place as usize, vertex);
+        }
+        self.vertices.extend_from_slice(&mesh.vertices[inside..]);
+        self.shared = 0;
+        self.foreign.clone_from(&rim.foreign);
+        self.borrowed.clear();
+        self.borrowed.extend_from_slice(&mesh.vertices[used..inside]);
+        self.triangles.clone_from(&mesh.triangles);
+        if !rim.idle.is_empty() {
+            let idle: Vec<u32> = rim.idle.iter().map(|(place, _)| *place).collect();
+            let in_use = (0..rim.owned.total()).filter(|place| idle.binary_search(place).is_err());
+            let behind = (rim.owned.total()..).take(mesh.vertices.len() - used);
+            let numbers: Vec<u32> = in_use.chain(behind).collect();
+            self.triangles.as_flattened_mut().iter_mut().for_each(|i| *i = numbers[*i as usize]);
+        }
+        self.attributes.clear();
+        self.errors = errors;
+        self.relaxed = mesh.relaxed;
+        self.samples_checksum = samples_checksum;
+    }
+
+    /// How many of its own vertices come before those it borrows.
+    pub fn before_borrowed(&self) -> usize {
+        let RimCounts { corners, north, west, east, south } = self.rim;
+        // Counts from a file may be anything: their sum is more than 32 bits hold.
+        [corners.count_ones(), north, west, east, south, self.shared].into_iter().map(|count| count as usize).sum()
+    }
+
+    /// Gives the owned vertices the attributes `names`; `value` is that of one of them at a vertex. To be called after
+    /// [`Chunk::fill`], which leaves none.
+    pub fn set_attributes<'a>(
+        &mut self,
+        names: impl IntoIterator<Item = &'a str>,
+        value: impl Fn(usize, Vertex) -> f64,
+    ) {
+        let named = names.into_iter().enumerate();
+        self.attributes = named
+            .map(|(i, name)| {
+                let values = self.vertices.iter().map(|&vertex| value(i, vertex)).collect();
+                Attribute { name: name.to_string(), values }
+            })
+            .collect();
+    }
+
+    /// The counts that numbering needs.
+    pub fn counts(&self) -> ChunkCounts {
+        let (vertices, triangles) = (self.vertices.len() as u64, self.triangles.len() as u64);
+        ChunkCounts { rim: self.rim, shared: self.shared, vertices, triangles }
+    }
+}

@@ -1,0 +1,128 @@
+use std::collections::{BTreeMap, BTreeSet};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::{Difference, Job, WorkDirError};
+use crate::base::durable;
+use crate::base::faults::{self, Point};
+use crate::raster::Files;
+
+/// The form of the work dir.
+const FORMAT: u32 = 1;
+
+/// What a work dir is for, as it stands in `manifest.json`. Values are text, so that a difference can be told as it is.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Manifest {
+    #[serde(flatten)]
+    version: Version,
+    parameters: BTreeMap<String, String>,
+    raster: BTreeMap<String, String>,
+    /// Empty where there is none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    importance: BTreeMap<String, String>,
+    /// When the work dir was made. No part of the rasters' identity.
+    pub(super) files: Files,
+}
+
+/// What every format of the manifest has.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Version {
+    format: u32,
+    program: String,
+}
+
+impl Manifest {
+    pub(super) fn new(job: &Job) -> Manifest {
+        let map = |named: &[(&str, String)]| named.iter().map(|(n, v)| (n.to_string(), v.clone())).collect();
+        Manifest {
+            version: Version { format: FORMAT, program: format!("terrabite {}", env!("CARGO_PKG_VERSION")) },
+            parameters: map(&job.parameters),
+            raster: map(&job.raster),
+            importance: map(&job.importance),
+            files: job.files.clone(),
+        }
+    }
+
+    pub(super) fn path(dir: &Path) -> PathBuf {
+        dir.join("manifest.json")
+    }
+
+    /// Makes it durable, name and all: chunks without their manifest would be nobody's.
+    pub(super) fn write(&self, dir: &Path) -> io::Result<()> {
+        let text = serde_json::to_string_pretty(self)?;
+        durable::replace(&Manifest::path(dir), text.as_bytes(), || faults::reach(Point::ManifestWritten))?;
+        durable::sync_dir(dir)
+    }
+
+    /// The manifest of any version; where only the version can be read, the rest is empty.
+    pub(super) fn parse(path: &Path, text: &str) -> Result<Manifest, WorkDirError> {
+        let wrong = |e: serde_json::Error| WorkDirError::Manifest { path: path.to_path_buf(), reason: e.to_string() };
+        let version: Version = serde_json::from_str(text).map_err(wrong)?;
+        if version.format != FORMAT {
+            let (parameters, raster, importance) = Default::default();
+            return Ok(Manifest { version, parameters, raster, importance, files: Files::unknown() });
+        }
+        serde_json::from_str(text).map_err(wrong)
+    }
+
+    /// Makes sure that the work dir `dir`, which was made for `kept`, is one for this job.
+    pub(super) fn must_continue(&self, dir: &Path, kept: &Manifest) -> Result<(), WorkDirError> {
+        let differences = if self.version.format == kept.version.format {
+            self.differences(kept)
+        } else {
+            vec![difference("work dir format", kept.version.format, self.version.format)]
+        };
+        if differences.is_empty() {
+            return Ok(());
+        }
+        Err(WorkDirError::OtherJob { dir: dir.to_path_buf(), differences })
+    }
+
+    fn differences(&self, kept: &Manifest) -> Vec<Difference> {
+        let mut all = Vec::new();
+        if self.version.program != kept.version.program {
+            all.push(difference("program", &kept.version.program, &self.version.program));
+        }
+        let mut maps = vec![("", &kept.parameters, &self.parameters), ("the raster's ", &kept.raster, &self.raster)];
+        match (&kept.importance, &self.importance) {
+            (expected, found) if expected.is_empty() == found.is_empty() => {
+                maps.push(("the importance raster's ", expected, found));
+            }
+            (expected, _) => {
+                let (expected, found) = if expected.is_empty() { ("none", "one") } else { ("one", "none") };
+                all.push(difference("importance raster", expected, found));
+            }
+        }
+        for (of, expected, found) in maps {
+            let names: BTreeSet<&String> = expected.keys().chain(found.keys()).collect();
+            for name in names.into_iter().filter(|&name| expected.get(name) != found.get(name)) {
+                let value =
+                    |map: &BTreeMap<String, String>| map.get(name).map_or("nothing", String::as_str).to_string();
+                all.push(difference(&format!("{of}{name}"), value(expected), value(found)));
+            }
+        }
+        all
+    }
+
+    /// A number for everything that decides chunks: it ties them to their manifest.
+    pub(super) fn stamp(&self) -> u32 {
+        let mut hasher = crc32fast::Hasher::new();
+        let mut add = |text: &str| {
+            hasher.update(&(text.len() as u64).to_le_bytes());
+            hasher.update(text.as_bytes());
+        };
+        add(&self.version.format.to_string());
+        add(&self.version.program);
+        self.parameters.iter().chain(&self.raster).chain(&self.importance).for_each(|(name, value)| {
+            add(name);
+            add(value);
+        });
+        hasher.finalize()
+    }
+}
+
+fn difference(what: &str, expected: impl ToString, found: impl ToString) -> Difference {
+    Difference { what: what.to_string(), expected: expected.to_string(), found: found.to_string() }
+}

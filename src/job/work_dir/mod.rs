@@ -1,0 +1,256 @@
+//! Work dirs: folders that keep a run's finished tiles, so that the same job can be continued after an interrupt, a
+//! crash, a kill or a power cut.
+//!
+//! In comes a [`Job`] (what decides the bytes of the result); out goes a [`Spool`] whose chunks outlive the process. A
+//! work dir belongs to one job and, while a run is on, to one process:
+//!
+//! | name | what |
+//! |---|---|
+//! | `manifest.json` | the job: program version, parameters, raster; durable before anything else is made |
+//! | `chunks/ROW/COLUMN.chunk` | finished tiles, checksummed, each renamed into place after it was synced |
+//! | `chunks/second/ROW/COLUMN.chunk` | the same of the second pass, where there is one |
+//! | `staged` | where the partial output is, so that a killed run's is found and removed |
+//! | `lock` | locked while a process works here; the system releases it however the process ends |
+//!
+//! **What identifies a raster** is [`crate::raster::identity`]: its shape, type, geotransform, nodata and scaling, and a
+//! checksum of some of its samples; never its path, so files may be moved. Beside it the manifest has the lengths and
+//! times of its files ([`crate::raster::Files`]). If all files are known and none of them differs, kept chunks are taken
+//! as they are; otherwise (touched, copied, a VRT) the samples of every kept tile are loaded again and compared by
+//! checksum with those its chunk was made from. An importance raster is identified and compared in the same way, its
+//! weights together with the samples. So a touched raster costs one more reading and continues; a changed one
+//! is refused, whichever sample changed.
+
+mod error;
+#[cfg(any(test, feature = "fuzzing"))]
+pub(crate) mod fuzzing;
+mod lock;
+mod manifest;
+mod staged_output;
+
+pub use error::{Difference, WorkDirError};
+
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+use crate::base::durable;
+use crate::base::faults::{self, Point};
+use crate::base::tiling::TileGrid;
+use crate::job::spool::{Spool, SpoolError};
+use crate::raster::Files;
+use lock::Lock;
+use manifest::Manifest;
+
+/// What a work dir belongs to.
+#[derive(Debug, Clone)]
+pub struct Job {
+    /// The parameters that decide the bytes of a chunk, by name.
+    pub parameters: Vec<(&'static str, String)>,
+    /// [`crate::raster::identity`].
+    pub raster: Vec<(&'static str, String)>,
+    /// [`crate::raster::identity`] of the importance raster; empty where there is none.
+    pub importance: Vec<(&'static str, String)>,
+    /// The files of the raster and of the importance raster, looked at before their identity was read.
+    pub files: Files,
+}
+
+/// A work dir in use. Dropped, it is unlocked and kept, unless there is no finished tile in it.
+#[derive(Debug)]
+pub struct WorkDir {
+    dir: PathBuf,
+    manifest: Manifest,
+    same_samples: bool,
+    finished: bool,
+    lock: Lock,
+}
+
+const CHUNKS: &str = "chunks";
+/// The folder in that of the chunks with those of the second pass.
+const SECOND: &str = "second";
+
+impl WorkDir {
+    /// Opens the work dir of `job`, or makes one: `dir` is missing (its parent is there), or empty, or has been made by
+    /// an earlier run of the same job. The partial output of a killed run is removed.
+    ///
+    /// # Errors
+    /// [`WorkDirError`]: another process works in it, it belongs to another job, it is some other folder.
+    pub fn open(dir: &Path, job: &Job) -> Result<WorkDir, WorkDirError> {
+        // Outlives a change of the current folder.
+        let dir = std::path::absolute(dir).unwrap_or_else(|_| dir.to_path_buf());
+        let made = make(&dir)?;
+        let path = Manifest::path(&dir);
+        if !path.exists() {
+            // Before anything is made in a folder that may be anyone's.
+            must_be_empty(&dir)?;
+        }
+        let lock = lock::lock(&dir, made)?;
+        if made {
+            // The lock file says so from here on.
+            durable::mark(&dir, false).map_err(failed(&dir))?;
+        }
+        // Whoever noted it is dead. Also where the job is another one: the work dir is deleted then, note and all.
+        staged_output::remove_partial(&dir).map_err(failed(&dir))?;
+        let wanted = Manifest::new(job);
+        let kept = match std::fs::read_to_string(&path) {
+            Ok(text) => Some(Manifest::parse(&path, &text)?),
+            Err(e) if e.kind() == ErrorKind::NotFound => None,
+            Err(e) => return Err(failed(&path)(e)),
+        };
+        let (manifest, same_samples) = match kept {
+            Some(kept) => {
+                wanted.must_continue(&dir, &kept)?;
+                let same_samples = kept.files.same_samples(&job.files);
+                (kept, same_samples)
+            }
+            None => {
+                must_be_empty(&dir)?;
+                wanted.write(&dir).map_err(failed(&path))?;
+                (wanted, true)
+            }
+        };
+        Ok(WorkDir { dir, manifest, same_samples, finished: false, lock })
+    }
+
+    /// The folder, as an absolute path.
+    pub fn path(&self) -> &Path {
+        &self.dir
+    }
+
+    /// The spool that takes over the chunks that are there, of a run's first pass over its tiles or of its second.
+    ///
+    /// # Errors
+    /// [`SpoolError::Kept`].
+    pub fn spool(&self, grid: TileGrid, is_second: bool) -> Result<Spool, SpoolError> {
+        let chunks = self.dir.join(CHUNKS);
+        let dir = if is_second { chunks.join(SECOND) } else { chunks };
+        Spool::kept(&dir, grid.columns(), grid.len(), self.manifest.stamp(), !self.same_samples)
+    }
+
+    /// Notes where the output is about to be staged.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn staging(&self, partial: &Path) -> io::Result<()> {
+        staged_output::note_partial(&self.dir, partial)
+    }
+
+    /// Notes that the staged output is about to take its name, so that [`WorkDir::has_committed`] knows it.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn committing(&self) -> io::Result<()> {
+        staged_output::note_commit(&self.dir)
+    }
+
+    /// Whether the file at `output` is one that an earlier run of this job completed just before it was killed: it may
+    /// be replaced, by the same bytes.
+    pub fn has_committed(&self, output: &Path) -> bool {
+        staged_output::has_committed(&self.dir, output)
+    }
+
+    /// The files of the rasters, as they were when the work dir was made.
+    pub fn files(&self) -> &Files {
+        &self.manifest.files
+    }
+
+    /// Whether there may be finished tiles in it.
+    pub fn has_chunks(&self) -> bool {
+        self.dir.join(CHUNKS).read_dir().is_ok_and(|mut rows| rows.next().is_some())
+    }
+
+    /// What the finished tiles in it take on disk; a look at every one.
+    pub fn chunk_bytes(&self) -> u64 {
+        let entries = |dir: &Path| dir.read_dir().into_iter().flatten().flatten();
+        let rows = entries(&self.dir.join(CHUNKS));
+        let second = entries(&self.dir.join(CHUNKS).join(SECOND));
+        rows.chain(second).flat_map(|row| entries(&row.path())).map(size_of_file).sum()
+    }
+
+    /// The job is done: removes what the work dir keeps, and the folder if it was made for this and holds nothing else.
+    ///
+    /// # Errors
+    /// [`WorkDirError::Io`]; the output is not concerned.
+    pub fn finish(mut self) -> Result<(), WorkDirError> {
+        self.finished = true;
+        let chunks = self.dir.join(CHUNKS);
+        match std::fs::remove_dir_all(&chunks) {
+            Err(e) if e.kind() != ErrorKind::NotFound => return Err(failed(&chunks)(e)),
+            _ => faults::reach(Point::ChunksRemoved),
+        }
+        self.remove_notes().map_err(failed(&self.dir))
+    }
+
+    /// Removes everything but chunks. The lock is the last to go, so that whoever comes meanwhile is refused.
+    fn remove_notes(&self) -> io::Result<()> {
+        durable::remove_if_there(&Manifest::path(&self.dir))?;
+        faults::reach(Point::ManifestRemoved);
+        staged_output::forget(&self.dir)?;
+        if self.lock.made_folder {
+            durable::mark(&self.dir, true)?;
+        }
+        durable::remove_if_there(&self.dir.join(lock::NAME))?;
+        faults::reach(Point::LockRemoved);
+        if !self.lock.made_folder {
+            return Ok(());
+        }
+        match std::fs::remove_dir(&self.dir) {
+            // It holds something else by now.
+            Err(e) if e.kind() == ErrorKind::DirectoryNotEmpty => durable::mark(&self.dir, false),
+            Err(e) if e.kind() == ErrorKind::NotFound => Ok(()),
+            other => other,
+        }
+    }
+}
+
+/// A run that failed before its first tile leaves nothing that would bind the folder to a job that was never begun.
+impl Drop for WorkDir {
+    fn drop(&mut self) {
+        if self.finished {
+            return;
+        }
+        let removed = std::fs::remove_dir(self.dir.join(CHUNKS));
+        if removed.is_ok() || removed.is_err_and(|e| e.kind() == ErrorKind::NotFound) {
+            // Nobody is left to be told; what stays is taken up by the next run.
+            let _ = self.remove_notes();
+        }
+    }
+}
+
+/// What a file takes; a folder nothing.
+fn size_of_file(entry: std::fs::DirEntry) -> u64 {
+    entry.metadata().map_or(0, |m| if m.is_file() { m.len() } else { 0 })
+}
+
+/// Makes the folder; false if it is there, unless it was made by a process that was killed before it came to note so.
+fn make(dir: &Path) -> Result<bool, WorkDirError> {
+    match durable::create_marked_dir(dir) {
+        Err(e) if e.kind() == ErrorKind::AlreadyExists => Ok(durable::is_marked(dir)),
+        Err(e) => Err(failed(dir)(e)),
+        Ok(()) => {
+            faults::reach(Point::WorkDirMade);
+            let parent = dir.parent().unwrap_or(dir);
+            durable::sync_dir(parent).map_err(failed(parent))?;
+            Ok(true)
+        }
+    }
+}
+
+/// Nothing may be there but what a run leaves that was killed before it had a manifest, or after it had removed it.
+fn must_be_empty(dir: &Path) -> Result<(), WorkDirError> {
+    let partial = durable::partial_path(&Manifest::path(dir));
+    for entry in dir.read_dir().map_err(failed(dir))? {
+        let path = entry.map_err(failed(dir))?.path();
+        let ours = path == partial
+            || [lock::NAME, staged_output::NAME, "staged.partial"].iter().any(|name| path == dir.join(name));
+        if !ours {
+            return Err(WorkDirError::NotEmpty { dir: dir.to_path_buf(), found: path });
+        }
+    }
+    Ok(())
+}
+
+fn failed(path: &Path) -> impl Fn(io::Error) -> WorkDirError + '_ {
+    |source| WorkDirError::Io { path: path.to_path_buf(), source }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,118 @@
+//! Where the output of a run is staged, so that what a killed run leaves can be found.
+//!
+//! The note is a line, `staging` or `committing DEVICE INODE`, and the partial file's path as it is, whatever its bytes.
+//! It is durable before the partial file is made, and again before it is renamed. A run that was killed after that is
+//! done once more: its line ends with ` over DEVICE INODE`, the output that is there already.
+
+use std::ffi::OsStr;
+use std::fs::Metadata;
+use std::io::{self, ErrorKind};
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+use crate::base::durable;
+
+pub(super) const NAME: &str = "staged";
+
+/// A file, whatever its name: device and inode.
+type Identity = (u64, u64);
+
+struct Note {
+    partial: PathBuf,
+    /// The partial file, once it is complete.
+    complete: Option<Identity>,
+    /// The output of an earlier run of the same job, which this one will replace.
+    over: Option<Identity>,
+}
+
+pub(super) fn note_partial(dir: &Path, partial: &Path) -> io::Result<()> {
+    // What was complete has taken its name by now: `remove_partial` forgets what has not.
+    let over = Note::read(dir)?.and_then(|earlier| earlier.complete.or(earlier.over));
+    Note { partial: std::path::absolute(partial)?, complete: None, over }.write(dir)
+}
+
+pub(super) fn note_commit(dir: &Path) -> io::Result<()> {
+    let Some(note) = Note::read(dir)? else { return Ok(()) };
+    let found = note.partial.metadata()?;
+    Note { complete: Some(identity(&found)), ..note }.write(dir)
+}
+
+/// Whether `output` is the file that was about to take its name: then it took it. Or the one that it was to replace.
+pub(super) fn has_committed(dir: &Path, output: &Path) -> bool {
+    let (Ok(Some(note)), Ok(found)) = (Note::read(dir), output.metadata()) else { return false };
+    [note.complete, note.over].contains(&Some(identity(&found)))
+}
+
+fn identity(file: &Metadata) -> Identity {
+    (file.dev(), file.ino())
+}
+
+/// Removes the partial file of a run that was killed, if there is one. A file that has taken its name stays.
+pub(super) fn remove_partial(dir: &Path) -> io::Result<()> {
+    let Some(note) = Note::read(dir)? else { return Ok(()) };
+    match note.partial.symlink_metadata() {
+        Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(()),
+        Err(e) => Err(e),
+        Ok(found) if found.is_file() && is_partial(&note.partial) => {
+            // Its inode may serve another file from now on.
+            let note = Note { complete: None, ..note };
+            note.write(dir)?;
+            durable::remove_if_there(&note.partial)
+        }
+        Ok(_) => Ok(()),
+    }
+}
+
+pub(super) fn forget(dir: &Path) -> io::Result<()> {
+    durable::remove_if_there(&durable::partial_path(&dir.join(NAME)))?;
+    durable::remove_if_there(&dir.join(NAME))
+}
+
+/// The note is text that anyone could have changed: only what a run itself names so is removed.
+fn is_partial(path: &Path) -> bool {
+    path.file_name().is_some_and(|n| n.as_bytes().starts_with(b".") && n.as_bytes().ends_with(b".partial"))
+}
+
+impl Note {
+    fn write(&self, dir: &Path) -> io::Result<()> {
+        let mut line = match self.complete {
+            None => "staging".to_string(),
+            Some((device, inode)) => format!("committing {device} {inode}"),
+        };
+        if let Some((device, inode)) = self.over {
+            line += &format!(" over {device} {inode}");
+        }
+        line.push('\n');
+        let mut bytes = line.into_bytes();
+        bytes.extend_from_slice(self.partial.as_os_str().as_bytes());
+        durable::replace(&dir.join(NAME), &bytes, || {})?;
+        durable::sync_dir(dir)
+    }
+
+    /// `None` where there is no note, or none that makes sense.
+    fn read(dir: &Path) -> io::Result<Option<Note>> {
+        let bytes = match std::fs::read(dir.join(NAME)) {
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
+            other => other?,
+        };
+        let Some(end) = bytes.iter().position(|&b| b == b'\n') else { return Ok(None) };
+        let partial = PathBuf::from(OsStr::from_bytes(&bytes[end + 1..]));
+        let line = String::from_utf8_lossy(&bytes[..end]);
+        let words: Vec<&str> = line.split(' ').collect();
+        let (words, over) = match words.as_slice() {
+            [words @ .., "over", device, inode] => (words, parse(device, inode)),
+            words => (words, None),
+        };
+        let complete = match words {
+            ["staging"] => None,
+            ["committing", device, inode] => parse(device, inode),
+            _ => return Ok(None),
+        };
+        Ok(Some(Note { partial, complete, over }))
+    }
+}
+
+fn parse(device: &str, inode: &str) -> Option<Identity> {
+    device.parse().ok().zip(inode.parse().ok())
+}

@@ -1,0 +1,88 @@
+use crate::base::Tile;
+use crate::base::channels::ChannelError;
+use crate::base::mesh::TileMesh;
+use crate::kernel::triangulate::feasible::{Spans, Surfaces};
+
+/// The largest weighted error ([`ChannelError::weighted`]) over a set of samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct WeightedStats {
+    /// The error.
+    pub max: f64,
+    /// Column and row of a sample that has it: the first, in the order of measuring.
+    pub worst: (u64, u64),
+}
+
+/// Measures over the samples in the first `owned` columns and rows, each triangle again; where samples are missing over
+/// all of the tile, those on edges more than once.
+pub(super) fn measure_weighted(
+    tile: &Tile,
+    error: &ChannelError,
+    mesh: &TileMesh,
+    origin: (u64, u64),
+    owned: (usize, usize),
+) -> WeightedStats {
+    let mut stats = WeightedStats { max: 0.0, worst: origin };
+    let (right_rim, lower_rim) = (tile.width as i32 - 1, tile.height as i32 - 1);
+    let is_whole = tile.validity.is_whole();
+    let owned = if is_whole { owned } else { (tile.width, tile.height) };
+    let mut surfaces = Surfaces::default();
+    for &triangle in &mesh.triangles {
+        let [a, b, c] = mesh.corners(triangle);
+        surfaces.set(tile, [a, b, c]);
+        let spans = Spans::new(a.at, b.at, c.at);
+        for row in spans.rows().take_while(|&row| (row as usize) < owned.1) {
+            let (first, last) =
+                if is_whole { spans.own_columns(row, right_rim, lower_rim) } else { spans.columns(row) };
+            for column in first..=last.min(owned.0 as i32 - 1) {
+                let weighted = surfaces.weighted(tile, error, (column as usize, row as usize));
+                // Not a number counts as the largest.
+                if weighted.is_nan() || weighted > stats.max {
+                    stats = WeightedStats { max: weighted, worst: (origin.0 + column as u64, origin.1 + row as u64) };
+                }
+            }
+        }
+    }
+    stats
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Bare, measure};
+    use crate::base::channels::{ChannelError, Range, Ranges};
+    use crate::base::lattice::Point;
+    use crate::base::mesh::{TileMesh, Vertex};
+    use crate::base::{Heights, Tile};
+
+    fn tile() -> Tile {
+        let range = Range { min: 0.0, max: 10.0 };
+        let ranges = Ranges { heights: range, channels: vec![range; 2], unit: 10.0 };
+        let (mut red, mut green) = (vec![0.0; 25], (0..25).map(|i| f64::from(i % 5)).collect::<Vec<_>>());
+        (red[12], green[12]) = (4.0, 0.0);
+        Tile::from_heights(5, 5, Heights::F32(vec![0.0; 25]))
+            .with_channels(vec![red, green], ChannelError::new(0.5, &ranges))
+    }
+
+    fn two_triangles() -> TileMesh {
+        let vertex = |c, r| Vertex { at: Point::of_sample(c, r), height: 0.0 };
+        TileMesh {
+            vertices: vec![vertex(0, 0), vertex(4, 0), vertex(4, 4), vertex(0, 4)],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            relaxed: 0,
+        }
+    }
+
+    #[test]
+    fn heights_and_channels_make_one_error() {
+        let errors = measure(&tile(), &two_triangles(), 1.5, (100, 200), (true, true), Bare::Nothing);
+        assert_eq!(errors.max, 0.0);
+        let weighted = errors.extended.expect("channels");
+        // Half of (4 + 2)/2.
+        assert!((weighted.max - 1.5).abs() < 1e-12 && weighted.worst == (102, 202), "{weighted:?}");
+    }
+
+    #[test]
+    #[should_panic(expected = "weighted error 1.5")]
+    fn an_engine_that_forgets_the_channels_is_found_out() {
+        measure(&tile(), &two_triangles(), 1.25, (0, 0), (true, true), Bare::Nothing);
+    }
+}

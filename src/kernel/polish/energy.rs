@@ -1,0 +1,286 @@
+//! How far a triangle is from its samples, in numbers that can be minimised.
+//!
+//! With t = |error| · weight / tolerance, the energy of a sample is max(0, t − 0.97)² + 10⁻⁴·t⁴: violations count, and a little
+//! what may become one. With strong feasibility an edge counts as one more sample, where it is farthest from the grid's
+//! surface. Summed in single precision, in lanes and in one fixed order, so that every machine steers alike.
+//! It only steers: what is kept has passed the exact test.
+
+use super::lanes::{Kernel, LANES, Lanes, run};
+use super::net::Fit;
+use crate::base::lattice::STEPS;
+use crate::base::mesh::Vertex;
+use crate::base::{Heights, Tile};
+use crate::kernel::triangulate::Feasibility;
+use crate::kernel::triangulate::feasible::{Plane, Spans, Tester};
+
+const INDEX: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
+/// Which of the lanes count, by how many samples are left of a row: factors, as branches would undo the lanes.
+const COUNTS: [[f32; LANES]; LANES + 1] = {
+    let mut counts = [[0.0; LANES]; LANES + 1];
+    let mut left = 0;
+    while left <= LANES {
+        let mut i = 0;
+        while i < left {
+            counts[left][i] = 1.0;
+            i += 1;
+        }
+        left += 1;
+    }
+    counts
+};
+
+/// Where violations begin to count, a little before they are some.
+pub(super) const ONSET: f32 = 0.97;
+/// The weight of t⁴. Anything from 5·10⁻⁵ to 3·10⁻⁴ does; with 10⁻³ one per cent more triangles are left.
+pub(super) const PULL: f32 = 1e-4;
+/// Rows between two looks whether the limit is passed.
+const ROWS_BETWEEN_LOOKS: i32 = 4;
+
+/// Measures triangles of one tile. The tolerance is positive.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Meter<'a> {
+    tile: &'a Tile,
+    per_tolerance: f64,
+    /// For the edges, where they count.
+    edges: Option<Tester<'a>>,
+}
+
+impl<'a> Meter<'a> {
+    pub(super) fn new(tester: Tester<'a>, tolerance: f64) -> Meter<'a> {
+        let edges = (tester.feasibility() == Feasibility::Strong).then_some(tester);
+        Meter { tile: tester.tile(), per_tolerance: 1.0 / tolerance, edges }
+    }
+
+    /// Whether energies are numbers: not if the tolerance is 0 or next to it.
+    pub(super) fn is_of_use(&self) -> bool {
+        self.per_tolerance < 1e30
+    }
+
+    pub(super) fn tile(&self) -> &'a Tile {
+        self.tile
+    }
+
+    pub(super) fn per_tolerance(&self) -> f64 {
+        self.per_tolerance
+    }
+
+    /// What measures edges, where they count.
+    pub(super) fn edges(&self) -> Option<&Tester<'a>> {
+        self.edges.as_ref()
+    }
+
+    /// Measures a triangle with positive orientation. Stops once its energy is above `limit`; what it then returns is
+    /// above it, too.
+    pub(super) fn fit(&self, corners: [Vertex; 3], limit: f32) -> Fit {
+        self.with_edges(self.fit_samples(corners, limit), corners, limit)
+    }
+
+    /// Adds a triangle's edges, where they count, to how its samples fit.
+    pub(super) fn with_edges(&self, mut fit: Fit, corners: [Vertex; 3], limit: f32) -> Fit {
+        if let Some(tester) = &self.edges {
+            let [a, b, c] = corners;
+            for (p, q) in [(a, b), (b, c), (c, a)] {
+                if fit.energy > limit {
+                    break;
+                }
+                let t = (tester.edge_deviation(p, q) * self.per_tolerance) as f32;
+                fit.energy += energy(t);
+                fit.worst = if t > fit.worst { t } else { fit.worst };
+            }
+        }
+        fit
+    }
+
+    fn fit_samples(&self, [a, b, c]: [Vertex; 3], limit: f32) -> Fit {
+        let frame = Frame {
+            spans: Spans::new(a.at, b.at, c.at),
+            plane: Plane::new(a, b, c),
+            height_of_a: a.height,
+            width: self.tile.width,
+            per_tolerance: self.per_tolerance,
+            limit,
+        };
+        let weights = &self.tile.weights[..];
+        match &self.tile.heights {
+            Heights::F32(heights) => run(Scan { frame, heights, weights }),
+            Heights::F64(heights) => run(Scan { frame, heights, weights }),
+        }
+    }
+}
+
+/// Heights as they are stored, brought to single precision relative to a corner.
+pub(super) trait Sample: Copy {
+    fn of(height: f64) -> Self;
+    fn to_f64(self) -> f64;
+    fn above(self, reference: Self) -> f32;
+}
+
+impl Sample for f32 {
+    fn of(height: f64) -> f32 {
+        height as f32
+    }
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+    #[inline(always)]
+    fn above(self, reference: f32) -> f32 {
+        self - reference
+    }
+}
+
+impl Sample for f64 {
+    fn of(height: f64) -> f64 {
+        height
+    }
+    fn to_f64(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn above(self, reference: f64) -> f32 {
+        (self - reference) as f32
+    }
+}
+
+struct Frame {
+    spans: Spans,
+    plane: Plane,
+    height_of_a: f64,
+    width: usize,
+    per_tolerance: f64,
+    limit: f32,
+}
+
+struct Scan<'a, H> {
+    frame: Frame,
+    heights: &'a [H],
+    /// Empty, or one for every height.
+    weights: &'a [f64],
+}
+
+/// The triangle along a row of samples, in tolerances above the reference.
+#[derive(Clone, Copy)]
+struct Line<H> {
+    start: f32,
+    step: f32,
+    reference: H,
+}
+
+/// Sums by lanes.
+#[derive(Clone, Copy)]
+struct Sums<E> {
+    energy: E,
+    worst: E,
+}
+
+impl<H: Sample> Kernel for Scan<'_, H> {
+    type Output = Fit;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, on: L) -> Fit {
+        let Frame { spans, plane, .. } = &self.frame;
+        let reference = H::of(self.frame.height_of_a);
+        let offset = self.frame.height_of_a - reference.to_f64();
+        let per_tolerance = self.frame.per_tolerance;
+        let mut sums = Sums { energy: on.all(0.0), worst: on.all(0.0) };
+        let (gradient, origin) = (plane.gradient(), plane.origin());
+        let [across, down] = gradient.map(|g| g * per_tolerance);
+        let offset = offset * per_tolerance;
+        let step = (across * f64::from(STEPS)) as f32;
+        let rows = spans.rows();
+        let mut row = *rows.start();
+        while row <= *rows.end() {
+            let (first, last) = spans.columns(row);
+            if first <= last {
+                let index = row as usize * self.frame.width + first as usize;
+                let (x, y) = (f64::from(first * STEPS - origin.x), f64::from(row * STEPS - origin.y));
+                let start = (across * x + down * y + offset) as f32;
+                sums = self.row(index, (last - first + 1) as usize, Line { start, step, reference }, sums, on);
+            }
+            row += 1;
+            if row % ROWS_BETWEEN_LOOKS == 0 && total(&on.parts(sums.energy)) > self.frame.limit {
+                break;
+            }
+        }
+        Fit { energy: total(&on.parts(sums.energy)), worst: largest(&on.parts(sums.worst)) }
+    }
+}
+
+impl<H: Sample> Scan<'_, H> {
+    /// Whole lanes; those past the end do not count, and the tile has room for them ([`crate::base::PADDING`]).
+    #[inline(always)]
+    fn row<L: Lanes>(
+        &self,
+        index: usize,
+        count: usize,
+        line: Line<H>,
+        mut sums: Sums<L::Eight>,
+        on: L,
+    ) -> Sums<L::Eight> {
+        let per_tolerance = on.all(self.frame.per_tolerance as f32);
+        let (start, step) = (on.all(line.start), on.all(line.step));
+        let mut first = 0;
+        while first < count {
+            let lane = self.heights[index + first..].first_chunk::<LANES>().expect("a tile is padded");
+            let mut factors = on.of(COUNTS[(count - first).min(LANES)]);
+            if !self.weights.is_empty() {
+                let weights = self.weights[index + first..].first_chunk::<LANES>().expect("a tile is padded");
+                factors = on.mul(factors, on.of(weights.map(|w| w as f32)));
+            }
+            let above = on.mul(on.of(lane.map(|height| height.above(line.reference))), per_tolerance);
+            let along = on.add(on.all(first as f32), on.of(INDEX));
+            let error = on.sub(on.add(start, on.mul(step, along)), above);
+            let t = on.mul(on.abs(error), factors);
+            sums.energy = on.add(sums.energy, energies(on, t));
+            sums.worst = on.max(t, sums.worst);
+            first += LANES;
+        }
+        sums
+    }
+}
+
+/// The energies of eight errors.
+#[inline(always)]
+pub(super) fn energies<L: Lanes>(on: L, t: L::Eight) -> L::Eight {
+    let over = on.max(on.sub(t, on.all(ONSET)), on.all(0.0));
+    let t2 = on.mul(t, t);
+    on.add(on.mul(over, over), on.mul(on.all(PULL), on.mul(t2, t2)))
+}
+
+/// The energy of one error, as a share of the tolerance.
+fn energy(t: f32) -> f32 {
+    let (over, t2) = (t - ONSET, t * t);
+    let over = if over > 0.0 { over } else { 0.0 };
+    over * over + PULL * (t2 * t2)
+}
+
+/// A fixed tree of additions.
+#[inline(always)]
+pub(super) fn total(&[a, b, c, d, e, f, g, h]: &[f32; LANES]) -> f32 {
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
+}
+
+#[inline(always)]
+pub(super) fn largest(&[a, b, c, d, e, f, g, h]: &[f32; LANES]) -> f32 {
+    let max = |a: f32, b: f32| if b > a { b } else { a };
+    max(max(max(a, e), max(c, g)), max(max(b, f), max(d, h)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::lattice::Point;
+
+    #[test]
+    fn one_violation_among_samples_on_the_plane() {
+        let mut heights = vec![0.0f32; 144];
+        heights[12 * 2 + 3] = 3.0;
+        let tile = Tile::from_heights(12, 12, Heights::F32(heights));
+        let at = |c, r| Vertex { at: Point::of_sample(c, r), height: 0.0 };
+        let tester = Tester::new(&tile, 2.0, Feasibility::Weak);
+        let fit = Meter::new(tester, 2.0).fit([at(0, 0), at(11, 0), at(0, 11)], f32::INFINITY);
+        let t = 1.5f32;
+        assert_eq!(fit.worst, t);
+        assert!((fit.energy - ((t - ONSET).powi(2) + PULL * t.powi(4))).abs() < 1e-6, "{fit:?}");
+    }
+}

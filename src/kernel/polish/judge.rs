@@ -1,0 +1,105 @@
+//! Whether a triangle may be used, with a memory of what spoke against its like.
+
+use super::angles::Angles;
+use super::energy::Meter;
+use super::fitting::Fitting;
+use super::net::Fit;
+use crate::base::control::CancelToken;
+use crate::base::lattice::{Point, orient};
+use crate::base::mesh::Vertex;
+use crate::kernel::triangulate::feasible::Tester;
+use crate::kernel::triangulate::{Feasibility, Task};
+
+/// How many samples are remembered. More find more, but every candidate is compared with each.
+const WITNESSES: usize = 6;
+
+/// How close to the tolerance a measured error may be wrong about it, as a share. (It may be so elsewhere, too, where
+/// heights are large and the tolerance is small: what is kept is tested.)
+const DOUBT: f32 = 1e-4;
+
+/// The exact test, preceded by samples that have spoken against other triangles of the same hole: most infeasible
+/// candidates fall by one of them, without a scan.
+pub(super) struct Judge<'a> {
+    tester: Tester<'a>,
+    pub(super) meter: Meter<'a>,
+    pub(super) cancel: &'a CancelToken,
+    /// How vertices are fitted that move; else they stand on samples.
+    pub(super) fitting: Option<Fitting>,
+    /// How sharp triangles may be.
+    pub(super) angles: Angles,
+    tolerance: f64,
+    /// Place, height and limit.
+    witnesses: [(Point, f64, f64); WITNESSES],
+    known: usize,
+}
+
+impl<'a> Judge<'a> {
+    pub(super) fn new(task: &Task<'a>) -> Judge<'a> {
+        let tester = Tester::new(task.tile, task.tolerance, task.feasibility);
+        let meter = Meter::new(tester, task.tolerance);
+        let witnesses = [(Point { x: 0, y: 0 }, 0.0, 0.0); WITNESSES];
+        let (cancel, tolerance) = (task.cancel, task.tolerance);
+        let (fitting, angles) = (None, Angles::ANY);
+        Judge { tester, meter, cancel, fitting, angles, tolerance, witnesses, known: 0 }
+    }
+
+    pub(super) fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// Forgets the witnesses: another hole follows.
+    pub(super) fn forget(&mut self) {
+        self.known = 0;
+    }
+
+    /// Whether every sample under the triangle is within the tolerance. Never yes where the exact test says no.
+    pub(super) fn fits(&mut self, corners: [Vertex; 3]) -> bool {
+        if let Some(i) = (0..self.known).find(|&i| self.speaks_against(i, corners)) {
+            // What spoke last will be asked first.
+            self.witnesses[..=i].rotate_right(1);
+            return false;
+        }
+        let Some(place) = self.tester.violation(corners) else { return true };
+        let (column, row) = place.sample().expect("violations are samples");
+        self.known = (self.known + 1).min(WITNESSES);
+        self.witnesses[..self.known].rotate_right(1);
+        let tile = self.tester.tile();
+        // Refusing a triangle that is feasible by a rounding costs nothing that was promised; still, leave ties alone.
+        let limit = tile.limit(column, row, self.tolerance) * (1.0 + 1e-9);
+        self.witnesses[0] = (place, tile.at(column, row), limit);
+        false
+    }
+
+    /// The exact test alone.
+    pub(super) fn feasible(&self, corners: [Vertex; 3]) -> bool {
+        self.tester.weakly_feasible(corners)
+    }
+
+    /// Makes a measured fit say the truth about the tolerance: its worst error is at most 1 if the triangle, and where
+    /// that is asked for its edges, are within it, and more if not. Only near ties are tested.
+    pub(super) fn settle(&self, corners: [Vertex; 3], fit: Fit) -> Fit {
+        if (fit.worst - 1.0).abs() > DOUBT {
+            return fit;
+        }
+        let [a, b, c] = corners;
+        let within = self.feasible(corners) && [(a, b), (b, c), (c, a)].iter().all(|&(p, q)| self.may_join(p, q));
+        let worst = if within { fit.worst.min(1.0) } else { fit.worst.max(1.0 + DOUBT) };
+        Fit { worst, ..fit }
+    }
+
+    fn speaks_against(&self, i: usize, [a, b, c]: [Vertex; 3]) -> bool {
+        let (p, height, limit) = self.witnesses[i];
+        let weights = [orient(b.at, c.at, p), orient(c.at, a.at, p), orient(a.at, b.at, p)];
+        if weights.iter().any(|&w| w < 0) {
+            return false;
+        }
+        let [wa, wb, wc] = weights.map(|w| w as f64);
+        let error = wa * (a.height - height) + wb * (b.height - height) + wc * (c.height - height);
+        error.abs() > (wa + wb + wc) * limit
+    }
+
+    /// Whether an edge that was not there before may be made: it must pass the strong test where that is asked for.
+    pub(super) fn may_join(&self, p: Vertex, q: Vertex) -> bool {
+        self.tester.feasibility() == Feasibility::Weak || self.tester.strong_edge(p, q)
+    }
+}

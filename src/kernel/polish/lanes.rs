@@ -1,0 +1,165 @@
+//! Eight numbers in single precision side by side: what the processor has in one register, or an array.
+//!
+//! Sums go by lanes in one fixed order whatever the machine, so they are the same everywhere. Arrays alone would do, were
+//! the compiler sure to keep them together: in loops with sums it takes them apart into pairs.
+
+use pulp::bytemuck::cast;
+
+use crate::base::PADDING;
+
+pub(super) const LANES: usize = PADDING;
+
+/// Arithmetic on eight numbers.
+pub(super) trait Lanes: Copy {
+    type Eight: Copy;
+    fn of(self, values: [f32; LANES]) -> Self::Eight;
+    fn parts(self, a: Self::Eight) -> [f32; LANES];
+    fn add(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
+    fn sub(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
+    fn mul(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
+    fn abs(self, a: Self::Eight) -> Self::Eight;
+    /// `yes` where a is greater than b, else `no`.
+    fn if_greater(self, a: Self::Eight, b: Self::Eight, yes: Self::Eight, no: Self::Eight) -> Self::Eight;
+
+    #[inline(always)]
+    fn all(self, value: f32) -> Self::Eight {
+        self.of([value; LANES])
+    }
+
+    /// The first where it is greater, else the second.
+    #[inline(always)]
+    fn max(self, a: Self::Eight, b: Self::Eight) -> Self::Eight {
+        self.if_greater(a, b, a, b)
+    }
+}
+
+/// Arrays.
+#[derive(Clone, Copy)]
+pub(super) struct Array;
+
+impl Lanes for Array {
+    type Eight = [f32; LANES];
+
+    #[inline(always)]
+    fn of(self, values: [f32; LANES]) -> [f32; LANES] {
+        values
+    }
+    #[inline(always)]
+    fn parts(self, a: [f32; LANES]) -> [f32; LANES] {
+        a
+    }
+    #[inline(always)]
+    fn add(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+        std::array::from_fn(|i| a[i] + b[i])
+    }
+    #[inline(always)]
+    fn sub(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+        std::array::from_fn(|i| a[i] - b[i])
+    }
+    #[inline(always)]
+    fn mul(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+        std::array::from_fn(|i| a[i] * b[i])
+    }
+    #[inline(always)]
+    fn abs(self, a: [f32; LANES]) -> [f32; LANES] {
+        a.map(f32::abs)
+    }
+    #[inline(always)]
+    fn if_greater(self, a: [f32; LANES], b: [f32; LANES], yes: [f32; LANES], no: [f32; LANES]) -> [f32; LANES] {
+        std::array::from_fn(|i| if a[i] > b[i] { yes[i] } else { no[i] })
+    }
+}
+
+/// Registers of eight.
+#[derive(Clone, Copy)]
+struct Register<S>(S);
+
+impl<S: pulp::Simd> Lanes for Register<S> {
+    type Eight = S::f32s;
+
+    #[inline(always)]
+    fn of(self, values: [f32; LANES]) -> S::f32s {
+        cast(values)
+    }
+    #[inline(always)]
+    fn parts(self, a: S::f32s) -> [f32; LANES] {
+        cast(a)
+    }
+    #[inline(always)]
+    fn add(self, a: S::f32s, b: S::f32s) -> S::f32s {
+        self.0.add_f32s(a, b)
+    }
+    #[inline(always)]
+    fn sub(self, a: S::f32s, b: S::f32s) -> S::f32s {
+        self.0.sub_f32s(a, b)
+    }
+    #[inline(always)]
+    fn mul(self, a: S::f32s, b: S::f32s) -> S::f32s {
+        self.0.mul_f32s(a, b)
+    }
+    #[inline(always)]
+    fn abs(self, a: S::f32s) -> S::f32s {
+        self.0.abs_f32s(a)
+    }
+    #[inline(always)]
+    fn if_greater(self, a: S::f32s, b: S::f32s, yes: S::f32s, no: S::f32s) -> S::f32s {
+        self.0.select_f32s(self.0.greater_than_f32s(a, b), yes, no)
+    }
+}
+
+/// Work on lanes.
+pub(super) trait Kernel {
+    type Output;
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output;
+}
+
+/// Runs a kernel, compiled for what the processor has.
+#[inline(always)]
+pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
+    pulp::Arch::new().dispatch(Dispatched(kernel))
+}
+
+struct Dispatched<K>(K);
+
+impl<K: Kernel> pulp::WithSimd for Dispatched<K> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> K::Output {
+        if size_of::<S::f32s>() == size_of::<[f32; LANES]>() { self.0.run(Register(simd)) } else { self.0.run(Array) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Everything that lanes can do, bit for bit.
+    struct Everything([f32; LANES], [f32; LANES]);
+
+    impl Kernel for Everything {
+        type Output = Vec<[u32; LANES]>;
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, on: L) -> Self::Output {
+            let (a, b) = (on.of(self.0), on.of(self.1));
+            let results = [
+                on.add(a, b),
+                on.sub(a, b),
+                on.mul(a, b),
+                on.abs(a),
+                on.max(a, b),
+                on.if_greater(a, b, b, on.all(7.0)),
+            ];
+            results.map(|r| on.parts(r).map(f32::to_bits)).to_vec()
+        }
+    }
+
+    #[test]
+    fn registers_do_what_arrays_do() {
+        let a = [1.5, -0.0, f32::INFINITY, -3.25, 1e-40, 0.1, 2e38, f32::MIN_POSITIVE];
+        let b = [0.7, 0.0, 1.0, -3.25, 1e-39, -0.3, 3e38, -1.0];
+        assert_eq!(run(Everything(a, b)), Everything(a, b).run(Array));
+        assert_eq!(run(Everything(b, a)), Everything(b, a).run(Array));
+    }
+}

@@ -1,0 +1,225 @@
+//! The mesh while it is being changed: triangles that know their neighbours.
+
+use super::journal::Journal;
+use crate::base::lattice::orient;
+use crate::base::mesh::{Domain, TileMesh, Vertex};
+
+/// No half-edge, no vertex.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A triangle and what lies beyond its sides. Side i runs from corner i to the next; it is the half-edge 3t + i.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Triangle {
+    /// Vertices with positive orientation; all [`NONE`] where there is no triangle any more.
+    pub(super) corners: [u32; 3],
+    /// For every side the same edge as a side of the neighbour; [`NONE`] on a loop of the domain.
+    pub(super) twins: [u32; 3],
+    /// What is known about its distance from the samples.
+    pub(super) fit: Fit,
+}
+
+/// How well a triangle fits the samples under it: estimates that steer, nothing that certifies.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Fit {
+    /// The objective (see `energy`), summed over its samples.
+    pub(super) energy: f32,
+    /// The largest error, as a share of the tolerance.
+    pub(super) worst: f32,
+}
+
+impl Triangle {
+    const GONE: Triangle = Triangle { corners: [NONE; 3], twins: [NONE; 3], fit: Fit { energy: 0.0, worst: 0.0 } };
+
+    pub(super) fn alive(&self) -> bool {
+        self.corners[0] != NONE
+    }
+}
+
+/// Whether an edge that is no loop's may have one triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Lone {
+    /// No.
+    Refused,
+    /// Where both its ends are locked.
+    BetweenLocked,
+}
+
+/// A triangulation under change. Slots of triangles and numbers of vertices stay what they are; what is removed leaves
+/// its slot empty, and changes never need more slots than they empty.
+///
+/// Memory: 48 bytes per triangle (12 of them to load a mesh) and 28 per vertex, the journal's marks included.
+#[derive(Debug, Default)]
+pub(super) struct Net {
+    pub(super) vertices: Vec<Vertex>,
+    /// Per vertex a half-edge that begins there; [`NONE`] where there is no vertex any more.
+    pub(super) outgoing: Vec<u32>,
+    pub(super) triangles: Vec<Triangle>,
+    /// Vertices below this number are the domain's, of its loops and its points, and stay.
+    locked: u32,
+    pub(super) journal: Journal,
+    /// While loading: half-edges by the lower number of their ends, and where each number's begin.
+    sides: Vec<u32>,
+    starts: Vec<u32>,
+    rim: Vec<(u32, u32)>,
+}
+
+impl Net {
+    /// Takes over a finished mesh over this domain.
+    ///
+    /// # Panics
+    /// If an edge is neither a loop's nor shared by two triangles in opposite directions.
+    pub(super) fn load(&mut self, domain: &Domain, mesh: &TileMesh) {
+        self.take(domain.fixed().count() as u32, mesh);
+        for l in &domain.loops {
+            self.rim.extend((0..l.len()).map(|i| (l[i], l[(i + 1) % l.len()])));
+        }
+        self.rim.sort_unstable();
+        self.link_all(Lone::Refused);
+    }
+
+    /// Takes over a part of a mesh, whose first vertices are locked. Edges between these may have one triangle.
+    ///
+    /// # Panics
+    /// If another edge has, or one has more than two.
+    pub(super) fn load_part(&mut self, locked: u32, mesh: &TileMesh) {
+        self.take(locked, mesh);
+        self.link_all(Lone::BetweenLocked);
+    }
+
+    fn take(&mut self, locked: u32, mesh: &TileMesh) {
+        self.locked = locked;
+        self.vertices.clone_from(&mesh.vertices);
+        self.triangles.clear();
+        self.triangles.extend(mesh.triangles.iter().map(|&corners| Triangle { corners, ..Triangle::GONE }));
+        self.outgoing.clear();
+        self.outgoing.resize(mesh.vertices.len(), NONE);
+        self.journal.reset(self.triangles.len(), self.vertices.len());
+        self.rim.clear();
+    }
+
+    /// Finds every side's twin. A loop's edge has none, even if another loop runs back along it.
+    fn link_all(&mut self, lone: Lone) {
+        self.gather_sides();
+        let Net { sides, starts, triangles, locked, .. } = self;
+        for bounds in starts.windows(2) {
+            let bucket = &mut sides[bounds[0] as usize..bounds[1] as usize];
+            bucket.sort_unstable_by_key(|&e| (high(triangles, e), e));
+            let mut rest = &*bucket;
+            while let Some(&first) = rest.first() {
+                let sides = rest.iter().take_while(|&&e| high(triangles, e) == high(triangles, first)).count();
+                match rest[..sides] {
+                    [e, f] if ends(triangles, e) == swap(ends(triangles, f)) => {
+                        triangles[e as usize / 3].twins[e as usize % 3] = f;
+                        triangles[f as usize / 3].twins[f as usize % 3] = e;
+                    }
+                    [e] if lone == Lone::BetweenLocked && high(triangles, e) < *locked => {}
+                    _ => panic!("{sides} sides of the edge {:?}", ends(triangles, first)),
+                }
+                rest = &rest[sides..];
+            }
+        }
+    }
+
+    /// Lists the half-edges that must have a twin by the lower number of their ends. Half-edges of loops are left out.
+    fn gather_sides(&mut self) {
+        let Net { sides, starts, rim, triangles, outgoing, locked, .. } = self;
+        let mut each = |visit: &mut dyn FnMut(usize, u32)| {
+            for (t, triangle) in (0u32..).zip(triangles.iter()) {
+                for i in 0..3 {
+                    let (a, b) = (triangle.corners[i], triangle.corners[(i + 1) % 3]);
+                    outgoing[a as usize] = 3 * t + i as u32;
+                    let on_rim = a < *locked && b < *locked && rim.binary_search(&(a, b)).is_ok();
+                    if !on_rim {
+                        visit(a.min(b) as usize, 3 * t + i as u32);
+                    }
+                }
+            }
+        };
+        // Counts first, one place further on, so that filling moves the starts of buckets to where they belong.
+        starts.clear();
+        starts.resize(self.vertices.len() + 2, 0);
+        each(&mut |low, _| starts[low + 2] += 1);
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        sides.clear();
+        sides.resize(starts[starts.len() - 1] as usize, NONE);
+        each(&mut |low, side| {
+            sides[starts[low + 1] as usize] = side;
+            starts[low + 1] += 1;
+        });
+        starts.pop();
+    }
+
+    /// Gives back what is left, as a mesh: the domain's vertices first, everything in the order it came in.
+    pub(super) fn store(&mut self, mesh: &mut TileMesh) {
+        mesh.clear();
+        // The half-edges are of no more use: their place takes the new numbers.
+        for (number, vertex) in self.outgoing.iter_mut().zip(&self.vertices) {
+            // Those that are locked stay even if no triangle has them: a part of a mesh may be without.
+            if *number != NONE || mesh.vertices.len() < self.locked as usize {
+                *number = mesh.vertices.len() as u32;
+                mesh.vertices.push(*vertex);
+            }
+        }
+        let alive = self.triangles.iter().filter(|t| t.alive());
+        mesh.triangles.extend(alive.map(|t| t.corners.map(|v| self.outgoing[v as usize])));
+    }
+
+    pub(super) fn is_locked(&self, v: u32) -> bool {
+        v < self.locked
+    }
+
+    /// Whether there is a vertex of this number that may go or move.
+    pub(super) fn is_free(&self, v: u32) -> bool {
+        v >= self.locked && self.outgoing[v as usize] != NONE
+    }
+
+    pub(super) fn vertex(&self, v: u32) -> Vertex {
+        self.vertices[v as usize]
+    }
+
+    pub(super) fn corners(&self, t: u32) -> [Vertex; 3] {
+        self.triangles[t as usize].corners.map(|v| self.vertex(v))
+    }
+
+    pub(super) fn twin(&self, half_edge: u32) -> u32 {
+        self.triangles[half_edge as usize / 3].twins[half_edge as usize % 3]
+    }
+
+    /// Where a half-edge begins.
+    pub(super) fn origin(&self, half_edge: u32) -> u32 {
+        self.triangles[half_edge as usize / 3].corners[half_edge as usize % 3]
+    }
+
+    /// Twice the signed area of three vertices.
+    pub(super) fn orient(&self, a: u32, b: u32, c: u32) -> i64 {
+        orient(self.vertex(a).at, self.vertex(b).at, self.vertex(c).at)
+    }
+}
+
+/// Where a half-edge begins and ends.
+fn ends(triangles: &[Triangle], e: u32) -> (u32, u32) {
+    let corners = triangles[e as usize / 3].corners;
+    (corners[e as usize % 3], corners[(e as usize + 1) % 3])
+}
+
+/// The end with the higher number.
+fn high(triangles: &[Triangle], e: u32) -> u32 {
+    let (from, to) = ends(triangles, e);
+    from.max(to)
+}
+
+fn swap((a, b): (u32, u32)) -> (u32, u32) {
+    (b, a)
+}
+
+/// The next side of the same triangle.
+pub(super) fn next(half_edge: u32) -> u32 {
+    if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
+}
+
+/// The side before it.
+pub(super) fn previous(half_edge: u32) -> u32 {
+    if half_edge.is_multiple_of(3) { half_edge + 2 } else { half_edge - 1 }
+}

@@ -1,0 +1,222 @@
+//! Remove and repair: a vertex goes although what fills its hole violates the tolerance a little; then vertices of
+//! violating triangles move and edges turn until nothing does, or everything is as it was.
+
+use super::angles::Sharpest;
+use super::filling::{Filler, Weigher};
+use super::hole::Hole;
+use super::improve::{Demand, Improver, Search};
+use super::judge::Judge;
+use super::net::{NONE, Net};
+use super::order::{Errand, Order};
+use super::removal::VISITS_BETWEEN_CHECKS;
+use crate::base::control::Cancelled;
+use crate::base::mesh::Vertex;
+
+/// How far an attempt goes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Patience {
+    /// By how much the energy may rise when the vertex goes.
+    pub(super) cap: f32,
+    /// Rounds of moving and turning.
+    pub(super) rounds: usize,
+    /// Share to which a round must bring down the energy of violating triangles for another one to follow.
+    pub(super) shrink: f32,
+    /// How vertices are moved.
+    pub(super) search: Search,
+    /// Vertices with longer rings are left alone.
+    pub(super) longest_ring: usize,
+}
+
+/// The memory of remove-and-repair.
+#[derive(Debug, Default)]
+pub(super) struct Repair {
+    hole: Hole,
+    filler: Filler,
+    open: Vec<(u32, u32, u32)>,
+    improver: Improver,
+    violating: Vec<u32>,
+    corners: Vec<u32>,
+}
+
+impl Repair {
+    /// Measures every triangle; to be done before anything else here.
+    pub(super) fn measure(net: &mut Net, judge: &Judge<'_>) {
+        for t in 0..net.triangles.len() as u32 {
+            if net.triangles[t as usize].alive() {
+                measure(net, t, judge);
+            }
+        }
+    }
+
+    /// Tries every vertex that is due, once, in raster order. Returns how many went.
+    pub(super) fn sweep(
+        &mut self,
+        net: &mut Net,
+        order: &mut Order,
+        judge: &Judge<'_>,
+        patience: Patience,
+    ) -> Result<usize, Cancelled> {
+        let mut gone = 0;
+        for i in 0..order.raster.len() {
+            if i % VISITS_BETWEEN_CHECKS == 0 {
+                judge.cancel.check()?;
+            }
+            let v = order.raster[i];
+            if net.is_free(v) && order.take_due(v, Errand::Remove) && self.attempt(net, v, judge, patience) {
+                gone += 1;
+                for t in net.journal.changed() {
+                    let triangle = net.triangles[t as usize];
+                    if triangle.alive() {
+                        triangle.corners.iter().for_each(|&c| order.make_due(c));
+                    }
+                }
+            }
+        }
+        Ok(gone)
+    }
+
+    /// Moves every free vertex and, if that is asked for, turns every edge, once, where that brings the energy down and
+    /// violates nothing, if something at it has changed.
+    pub(super) fn relax(
+        &mut self,
+        net: &mut Net,
+        order: &mut Order,
+        judge: &Judge<'_>,
+        search: Search,
+        turns: bool,
+    ) -> Result<(), Cancelled> {
+        for i in 0..order.raster.len() {
+            if i % VISITS_BETWEEN_CHECKS == 0 {
+                judge.cancel.check()?;
+            }
+            let v = order.raster[i];
+            let visit = net.is_free(v) && order.take_due(v, Errand::Move);
+            if visit && self.improver.relocate(net, v, search, Demand::Feasible, judge) {
+                order.make_due(v);
+                self.improver.ring().iter().for_each(|&r| order.make_due(r));
+            }
+        }
+        if !turns {
+            return Ok(());
+        }
+        for side in 0..3 * net.triangles.len() as u32 {
+            if (side as usize).is_multiple_of(8 * VISITS_BETWEEN_CHECKS) {
+                judge.cancel.check()?;
+            }
+            let triangle = &net.triangles[side as usize / 3];
+            let visit = triangle.alive() && triangle.corners.iter().any(|&v| order.is_due(v, Errand::Turn));
+            if visit && self.improver.flip(net, side, Demand::Feasible, judge) {
+                self.improver.ring().iter().for_each(|&r| order.make_due(r));
+            }
+        }
+        order.clear_due(Errand::Turn);
+        Ok(())
+    }
+
+    /// Takes a vertex out, or leaves everything as it was.
+    fn attempt(&mut self, net: &mut Net, v: u32, judge: &Judge<'_>, patience: Patience) -> bool {
+        if !self.hole.around(net, v, patience.longest_ring) {
+            return false;
+        }
+        let before: f32 = self.hole.triangles.iter().map(|&t| net.triangles[t as usize].fit.energy).sum();
+        let ring = self.hole.ring.iter().map(|&r| net.vertex(r));
+        let mut weigher = LeastEnergy { judge, sharpest: judge.angles.bound(self.hole.corners(net)) };
+        if self.filler.fill(ring, f64::from(before + patience.cap), &mut weigher).is_none() {
+            return false;
+        }
+        net.begin();
+        net.refill(&self.hole, &self.filler.triangles, v, &mut self.open);
+        net.drop_vertex(v);
+        for &t in &self.hole.triangles[..self.filler.triangles.len()] {
+            measure(net, t, judge);
+        }
+        if self.mend(net, judge, patience) && all_feasible(net, judge) {
+            net.commit();
+            return true;
+        }
+        net.roll_back();
+        false
+    }
+
+    /// Moves and turns until no changed triangle violates the tolerance. Returns whether it came to that.
+    fn mend(&mut self, net: &mut Net, judge: &Judge<'_>, patience: Patience) -> bool {
+        let mut before = f32::INFINITY;
+        for round in 0..=patience.rounds {
+            let energy = self.find_violating(net);
+            if self.violating.is_empty() {
+                return true;
+            }
+            let promising = energy <= before * patience.shrink;
+            if round == patience.rounds || !promising {
+                return false;
+            }
+            before = energy;
+            self.corners.clear();
+            self.corners.extend(self.violating.iter().flat_map(|&t| net.triangles[t as usize].corners));
+            self.corners.sort_unstable();
+            self.corners.dedup();
+            self.corners.retain(|&v| !net.is_locked(v));
+            for &v in &self.corners {
+                self.improver.relocate(net, v, patience.search, Demand::Better, judge);
+            }
+            for &t in &self.violating {
+                for side in 3 * t..3 * t + 3 {
+                    self.improver.flip(net, side, Demand::Better, judge);
+                }
+            }
+        }
+        false
+    }
+
+    /// Lists the changed triangles that violate the tolerance; returns their energy.
+    fn find_violating(&mut self, net: &Net) -> f32 {
+        self.violating.clear();
+        let violates = |&t: &u32| {
+            let triangle = &net.triangles[t as usize];
+            triangle.alive() && triangle.fit.worst > 1.0
+        };
+        self.violating.extend(net.journal.changed().filter(violates));
+        self.violating.iter().map(|&t| net.triangles[t as usize].fit.energy).sum()
+    }
+}
+
+fn measure(net: &mut Net, t: u32, judge: &Judge<'_>) {
+    let corners = net.corners(t);
+    net.triangle_mut(t).fit = judge.settle(corners, judge.meter.fit(corners, f32::INFINITY));
+}
+
+/// The exact test of everything an attempt has changed. An edge with an unchanged triangle on its other side, or none,
+/// was there before.
+fn all_feasible(net: &Net, judge: &Judge<'_>) -> bool {
+    let alive = |&t: &u32| net.triangles[t as usize].alive();
+    let feasible = |t: u32| {
+        let corners = net.corners(t);
+        let may_be = |i: usize| {
+            let twin = net.triangles[t as usize].twins[i];
+            let is_new = twin != NONE && net.journal.has_changed(twin / 3);
+            !is_new || judge.may_join(corners[i], corners[(i + 1) % 3])
+        };
+        judge.feasible(corners) && (0..3).all(may_be)
+    };
+    net.journal.changed().filter(alive).all(feasible)
+}
+
+/// Any triangle, by its energy.
+struct LeastEnergy<'a, 'b> {
+    judge: &'a Judge<'b>,
+    sharpest: Sharpest,
+}
+
+impl Weigher for LeastEnergy<'_, '_> {
+    fn triangle(&mut self, corners: [Vertex; 3], budget: f64) -> f64 {
+        if !self.sharpest.allows(corners) {
+            return f64::INFINITY;
+        }
+        f64::from(self.judge.meter.fit(corners, budget as f32).energy)
+    }
+
+    /// What is wrong with an edge is in the energy, too.
+    fn chord(&mut self, _: Vertex, _: Vertex) -> bool {
+        true
+    }
+}

@@ -1,0 +1,201 @@
+//! The rim of a tile where samples are missing: the loops around its ground.
+//!
+//! On a side a vertex stands wherever the ground on either side of the line begins, ends, or has a corner; both
+//! neighbours see that from the line and the two beside it. Between such vertices the side is a shortest path, as it is
+//! where nothing is missing. Inside the tile, a vertex stands at every turn of the boundary and wherever loops touch, and
+//! between them, too, there is a shortest path over the samples of the straight run.
+
+use std::collections::BTreeMap;
+
+use super::boundary::{Boundary, Step, WAYS, octants};
+use super::rim::{Corner, Forced, place_of, vertex};
+use super::runs::Runs;
+use super::{Foreign, Rim, RimCounts, Side};
+use crate::base::Tile;
+use crate::base::control::Cancelled;
+use crate::base::mesh::Domain;
+
+/// Computes the rim of a tile that is not whole.
+pub(super) fn rim(runs: &mut Runs<'_>, forced: &Forced, last: (bool, bool)) -> Result<Rim, Cancelled> {
+    let named = named(runs, forced, last)?;
+    let tile = runs.tile;
+    let boundary = Boundary::new(tile.validity(), tile.width(), tile.height());
+    let sample = |&(column, row): &(usize, usize)| (row * tile.width() + column) as u32;
+    let on_rim: BTreeMap<u32, usize> = named.iter().enumerate().map(|(i, n)| (sample(&n.place), i)).collect();
+    let (points, forced): (Vec<_>, Vec<_>) = forced.inside.iter().partition(|p| !boundary.passes(sample(p)));
+    let forced: Vec<u32> = forced.iter().map(sample).collect();
+
+    let mut loops = Vec::new();
+    let is_fixed = |before: Step, step: Step| match on_side(tile, step.sample) {
+        true => on_rim.contains_key(&step.sample),
+        false => {
+            let turns = before.way != step.way;
+            turns || boundary.is_pinched(step.sample) || forced.binary_search(&step.sample).is_ok()
+        }
+    };
+    for steps in boundary.loops() {
+        loops.push(vertices_of(runs, &steps, is_fixed)?);
+    }
+
+    // Of the named vertices those that the tile's ground has.
+    let mut numbers = vec![u32::MAX; named.len()];
+    loops.iter().flatten().filter_map(|s| on_rim.get(s)).for_each(|&i| numbers[i] = 0);
+    let mut rim = Rim { owned: owned(&named), ..Rim::default() };
+    let (mut vertices, mut idle) = (Vec::new(), Vec::new());
+    for (i, Named { place, name, .. }) in named.iter().enumerate() {
+        let vertex = vertex(tile, *place);
+        if numbers[i] == 0 {
+            numbers[i] = vertices.len() as u32;
+            vertices.push(vertex);
+            rim.foreign.extend(name);
+        } else if name.is_none() {
+            idle.push((i as u32, vertex));
+        }
+    }
+    let mut pinches: BTreeMap<u32, u32> = BTreeMap::new();
+    let mut number = |sample: u32| {
+        if let Some(&i) = on_rim.get(&sample) {
+            return numbers[i];
+        }
+        let mut add = || {
+            vertices.push(vertex(tile, place_of(tile, sample)));
+            vertices.len() as u32 - 1
+        };
+        if boundary.is_pinched(sample) { *pinches.entry(sample).or_insert_with(add) } else { add() }
+    };
+    let loops = loops.iter().map(|l| l.iter().map(|&sample| number(sample)).collect()).collect();
+    let points = points.into_iter().map(|place| vertex(tile, place)).collect();
+    Ok(Rim { domain: Domain { vertices, loops, points }, idle, ..rim })
+}
+
+/// A vertex on a side or at a corner, whichever of the tiles there has it.
+struct Named {
+    place: (usize, usize),
+    side: Result<Side, Corner>,
+    /// What it is called, unless the tile owns it.
+    name: Option<Foreign>,
+}
+
+/// All of them: those the tile owns first, in the order in which it numbers them.
+fn named(runs: &mut Runs<'_>, forced: &Forced, (last_column, last_row): (bool, bool)) -> Result<Vec<Named>, Cancelled> {
+    let tile = runs.tile;
+    let (right, bottom) = (tile.width() - 1, tile.height() - 1);
+    let mut named = Vec::new();
+    for corner in Corner::ALL {
+        let place = corner.place(tile);
+        if octants(tile.validity(), place.0 as i32, place.1 as i32) != 0 {
+            named.push(Named { place, side: Err(corner), name: corner.name((last_column, last_row)) });
+        }
+    }
+    type Place<'a> = &'a dyn Fn(usize) -> (usize, usize);
+    type Name = Option<fn(u32) -> Foreign>;
+    let sides: [(Side, usize, &[usize], Place<'_>, Name); 4] = [
+        (Side::North, tile.width(), &forced.north, &|i| (i, 0), None),
+        (Side::West, tile.height(), &forced.west, &|i| (0, i), None),
+        (Side::East, tile.height(), &forced.east, &|i| (right, i), (!last_column).then_some(Foreign::East)),
+        (Side::South, tile.width(), &forced.south, &|i| (i, bottom), (!last_row).then_some(Foreign::South)),
+    ];
+    for (side, len, forced, place, name) in sides {
+        let line = if matches!(side, Side::North | Side::South) { LEVEL } else { UPRIGHT };
+        let along = vertices_between_corners(runs, line, len, forced, place)?;
+        named.extend((0..).zip(along).map(|(ordinal, i)| Named {
+            place: place(i),
+            side: Ok(side),
+            name: name.map(|name| name(ordinal)),
+        }));
+    }
+    named.sort_by_key(|n| n.name.is_some());
+    Ok(named)
+}
+
+fn owned(named: &[Named]) -> RimCounts {
+    let mut counts = RimCounts::default();
+    for n in named.iter().filter(|n| n.name.is_none()) {
+        match n.side {
+            Err(corner) => counts.corners |= corner.bit(),
+            Ok(Side::North) => counts.north += 1,
+            Ok(Side::West) => counts.west += 1,
+            Ok(Side::East) => counts.east += 1,
+            Ok(Side::South) => counts.south += 1,
+        }
+    }
+    counts
+}
+
+/// Which octants of a sample on a line between tiles lie on its one side and on its other, and which along the way to the
+/// next sample of the line.
+#[derive(Debug, Clone, Copy)]
+struct Line {
+    halves: [u8; 2],
+    onwards: u8,
+}
+
+const LEVEL: Line = Line { halves: [0b0000_1111, 0b1111_0000], onwards: 0b1000_0001 };
+const UPRIGHT: Line = Line { halves: [0b1100_0011, 0b0011_1100], onwards: 0b0000_0110 };
+
+impl Line {
+    /// Whether the ground on a side of the line begins, ends or has a corner at a sample with these octants.
+    fn is_broken(&self, octants: u8) -> bool {
+        self.halves.iter().any(|half| octants & half != 0 && octants & half != *half)
+    }
+}
+
+/// The vertices of a side, as places along it: a function of the samples on its line and of where the ground is beside it.
+fn vertices_between_corners(
+    runs: &mut Runs<'_>,
+    line: Line,
+    len: usize,
+    forced: &[usize],
+    place: impl Fn(usize) -> (usize, usize),
+) -> Result<Vec<usize>, Cancelled> {
+    let tile = runs.tile;
+    let octants = |i: usize| octants(tile.validity(), place(i).0 as i32, place(i).1 as i32);
+    let (mut vertices, mut from, mut from_octants) = (Vec::new(), 0, octants(0));
+    for to in 1..len {
+        let (is_corner, to_octants) = (to + 1 == len, octants(to));
+        if !is_corner && !line.is_broken(to_octants) {
+            continue;
+        }
+        if from_octants & line.onwards != 0 {
+            let forced: Vec<usize> = forced.iter().filter(|f| (from..to).contains(f)).map(|f| f - from).collect();
+            let between = runs.between(to - from + 1, &forced, |i| place(from + i))?;
+            vertices.extend(between.into_iter().map(|i| from + i));
+        }
+        if !is_corner {
+            vertices.push(to);
+        }
+        (from, from_octants) = (to, to_octants);
+    }
+    Ok(vertices)
+}
+
+fn on_side(tile: &Tile, sample: u32) -> bool {
+    let (column, row) = place_of(tile, sample);
+    column == 0 || row == 0 || column + 1 == tile.width() || row + 1 == tile.height()
+}
+
+/// The samples of a loop that become vertices: the fixed ones, and between them, inside the tile, a shortest path.
+fn vertices_of(
+    runs: &mut Runs<'_>,
+    steps: &[Step],
+    is_fixed: impl Fn(Step, Step) -> bool,
+) -> Result<Vec<u32>, Cancelled> {
+    let (tile, count) = (runs.tile, steps.len());
+    let fixed: Vec<usize> = (0..count).filter(|&i| is_fixed(steps[(i + count - 1) % count], steps[i])).collect();
+    let mut vertices = Vec::new();
+    for (n, &from) in fixed.iter().enumerate() {
+        vertices.push(steps[from].sample);
+        let len = match fixed.get(n + 1) {
+            Some(to) => to - from + 1,
+            None => count - from + fixed[0] + 1,
+        };
+        // What is between on a side, was fixed there.
+        if len > 2 && !on_side(tile, steps[(from + 1) % count].sample) {
+            let ((column, row), (dx, dy)) = (place_of(tile, steps[from].sample), WAYS[steps[from].way as usize]);
+            let place = |i: usize| ((column as i32 + dx * i as i32) as usize, (row as i32 + dy * i as i32) as usize);
+            let between = runs.between(len, &[], place)?;
+            vertices.extend(between.into_iter().map(|i| steps[(from + i) % count].sample));
+        }
+    }
+    Ok(vertices)
+}

@@ -1,0 +1,419 @@
+use std::ops::Range;
+
+use super::runs::Runs;
+use super::{MinLink, ground};
+use crate::base::Tile;
+use crate::base::control::{CancelToken, Cancelled};
+use crate::base::lattice::Point;
+use crate::base::mesh::{Domain, Vertex};
+
+/// The rim of a tile: its corners and the vertices of its four sides, as the domain of an engine, and where samples are
+/// missing the loops around its ground.
+///
+/// Vertices that the tile owns come first: the corners (north-west, then north-east, south-west, south-east), then the
+/// sides (north, west, east, south), each from the lower coordinate to the higher. Vertices owned by a neighbour follow,
+/// then those of loops inside the tile.
+#[derive(Debug, Clone, Default)]
+pub struct Rim {
+    /// What is to be triangulated: the loops, and the points inside.
+    pub domain: Domain,
+    /// How many of which kind the tile owns.
+    pub owned: RimCounts,
+    /// Vertices that the tile owns but has no ground at, so that only neighbours use them: their places among those it
+    /// owns, ascending. The domain goes without them.
+    pub idle: Vec<(u32, Vertex)>,
+    /// The others, in the domain's order.
+    pub foreign: Vec<Foreign>,
+}
+
+/// How many vertices of its rim a tile owns, by kind. A tile owns its north and west side and the corner between; the
+/// last column owns its east side too, the last row its south side.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct RimCounts {
+    /// Which corners, as bits: 1 is north-west, 2 north-east, 4 south-west, 8 south-east.
+    pub corners: u32,
+    /// Vertices between the corners of the north side.
+    pub north: u32,
+    /// Of the west side.
+    pub west: u32,
+    /// Of the east side, in the last column.
+    pub east: u32,
+    /// Of the south side, in the last row.
+    pub south: u32,
+}
+
+impl RimCounts {
+    /// All of them.
+    pub fn total(&self) -> u32 {
+        self.before_west() + self.west + self.east + self.south
+    }
+
+    /// The place of the first vertex of the north side: all corners come before it.
+    pub fn before_north(&self) -> u32 {
+        self.corners.count_ones()
+    }
+
+    /// The place of the first vertex of the west side.
+    pub fn before_west(&self) -> u32 {
+        self.before_north() + self.north
+    }
+
+    /// The place of a corner, by its bit.
+    pub fn corner(&self, bit: u32) -> u32 {
+        (self.corners & (bit - 1)).count_ones()
+    }
+}
+
+/// A rim vertex that a neighbour owns. Ordinals count the vertices of a side from its lower coordinate, corners apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Foreign {
+    /// The corner at the end of the north side.
+    NorthEast,
+    /// The corner at the end of the west side.
+    SouthWest,
+    /// The corner opposite the tile's own.
+    SouthEast,
+    /// On the east side: the west side of the next tile.
+    East(u32),
+    /// On the south side: the north side of the tile below.
+    South(u32),
+    /// At a place of a tile so many columns and rows further, in that tile's lattice.
+    At {
+        /// Columns of tiles to the right, -1 for the left.
+        across: i32,
+        /// Rows of tiles down.
+        down: u32,
+        /// Where.
+        at: Point,
+    },
+}
+
+impl Rim {
+    /// Computes the rim of `tile`, each side from its own samples alone. `last` says whether the tile lies at the
+    /// raster's right and lower rim.
+    ///
+    /// Every vertex keeps the height of its sample; every link is within `tolerance` at the samples it passes, where the
+    /// tile has weights within [`Tile::limit`], and where it has channels its weighted error is within
+    /// [`ChannelError::limit`].
+    ///
+    /// `points` are samples that must be vertices, as column and row of the tile, each once, by rows, then by columns.
+    /// Those on a side become vertices of the side, so neighbours agree where both are given the points of their
+    /// windows; corners are vertices anyway; the others become the domain's points, or vertices of its loops. All lie on
+    /// the ground.
+    ///
+    /// [`ChannelError::limit`]: crate::base::channels::ChannelError::limit
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    ///
+    /// # Panics
+    /// If a point is outside the tile.
+    pub fn new(
+        tile: &Tile,
+        tolerance: f64,
+        points: &[(usize, usize)],
+        last: (bool, bool),
+        min_link: &mut MinLink,
+        cancel: &CancelToken,
+    ) -> Result<Rim, Cancelled> {
+        Rim::over(&mut Runs::new(tile, tolerance, min_link, cancel), points, last)
+    }
+
+    /// Computes the rim that `tile` has at any tolerance: where [`Rim::new`] takes the fewest links, it has nested vertices
+    /// ([`levels`](super::levels)), those that `keeps` wants. All others are there whatever is wanted.
+    ///
+    /// Runs are split until they are within `tolerance`, [`Tile::limit`] where the tile has weights; levels are errors,
+    /// times weights. `points` and the rest are as for [`Rim::new`].
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    ///
+    /// # Panics
+    /// If a point is outside the tile.
+    pub fn nested(
+        tile: &Tile,
+        tolerance: f64,
+        points: &[(usize, usize)],
+        last: (bool, bool),
+        keeps: impl Fn(LateVertex) -> bool,
+        cancel: &CancelToken,
+    ) -> Result<NestedRim, Cancelled> {
+        let mut runs = Runs::nested(tile, tolerance, &keeps, cancel);
+        let rim = Rim::over(&mut runs, points, last)?;
+        let by_sample = runs.into_late();
+        let find = |vertex: &Vertex| {
+            let (column, row) = vertex.at.sample()?;
+            let sample = (row * tile.width() + column) as u32;
+            by_sample.binary_search_by_key(&sample, |(sample, _)| *sample).ok().map(|i| by_sample[i].1)
+        };
+        let late = (0..).zip(&rim.domain.vertices).filter_map(|(i, v)| find(v).map(|late| (i, late))).collect();
+        let late_idle = rim.idle.iter().filter_map(|(_, v)| find(v)).collect();
+        Ok(NestedRim { rim, late, late_idle })
+    }
+
+    fn over(runs: &mut Runs<'_>, points: &[(usize, usize)], last: (bool, bool)) -> Result<Rim, Cancelled> {
+        let tile = runs.tile;
+        let (right, bottom) = (tile.width() - 1, tile.height() - 1);
+        let forced = Forced::new(points, right, bottom);
+        if !tile.validity.is_whole() {
+            return ground::rim(runs, &forced, last);
+        }
+        let mut side = |len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
+            let between = runs.between(len, forced, place)?;
+            Ok::<Vec<Vertex>, Cancelled>(between.into_iter().map(|i| vertex(tile, place(i))).collect())
+        };
+        let north = side(tile.width(), &forced.north, &|i| (i, 0))?;
+        let south = side(tile.width(), &forced.south, &|i| (i, bottom))?;
+        let west = side(tile.height(), &forced.west, &|i| (0, i))?;
+        let east = side(tile.height(), &forced.east, &|i| (right, i))?;
+        Ok(Rim::assemble(tile, [north, west, east, south], last, &forced.inside))
+    }
+
+    /// How many vertices of the domain stand on the sides of the tile: they come first.
+    pub fn on_sides(&self) -> usize {
+        self.owned.total() as usize - self.idle.len() + self.foreign.len()
+    }
+
+    /// Puts corners, sides (north, west, east, south) and the points inside together.
+    fn assemble(
+        tile: &Tile,
+        [north, west, east, south]: [Vec<Vertex>; 4],
+        (last_column, last_row): (bool, bool),
+        inside: &[(usize, usize)],
+    ) -> Rim {
+        let mine = |_| unreachable!("every tile owns its first corner, its north and its west side");
+        let corner = |corner: Corner, name| {
+            let owned = corner.name((last_column, last_row)).is_none();
+            Feature { vertices: vec![vertex(tile, corner.place(tile))], owned, name }
+        };
+        // In the order in which a tile numbers what it owns.
+        let features: [Feature; 8] = [
+            corner(Corner::NorthWest, mine),
+            corner(Corner::NorthEast, |_| Foreign::NorthEast),
+            corner(Corner::SouthWest, |_| Foreign::SouthWest),
+            corner(Corner::SouthEast, |_| Foreign::SouthEast),
+            Feature { vertices: north, owned: true, name: mine },
+            Feature { vertices: west, owned: true, name: mine },
+            Feature { vertices: east, owned: last_column, name: Foreign::East },
+            Feature { vertices: south, owned: last_row, name: Foreign::South },
+        ];
+        let (mut vertices, mut foreign) = (Vec::new(), Vec::new());
+        let mut numbers: [Range<u32>; 8] = Default::default();
+        for round_of_owned in [true, false] {
+            for (number, feature) in numbers.iter_mut().zip(&features).filter(|(_, f)| f.owned == round_of_owned) {
+                *number = vertices.len() as u32..(vertices.len() + feature.vertices.len()) as u32;
+                vertices.extend_from_slice(&feature.vertices);
+                if !feature.owned {
+                    foreign.extend((0..feature.vertices.len() as u32).map(feature.name));
+                }
+            }
+        }
+        let owned = |i: usize| if features[i].owned { features[i].vertices.len() as u32 } else { 0 };
+        let owned = RimCounts {
+            corners: Corner::ALL
+                .into_iter()
+                .filter(|c| c.name((last_column, last_row)).is_none())
+                .map(Corner::bit)
+                .sum(),
+            north: owned(4),
+            west: owned(5),
+            east: owned(6),
+            south: owned(7),
+        };
+        // North side eastwards, east side down, south side back, west side up: the ground stays to the left.
+        let [nw, ne, sw, se, north, west, east, south] = numbers;
+        let there = nw.chain(north).chain(ne).chain(east);
+        let walk = there.chain(se).chain(south.rev()).chain(sw).chain(west.rev()).collect();
+        let points = inside.iter().map(|&place| vertex(tile, place)).collect();
+        Rim { domain: Domain { vertices, loops: vec![walk], points }, owned, idle: Vec::new(), foreign }
+    }
+}
+
+/// A side of a tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Side {
+    /// The first row.
+    North,
+    /// The first column.
+    West,
+    /// The last column.
+    East,
+    /// The last row.
+    South,
+}
+
+/// A vertex of a nested rim that is not there from the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LateVertex {
+    /// The side that it is on; none for one of the loops inside the tile.
+    pub side: Option<Side>,
+    /// Its place along the side, in samples from the lower coordinate; inside the tile row · width + column.
+    pub at: usize,
+    /// The error below which it is there, see [`Level`](super::Level).
+    pub level: f64,
+}
+
+/// A nested rim.
+#[derive(Debug, Clone, Default)]
+pub struct NestedRim {
+    /// The rim.
+    pub rim: Rim,
+    /// Which vertices of its domain are not there from the start, ascending.
+    pub late: Vec<(u32, LateVertex)>,
+    /// Which of the idle ones are not.
+    pub late_idle: Vec<LateVertex>,
+}
+
+/// A corner of a tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Corner {
+    NorthWest,
+    NorthEast,
+    SouthWest,
+    SouthEast,
+}
+
+impl Corner {
+    /// In the order in which a tile numbers those that it owns.
+    pub(super) const ALL: [Corner; 4] = [Corner::NorthWest, Corner::NorthEast, Corner::SouthWest, Corner::SouthEast];
+
+    /// In [`RimCounts::corners`].
+    pub(super) fn bit(self) -> u32 {
+        1 << self as u32
+    }
+
+    pub(super) fn place(self, tile: &Tile) -> (usize, usize) {
+        let (right, bottom) = (tile.width() - 1, tile.height() - 1);
+        match self {
+            Corner::NorthWest => (0, 0),
+            Corner::NorthEast => (right, 0),
+            Corner::SouthWest => (0, bottom),
+            Corner::SouthEast => (right, bottom),
+        }
+    }
+
+    /// What it is called, unless the tile owns it.
+    pub(super) fn name(self, (last_column, last_row): (bool, bool)) -> Option<Foreign> {
+        match self {
+            Corner::NorthWest => None,
+            Corner::NorthEast => (!last_column).then_some(Foreign::NorthEast),
+            Corner::SouthWest => (!last_row).then_some(Foreign::SouthWest),
+            Corner::SouthEast => (!(last_column && last_row)).then_some(Foreign::SouthEast),
+        }
+    }
+}
+
+/// Points by where they lie in a tile; on a side, by their place along it. Those at corners are on two sides.
+#[derive(Default)]
+pub(super) struct Forced {
+    pub(super) north: Vec<usize>,
+    pub(super) south: Vec<usize>,
+    pub(super) west: Vec<usize>,
+    pub(super) east: Vec<usize>,
+    pub(super) inside: Vec<(usize, usize)>,
+}
+
+impl Forced {
+    fn new(points: &[(usize, usize)], right: usize, bottom: usize) -> Forced {
+        let mut forced = Forced::default();
+        for &(column, row) in points {
+            assert!(column <= right && row <= bottom, "point {column}, {row} in a tile up to {right}, {bottom}");
+            let mut on_side = false;
+            for (is_there, side, along) in [
+                (row == 0, &mut forced.north, column),
+                (row == bottom, &mut forced.south, column),
+                (column == 0, &mut forced.west, row),
+                (column == right, &mut forced.east, row),
+            ] {
+                if is_there {
+                    side.push(along);
+                    on_side = true;
+                }
+            }
+            if !on_side {
+                forced.inside.push((column, row));
+            }
+        }
+        forced
+    }
+}
+
+/// A corner or the inside of a side.
+struct Feature {
+    vertices: Vec<Vertex>,
+    owned: bool,
+    /// What a vertex is called where it is not owned, by its ordinal.
+    name: fn(u32) -> Foreign,
+}
+
+/// Column and row of a sample, by its number in a tile.
+pub(super) fn place_of(tile: &Tile, sample: u32) -> (usize, usize) {
+    (sample as usize % tile.width(), sample as usize / tile.width())
+}
+
+pub(super) fn vertex(tile: &Tile, (column, row): (usize, usize)) -> Vertex {
+    Vertex { at: Point::of_sample(column as i32, row as i32), height: tile.at(column, row) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Heights;
+
+    fn bumpy(width: usize, height: usize) -> Tile {
+        let heights = (0..width * height).map(|i| ((i * 2_654_435_761) >> 7 & 15) as f32).collect();
+        Tile::from_heights(width, height, Heights::F32(heights))
+    }
+
+    fn rim(tile: &Tile, last: (bool, bool)) -> Rim {
+        Rim::new(tile, 3.0, &[], last, &mut MinLink::default(), &CancelToken::default()).expect("nobody cancels")
+    }
+
+    #[test]
+    fn the_loop_goes_around_the_tile_with_the_ground_to_its_left() {
+        let tile = bumpy(13, 9);
+        for last in [(false, false), (true, false), (false, true), (true, true)] {
+            let rim = rim(&tile, last);
+            assert_eq!(rim.domain.area(), 2 * 16 * 12 * 8);
+            assert_eq!(rim.owned.total() as usize + rim.foreign.len(), rim.domain.vertices.len());
+            assert_eq!(rim.domain.loops[0].len(), rim.domain.vertices.len());
+            let mut places: Vec<Point> = rim.domain.vertices.iter().map(|v| v.at).collect();
+            places.sort();
+            places.dedup();
+            assert_eq!(places.len(), rim.domain.vertices.len());
+        }
+    }
+
+    #[test]
+    fn neighbours_agree_on_their_seam() {
+        let left = bumpy(13, 9);
+        // The right neighbour's west side has the same samples as the left one's east side.
+        let mut heights = vec![0.0; 13 * 9];
+        (0..9).for_each(|row| heights[row * 13] = left.at(12, row) as f32);
+        let right = Tile::from_heights(13, 9, Heights::F32(heights));
+        agree(&left, &right);
+        // And the same weights, whatever theirs are elsewhere.
+        let weight = |row: usize| [0.0, 0.3, 4.0][row % 3];
+        let weights = |column: usize, elsewhere: f64| {
+            (0..13 * 9).map(|i| if i % 13 == column { weight(i / 13) } else { elsewhere }).collect()
+        };
+        agree(&left.clone().with_weights(weights(12, 0.7)), &right.clone().with_weights(weights(0, 9.0)));
+        // Beside a tile without weights, where one has them elsewhere only: for a hole that it bridges.
+        let elsewhere = (0..13 * 9).map(|i| if i % 13 == 0 { 1.0 } else { 0.0 }).collect();
+        agree(&left, &right.with_weights(elsewhere));
+    }
+
+    fn agree(left: &Tile, right: &Tile) {
+        let (a, b) = (rim(left, (false, false)), rim(right, (true, false)));
+        let at = |i: u32| b.domain.vertices[(b.owned.before_west() + i) as usize];
+        let borrowed = a.foreign.iter().zip(&a.domain.vertices[a.owned.total() as usize..]);
+        let mut seen = 0;
+        for (foreign, vertex) in borrowed {
+            if let Foreign::East(ordinal) = foreign {
+                assert_eq!((at(*ordinal).at.y, at(*ordinal).height), (vertex.at.y, vertex.height));
+                seen += 1;
+            }
+        }
+        assert_eq!(seen, b.owned.west);
+    }
+}

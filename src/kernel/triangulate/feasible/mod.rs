@@ -1,0 +1,21 @@
+//! Whether a triangle may be used: scan conversion and the tolerance test, exact on every path.
+//!
+//! [`Tester`] takes candidate triangles of an engine over one tile. A row of samples is compared with the triangle's
+//! plane in the heights' own precision, against limits moved by a bound of the rounding error of *this* triangle; what
+//! the limits leave in doubt goes to [`crate::base::exact`]. The answer is that of real arithmetic. `weighted` does the same for
+//! tiles whose samples have weights, and so a limit each.
+
+mod edge;
+mod plane;
+mod spans;
+mod surfaces;
+mod tester;
+mod weighted;
+
+pub(crate) use plane::Plane;
+pub(crate) use spans::Spans;
+pub(crate) use surfaces::Surfaces;
+pub use tester::Tester;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,114 @@
+use std::ops::RangeInclusive;
+
+use crate::base::lattice::{Point, STEPS};
+
+/// Scan conversion: the samples of a closed triangle, as a span of columns for each row.
+///
+/// Exact although it computes in doubles: where an edge crosses a row, its column is a fraction with a denominator
+/// below 2²², so it is an integer or at least 2⁻²² away from one, while the rounding of the computation stays below
+/// 2⁻³⁰ (coordinates are below 2²⁰ steps, see [`crate::base::lattice`]). [`NUDGE`] lies between.
+pub(crate) struct Spans {
+    low: Point,
+    mid: Point,
+    high: Point,
+    /// Columns per step of y along the edge from the lowest to the highest vertex, and along the two others.
+    long: f64,
+    lower: f64,
+    upper: f64,
+    mid_is_right: bool,
+    rows: RangeInclusive<i32>,
+}
+
+const NUDGE: f64 = 1.0 / (1u32 << 25) as f64;
+const COLUMN: f64 = 1.0 / STEPS as f64;
+
+/// The nearest integer of a number below 2³¹ in magnitude, never half-way between two. By an addition that leaves no room
+/// for a fraction: a conversion that saturates takes several times as long, and there are two to every row.
+#[inline(always)]
+fn rounded(value: f64) -> i32 {
+    const NO_FRACTION: f64 = 1.5 * (1u64 << 52) as f64;
+    (value + NO_FRACTION).to_bits() as i32
+}
+
+impl Spans {
+    /// The samples of the triangle with these corners, in any order, not all on a line.
+    pub(crate) fn new(a: Point, b: Point, c: Point) -> Spans {
+        let (mut low, mut mid, mut high) = (a, b, c);
+        if low.y > mid.y {
+            std::mem::swap(&mut low, &mut mid);
+        }
+        if mid.y > high.y {
+            std::mem::swap(&mut mid, &mut high);
+        }
+        if low.y > mid.y {
+            std::mem::swap(&mut low, &mut mid);
+        }
+        let slope = |p: Point, q: Point| {
+            if p.y == q.y { 0.0 } else { f64::from(q.x - p.x) / f64::from(q.y - p.y) * COLUMN }
+        };
+        Spans {
+            long: slope(low, high),
+            lower: slope(low, mid),
+            upper: slope(mid, high),
+            mid_is_right: crate::base::lattice::orient(low, high, mid) < 0,
+            rows: ((low.y + STEPS - 1).div_euclid(STEPS))..=high.y.div_euclid(STEPS),
+            low,
+            mid,
+            high,
+        }
+    }
+
+    /// The row of the middle vertex, where the spans are longest.
+    pub(crate) fn middle_row(&self) -> i32 {
+        self.mid.y.div_euclid(STEPS)
+    }
+
+    /// The rows that may hold samples of the triangle.
+    pub(crate) fn rows(&self) -> RangeInclusive<i32> {
+        self.rows.clone()
+    }
+
+    /// First and last column of the samples in one of these rows; empty if the first is greater.
+    #[inline(always)]
+    pub(crate) fn columns(&self, row: i32) -> (i32, i32) {
+        let (left, right) = self.crossings(row);
+        (rounded(left + (0.5 - NUDGE)), rounded(right - (0.5 - NUDGE)))
+    }
+
+    /// The same for a triangle that may reach beyond columns 0 to `width` − 1: of these columns only.
+    pub(crate) fn columns_within(&self, row: i32, width: usize) -> (i32, i32) {
+        let (left, right) = self.crossings(row);
+        let (first, last) = ((left - NUDGE).ceil(), (right + NUDGE).floor());
+        (first.max(0.0) as i32, last.min(width as f64 - 1.0) as i32)
+    }
+
+    /// The same for the half-open triangle, so that every sample of a triangulated region belongs to one triangle: its
+    /// left and upper sides are its own, its right and lower sides are not. Beyond the last column `right_rim` and below
+    /// the last row `lower_rim` there is no triangle to own them, so there they are its own, too.
+    #[inline(always)]
+    pub(crate) fn own_columns(&self, row: i32, right_rim: i32, lower_rim: i32) -> (i32, i32) {
+        const NONE: (i32, i32) = (1, 0);
+        let (left, right) = self.crossings(row);
+        // At a corner the row only touches the triangle.
+        if right - left < NUDGE || row * STEPS == self.high.y && row != lower_rim {
+            return NONE;
+        }
+        let first = rounded(left + (0.5 - NUDGE));
+        let closed = rounded(right - (0.5 - NUDGE));
+        let last = if closed == right_rim { closed } else { rounded(right + (0.5 - NUDGE)) - 1 };
+        (first, last)
+    }
+
+    /// Where a row enters and leaves the triangle, in columns.
+    #[inline(always)]
+    fn crossings(&self, row: i32) -> (f64, f64) {
+        let y = row * STEPS;
+        let long = f64::from(self.low.x) * COLUMN + self.long * f64::from(y - self.low.y);
+        let short = if y < self.mid.y {
+            f64::from(self.low.x) * COLUMN + self.lower * f64::from(y - self.low.y)
+        } else {
+            f64::from(self.mid.x) * COLUMN + self.upper * f64::from(y - self.mid.y)
+        };
+        if self.mid_is_right { (long, short) } else { (short, long) }
+    }
+}

@@ -1,0 +1,187 @@
+//! Greedy insertion (Garland & Heckbert 1995, sections 3 to 6): a coarse triangulation of the ground is refined by
+//! inserting, again and again, the sample that is farthest from it.
+//!
+//! In come a tile and the loops around its ground; out goes a mesh within the tolerance. `topology` is triangles apart
+//! from places, `surface` puts them in the plane, `first` triangulates the loops, whose edges are locked. `scan` finds a
+//! triangle's candidate, `candidates` keeps them in a heap, `refine` inserts; `progressive` inserts in an order that
+//! a whole raster can agree on. `data_dependent` swaps edges by the data
+//! (algorithm IV) where [`Swap`] says so, and
+//! `importance` has the other measures of section 3. The paper's algorithms I and II are oracles in the tests.
+
+mod candidates;
+mod data_dependent;
+mod first;
+mod importance;
+mod options;
+mod progressive;
+mod refine;
+mod scan;
+mod squares;
+mod surface;
+mod topology;
+
+use self::candidates::Candidates;
+use self::data_dependent::Fits;
+use self::refine::Refinement;
+use self::scan::{Candidate, Scanner};
+use self::squares::Squares;
+use self::surface::Surface;
+use super::feasible::Tester;
+use super::{Engine, Feasibility, Task};
+use crate::base::Tile;
+use crate::base::control::Cancelled;
+use crate::base::mesh::{Domain, TileMesh};
+
+pub use self::options::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
+pub use self::progressive::{Event, Key, Order};
+pub use self::refine::Step;
+pub use self::squares::Share;
+
+#[cfg(test)]
+mod tests;
+
+/// The greedy insertion engine.
+///
+/// Every sample of a triangle that is farther than the tolerance, exactly, is a candidate until it is a vertex or the
+/// triangle is gone; no vertex is put on a locked edge, because the domain's loops are within the tolerance at the
+/// samples they pass. Cost: expected O((m + n) log m) for n samples and m vertices (section 4.4.1).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct GreedyInsertion {
+    /// Which variant.
+    pub options: InsertionOptions,
+}
+
+/// The memory of greedy insertion: about 140 bytes per vertex.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    surface: Surface,
+    candidates: Candidates,
+    fits: Fits,
+    squares: Squares,
+    star: Vec<u32>,
+    beyond: Vec<Candidate>,
+}
+
+/// Samples of a tile up to which memory is reserved for the densest mesh: pages that are not needed stay untouched, and
+/// growing lists do not take twice what they hold.
+const RESERVED_SAMPLES: usize = 1 << 22;
+
+impl Scratch {
+    fn reserve(&mut self, tile: &Tile) {
+        let samples = (tile.width() * tile.height()).min(RESERVED_SAMPLES);
+        // As many vertices as samples, and the frame of the first triangulation.
+        self.surface.reserve(samples + 4);
+        self.candidates.reserve(2 * samples);
+    }
+
+    /// A refinement of the ground of `domain`, nothing inserted yet; `mesh` lends its memory.
+    fn begin<'a>(
+        &'a mut self,
+        options: InsertionOptions,
+        task: &Task<'a>,
+        domain: &Domain,
+        mesh: &mut TileMesh,
+    ) -> Refinement<'a> {
+        mesh.clear();
+        std::mem::swap(&mut self.surface.vertices, &mut mesh.vertices);
+        self.reserve(task.tile);
+        first::triangulate(domain, &mut self.surface);
+        // Critical points (section 6) come before the first scan: what they leave beyond the tolerance is refined.
+        domain.points.iter().fold(0, |near, &point| Refinement::preinsert(&mut self.surface, near, point));
+        self.candidates.clear();
+        self.fits.clear();
+        self.squares.clear();
+        let strong = task.feasibility == Feasibility::Strong;
+        Refinement {
+            surface: &mut self.surface,
+            candidates: &mut self.candidates,
+            fits: &mut self.fits,
+            squares: &mut self.squares,
+            star: &mut self.star,
+            scanner: Scanner { tile: task.tile, tolerance: task.tolerance },
+            strong: strong.then(|| Tester::new(task.tile, task.tolerance, Feasibility::Strong)),
+            measure: importance::prepare(options.measure, task.tile),
+            beyond: &mut self.beyond,
+            rim_comes: false,
+            rim_is_free: false,
+            sum: 0.0,
+            most: usize::MAX,
+            steps: None,
+            options,
+            cancel: task.cancel,
+        }
+    }
+}
+
+impl Engine for GreedyInsertion {
+    type Scratch = Scratch;
+
+    const KEEPS_CHANNELS: bool = true;
+
+    fn preinserts(&self) -> bool {
+        true
+    }
+
+    fn triangulate(&self, task: &Task<'_>, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
+        task.cancel.check()?;
+        let mut refinement = scratch.begin(self.options, task, task.domain, mesh);
+        refinement.scan_all()?;
+        refinement.run()?;
+        refinement.finish(mesh);
+        Ok(())
+    }
+}
+
+impl GreedyInsertion {
+    /// Greedy insertion just as the paper has it, for comparisons with it: from two triangles over the whole tile, the rim
+    /// refined like everything else, up to `most` vertices. How it stood after every insertion, if `steps` are wanted. A mesh for one tile
+    /// alone: no neighbour knows of the vertices on its rim. (Elsewhere the rim is there beforehand, see [`crate::kernel::seam`].)
+    ///
+    /// # Errors
+    /// [`Cancelled`], with a mesh of no use.
+    pub fn triangulate_alone(
+        &self,
+        task: &Task<'_>,
+        most: usize,
+        steps: bool,
+        scratch: &mut Scratch,
+        mesh: &mut TileMesh,
+    ) -> Result<Vec<Step>, Cancelled> {
+        let mut refinement = scratch.begin(self.options, task, task.domain, mesh);
+        refinement.rim_is_free = true;
+        refinement.most = most;
+        refinement.scan_all()?;
+        if steps {
+            refinement.steps = Some(Vec::new());
+            refinement.sum = (0..refinement.surface.topology.len()).map(|t| refinement.squares_of(t, Share::ALL)).sum();
+        }
+        refinement.run()?;
+        let steps = refinement.steps.take();
+        refinement.finish(mesh);
+        Ok(steps.unwrap_or_default())
+    }
+
+    /// Triangulates as far as a cut in the order of all insertions of a raster, see [`Order`]: the vertices of the rim
+    /// whose keys lie before it are inserted each in its turn, and `told` hears of every insertion. The tolerance is one that
+    /// all may come down to, not one that all do.
+    ///
+    /// # Errors
+    /// [`Cancelled`], with a mesh of no use.
+    pub fn triangulate_in_order(
+        &self,
+        task: &Task<'_>,
+        order: Order<'_>,
+        scratch: &mut Scratch,
+        mesh: &mut TileMesh,
+        told: impl FnMut(Event),
+    ) -> Result<(), Cancelled> {
+        task.cancel.check()?;
+        let beginning = progressive::beginning(task.domain, order.rim);
+        let mut refinement = scratch.begin(self.options, task, &beginning, mesh);
+        refinement.rim_comes = true;
+        refinement.scan_all()?;
+        refinement.run_in_order(task.domain, order, told)?;
+        refinement.finish(mesh);
+        Ok(())
+    }
+}

@@ -1,0 +1,260 @@
+use super::candidates::Candidates;
+use super::data_dependent::{self, Fits};
+use super::importance::{self, Importance};
+use super::options::{InsertionOptions, Selection, Swap};
+use super::scan::{Candidate, Scanner};
+use super::squares::{Share, Squares};
+use super::surface::{Site, Surface};
+use super::topology::{NONE, next};
+use crate::base::control::{CancelToken, Cancelled};
+use crate::base::lattice::Point;
+use crate::base::mesh::{TileMesh, Vertex};
+use crate::kernel::triangulate::feasible::Tester;
+
+/// A surface that is refined by inserting candidates, and all that has to follow each insertion.
+pub(super) struct Refinement<'a> {
+    pub(super) surface: &'a mut Surface,
+    pub(super) candidates: &'a mut Candidates,
+    pub(super) fits: &'a mut Fits,
+    pub(super) star: &'a mut Vec<u32>,
+    pub(super) scanner: Scanner<'a>,
+    /// Where the strong test is asked for.
+    pub(super) strong: Option<Tester<'a>>,
+    /// What makes samples important, unless it is their error.
+    pub(super) measure: Option<Box<dyn Importance>>,
+    /// Memory for the samples of a triangle that a measure is asked about.
+    pub(super) beyond: &'a mut Vec<Candidate>,
+    pub(super) squares: &'a mut Squares,
+    /// Whether vertices of the rim are inserted, too.
+    pub(super) rim_comes: bool,
+    /// Whether the rim is refined like everything else: then its edges are split, which no neighbour knows of.
+    pub(super) rim_is_free: bool,
+    /// The sum of squared errors, where steps are noted.
+    pub(super) sum: f64,
+    /// Insertions end at so many vertices.
+    pub(super) most: usize,
+    /// How it stood after every insertion, where somebody wants to know.
+    pub(super) steps: Option<Vec<Step>>,
+    pub(super) options: InsertionOptions,
+    pub(super) cancel: &'a CancelToken,
+}
+
+/// How a refinement stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Vertices so far.
+    pub vertices: usize,
+    /// The largest score of a candidate: the largest error, where that is the measure.
+    pub largest: f64,
+    /// The sum of squared errors over all samples.
+    pub squares: f64,
+}
+
+/// Insertions between two looks at the cancellation token.
+const INSERTIONS_BETWEEN_CHECKS: u32 = 256;
+
+impl Refinement<'_> {
+    /// Gives every triangle its candidate; where edges follow the data, looks at every edge once.
+    pub(super) fn scan_all(&mut self) -> Result<(), Cancelled> {
+        for t in 0..self.surface.topology.len() {
+            if t.is_multiple_of(INSERTIONS_BETWEEN_CHECKS) {
+                self.cancel.check()?;
+            }
+            self.rescan(t);
+        }
+        if let Swap::DataDependent(choice) = self.options.swap {
+            for t in 0..self.surface.topology.len() {
+                self.fits.rescan(self.surface, self.scanner.tile, choice.fit, t);
+            }
+            for e in 0..3 * self.surface.topology.len() {
+                if e < self.surface.topology.twin(e) && self.surface.topology.twin(e) != NONE {
+                    data_dependent::swap_initial(self, choice, e);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Inserts candidates until there is none.
+    pub(super) fn run(&mut self) -> Result<(), Cancelled> {
+        match self.options.selection {
+            Selection::Sequential => self.run_sequentially(),
+            Selection::Fractional(share) => self.run_in_passes(share),
+            // Only what is farther than the tolerance is a candidate: all are taken.
+            Selection::Constant => self.run_in_passes(0.0),
+        }
+    }
+
+    fn run_sequentially(&mut self) -> Result<(), Cancelled> {
+        let mut insertions = 0u32;
+        while let Some((t, candidate)) = self.candidates.best().filter(|_| self.surface.vertices.len() < self.most) {
+            if insertions.is_multiple_of(INSERTIONS_BETWEEN_CHECKS) {
+                self.cancel.check()?;
+            }
+            insertions = insertions.wrapping_add(1);
+            self.insert(t, candidate.sample);
+        }
+        Ok(())
+    }
+
+    /// Passes that each insert all candidates with at least this share of the best score (section 5.4).
+    fn run_in_passes(&mut self, share: f64) -> Result<(), Cancelled> {
+        let mut selected: Vec<(Candidate, u32)> = Vec::new();
+        while let Some((_, best)) = self.candidates.best().filter(|_| self.surface.vertices.len() < self.most) {
+            self.cancel.check()?;
+            self.select(share * best.score, &mut selected);
+            for &(candidate, t) in &selected[..selected.len().min(self.most - self.surface.vertices.len())] {
+                self.insert_again_located(t, candidate.sample);
+            }
+        }
+        Ok(())
+    }
+
+    /// All candidates from a score on, best first, none twice.
+    pub(super) fn select(&self, threshold: f64, into: &mut Vec<(Candidate, u32)>) {
+        into.clear();
+        let all = self.candidates.triangles().iter();
+        into.extend(all.filter_map(|&t| self.candidates.get(t).map(|c| (c, t))).filter(|(c, _)| c.score >= threshold));
+        into.sort_unstable_by(|(a, t), (b, u)| {
+            b.score.total_cmp(&a.score).then(a.sample.cmp(&b.sample)).then(t.cmp(u))
+        });
+        into.dedup_by_key(|(c, _)| c.sample);
+    }
+
+    /// Inserts a sample that was in a triangle once, wherever it is now.
+    pub(super) fn insert_again_located(&mut self, near: u32, sample: u64) {
+        let site = self.surface.locate(near, self.place(sample));
+        self.insert_at(site, sample);
+    }
+
+    /// Inserts a sample of triangle `t` as a vertex. A triangle at it.
+    pub(super) fn insert(&mut self, t: u32, sample: u64) -> u32 {
+        let site = self.surface.site_in(t, self.place(sample));
+        let inserted = self.insert_at(site, sample);
+        inserted
+            .unwrap_or_else(|| panic!("a candidate is no vertex yet: sample {sample} of {:?}", self.surface.corners(t)))
+    }
+
+    /// Inserts a domain's point, before anything is scanned. A triangle at it.
+    pub(super) fn preinsert(surface: &mut Surface, near: u32, vertex: Vertex) -> u32 {
+        let v = surface.vertices.len() as u32;
+        surface.vertices.push(vertex);
+        let site = surface.locate(near, vertex.at);
+        let connected = surface.connect(v, site);
+        let near =
+            connected.unwrap_or_else(|| panic!("a point at {:?} is inside the ground, found {site:?}", vertex.at));
+        surface.legalize();
+        near
+    }
+
+    fn place(&self, sample: u64) -> Point {
+        let width = self.scanner.tile.width as u64;
+        Point::of_sample((sample % width) as i32, (sample / width) as i32)
+    }
+
+    /// A triangle at the new vertex; `None` where there is one already.
+    fn insert_at(&mut self, site: Site, sample: u64) -> Option<u32> {
+        let at = self.place(sample);
+        if let Site::Edge(e) = site {
+            let locked = self.surface.topology.twin(e) == NONE;
+            assert!(
+                self.rim_is_free || !locked,
+                "a candidate at {at:?} on a locked edge, which is within the tolerance of it"
+            );
+        }
+        let width = self.scanner.tile.width as u64;
+        let height = self.scanner.tile.at((sample % width) as usize, (sample / width) as usize);
+        let v = self.surface.vertices.len() as u32;
+        let t = self.surface.connect(v, site)?;
+        self.surface.vertices.push(Vertex { at, height });
+        self.update(t);
+        self.note(t);
+        Some(t)
+    }
+
+    /// Notes how things stand; the new vertex is at corner 2 of triangle `t`.
+    fn note(&mut self, t: u32) {
+        if self.steps.is_none() {
+            return;
+        }
+        self.sum += self.squares_changed(t, Share::ALL);
+        let largest = self.candidates.best().map_or(0.0, |(_, c)| c.score);
+        let step = Step { vertices: self.surface.vertices.len(), largest, squares: self.sum };
+        self.steps.iter_mut().for_each(|steps| steps.push(step));
+    }
+
+    /// Puts the surroundings of a new vertex in order: edges, then candidates (INSERT of algorithms III and IV).
+    pub(super) fn update(&mut self, t: u32) {
+        match self.options.swap {
+            Swap::Delaunay => {
+                self.surface.legalize();
+                let mut star = std::mem::take(self.star);
+                self.surface.topology.star(t, &mut star);
+                star.iter().for_each(|&t| self.rescan(t));
+                *self.star = star;
+            }
+            Swap::DataDependent(choice) => data_dependent::swap_suspects(self, choice),
+        }
+    }
+
+    /// Looks for a triangle's candidate anew.
+    pub(super) fn rescan(&mut self, t: u32) {
+        let corners = self.surface.corners(t);
+        let candidate = match &self.measure {
+            None => self.scanner.candidate(corners, self.left_out(t)),
+            Some(measure) => {
+                importance::candidate(&self.scanner, corners, self.left_out(t), measure.as_ref(), self.beyond)
+            }
+        };
+        self.candidates.set(t, candidate.or_else(|| self.strong_candidate(t, corners)));
+    }
+
+    /// The edges of a triangle whose samples are no candidates: locked ones, while vertices of the rim are still to come.
+    /// Once all are there, samples on locked edges are within the tolerance. With channels they are so but for rounding,
+    /// which differs between the line and the triangle, and left out, too.
+    pub(super) fn left_out(&self, t: u32) -> [bool; 3] {
+        if self.rim_comes || self.scanner.tile.channel_error.is_some() { self.locked(t) } else { [false; 3] }
+    }
+
+    pub(super) fn locked(&self, t: u32) -> [bool; 3] {
+        [0, 1, 2].map(|i| self.surface.topology.twin(3 * t + i) == NONE)
+    }
+
+    /// Where the strong test is asked for and an edge of a triangle does not pass it: the sample of the triangle that is
+    /// farthest from it. Its score is how far the edge strays.
+    pub(super) fn strong_candidate(&self, t: u32, corners: [Vertex; 3]) -> Option<Candidate> {
+        let tester = self.strong?;
+        let mut strays = 0.0f64;
+        let locked = self.locked(t);
+        for i in 0..3 {
+            let (p, q) = (corners[i], corners[(i + 1) % 3]);
+            if !locked[i] && !tester.strong_edge(p, q) {
+                strays = strays.max(tester.edge_deviation(p, q));
+            }
+        }
+        if strays == 0.0 {
+            return None;
+        }
+        let sample = self.scanner.farthest_inside(corners, locked)?;
+        Some(Candidate { score: strays, sample })
+    }
+
+    /// Hands the mesh over, and its memory back.
+    pub(super) fn finish(self, mesh: &mut TileMesh) {
+        mesh.relaxed = self.count_relaxed();
+        std::mem::swap(&mut self.surface.vertices, &mut mesh.vertices);
+        let topology = &self.surface.topology;
+        mesh.triangles.extend((0..topology.len()).map(|t| topology.corners(t)));
+    }
+
+    /// Triangles with an edge that does not pass the strong test.
+    pub(super) fn count_relaxed(&self) -> u64 {
+        let Some(tester) = self.strong else { return 0 };
+        let fails = |e: u32| {
+            let topology = &self.surface.topology;
+            let [p, q] = [topology.origin(e), topology.origin(next(e))].map(|v| self.surface.vertices[v as usize]);
+            topology.twin(e) != NONE && !tester.strong_edge(p, q)
+        };
+        (0..self.surface.topology.len()).filter(|t| (3 * t..3 * t + 3).any(fails)).count() as u64
+    }
+}

@@ -1,0 +1,70 @@
+mod oracles;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::base::lattice::in_circle;
+use crate::base::{Heights, Tile};
+use crate::kernel::triangulate::conformance::{conformance, rim, tile, tolerances, triangulate};
+
+fn variant(swap: Swap, selection: Selection) -> GreedyInsertion {
+    GreedyInsertion { options: InsertionOptions { swap, selection, ..InsertionOptions::default() } }
+}
+
+fn measured(measure: Measure) -> GreedyInsertion {
+    GreedyInsertion { options: InsertionOptions { measure, ..InsertionOptions::default() } }
+}
+
+fn data_dependent(fit: Fit, shape: Shape, quality_threshold: f64) -> GreedyInsertion {
+    variant(Swap::DataDependent(DataDependent { fit, shape, quality_threshold }), Selection::Sequential)
+}
+
+conformance!(delaunay, GreedyInsertion::default());
+conformance!(fractional, variant(Swap::Delaunay, Selection::Fractional(0.5)));
+conformance!(constant, variant(Swap::Delaunay, Selection::Constant));
+conformance!(curvature, measured(Measure::Curvature(1.0)));
+conformance!(global_error, measured(Measure::GlobalError));
+conformance!(product, measured(Measure::Product(2.0)));
+conformance!(data_dependent_max_sum, data_dependent(Fit::MaxSum, Shape::AreaOverDiameter, 0.5));
+conformance!(data_dependent_l2, data_dependent(Fit::L2, Shape::SmallestAngle, 0.0));
+conformance!(data_dependent_l_infinity, data_dependent(Fit::LInfinity, Shape::SmallestAngle, 1.0));
+
+/// Heights rounded to 1/1024: with them errors are exact, so errors that tie do so in every algorithm. (Where errors are
+/// rounded, which of two that tie is the larger depends on the order of additions.)
+fn in_thousandths(tile: &Tile) -> Tile {
+    let samples = (0..tile.width() * tile.height()).map(|i| tile.at(i % tile.width(), i / tile.width()));
+    let heights = samples.map(|h| (h * 1024.0).round() / 1024.0).collect();
+    Tile::from_heights(tile.width(), tile.height(), Heights::F64(heights))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    /// The paper's algorithms I, II and III insert the same samples in the same order.
+    #[test]
+    fn all_three_algorithms_agree(
+        size in (2usize..24, 2usize..24), seed in any::<u64>(), kind in 0u8..4, tolerance in tolerances(),
+    ) {
+        let tile = in_thousandths(&tile(size.0, size.1, seed, kind));
+        let rim = rim(&tile, tolerance);
+        let third = triangulate(&GreedyInsertion::default(), &tile, &rim.domain, tolerance, Feasibility::Weak);
+        prop_assert_eq!(&oracles::algorithm_ii(&tile, &rim.domain, tolerance), &third);
+        prop_assert_eq!(&oracles::algorithm_i(&tile, &rim.domain, tolerance), &third);
+    }
+
+    /// Delaunay but for the locked edges: no vertex is strictly inside a circle, unless a locked edge hides it. On a
+    /// rectangle nothing is hidden.
+    #[test]
+    fn the_mesh_is_delaunay(size in (2usize..24, 2usize..24), seed in any::<u64>(), kind in 0u8..4, tolerance in tolerances()) {
+        let tile = tile(size.0, size.1, seed, kind);
+        let rim = rim(&tile, tolerance);
+        let shape = data_dependent(Fit::L2, Shape::SmallestAngle, 1.0);
+        for engine in [GreedyInsertion::default(), shape] {
+            let mesh = triangulate(&engine, &tile, &rim.domain, tolerance, Feasibility::Weak);
+            for &t in &mesh.triangles {
+                let [a, b, c] = mesh.corners(t).map(|v| v.at);
+                prop_assert!(mesh.vertices.iter().all(|v| !in_circle(a, b, c, v.at)));
+            }
+        }
+    }
+}

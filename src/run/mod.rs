@@ -1,0 +1,3 @@
+//! A run as a library: what a program or another language calls.
+
+pub mod info;
