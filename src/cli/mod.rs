@@ -5,6 +5,7 @@
 
 mod channels;
 mod clip;
+mod combinations;
 mod cutline;
 mod failure;
 mod goal;

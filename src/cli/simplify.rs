@@ -1,3 +1,5 @@
+//! `simplify`: the command.
+
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -7,6 +9,7 @@ use std::time::Instant;
 use clap::ValueEnum;
 
 use super::channels::ChannelArgs;
+use super::combinations::Asked;
 use super::goal::GoalArgs;
 use super::importance::ImportanceArgs;
 use super::input::InputArgs;
@@ -27,8 +30,10 @@ use crate::field::{
 };
 use crate::formats::PlySink;
 use crate::formats::ply::read::Frame;
+use crate::job::features::{Feature, FeatureSet};
+use crate::job::rules::{default_engine, default_quality};
 use crate::job::{
-    DEFAULT_TILE, DiskUse, Error, Expected, Goal, Load, Params, Plan, Quality, VertexHeights, check_disk,
+    DEFAULT_TILE, DiskUse, EngineChoice, Error, Expected, Goal, Load, Params, Plan, Quality, VertexHeights, check_disk,
     default_budget, grid, probe, probe_field, triangulate, triangulate_into,
 };
 use crate::kernel::measure::ErrorStats;
@@ -187,31 +192,14 @@ impl From<FeasibilityArg> for Feasibility {
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     output_format::of(&args.output, args.format.as_deref(), output_format::MESHES)?;
-    let mut params = args.params()?;
-    params.takes_goal()?;
-    params.takes_heights()?;
-    params.takes_tuning()?;
-    if args.points.is_some() {
-        params.takes_points()?;
-    }
-    if args.fill_holes > 0 && !params.goal.is_none() {
-        return Err(Failure::usage(
-            "--fill-holes cannot be combined with --max-points, --max-triangles or --max-rms: holes have no errors",
-        )
-        .hint("gdal_fillnodata.py can fill them beforehand"));
-    }
+    let mut asked = args.asked();
+    asked.check()?;
+    let mut params = args.params(asked.features());
     let bars = Bars::new(args.quiet);
     let control = bars.control();
     let (raster, channels) = args.channels.open(&args.input, args.input_args.view(), &control.cancel)?;
-    if channels.is_some() {
-        params.takes_channels()?;
-        if args.fill_holes > 0 {
-            return Err(Failure::usage(
-                "--fill-holes cannot be combined with --channels or --planar: holes have no values",
-            )
-            .hint("gdal_fillnodata.py can fill them beforehand"));
-        }
-    }
+    args.map.ask_of(&raster, &mut asked);
+    asked.check()?;
     warnings::collect(raster.warnings().iter().cloned());
     let bands = channels.as_ref().map(|c| c.open(&raster)).transpose()?.unwrap_or_default();
     let importance = args.importance.open(&raster)?;
@@ -238,17 +226,13 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build().map_err(|e| {
         Failure::new(format!("{} threads cannot be started: {e}", plan.threads)).hint("choose fewer with --threads")
     })?;
-    let other_errors = match &args.importance.importance {
-        Some(_) => Some("--importance"),
-        None => channels.as_ref().map(|_| "--channels"),
-    };
     let flat = channels.as_ref().is_some_and(|c| c.planar);
     if !args.dry_run && !args.map.is_plain() {
         // Finding out what is lost may take long, so an output that cannot be written is found first.
         args.first_look()?;
     }
     // To the pool's threads and back: a raster serves one thread at a time.
-    let write = |raster: &Raster, params: &mut Params| args.map.written(raster, flat, other_errors, params, &control);
+    let write = |raster: &Raster, params: &mut Params| args.map.written(raster, flat, params, &control);
     let (raster, params, written) = pool.install(move || {
         let written = write(&raster, &mut params);
         (raster, params, written)
@@ -295,35 +279,53 @@ fn default_threads() -> usize {
 }
 
 impl SimplifyArgs {
-    fn quality(&self) -> Quality {
+    /// What the options ask for, and by which of them. What is not said is as the rule book has it.
+    fn asked(&self) -> Asked {
+        let mut asked = self.input_args.asked();
+        self.goal.ask(&mut asked);
+        self.channels.ask(&mut asked);
+        self.importance.ask(&mut asked);
+        asked.add(Feature::Points, self.points.is_some());
+        asked.add(Feature::Trim, self.trim > 0);
+        asked.add(Feature::FilledVoids, self.fill_holes > 0);
+        asked.add(Feature::FittedHeights, self.heights == HeightsArg::Fitted);
+        asked.add(Feature::MinAngle, self.min_angle > 0.0);
+        asked.add(Feature::StrongFeasibility, self.feasibility == FeasibilityArg::Strong);
+        self.polish.ask(&mut asked);
+        self.engine.ask(&mut asked);
+        self.map.ask(self.heights == HeightsArg::Fitted, &mut asked);
+        let quality = self.quality(asked.features());
+        if quality != Quality::None {
+            asked.add_by(Feature::Polishing, format!("--quality {}", quality.name()));
+        }
+        let engine = self.engine.choice(|| default_engine(asked.features()));
+        asked.add(Feature::GreedyCuts, matches!(engine, EngineChoice::GreedyCuts(_)));
+        asked
+    }
+
+    /// The quality that is asked for, or the usual one for these features.
+    fn quality(&self, features: FeatureSet) -> Quality {
         match self.quality {
             Some(QualityArg::None) => Quality::None,
             Some(QualityArg::Fast) => Quality::Fast,
             Some(QualityArg::Balanced) => Quality::Balanced,
             Some(QualityArg::Best) => Quality::Best,
-            None if self.goal.goal().is_none() && !self.channels.are_given() => Quality::default(),
-            None => Quality::None,
+            None => default_quality(features),
         }
     }
 
-    fn params(&self) -> Result<Params, Failure> {
-        let quality = self.quality();
-        // Polishing comes to fewer triangles from insertion, and sooner; alone, cuts are faster.
-        let insertion = quality != Quality::None || !self.goal.goal().is_none() || self.points.is_some();
-        let insertion = insertion || self.channels.are_given();
+    /// The parameters, where these features are asked for. They go together.
+    fn params(&self, features: FeatureSet) -> Params {
+        let quality = self.quality(features);
         let heights = match self.heights {
             HeightsArg::Sampled => VertexHeights::Sampled,
             HeightsArg::Fitted => VertexHeights::Fitted,
         };
-        let feasibility = self.feasibility.into();
-        if feasibility == Feasibility::Strong && self.polish.asks_for_weak_edges() {
-            return Err(Failure::usage("--polish-edges weak cannot be combined with --feasibility strong"));
-        }
         let mut params = Params {
-            feasibility,
+            feasibility: self.feasibility.into(),
             tile: self.tile,
             trim: self.trim,
-            engine: self.engine.choice(insertion)?,
+            engine: self.engine.choice(|| default_engine(features)),
             quality,
             heights,
             tuning: self.polish.tuning(quality, heights, self.min_angle),
@@ -333,7 +335,7 @@ impl SimplifyArgs {
         if let Some(dir) = &self.temp_dir {
             params.temp_dir.clone_from(dir);
         }
-        Ok(params)
+        params
     }
 
     /// The points, where there are some.

@@ -17,6 +17,7 @@ use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions};
 use crate::formats::PlySink;
 use crate::kernel::measure::{Bare, Bound, measure};
+use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::insertion::{DataDependent, InsertionOptions, Key, Swap};
 use crate::raster::{PointSet, Raster};
 use crate::testing::{self, cases};

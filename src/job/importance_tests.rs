@@ -9,6 +9,7 @@ use super::*;
 use crate::base::Heights;
 use crate::base::control::Control;
 use crate::field::{Choice, Field, FieldError, FieldOptions};
+use crate::kernel::triangulate::Feasibility;
 use crate::raster::Raster;
 use crate::testing;
 

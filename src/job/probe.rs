@@ -2,7 +2,7 @@
 
 use super::goal::{Curves, Floor, find_cut};
 use super::in_order::{check_corners, error_needs, lowest};
-use super::tiles::{Job, Workspace};
+use super::tiles::{Job, Workspace, grid};
 use super::{EngineChoice, Error, Goal, Params};
 use crate::base::control::Control;
 use crate::base::tiling::{TileGrid, TileId};
@@ -63,7 +63,8 @@ pub fn probe(
 /// # Errors
 /// As [`probe`].
 pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Result<Expected, Error> {
-    let grid = TileGrid::new(field.width(), field.height(), params.tile);
+    params.check(field)?;
+    let grid = grid(field.width(), field.height(), params)?;
     let samples = field.width() as f64 * field.height() as f64;
     let goal = Goal { max_rms: params.goal.max_rms, ..Goal::default() };
     let few = Params { points: None, goal, ..params.clone() };
