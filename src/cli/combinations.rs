@@ -8,9 +8,9 @@ use crate::job::features::{Feature, FeatureSet};
 use crate::job::rules::{self, Incompatible, Words, list};
 
 /// How a feature is asked for, and how not.
-pub(super) struct Options {
+struct Options {
     /// The options that ask for it, with their values where others do not.
-    pub(super) any: &'static str,
+    any: &'static str,
     /// One of them, to be used.
     one: &'static str,
     without: Without,
@@ -28,7 +28,7 @@ enum Without {
 }
 
 /// The options for a feature.
-pub(super) fn options(feature: Feature) -> Options {
+fn options(feature: Feature) -> Options {
     use Without::{Remove, Replace, Use};
     let (any, without) = match feature {
         Feature::VertexBudget => ("--max-points", Replace("--max-error")),
@@ -163,3 +163,23 @@ impl From<Incompatible> for Failure {
         Asked::default().refuse(&incompatible)
     }
 }
+
+/// The rule book with the names of options, a row for each rule: the options it is about, how they belong to others,
+/// those, why, and what to do instead.
+#[cfg(test)]
+pub(super) fn table() -> Vec<[String; 5]> {
+    use crate::job::rules::{RULES, Relation};
+    let words = Asked::default();
+    let names = |features: &[Feature]| list(features.iter().map(|&feature| words.name(feature)));
+    let row = |rule: &rules::Rule| {
+        let (relation, others, instead) = match rule.relation {
+            Relation::Excludes(others) => ("not with", names(others), words.without(others)),
+            Relation::Requires(needed) => ("only with", names(&[needed]), words.with(needed)),
+        };
+        [names(rule.features), relation.to_string(), others, rule.why.to_string(), instead]
+    };
+    RULES.iter().map(row).collect()
+}
+
+#[cfg(test)]
+mod tests;

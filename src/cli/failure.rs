@@ -234,6 +234,7 @@ impl From<VerifyError> for Failure {
         match error {
             VerifyError::Raster(error) => error.into(),
             VerifyError::Cancelled(stopped) => stopped.into(),
+            VerifyError::Incompatible(conflicts) => conflicts.into(),
             VerifyError::InfiniteSample { .. } => {
                 Failure::new(error).hint("if it marks missing samples, use --nodata, or --valid-range")
             }

@@ -12,6 +12,8 @@ mod goal;
 mod importance;
 mod info;
 mod input;
+#[cfg(test)]
+mod options_page;
 mod output_format;
 mod preview;
 mod print;

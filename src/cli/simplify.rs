@@ -16,10 +16,10 @@ use super::input::InputArgs;
 use super::progress::Bars;
 use super::simplify_channels::Extended;
 use super::simplify_engine::EngineArgs;
-use super::simplify_kept::Kept;
+use super::simplify_kept::{Kept, finished};
 use super::simplify_map::{MapArgs, MapReport, Written};
 use super::simplify_polish::PolishArgs;
-use super::simplify_report::{Needs, Report, Seconds};
+use super::simplify_report::{Needs, Report, Seconds, WorkDirReport};
 use super::warnings::Shown;
 use super::{Failure, output_format, print, values, warnings};
 use crate::base::control::Control;
@@ -99,8 +99,9 @@ pub(crate) struct SimplifyArgs {
     /// The folder of temporary files [default: the system's]
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
-    /// Keep finished tiles in this folder: after an interrupt, a crash or a power cut the same command continues there
-    #[arg(long, value_name = "DIR", conflicts_with = "dry_run")]
+    /// Keep finished tiles in this folder: after an interrupt, a crash or a power cut the same command continues there. With
+    /// --dry-run: print how many tiles are left to be made
+    #[arg(long, value_name = "DIR")]
     work_dir: Option<PathBuf>,
     /// How samples are read: from the mapped file, in windows through GDAL, or decoded into a temporary file first
     #[arg(long, value_enum, default_value_t = AccessArg::Auto)]
@@ -241,7 +242,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let job =
         Job { written, args, raster, watches, channels, bands, importance, params, points, plan, control: &control };
     if args.dry_run {
-        let needs = pool.install(move || job.needs())?;
+        let needs = pool.install(move || job.dry_run())?;
         let needs = Needs { warnings: warnings::take(), ..needs };
         drop(bars);
         if args.json {
@@ -300,6 +301,14 @@ impl SimplifyArgs {
         }
         let engine = self.engine.choice(|| default_engine(asked.features()));
         asked.add(Feature::GreedyCuts, matches!(engine, EngineChoice::GreedyCuts(_)));
+        asked
+    }
+
+    /// The same once it is known that heights need all digits of doubles.
+    #[cfg(test)]
+    pub(super) fn asked_of_doubles(&self) -> Asked {
+        let mut asked = self.asked();
+        self.map.ask(true, &mut asked);
         asked
     }
 
@@ -387,10 +396,16 @@ struct Job<'a> {
 impl Job<'_> {
     /// What the run will need, from a few tiles or from its budget.
     fn needs(&self) -> Result<Needs, Error> {
-        let expected = match &self.channels {
+        let find = |options| Extended::find(&self.raster, options, self.control);
+        let extended = self.channels.as_ref().map(find).transpose()?;
+        self.needs_of(extended.as_ref())
+    }
+
+    /// The same where it is known what channels there are.
+    fn needs_of(&self, extended: Option<&Extended>) -> Result<Needs, Error> {
+        let expected = match extended {
             None => probe(&self.raster, self.importance.as_ref(), &self.params, self.control)?,
-            Some(options) => {
-                let extended = Extended::find(&self.raster, options, self.control)?;
+            Some(extended) => {
                 let windows = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: Choice::Windows };
                 let field = extended.open(&self.raster, &windows, self.control)?;
                 probe_field(&field, &self.params, self.control)?
@@ -403,7 +418,30 @@ impl Job<'_> {
             false => "at a few tiles",
         };
         let (estimate, memory) = (self.estimate(expected), self.plan);
-        Ok(Needs { found_by, estimate, memory, warnings: Shown::default() })
+        Ok(Needs { found_by, estimate, memory, work_dir: None, warnings: Shown::default() })
+    }
+
+    /// What a run will need, and what its work dir has of it.
+    fn dry_run(&self) -> Result<Needs, Failure> {
+        let find = |options| Extended::find(&self.raster, options, self.control).map_err(Error::from);
+        let extended = self.channels.as_ref().map(find).transpose()?;
+        let needs = self.needs_of(extended.as_ref())?;
+        let Some(dir) = &self.args.work_dir else { return Ok(needs) };
+        let named = self.named(extended.as_ref());
+        let finished = finished(dir, &self.raster, self.importance.as_ref(), named)?;
+        let grid = grid(self.raster.width(), self.raster.height(), &self.params)?;
+        let second = grid.shifted().filter(|_| self.params.passes(grid) == 2);
+        let (tiles, seams) = (grid.len() as u64, second.map_or(0, |grid| grid.len() as u64));
+        Ok(Needs { work_dir: Some(WorkDirReport { tiles, seams, finished }), ..needs })
+    }
+
+    /// What decides the bytes of a tile, by name.
+    fn named(&self, extended: Option<&Extended>) -> Vec<(&'static str, String)> {
+        let mut named = self.params.named();
+        named.extend(self.args.input_args.named(&self.raster));
+        named.extend(self.fill_holes().map(|most| ("fill holes", most.to_string())));
+        named.extend(extended.into_iter().flat_map(Extended::named));
+        named
     }
 
     fn estimate(&self, expected: Expected) -> Estimate {
@@ -434,12 +472,10 @@ impl Job<'_> {
     fn run(&self) -> Result<Report, Failure> {
         let start = Instant::now();
         let extended = self.extended()?;
-        let mut named = self.params.named();
-        named.extend(self.args.input_args.named(&self.raster));
-        named.extend(self.fill_holes().map(|most| ("fill holes", most.to_string())));
-        named.extend(extended.iter().flat_map(Extended::named));
-        let open =
-            |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &self.watches, named.clone());
+        let open = |dir: &PathBuf| {
+            let named = self.named(extended.as_ref());
+            Kept::open(dir, &self.raster, self.importance.as_ref(), &self.watches, named)
+        };
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
         match (self.make(start, extended.as_ref(), kept.as_ref()), kept) {
             (Ok(report), None) => Ok(report),

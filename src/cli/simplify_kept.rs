@@ -9,9 +9,30 @@ use crate::base::tiling::TileGrid;
 use crate::base::warning::{Warning, WarningCode};
 use crate::field::FieldError;
 use crate::job::spool::{Spool, SpoolError};
-use crate::job::work_dir::{Job, WorkDir, WorkDirError};
+use crate::job::work_dir::{Finished, Job, WorkDir, WorkDirError};
 use crate::job::{Error, Pass};
 use crate::raster::{Files, Raster, Watch, identity};
+
+/// What a work dir belongs to.
+fn job(
+    raster: &Raster,
+    importance: Option<&Raster>,
+    files: Files,
+    parameters: Vec<(&'static str, String)>,
+) -> Result<Job, Failure> {
+    let importance = importance.map(identity).transpose()?.unwrap_or_default();
+    Ok(Job { parameters, raster: identity(raster)?, importance, files })
+}
+
+/// What a run of this job would find finished in its work dir, which is left alone.
+pub(super) fn finished(
+    dir: &Path,
+    raster: &Raster,
+    importance: Option<&Raster>,
+    parameters: Vec<(&'static str, String)>,
+) -> Result<Finished, Failure> {
+    Ok(Finished::of(dir, &job(raster, importance, Files::none(), parameters)?)?)
+}
 
 /// The work dir of a run.
 pub(super) struct Kept {
@@ -30,9 +51,8 @@ impl Kept {
         watches: &[Watch],
         parameters: Vec<(&'static str, String)>,
     ) -> Result<Kept, Failure> {
-        let importance = importance.map(identity).transpose()?.unwrap_or_default();
         let files = watches.iter().map(Watch::files).fold(Files::none(), Files::and);
-        let job = Job { parameters, raster: identity(raster)?, importance, files };
+        let job = job(raster, importance, files, parameters)?;
         let dir = WorkDir::open(dir, &job)?;
         let changed = dir.files().differences(&job.files);
         Ok(Kept { dir, changed })
