@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::combinations::Asked;
 use super::{Failure, values};
+use crate::base::RasterError;
 use crate::job::features::Feature;
-use crate::raster::{Raster, RasterError};
+use crate::raster::Raster;
 
 /// Where the weights of errors come from.
 #[derive(Debug, clap::Args)]
@@ -39,7 +40,7 @@ impl ImportanceArgs {
             }
         })?;
         let importance = raster.clip_alike(importance)?;
-        raster.same_grid(&importance)?;
+        raster.to_band()?.same_grid(&importance.to_band()?)?;
         Ok(Some(importance))
     }
 

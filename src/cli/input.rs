@@ -7,8 +7,9 @@ use super::clip::ClipArgs;
 use super::combinations::Asked;
 use super::cutline::CutlineArgs;
 use super::values;
+use crate::base::{Encoding, ValidRange, exact_marks};
 use crate::job::features::Feature;
-use crate::raster::{Encoding, Raster, ValidRange, View, exact_marks};
+use crate::raster::{Raster, View};
 
 /// A view of the raster's heights, in words.
 #[derive(Debug, clap::Args)]

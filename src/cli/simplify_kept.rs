@@ -7,31 +7,31 @@ use super::{Failure, warnings};
 use crate::base::staged::{OutputError, StagedFile};
 use crate::base::tiling::TileGrid;
 use crate::base::warning::{Warning, WarningCode};
+use crate::base::{Band, Files, Watch, identity};
 use crate::field::FieldError;
 use crate::job::spool::{Spool, SpoolError};
 use crate::job::work_dir::{Finished, Job, WorkDir, WorkDirError};
 use crate::job::{Error, Pass};
-use crate::raster::{Files, Raster, Watch, identity};
 
 /// What a work dir belongs to.
 fn job(
-    raster: &Raster,
-    importance: Option<&Raster>,
+    band: &Band,
+    importance: Option<&Band>,
     files: Files,
     parameters: Vec<(&'static str, String)>,
 ) -> Result<Job, Failure> {
     let importance = importance.map(identity).transpose()?.unwrap_or_default();
-    Ok(Job { parameters, raster: identity(raster)?, importance, files })
+    Ok(Job { parameters, raster: identity(band)?, importance, files })
 }
 
 /// What a run of this job would find finished in its work dir, which is left alone.
 pub(super) fn finished(
     dir: &Path,
-    raster: &Raster,
-    importance: Option<&Raster>,
+    band: &Band,
+    importance: Option<&Band>,
     parameters: Vec<(&'static str, String)>,
 ) -> Result<Finished, Failure> {
-    Ok(Finished::of(dir, &job(raster, importance, Files::none(), parameters)?)?)
+    Ok(Finished::of(dir, &job(band, importance, Files::none(), parameters)?)?)
 }
 
 /// The work dir of a run.
@@ -46,13 +46,13 @@ impl Kept {
     /// where there is one.
     pub(super) fn open(
         dir: &Path,
-        raster: &Raster,
-        importance: Option<&Raster>,
-        watches: &[Watch],
+        band: &Band,
+        importance: Option<&Band>,
+        watches: &[Box<dyn Watch>],
         parameters: Vec<(&'static str, String)>,
     ) -> Result<Kept, Failure> {
-        let files = watches.iter().map(Watch::files).fold(Files::none(), Files::and);
-        let job = job(raster, importance, files, parameters)?;
+        let files = watches.iter().map(|watch| watch.files()).fold(Files::none(), Files::and);
+        let job = job(band, importance, files, parameters)?;
         let dir = WorkDir::open(dir, &job)?;
         let changed = dir.files().differences(&job.files);
         Ok(Kept { dir, changed })

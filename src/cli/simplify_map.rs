@@ -5,12 +5,13 @@ use serde::Serialize;
 
 use super::combinations::Asked;
 use super::{Failure, values};
+use crate::base::Reference;
 use crate::base::control::Control;
 use crate::field::height_range;
 use crate::formats::ply::read::Frame;
 use crate::job::features::Feature;
 use crate::job::{Error, Params, VertexHeights};
-use crate::raster::{Raster, Reference};
+use crate::raster::Raster;
 
 /// How coordinates are written.
 #[derive(Debug, Clone, clap::Args)]
@@ -78,7 +79,7 @@ impl MapArgs {
         if flat || (is_power_of_two(frame.z_scale) && (fits || !frame.single)) {
             return Ok(Written { frame, loss: 0.0 });
         }
-        let range = height_range(raster, control).map_err(Error::from)?;
+        let range = height_range(&raster.to_band()?, control).map_err(Error::from)?;
         if range.min > range.max {
             // Not one sample has a height.
             return Err(Error::NoGround { path: raster.path().to_path_buf() }.into());

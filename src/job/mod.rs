@@ -5,8 +5,6 @@
 //! and hands them and the triangles to a sink, tile after tile. The bytes written depend on the samples and on
 //! [`Params`], not on threads or the order of tiles.
 
-mod budget;
-mod disk;
 mod engine;
 mod error;
 pub mod features;
@@ -14,8 +12,8 @@ mod goal;
 mod in_order;
 mod mesh;
 mod params;
+pub mod plan;
 mod pool;
-mod probe;
 pub mod rules;
 mod shifted;
 pub mod spool;
@@ -23,14 +21,14 @@ mod tiles;
 pub mod work_dir;
 
 pub use crate::kernel::polish::Heights as VertexHeights;
-pub use budget::{BudgetTooSmall, Load, Plan, default_budget};
-pub use disk::{DiskTooSmall, DiskUse, check_disk};
 pub use engine::{EngineChoice, Quality};
 pub use error::Error;
 pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
 pub use mesh::{Mesh, Summary};
 pub use params::{DEFAULT_TILE, Params};
-pub use probe::{Expected, probe, probe_field};
+pub use plan::{
+    BudgetTooSmall, DiskTooSmall, DiskUse, Expected, Load, Plan, check_disk, default_budget, probe, probe_field,
+};
 pub use tiles::{MakeSpool, Pass, TileTimes, grid, triangulate, triangulate_into};
 
 #[cfg(test)]

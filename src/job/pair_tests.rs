@@ -8,17 +8,18 @@ use gdal::raster::Buffer;
 
 use super::features::{Feature, FeatureSet};
 use super::*;
+use crate::base::channels::ChannelBands;
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
-use crate::field::{ChannelOptions, Field, FieldOptions, HoleOptions, find_ranges};
+use crate::base::{Band, PointSet};
+use crate::field::{Field, FieldOptions, HoleOptions, find_ranges};
 use crate::formats::PlySink;
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::Cuts;
 use crate::kernel::triangulate::insertion::{DataDependent, InsertionOptions, Measure, Selection, Swap};
-use crate::raster::{PointSet, Raster};
 use crate::testing;
-use crate::verify::{GroundOptions, VerifyOptions, WeightedOptions, verify_ground};
+use crate::verify::{GroundOptions, VerifyOptions, verify_ground};
 
 /// What parameters and fields can have. The others are matters of options, of samples or of the output; the command line
 /// walks all.
@@ -55,8 +56,9 @@ const FILL_HOLES: u64 = 9;
 /// A raster with a void in its middle and one at its rim, two bands of colours and one of weights.
 struct Scene {
     folder: tempfile::TempDir,
-    raster: Raster,
-    importance: Raster,
+    raster: Band,
+    bands: Vec<Band>,
+    importance: Band,
 }
 
 impl Scene {
@@ -80,14 +82,15 @@ impl Scene {
             band.write((0, 0), SIZE, &mut Buffer::new(SIZE, samples)).expect("written");
         }
         dataset.close().expect("closed");
-        let [raster, importance] = [1, 4].map(|band| Raster::open(&path, band).expect("opens"));
-        Scene { folder, raster, importance }
+        let [raster, importance] = [1, 4].map(|band| testing::band(&path, band));
+        let bands = [2, 3].map(|band| testing::band(&path, band)).to_vec();
+        Scene { folder, raster, bands, importance }
     }
 
     fn field(&self, set: FeatureSet) -> Field {
         let control = Control::default();
         let options = FieldOptions { temp_dir: self.temp_dir(), ..FieldOptions::default() };
-        if let Some(channels) = attributes(set) {
+        if let Some(channels) = self.attributes(set) {
             let ranges = find_ranges(&self.raster, &channels, &control).expect("ranges");
             return Field::open_extended(&self.raster, &options, &channels, &ranges, &control).expect("a field");
         }
@@ -96,6 +99,15 @@ impl Scene {
         let most = if set.has(Feature::FilledVoids) { FILL_HOLES } else { 0 };
         let holes = HoleOptions { most, memory_bytes: 1 << 20, temp_dir: self.temp_dir() };
         field.with_holes_bridged(&holes, &control).expect("a field")
+    }
+
+    fn attributes(&self, set: FeatureSet) -> Option<ChannelBands> {
+        let of = |emphasis, planar| ChannelBands { bands: self.bands.clone(), emphasis, planar };
+        match (set.has(Feature::Image), set.has(Feature::Attributes)) {
+            (true, _) => Some(of(1.0, true)),
+            (false, true) => Some(of(0.5, false)),
+            (false, false) => None,
+        }
     }
 
     fn temp_dir(&self) -> PathBuf {
@@ -113,20 +125,10 @@ impl Scene {
             fill_holes: if set.has(Feature::FilledVoids) { FILL_HOLES } else { 0 },
             trim: if set.has(Feature::Trim) { TRIM } else { 0 },
         };
-        let weighted =
-            attributes(set).map(|c| WeightedOptions { bands: c.bands, emphasis: c.emphasis, planar: c.planar });
+        let weighted = self.attributes(set);
         let verdict = verify_ground(&self.raster, &tin, &options, ground, weighted.as_ref(), &control);
         let verdict = verdict.unwrap_or_else(|e| panic!("{e} for {set:?}"));
         assert!(verdict.passes(), "{verdict} for {set:?}");
-    }
-}
-
-fn attributes(set: FeatureSet) -> Option<ChannelOptions> {
-    let of = |emphasis, planar| ChannelOptions { bands: vec![2, 3], emphasis, planar };
-    match (set.has(Feature::Image), set.has(Feature::Attributes)) {
-        (true, _) => Some(of(1.0, true)),
-        (false, true) => Some(of(0.5, false)),
-        (false, false) => None,
     }
 }
 
@@ -182,7 +184,7 @@ fn params(set: FeatureSet, temp_dir: PathBuf) -> Params {
 /// Whether a field has what it is asked to have: it says so itself where not.
 fn has_a_field(set: FeatureSet) -> bool {
     let besides = [Feature::Importance, Feature::FilledVoids].into_iter().any(|f| set.has(f));
-    attributes(set).is_none() || !besides
+    !besides || !set.has(Feature::Attributes) && !set.has(Feature::Image)
 }
 
 #[test]

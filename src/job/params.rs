@@ -6,13 +6,13 @@ use std::sync::Arc;
 use super::features::{Feature, FeatureSet};
 use super::{EngineChoice, Error, Goal, Quality, VertexHeights, rules, tiles};
 use crate::base::tiling::TileGrid;
+use crate::base::{PointSet, exact_double};
 use crate::field::Field;
 use crate::kernel::boundary::MAX_CELLS;
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::Cuts;
 use crate::kernel::triangulate::insertion::{InsertionOptions, Measure, Selection, Swap};
-use crate::raster::{PointSet, exact};
 
 /// What decides the mesh, and where temporary files go.
 #[derive(Debug, Clone)]
@@ -121,7 +121,7 @@ impl Params {
             Feasibility::Strong => "strong",
         };
         let mut named = vec![
-            ("max error", exact(self.max_error)),
+            ("max error", exact_double(self.max_error)),
             ("feasibility", feasibility.to_string()),
             ("tile", self.tile.to_string()),
             ("engine", self.engine.named()),
@@ -136,7 +136,7 @@ impl Params {
             named.push(("polishing", schedule.named()));
         }
         if self.tuning.min_angle > 0.0 {
-            named.push(("smallest angle", exact(self.tuning.min_angle)));
+            named.push(("smallest angle", exact_double(self.tuning.min_angle)));
         }
         if self.tuning.strong_edges && self.feasibility == Feasibility::Weak {
             named.push(("edges in polishing", "strong".to_string()));
