@@ -139,8 +139,8 @@ pub const RULES: &[Rule] = &[
     )),
     everywhere(exclude(
         &[Feature::Image],
-        &[Feature::NodataMarks, Feature::ValidRange, Feature::Cutline],
-        "the level of an image has no missing samples, and its bands must have all of theirs",
+        &[Feature::NodataMarks, Feature::ValidRange],
+        "an image has no heights that could be missing, and its bands must have a value in every sample",
     )),
     everywhere(exclude(&[Feature::Image], &[Feature::AttributeWeight], "nothing but attributes counts in an image")),
     everywhere(exclude(&[Feature::Image], &[Feature::Band, Feature::Encoding], "an image has no heights")),
