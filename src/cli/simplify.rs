@@ -187,7 +187,7 @@ impl From<FeasibilityArg> for Feasibility {
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     output_format::of(&args.output, args.format.as_deref(), output_format::MESHES)?;
-    let mut params = args.params()?;
+    let params = args.params()?;
     params.takes_goal()?;
     params.takes_heights()?;
     params.takes_tuning()?;
@@ -219,7 +219,6 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let watches = args.watches(&raster, importance.as_ref())?;
     let grid = grid(raster.width(), raster.height(), &params)?;
     let points = args.read_points(&raster, &control)?;
-    params.points = points.as_ref().map(|p| p.set.clone());
     let wanted = args.threads.map_or_else(default_threads, NonZeroUsize::get);
     let budget = args.memory.unwrap_or_else(default_budget);
     let load = Load {
@@ -230,7 +229,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         engine: params.engine,
         quality: params.quality,
         trim: params.trim,
-        points: params.points.as_ref().map_or(0, |p| p.len()),
+        points: points.as_ref().map_or(0, |p| p.set.len()),
         holes: args.fill_holes > 0 && may_have_holes(&raster).map_err(Error::from)?,
     };
     let plan = Plan::new(budget, &load, wanted).map_err(Error::from)?;
@@ -248,12 +247,15 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         args.first_look()?;
     }
     // To the pool's threads and back: a raster serves one thread at a time.
-    let write = |raster: &Raster, params: &mut Params| args.map.written(raster, flat, other_errors, params, &control);
-    let (raster, params, written) = pool.install(move || {
-        let written = write(&raster, &mut params);
-        (raster, params, written)
+    let heights = params.heights;
+    let write = |raster: &Raster| args.map.written(raster, flat, other_errors, &args.goal, heights, &control);
+    let (raster, written) = pool.install(move || {
+        let written = write(&raster);
+        (raster, written)
     });
     let written = written?;
+    let set = points.as_ref().map(|p| p.set.clone());
+    let params = Params { tolerance: written.tolerance, goal: written.goal, points: set, ..params };
     let job =
         Job { written, args, raster, watches, channels, bands, importance, params, points, plan, control: &control };
     if args.dry_run {
@@ -396,7 +398,7 @@ impl Job<'_> {
         };
         let Goal { max_rms, .. } = self.params.goal;
         let by_budget = self.params.goal.most_triangles().is_some();
-        let found_by = match by_budget && max_rms.is_none() && self.params.max_error.is_infinite() {
+        let found_by = match by_budget && max_rms.is_none() && self.params.tolerance.is_open() {
             true => "by the budget",
             false => "at a few tiles",
         };
@@ -531,7 +533,7 @@ impl Job<'_> {
             (Some(file), Some(points)) => report.points(file, points),
             _ => report,
         };
-        let report = report.raster(&self.raster).map(MapReport::new(&self.raster, &self.written), &args.goal);
+        let report = report.raster(&self.raster).map(MapReport::new(&self.raster, &self.written));
         Ok(if kept.is_some() { report.tiles_found(mesh.tiles_found()) } else { report })
     }
 

@@ -181,7 +181,7 @@ impl Scene {
     fn is_sound(&self) -> bool {
         let is_weighed = |i: usize| self.weights.get(i).is_none_or(|w| (0.0..=MAX_WEIGHT).contains(w));
         let is_sample = |(i, z): (usize, &f64)| z.is_nan() || z.abs() <= MAX_HEIGHT && is_weighed(i);
-        let tolerance = self.params.max_error;
+        let tolerance = self.params.tolerance.kept();
         tolerance.is_finite()
             && tolerance >= 0.0
             && self.heights.iter().enumerate().all(is_sample)
@@ -234,8 +234,11 @@ impl Scene {
         self.check(&mesh);
         let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
         let summary = mesh.write(Box::new(sink), &control).expect("written");
-        let options =
-            VerifyOptions { max_error: self.params.max_error, importance, temp_dir: Some(folder.path().to_path_buf()) };
+        let options = VerifyOptions {
+            max_error: self.params.tolerance.kept(),
+            importance,
+            temp_dir: Some(folder.path().to_path_buf()),
+        };
         let ground = GroundOptions { fill_holes: self.fill_holes, trim: self.params.trim };
         let verdict = verify_ground(&raster, &tin, &options, ground, None, &control).expect("judged");
         assert!(verdict.passes(), "{verdict} for {self:?}");
@@ -260,7 +263,7 @@ impl Scene {
         let told = Arc::new(Mutex::new(Surface::default()));
         mesh.write(Box::new(Listener(told.clone())), &Control::default()).expect("written");
         let surface = told.lock().expect("whole");
-        let found = self.ground().check(&surface, self.params.max_error);
+        let found = self.ground().check(&surface, self.params.tolerance.kept());
         assert!(found.is_ok(), "{found:?} for {self:?}");
         for (column, row) in self.params.points.iter().flat_map(|points| points.iter()) {
             let place = (4 * column as i64, 4 * row as i64);

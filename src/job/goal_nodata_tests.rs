@@ -48,7 +48,7 @@ impl Scene {
         let (cells, written) = (self.cells(), told(&mesh));
         let ground: BTreeSet<Place> = cells.iter().flatten().copied().collect();
         assert_eq!(summary.errors.samples, ground.len() as u64);
-        self.check_mesh(&written, &cells, &ground, &Params { max_error, ..params.clone() });
+        self.check_mesh(&written, &cells, &ground, &Params { tolerance: Tolerance::new(max_error), ..params.clone() });
         for threads in [1, 3] {
             let again = self.mesh(params, threads)?;
             assert!(again.outcome() == mesh.outcome() && told(&again) == written, "{threads} threads");
@@ -81,8 +81,8 @@ impl Scene {
 
 /// What the errors of a mesh are within. What was measured is rounded.
 fn allowed(mesh: &Mesh, summary: &Summary, params: &Params) -> f64 {
-    let reached = mesh.outcome().is_some_and(|o| o.ended_by.is_none()) && params.max_error.is_finite();
-    if reached { params.max_error } else { summary.errors.max * (1.0 + ROUNDING) + ROUNDING }
+    let reached = mesh.outcome().is_some_and(|o| o.ended_by.is_none()) && !params.tolerance.is_open();
+    if reached { params.tolerance.kept() } else { summary.errors.max * (1.0 + ROUNDING) + ROUNDING }
 }
 
 fn sizes() -> impl Strategy<Value = (usize, usize)> {
@@ -204,12 +204,10 @@ proptest! {
         let (mut found, mut errors) = (Cost::default(), crate::kernel::measure::ErrorStats::default());
         for index in 0..grid.len() {
             let (rim, _) = workspace.run_to(&job, index, &end).expect("a mesh");
-            let id = grid.tile(index);
-            let last = (grid.is_last_column(id), grid.is_last_row(id));
             let mesh = &workspace.mesh;
             let owned = mesh.vertices.len() + rim.idle.len() - rim.foreign.len();
             found = Cost { points: found.points + owned as u64, triangles: found.triangles + mesh.triangles.len() as u64 };
-            errors.add(&measure(&workspace.tile, mesh, Bound::Scale(1.0), (0, 0), last, Bare::Nothing));
+            errors.add(&measure(&workspace.tile, mesh, Bound::Scale(1.0), &grid.place(index), Bare::Nothing));
         }
         prop_assert_eq!((cost, samples), (found, errors.samples));
         let most = scene.heights.iter().filter(|z| !z.is_nan()).fold(1.0f64, |most, z| most.max(z.abs()));

@@ -4,11 +4,11 @@ use rayon::prelude::*;
 
 use super::goal::{Cost, Curves, Floor, GoalTooSmall, Outcome, Told, find_cut};
 use super::pool::Pool;
-use super::tiles::{Job, Workspace, task, tolerance};
+use super::tiles::{Job, Workspace, task};
 use super::{EngineChoice, Error};
 use crate::base::Tile;
 use crate::base::control::Stage;
-use crate::base::tiling::{TileGrid, TileId};
+use crate::base::tiling::{TileGrid, TileId, TilePlace};
 use crate::job::spool::SpoolError;
 use crate::kernel::measure::{Bound, owns};
 use crate::kernel::seam::{LateVertex, NestedRim, Rim, Side};
@@ -54,8 +54,7 @@ pub(super) fn find_end(job: &Job<'_>, workspaces: &Pool<Workspace>) -> Result<Op
             curves.tell(index, &workspace.told, &mut workspace.encoded).map_err(failed)?;
             Ok::<u64, Error>(samples)
         })?;
-        let window = grid.window(grid.tile(index));
-        control.progress.step(Stage::Survey, (window.len()) as u64);
+        control.progress.step(Stage::Survey, grid.place(index).window.len() as u64);
         Ok::<u64, Error>(samples)
     });
     let samples = survey.try_reduce(|| 0, |a, b| Ok(a + b))?;
@@ -73,7 +72,7 @@ pub(super) fn check_corners(job: &Job<'_>) -> Result<(), GoalTooSmall> {
 
 /// The tolerance beyond which samples are candidates: where a quality is asked for, one at which it is reached.
 pub(super) fn lowest(job: &Job<'_>) -> f64 {
-    let error = job.params.max_error.is_finite().then(|| tolerance(job.params));
+    let error = (!job.params.tolerance.is_open()).then(|| job.params.tolerance.kept());
     // With all errors within r, so is their root mean square; but weights below 1 allow larger ones.
     let rms = job.params.goal.max_rms.map(|rms| if job.field.importance().is_some() { 0.0 } else { rms });
     error.into_iter().chain(rms).reduce(f64::min).unwrap_or(0.0)
@@ -82,14 +81,15 @@ pub(super) fn lowest(job: &Job<'_>) -> f64 {
 /// The last key that the tolerance needs, where a root mean square is asked for, too.
 pub(super) fn error_needs(job: &Job<'_>) -> Option<Key> {
     // A little lower, so that no rounding of an error counts.
-    job.params.max_error.is_finite().then(|| Key::last_of(tolerance(job.params) * (1.0 - 1e-9)))
+    (!job.params.tolerance.is_open()).then(|| Key::last_of(job.params.tolerance.kept() * (1.0 - 1e-9)))
 }
 
 /// The key of a rim vertex that comes later, and its owner.
-fn late_key(grid: TileGrid, id: TileId, vertex: LateVertex) -> (Key, TileId) {
+fn late_key(grid: TileGrid, place: &TilePlace, vertex: LateVertex) -> (Key, TileId) {
+    let id = place.id;
     let (owner, side) = match vertex.side {
-        Some(Side::East) if !grid.is_last_column(id) => (TileId { column: id.column + 1, ..id }, Some(Side::West)),
-        Some(Side::South) if !grid.is_last_row(id) => (TileId { row: id.row + 1, ..id }, Some(Side::North)),
+        Some(Side::East) if !place.last_column => (TileId { column: id.column + 1, ..id }, Some(Side::West)),
+        Some(Side::South) if !place.last_row => (TileId { row: id.row + 1, ..id }, Some(Side::North)),
         side => (id, side),
     };
     // Those inside come after those of the sides.
@@ -98,12 +98,13 @@ fn late_key(grid: TileGrid, id: TileId, vertex: LateVertex) -> (Key, TileId) {
 }
 
 /// What a rim vertex that comes later costs in all, if the tile owns it: a triangle more wherever its line has ground.
-fn late_cost(grid: TileGrid, id: TileId, tile: &Tile, vertex: LateVertex) -> Cost {
-    if late_key(grid, id, vertex).1 != id {
+fn late_cost(grid: TileGrid, place: &TilePlace, tile: &Tile, vertex: LateVertex) -> Cost {
+    let id = place.id;
+    if late_key(grid, place, vertex).1 != id {
         return Cost::default();
     }
-    let touches = |place: (usize, usize), quadrants: [usize; 2]| {
-        let touched = |q: &usize| tile.validity().touches(place.0 as i32, place.1 as i32, *q);
+    let touches = |(column, row): (usize, usize), quadrants: [usize; 2]| {
+        let touched = |q: &usize| tile.validity().touches(column as i32, row as i32, *q);
         quadrants.iter().filter(|q| touched(q)).count() as u64
     };
     let triangles = match vertex.side {
@@ -131,17 +132,15 @@ struct Begun {
 impl Workspace {
     /// Loads a tile and makes its rim of the vertices up to a cut.
     fn begin(&mut self, job: &Job<'_>, index: usize, lowest: f64, cut: Key) -> Result<Begun, Error> {
-        let id = job.grid.tile(index);
-        let window = job.grid.window(id);
-        job.field.load_with(window, &mut self.tile, &mut self.loading)?;
-        self.find_points(job, window)?;
-        let last = (job.grid.is_last_column(id), job.grid.is_last_row(id));
-        let key = |v: LateVertex| late_key(job.grid, id, v).0;
+        let place = job.grid.place(index);
+        job.field.load_with(place.window, &mut self.tile, &mut self.loading)?;
+        self.find_points(job, place.window)?;
+        let key = |v: LateVertex| late_key(job.grid, &place, v).0;
         let keeps = |v: LateVertex| key(v) <= cut;
         let NestedRim { rim, late, late_idle } =
-            Rim::nested(&self.tile, lowest, &self.points, last, keeps, &job.control.cancel)?;
+            Rim::nested(&self.tile, lowest, &self.points, &place, keeps, &job.control.cancel)?;
         let all = late.iter().map(|(_, v)| v).chain(&late_idle);
-        let mut costs: Vec<(Key, Cost)> = all.map(|&v| (key(v), late_cost(job.grid, id, &self.tile, v))).collect();
+        let mut costs: Vec<(Key, Cost)> = all.map(|&v| (key(v), late_cost(job.grid, &place, &self.tile, v))).collect();
         costs.sort_unstable_by_key(|(key, _)| *key);
         let mut late: Vec<(Key, u32)> = late.into_iter().map(|(vertex, v)| (key(v), vertex)).collect();
         late.sort_unstable();
@@ -162,18 +161,16 @@ impl Workspace {
         let goal = &job.params.goal;
         let cut = floor.cut();
         let Begun { rim, late, costs, idle, points } = self.begin(job, index, lowest, cut)?;
-        let id = job.grid.tile(index);
-        let (last_column, last_row) = (job.grid.is_last_column(id), job.grid.is_last_row(id));
+        let place = job.grid.place(index);
         let mut counts = Vec::new();
         let (share, samples) = if self.tile.validity().is_whole() {
-            let (columns, rows) =
-                (self.tile.width() - usize::from(!last_column), self.tile.height() - usize::from(!last_row));
-            (Share::Rectangle { last_column, last_row }, columns * rows)
+            let TilePlace { last_column, last_row, .. } = place;
+            (Share::Rectangle { last_column, last_row }, place.owned_samples())
         } else {
             let places =
                 (0..self.tile.height()).flat_map(|row| (0..self.tile.width()).map(move |column| (column, row)));
             counts.extend(places.map(|(column, row)| owns(&self.tile, column, row)));
-            (Share::Ground(&counts), counts.iter().filter(|c| **c).count())
+            (Share::Ground(&counts), counts.iter().filter(|c| **c).count() as u64)
         };
         let most = goal.max_points.into_iter().chain(goal.max_triangles).min().unwrap_or(u64::MAX);
         let squares = goal.max_rms.is_some().then_some(share);
@@ -201,7 +198,7 @@ impl Workspace {
             told.extend(missing.map(|&(key, cost)| Told { key, cost, squares: 0.0 }));
             told.sort_unstable_by_key(|t| t.key);
         }
-        Ok(samples as u64)
+        Ok(samples)
     }
 
     /// Makes a tile's mesh as far as the end of all.
@@ -225,8 +222,8 @@ impl Workspace {
 impl End {
     /// What the errors of a mesh that ends here are bound by.
     fn bound(&self, job: &Job<'_>) -> Bound {
-        if self.outcome.ended_by.is_none() && job.params.max_error.is_finite() {
-            return Bound::Within(tolerance(job.params));
+        if self.outcome.ended_by.is_none() && !job.params.tolerance.is_open() {
+            return Bound::Within(job.params.tolerance.kept());
         }
         Bound::Scale(if self.outcome.threshold.is_finite() { self.outcome.threshold } else { 0.0 })
     }

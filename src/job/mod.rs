@@ -32,6 +32,7 @@ pub use tiles::{MakeSpool, Pass, TileTimes, grid, triangulate, triangulate_into}
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::base::Tolerance;
 use crate::base::tiling::TileGrid;
 use crate::kernel::boundary::MAX_CELLS;
 use crate::kernel::polish::{Schedule, Tuning};
@@ -60,7 +61,7 @@ mod trim_tests;
 pub struct Params {
     /// The largest vertical distance allowed between the surface and any sample, in the heights' units; at least 0. Where
     /// the field has weights ([`crate::field::Field::with_importance`]), the largest distance × weight.
-    pub max_error: f64,
+    pub tolerance: Tolerance,
     /// Which triangles may be used.
     pub feasibility: Feasibility,
     /// What triangulates the tiles.
@@ -92,7 +93,7 @@ impl Params {
     /// Everything as usual but the tolerance.
     pub fn new(max_error: f64) -> Params {
         Params {
-            max_error,
+            tolerance: Tolerance::new(max_error),
             feasibility: Feasibility::default(),
             engine: EngineChoice::default(),
             quality: Quality::default(),
@@ -190,7 +191,7 @@ impl Params {
             Feasibility::Strong => "strong",
         };
         let mut named = vec![
-            ("max error", exact(self.max_error)),
+            ("max error", if self.tolerance.is_open() { "open".to_string() } else { exact(self.tolerance.kept()) }),
             ("feasibility", feasibility.to_string()),
             ("tile", self.tile.to_string()),
             ("engine", self.engine.named()),

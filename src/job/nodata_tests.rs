@@ -176,7 +176,7 @@ impl Scene {
                 let Some(height) = self.at((column, row)) else { panic!("sample {column}, {row} is covered") };
                 let z = [a, b, c].map(|v| told.vertices[v as usize][2]);
                 let terms = [(w[0], z[0]), (w[1], z[1]), (w[2], z[2]), (-o, height)];
-                let limit = self.limit((column, row), params.max_error);
+                let limit = self.limit((column, row), params.tolerance.kept());
                 assert!(exact::within(&terms, o, limit), "sample {column}, {row}");
             }
         }

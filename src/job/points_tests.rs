@@ -76,18 +76,17 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
     let (mut tile, mut forced, mut mesh) = (Tile::default(), Vec::new(), TileMesh::default());
     let cancel = CancelToken::default();
     for index in 0..grid.len() {
-        let id = grid.tile(index);
-        let window = grid.window(id);
-        let last = (grid.is_last_column(id), grid.is_last_row(id));
+        let place = grid.place(index);
+        let window = place.window;
         field.load(window, &mut tile).expect("loaded");
         points.within(window, &mut forced);
-        let tolerance = params.max_error;
-        let rim = Rim::new(&tile, tolerance, &forced, last, &mut MinLink::default(), &cancel).expect("a rim");
+        let tolerance = params.tolerance.kept();
+        let rim = Rim::new(&tile, tolerance, &forced, &place, &mut MinLink::default(), &cancel).expect("a rim");
         let feasibility = params.feasibility;
         let task = Task { tile: &tile, domain: &rim.domain, tolerance, feasibility, cancel: &cancel };
         PointsOnly.triangulate(&task, &mut (), &mut mesh).expect("a mesh");
         assert!(mesh.vertices.iter().copied().eq(rim.domain.fixed()));
-        let errors = measure(&tile, &mesh, tolerance, (window.column as u64, window.row as u64), last, Bare::Nothing);
+        let errors = measure(&tile, &mesh, tolerance, &place, Bare::Nothing);
         let mut chunk = Chunk::default();
         chunk.fill(index, &rim, &mesh, errors, tile.checksum());
         spool.append(&chunk, &mut Vec::new()).expect("kept");
@@ -99,8 +98,8 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
         chunks: grid,
         geo_transform,
         channels: Vec::new(),
-        max_error: params.max_error,
-        error_scale: params.max_error,
+        max_error: params.tolerance.kept(),
+        error_scale: params.tolerance.kept(),
         outcome: None,
         times,
         other_bytes: 0,

@@ -70,7 +70,7 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
     let job = Job { field, params: &few, grid, shifted: None, control, end: None };
     let rates = match params.engine {
         _ if params.goal.is_none() => Some(made(&job)?),
-        EngineChoice::GreedyInsertion(_) if goal.max_rms.is_some() || params.max_error.is_finite() => {
+        EngineChoice::GreedyInsertion(_) if goal.max_rms.is_some() || !params.tolerance.is_open() => {
             Some(surveyed(&job)?)
         }
         _ => None,
@@ -126,7 +126,7 @@ fn surveyed(job: &Job<'_>) -> Result<Rates, Error> {
     for (i, id) in tried(job.grid).enumerate() {
         job.control.cancel.check()?;
         counted += workspace.tell(job, options, job.grid.index(id), lowest, &floor)?;
-        samples += job.grid.window(id).len();
+        samples += job.grid.place_of(id).window.len();
         told += workspace.told.len();
         curves.tell(i, &workspace.told, &mut workspace.encoded).map_err(failed)?;
     }
@@ -152,7 +152,7 @@ fn most_told(goal: &Goal, grid: TileGrid) -> u64 {
         let before = (index as u64).saturating_sub(threads).max(1);
         // The floor rises by steps of 6 % in error.
         let share = most / before + most / before / 8 + 4;
-        share.min(most).min(grid.window(grid.tile(index)).len() as u64)
+        share.min(most).min(grid.place(index).window.len() as u64)
     };
     (0..grid.len()).map(of_tile).sum()
 }

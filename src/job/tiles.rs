@@ -12,11 +12,10 @@ use super::{Error, Mesh, Params, Quality};
 use crate::base::Tile;
 use crate::base::Window;
 use crate::base::control::{Cancelled, Control, Stage};
-use crate::base::exact::MAX_TOLERANCE;
 use crate::base::faults::{self, Point};
-use crate::base::lattice::{self, MAX_TILE_CELLS};
+use crate::base::lattice;
 use crate::base::mesh::TileMesh;
-use crate::base::tiling::{TileGrid, TileId};
+use crate::base::tiling::{TileGrid, TilePlace, TileTooLong};
 use crate::field::{Field, LoadScratch};
 use crate::job::spool::{Chunk, Spool, SpoolError};
 use crate::kernel::boundary;
@@ -48,13 +47,7 @@ pub struct TileTimes {
 /// # Errors
 /// [`Error::Tile`] if a tile is longer than places in it can be exact.
 pub fn grid(width: usize, height: usize, params: &Params) -> Result<TileGrid, Error> {
-    let grid = TileGrid::new(width, height, params.tile);
-    if grid.fits_lattice() {
-        return Ok(grid);
-    }
-    let longest = width.max(height) - 1;
-    let found = if params.tile == 0 { longest } else { params.tile.min(longest) };
-    Err(Error::Tile { limit: MAX_TILE_CELLS, found })
+    TileGrid::exact(width, height, params.tile).map_err(|TileTooLong { limit, found }| Error::Tile { limit, found })
 }
 
 /// Triangulates a field on the threads of the current rayon pool.
@@ -94,9 +87,8 @@ pub fn triangulate_into(
     control: &Control<'_>,
 ) -> Result<Mesh, Error> {
     // Under a goal the tolerance may be left open.
-    let open = params.max_error == f64::INFINITY && !params.goal.is_none();
-    if !(params.max_error.is_finite() && params.max_error >= 0.0 || open) {
-        return Err(Error::Tolerance(params.max_error));
+    if !params.tolerance.is_usable() || params.tolerance.is_open() && params.goal.is_none() {
+        return Err(Error::Tolerance(params.tolerance.asked()));
     }
     if field.channel_error().is_some() {
         params.takes_channels()?;
@@ -148,8 +140,8 @@ pub fn triangulate_into(
         chunks,
         geo_transform: field.geo_transform(),
         channels: field.channels().to_vec(),
-        max_error: params.max_error,
-        error_scale: job.end.map_or(params.max_error, |end| end.scale(&job)),
+        max_error: if params.tolerance.is_open() { f64::INFINITY } else { params.tolerance.kept() },
+        error_scale: job.end.map_or(params.tolerance.kept(), |end| end.scale(&job)),
         outcome: job.end.map(|end| end.outcome),
         times,
         other_bytes: first_bytes + job.end.map_or(0, |end| end.survey_bytes),
@@ -214,8 +206,7 @@ impl Workspace {
             return Ok(None);
         }
         if spool.check_samples() {
-            let window = job.grid.window(job.grid.tile(index));
-            check_samples(job.field, window, &self.chunk, &mut self.tile, &mut self.loading)?;
+            check_samples(job.field, job.grid.place(index).window, &self.chunk, &mut self.tile, &mut self.loading)?;
         }
         Ok(Some(self.chunk.errors.all_samples()))
     }
@@ -223,20 +214,18 @@ impl Workspace {
     /// Takes one tile from its samples to the spool. Returns how many samples the tile owns.
     fn run(&mut self, job: &Job<'_>, index: usize, spool: &Spool, clocks: &Clocks) -> Result<u64, Error> {
         let Job { field, params, grid, .. } = *job;
-        let id = grid.tile(index);
-        let last = (grid.is_last_column(id), grid.is_last_row(id));
-        let window = grid.window(id);
+        let place = grid.place(index);
         let (rim, bound) = match &job.end {
             None => {
-                clocks.load.time(|| field.load_with(window, &mut self.tile, &mut self.loading))?;
-                let rim = clocks.seams.time(|| self.rim(job, window, last))?;
+                clocks.load.time(|| field.load_with(place.window, &mut self.tile, &mut self.loading))?;
+                let rim = clocks.seams.time(|| self.rim(job, &place))?;
                 clocks.engine.time(|| self.cut(job, &rim))?;
                 clocks.polish.time(|| self.polish(job, &rim))?;
-                (rim, Bound::Within(tolerance(params)))
+                (rim, Bound::Within(params.tolerance.kept()))
             }
             Some(end) => clocks.engine.time(|| self.run_to(job, index, end))?,
         };
-        let errors = clocks.measure.time(|| self.measure(job, id, bound));
+        let errors = clocks.measure.time(|| self.measure(job, &place, bound));
         let samples = errors.all_samples();
         clocks.spool.time(|| {
             self.chunk.fill(index, &rim, &self.mesh, errors, self.tile.checksum());
@@ -249,51 +238,47 @@ impl Workspace {
 
     /// Measures the mesh, and looks at its shape. If there is a second pass, only at the shape of what it will not change:
     /// it measures every sample itself.
-    fn measure(&mut self, job: &Job<'_>, id: TileId, bound: Bound) -> ErrorStats {
-        let Job { params, grid, .. } = *job;
-        let window = grid.window(id);
-        let last = (grid.is_last_column(id), grid.is_last_row(id));
+    fn measure(&mut self, job: &Job<'_>, place: &TilePlace, bound: Bound) -> ErrorStats {
+        let Job { params, .. } = *job;
         if let Some(shifted) = job.shifted {
-            let lines = Lines::new(shifted, id, window);
+            let lines = Lines::new(shifted, place);
             let stays = |corners: [lattice::Point; 3]| lines.straddles(corners);
-            let seen = shape(&self.tile, &self.mesh, tolerance(params), stays);
+            let seen = shape(&self.tile, &self.mesh, params.tolerance.kept(), stays);
             if self.mesh.relaxed > 0 {
-                self.mesh.relaxed = count_relaxed(&self.tile, &self.mesh, tolerance(params), stays);
+                self.mesh.relaxed = count_relaxed(&self.tile, &self.mesh, params.tolerance.kept(), stays);
             }
-            let samples = (window.width - usize::from(!last.0)) as u64 * (window.height - usize::from(!last.1)) as u64;
             let (trimmed, shape) = (self.trimmed, Some(Box::new(seen)));
-            return ErrorStats { samples: samples - trimmed, trimmed, shape, ..ErrorStats::default() };
+            return ErrorStats { samples: place.owned_samples() - trimmed, trimmed, shape, ..ErrorStats::default() };
         }
-        let origin = (window.column as u64, window.row as u64);
         let may_be_bare = params.trim > 0 && !self.tile.validity().is_whole();
         let bare = if may_be_bare { Bare::Strip(params.trim) } else { Bare::Nothing };
-        let mut errors = measure(&self.tile, &self.mesh, bound, origin, last, bare);
+        let mut errors = measure(&self.tile, &self.mesh, bound, place, bare);
         errors.heights = Some(HeightStats::of(&self.tile));
-        assert_eq!(errors.trimmed, self.trimmed, "bare samples of the tile at {origin:?}");
+        assert_eq!(errors.trimmed, self.trimmed, "bare samples of the tile at {:?}", place.origin());
         // Whoever has no time for polishing has none for looking at it.
         if params.quality != Quality::None {
-            errors.shape = Some(Box::new(shape(&self.tile, &self.mesh, tolerance(params), |_| true)));
+            errors.shape = Some(Box::new(shape(&self.tile, &self.mesh, params.tolerance.kept(), |_| true)));
         }
         errors
     }
 
     /// Triangulates one tile and returns how many samples and triangles it has.
     pub(super) fn probe(&mut self, job: &Job<'_>, index: usize) -> Result<(usize, usize), Error> {
-        let id = job.grid.tile(index);
-        let window = job.grid.window(id);
-        job.field.load_with(window, &mut self.tile, &mut self.loading)?;
-        let rim = self.rim(job, window, (true, true))?;
+        // As if it were a raster of its own.
+        let place = TilePlace { last_column: true, last_row: true, ..job.grid.place(index) };
+        job.field.load_with(place.window, &mut self.tile, &mut self.loading)?;
+        let rim = self.rim(job, &place)?;
         self.cut(job, &rim)?;
         self.polish(job, &rim)?;
         Ok((self.tile.width() * self.tile.height(), self.mesh.triangles.len()))
     }
 
     /// The rim of the tile that is loaded, and the points inside it.
-    fn rim(&mut self, job: &Job<'_>, window: Window, last: (bool, bool)) -> Result<Rim, Error> {
-        self.find_points(job, window)?;
+    fn rim(&mut self, job: &Job<'_>, place: &TilePlace) -> Result<Rim, Error> {
+        self.find_points(job, place.window)?;
         let (tile, points, cancel) = (&self.tile, &self.points, &job.control.cancel);
-        let (tolerance, cells) = (tolerance(job.params), job.params.trim);
-        let mut rim = Rim::new(tile, tolerance, points, last, &mut self.min_link, cancel)?;
+        let (tolerance, cells) = (job.params.tolerance.kept(), job.params.trim);
+        let mut rim = Rim::new(tile, tolerance, points, place, &mut self.min_link, cancel)?;
         let fixed = rim.on_sides();
         let task = boundary::Task { tile, cells, tolerance, points, cancel };
         self.trimmed = boundary::trim(&task, &mut rim.domain, fixed)?;
@@ -321,7 +306,7 @@ impl Workspace {
             self.mesh.clear();
             return Ok(());
         }
-        let task = task(&self.tile, rim, tolerance(job.params), job);
+        let task = task(&self.tile, rim, job.params.tolerance.kept(), job);
         self.engine.triangulate(job.params.engine, &task, &mut self.mesh)
     }
 
@@ -329,7 +314,7 @@ impl Workspace {
         if rim.domain.loops.is_empty() {
             return Ok(());
         }
-        let task = task(&self.tile, rim, tolerance(job.params), job);
+        let task = task(&self.tile, rim, job.params.tolerance.kept(), job);
         self.engine.polish(job.params, &task, &mut self.mesh)
     }
 }
@@ -338,12 +323,6 @@ impl Workspace {
 pub(super) fn task<'a>(tile: &'a Tile, rim: &'a Rim, tolerance: f64, job: &Job<'a>) -> Task<'a> {
     let (feasibility, cancel) = (job.params.feasibility, &job.control.cancel);
     Task { tile, domain: &rim.domain, tolerance, feasibility, cancel }
-}
-
-/// The tolerance that tiles work with: larger ones than heights can need change nothing, and would overflow. (Where errors
-/// weigh more than 1 they would allow more; that much, nobody asks for.)
-pub(super) fn tolerance(params: &Params) -> f64 {
-    params.max_error.min(MAX_TOLERANCE)
 }
 
 /// The grid of the second pass, where polishing is worth one.

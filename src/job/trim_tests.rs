@@ -103,7 +103,7 @@ impl Triangles {
                 // Those of bridged holes have none.
                 if let Some(height) = scene.at((column, row)) {
                     let terms = [(w[0], a.1), (w[1], b.1), (w[2], c.1), (-o, height)];
-                    let limit = scene.limit((column, row), params.max_error);
+                    let limit = scene.limit((column, row), params.tolerance.kept());
                     assert!(exact::within(&terms, o, limit), "sample {column}, {row}");
                 }
                 *covered.entry((column, row)).or_default() += u32::from(w.iter().all(|&w| w > 0));

@@ -30,8 +30,8 @@ fn made(width: usize, height: usize, heights: &[f64], params: &Params) -> (Mesh,
     let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
     let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
     // What was measured is rounded.
-    let max_error = if mesh.outcome().is_some_and(|o| o.ended_by.is_none()) && params.max_error.is_finite() {
-        params.max_error
+    let max_error = if mesh.outcome().is_some_and(|o| o.ended_by.is_none()) && !params.tolerance.is_open() {
+        params.tolerance.kept()
     } else {
         summary.errors.max * (1.0 + 1e-12) + 1e-12
     };

@@ -27,13 +27,13 @@ use rayon::prelude::*;
 
 use self::region::Region;
 use super::pool::Pool;
-use super::tiles::{Clocks, Job, check_samples, tolerance};
+use super::tiles::{Clocks, Job, check_samples};
 use super::{Error, engine};
 use crate::base::Tile;
 use crate::base::control::Stage;
 use crate::base::faults::{self, Point};
 use crate::base::mesh::Domain;
-use crate::base::tiling::{TileGrid, TileId};
+use crate::base::tiling::{TileGrid, TileId, TilePlace};
 use crate::field::LoadScratch;
 use crate::job::spool::{Chunk, Spool};
 use crate::kernel::measure::{Bare, Bound, HeightStats, measure, shape};
@@ -109,7 +109,7 @@ impl Workspace {
     /// Sees to it that the spool has a tile's chunk. Returns how many samples the tile owns, and whether the chunk was
     /// there already.
     fn provide(&mut self, run: &Run<'_>, index: usize) -> Result<(u64, bool), Error> {
-        let window = run.shifted.window(run.shifted.tile(index));
+        let window = run.shifted.place(index).window;
         if run.spool.find(index, &mut self.chunk, &mut self.encoded)? {
             if run.spool.check_samples() {
                 check_samples(run.job.field, window, &self.chunk, &mut self.tile, &mut self.loading)?;
@@ -141,15 +141,15 @@ impl Workspace {
 
     fn work(&mut self, run: &Run<'_>, index: usize) -> Result<(), Error> {
         let Run { job, shifted, clocks, .. } = *run;
-        let id = shifted.tile(index);
-        let window = shifted.window(id);
+        let place = shifted.place(index);
+        let window = place.window;
         clocks.load.time(|| job.field.load_with(window, &mut self.tile, &mut self.loading))?;
         self.points.clear();
         if let Some(points) = &job.params.points {
             points.within(window, &mut self.points);
         }
-        let stays = clocks.spool.time(|| self.gather(run, id))?;
-        let tolerance = tolerance(job.params);
+        let stays = clocks.spool.time(|| self.gather(run, &place))?;
+        let tolerance = job.params.tolerance.kept();
         clocks.polish.time(|| {
             let (feasibility, cancel) = (job.params.feasibility, &job.control.cancel);
             let task = Task { tile: &self.tile, domain: &Domain::default(), tolerance, feasibility, cancel };
@@ -159,14 +159,12 @@ impl Workspace {
                 polish::polish_around(&task, &options, *locked, seams, &mut self.polish, mesh)
             })
         })?;
-        let last = (shifted.is_last_column(id), shifted.is_last_row(id));
-        let origin = (window.column as u64, window.row as u64);
         let errors = clocks.measure.time(|| {
             let bound = Bound::Within(tolerance);
             // Where nothing is missing and nothing bare, whose sample is whose is plain.
             let may_be_bare = job.params.trim > 0 && (stays.trimmed > 0 || !self.tile.validity().is_whole());
             let bare = if may_be_bare { Bare::StripOfOthers(job.params.trim) } else { Bare::Nothing };
-            let mut errors = self.region.with_passing(|mesh| measure(&self.tile, mesh, bound, origin, last, bare));
+            let mut errors = self.region.with_passing(|mesh| measure(&self.tile, mesh, bound, &place, bare));
             let mut seen = shape(&self.tile, &self.region.mesh, tolerance, |_| true);
             stays.shape.iter().for_each(|s| seen.add(s));
             errors.shape = Some(Box::new(seen));
@@ -185,10 +183,10 @@ impl Workspace {
 
     /// Puts the region together. Returns what is known of the straddling triangles of the tile of the same column and row,
     /// if there is one: over all jobs, those of every tile.
-    fn gather(&mut self, run: &Run<'_>, id: TileId) -> Result<Stays, Error> {
-        let (grid, shifted) = (run.job.grid, run.shifted);
+    fn gather(&mut self, run: &Run<'_>, place: &TilePlace) -> Result<Stays, Error> {
+        let (grid, shifted, id) = (run.job.grid, run.shifted, place.id);
         let mut stays = Stays::default();
-        self.region.begin(id, shifted.window(id));
+        self.region.begin(place);
         // Where there are as many tiles one way, the grid is not shifted that way.
         let before = |is_shifted: bool, at: usize| if is_shifted { at.saturating_sub(1) } else { at };
         let rows = before(shifted.rows() > grid.rows(), id.row)..=id.row.min(grid.rows() - 1);

@@ -150,15 +150,14 @@ fn nonsense_with_a_good_checksum_does_not_panic() {
 fn tiles(grid: TileGrid, points: &PointSet) -> Vec<(Chunk, Vec<Vertex>)> {
     let height = |column: usize, row: usize| ((column * 7919 + row * 104_729) % 31) as f32;
     let tile = |index: usize| {
-        let id = grid.tile(index);
-        let window = grid.window(id);
+        let place = grid.place(index);
+        let window = place.window;
         let places = (0..window.len()).map(|i| (window.column + i % window.width, window.row + i / window.width));
         let heights = Heights::F32(places.map(|(column, row)| height(column, row)).collect());
         let samples = Tile::from_heights(window.width, window.height, heights);
-        let last = (grid.is_last_column(id), grid.is_last_row(id));
         let mut forced = Vec::new();
         points.within(window, &mut forced);
-        let rim = Rim::new(&samples, 9.0, &forced, last, &mut MinLink::default(), &CancelToken::default()).unwrap();
+        let rim = Rim::new(&samples, 9.0, &forced, &place, &mut MinLink::default(), &CancelToken::default()).unwrap();
         let mut mesh = TileMesh { vertices: rim.domain.fixed().collect(), ..TileMesh::default() };
         if !forced.contains(&(1, 1)) {
             mesh.vertices.push(Vertex { at: Point::of_sample(1, 1), height: samples.at(1, 1) });

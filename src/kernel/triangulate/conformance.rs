@@ -12,6 +12,7 @@ use crate::base::control::CancelToken;
 use crate::base::exact;
 use crate::base::lattice::{Point, orient};
 use crate::base::mesh::{Domain, TileMesh, Vertex};
+use crate::base::tiling::TilePlace;
 use crate::base::{Heights, Tile};
 use crate::kernel::seam::{MinLink, Rim};
 
@@ -153,7 +154,8 @@ pub(crate) fn tolerances() -> impl Strategy<Value = f64> {
 /// The rim that a tile of its own has.
 pub(crate) fn rim(tile: &Tile, tolerance: f64) -> Rim {
     let cancel = CancelToken::default();
-    Rim::new(tile, tolerance, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels")
+    Rim::new(tile, tolerance, &[], &TilePlace::alone(tile.width(), tile.height()), &mut MinLink::default(), &cancel)
+        .expect("nobody cancels")
 }
 
 pub(crate) fn covers<E: Engine>(
@@ -173,7 +175,9 @@ pub(crate) fn covers<E: Engine>(
     points.retain(|point| engine.preinserts() || on_rim(point));
     let points: Vec<_> = points.into_iter().map(|(row, column)| (column, row)).collect();
     let (cancel, mut min_link) = (CancelToken::default(), MinLink::default());
-    let rim = Rim::new(&tile, tolerance, &points, (true, true), &mut min_link, &cancel).expect("nobody cancels");
+    let rim =
+        Rim::new(&tile, tolerance, &points, &TilePlace::alone(tile.width(), tile.height()), &mut min_link, &cancel)
+            .expect("nobody cancels");
     let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
     let mesh = triangulate(engine, &tile, &rim.domain, tolerance, feasibility);
     check(&tile, &rim.domain, &mesh, tolerance);
