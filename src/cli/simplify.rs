@@ -496,7 +496,7 @@ impl Job<'_> {
         let field = if args.fill_holes > 0 { field.with_holes_bridged(&holes, self.control)? } else { field };
         let opened = Instant::now();
         let mesh = match kept {
-            Some(kept) => triangulate_into(&|grid, pass| kept.spool(grid, pass), &field, &self.params, self.control)?,
+            Some(kept) => triangulate_into(&|pass| kept.spool(pass), &field, &self.params, self.control)?,
             None => triangulate(&field, &self.params, self.control)?,
         };
         self.watches.iter().try_for_each(Watch::check)?;

@@ -5,12 +5,11 @@ use std::path::Path;
 use super::simplify::SimplifyArgs;
 use super::{Failure, warnings};
 use crate::base::staged::{OutputError, StagedFile};
-use crate::base::tiling::TileGrid;
 use crate::base::warning::{Warning, WarningCode};
 use crate::field::FieldError;
 use crate::job::spool::{Spool, SpoolError};
 use crate::job::work_dir::{Job, WorkDir, WorkDirError};
-use crate::job::{Error, Pass};
+use crate::job::{Error, Pass, PassName};
 use crate::raster::{Files, Raster, Watch, identity};
 
 /// The work dir of a run.
@@ -54,8 +53,8 @@ impl Kept {
         self.dir.chunk_bytes()
     }
 
-    pub(super) fn spool(&self, grid: TileGrid, pass: Pass) -> Result<Spool, SpoolError> {
-        self.dir.spool(grid, pass == Pass::Seams)
+    pub(super) fn spool(&self, pass: &Pass) -> Result<Spool, SpoolError> {
+        self.dir.spool(pass.grid(), pass.name() == PassName::Seams)
     }
 
     pub(super) fn committing(&self) -> Result<(), Error> {

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use proptest::prelude::*;
 
 use super::goal::{Cost, Floor, Told};
-use super::in_order::End;
 use super::nodata_tests::{Place, Scene, scene};
+use super::passes::End;
+use super::passes::{Job, TileMaker};
 use super::tests::{geotiff, told};
-use super::tiles::{Job, Workspace};
 use super::*;
 use crate::base::control::Control;
 use crate::base::lattice::{Point, orient};
@@ -183,10 +183,10 @@ proptest! {
         let (field, control) = (scene.field(), Control::default());
         let grid = grid(width, height, &params).expect("a grid");
         let mut job = Job { field: &field, params: &params, grid, shifted: None, control: &control, end: None };
-        let mut workspace = Workspace::default();
+        let mut workspace = TileMaker::default();
         let (mut all, mut samples) = (Vec::<Told>::new(), 0);
         for index in 0..grid.len() {
-            samples += workspace.tell(&job, options, index, lowest, &Floor::new(&goal, lowest)).expect("told");
+            samples += workspace.tell(&job, options, &grid.place(index), lowest, &Floor::new(&goal, lowest)).expect("told");
             prop_assert!(workspace.told.is_sorted_by_key(|t| t.key), "{:?}", workspace.told);
             all.extend(workspace.told.iter().copied());
         }
@@ -203,11 +203,11 @@ proptest! {
         job.end = Some(end);
         let (mut found, mut errors) = (Cost::default(), crate::kernel::measure::ErrorStats::default());
         for index in 0..grid.len() {
-            let (rim, _) = workspace.run_to(&job, index, &end).expect("a mesh");
+            let (rim, _) = workspace.run_to(&job, &grid.place(index), &end).expect("a mesh");
             let mesh = &workspace.mesh;
             let owned = mesh.vertices.len() + rim.idle.len() - rim.foreign.len();
             found = Cost { points: found.points + owned as u64, triangles: found.triangles + mesh.triangles.len() as u64 };
-            errors.add(&measure(&workspace.tile, mesh, Bound::Scale(1.0), &grid.place(index), Bare::Nothing));
+            errors.add(&measure(&workspace.shared.tile, mesh, Bound::Scale(1.0), &grid.place(index), Bare::Nothing));
         }
         prop_assert_eq!((cost, samples), (found, errors.samples));
         let most = scene.heights.iter().filter(|z| !z.is_nan()).fold(1.0f64, |most, z| most.max(z.abs()));

@@ -10,13 +10,11 @@ mod disk;
 mod engine;
 mod error;
 mod goal;
-mod in_order;
 mod mesh;
-mod pool;
+mod passes;
 mod probe;
-mod shifted;
 pub mod spool;
-mod tiles;
+mod triangulate;
 pub mod work_dir;
 
 pub use crate::kernel::polish::Heights as VertexHeights;
@@ -26,8 +24,9 @@ pub use engine::{EngineChoice, Quality};
 pub use error::Error;
 pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
 pub use mesh::{Mesh, Summary};
+pub use passes::{Job, Pass, PassName, PassResult, TileTimes, grid, passes, run_pass};
 pub use probe::{Expected, probe, probe_field};
-pub use tiles::{MakeSpool, Pass, TileTimes, grid, triangulate, triangulate_into};
+pub use triangulate::{MakeSpool, triangulate, triangulate_into};
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -181,7 +180,7 @@ impl Params {
 
     /// How many passes a run makes over the tiles of a grid, each of which keeps its chunks until the end.
     pub fn passes(&self, grid: TileGrid) -> u64 {
-        if tiles::shifted(grid, self).is_some() { 2 } else { 1 }
+        if passes::shifted(grid, self.quality).is_some() { 2 } else { 1 }
     }
 
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.

@@ -1,8 +1,7 @@
 //! What a run will come to, found at a few of its tiles: for estimates of disks, before it begins.
 
 use super::goal::{Curves, Floor, find_cut};
-use super::in_order::{check_corners, error_needs, lowest};
-use super::tiles::{Job, Workspace};
+use super::passes::{Job, TileMaker, check_corners, error_needs, lowest};
 use super::{EngineChoice, Error, Goal, Params};
 use crate::base::control::Control;
 use crate::base::tiling::{TileGrid, TileId};
@@ -104,10 +103,10 @@ fn tried(grid: TileGrid) -> impl Iterator<Item = TileId> {
 
 /// Makes a few tiles.
 fn made(job: &Job<'_>) -> Result<Rates, Error> {
-    let mut workspace = Workspace::default();
+    let mut maker = TileMaker::default();
     let (mut samples, mut triangles) = (0, 0);
     for id in tried(job.grid) {
-        let counted = workspace.probe(job, job.grid.index(id))?;
+        let counted = maker.probe(job, &job.grid.place_of(id))?;
         samples += counted.0;
         triangles += counted.1;
     }
@@ -121,14 +120,15 @@ fn surveyed(job: &Job<'_>) -> Result<Rates, Error> {
     let floor = Floor::new(goal, lowest);
     let failed = |source| SpoolError::File { dir: job.params.temp_dir.clone(), source };
     let curves = Curves::new(&job.params.temp_dir, tried(job.grid).count()).map_err(failed)?;
-    let mut workspace = Workspace::default();
-    let (mut samples, mut counted, mut told) = (0, 0, 0);
+    let mut maker = TileMaker::default();
+    let (mut samples, mut counted, mut told, mut encoded) = (0, 0, 0, Vec::new());
     for (i, id) in tried(job.grid).enumerate() {
         job.control.cancel.check()?;
-        counted += workspace.tell(job, options, job.grid.index(id), lowest, &floor)?;
-        samples += job.grid.place_of(id).window.len();
-        told += workspace.told.len();
-        curves.tell(i, &workspace.told, &mut workspace.encoded).map_err(failed)?;
+        let place = job.grid.place_of(id);
+        counted += maker.tell(job, options, &place, lowest, &floor)?;
+        samples += place.window.len();
+        told += maker.told.len();
+        curves.tell(i, &maker.told, &mut encoded).map_err(failed)?;
     }
     let (cut, _) = find_cut(&curves, goal, counted, error_needs(job)).map_err(failed)??;
     let mut triangles = 0;

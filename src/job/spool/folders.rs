@@ -90,6 +90,16 @@ impl Folders {
         Ok(())
     }
 
+    /// Makes the names of chunks in rows durable that have some, but not all.
+    pub(super) fn sync(&self) -> io::Result<()> {
+        for (row, missing) in self.missing.iter().enumerate() {
+            if (1..self.columns).contains(&missing.load(Ordering::Relaxed)) {
+                durable::sync_dir(&self.row(row * self.columns))?;
+            }
+        }
+        Ok(())
+    }
+
     /// Reads the bytes of a chunk, without the stamp. `None`: there is none, or it belongs to another job.
     pub(super) fn read(&self, tile: usize, bytes: &mut Vec<u8>) -> io::Result<Option<()>> {
         bytes.clear();

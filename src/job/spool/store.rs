@@ -124,6 +124,18 @@ impl Spool {
         self.index.set(chunk.tile, &Record { offset, length, counts: chunk.counts() }).map_err(|e| self.failed(e))
     }
 
+    /// Makes the names of all chunks durable that were appended or found so far, where they are kept: a row of tiles that
+    /// is not complete does not do so by itself.
+    ///
+    /// # Errors
+    /// [`SpoolError::Kept`].
+    pub fn sync(&self) -> Result<(), SpoolError> {
+        match &self.chunks {
+            Chunks::Unlinked(_) => Ok(()),
+            Chunks::Folders { folders, .. } => folders.sync().map_err(|e| self.failed(e)),
+        }
+    }
+
     /// The counts of a run of tiles that have all been appended or found.
     ///
     /// # Errors

@@ -1,42 +1,42 @@
-//! A run under a [`Goal`](super::Goal): what tiles tell beforehand, and how far each of them goes then.
+//! What comes before the first pass under a [`Goal`](crate::job::Goal): every tile tells how its insertion goes, and the
+//! place is found where all of them end.
+//!
+//! It is a step of its own and no [`Pass`](super::Pass), because it makes no chunks: what tiles tell are curves
+//! ([`Curves`]), and what comes of all of them together is one [`End`] for all tiles, which every tile of the first pass
+//! needs. Tiles tell independently of each other; a [`Floor`] only saves what nobody will want to know.
 
 use rayon::prelude::*;
 
-use super::goal::{Cost, Curves, Floor, GoalTooSmall, Outcome, Told, find_cut};
 use super::pool::Pool;
-use super::tiles::{Job, Workspace, task};
-use super::{EngineChoice, Error};
+use super::tiles::{TileMaker, task};
+use super::{Job, Workspace};
 use crate::base::Tile;
 use crate::base::control::Stage;
 use crate::base::tiling::{TileGrid, TileId, TilePlace};
+use crate::job::goal::{Cost, Curves, Floor, GoalTooSmall, Outcome, Told, find_cut};
 use crate::job::spool::SpoolError;
+use crate::job::{EngineChoice, Error};
 use crate::kernel::measure::{Bound, owns};
 use crate::kernel::seam::{LateVertex, NestedRim, Rim, Side};
 use crate::kernel::triangulate::insertion::{GreedyInsertion, InsertionOptions, Key, Order, Share};
 
 /// Where all tiles end.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct End {
-    pub(super) cut: Key,
+pub(in crate::job) struct End {
+    pub(in crate::job) cut: Key,
     /// The tolerance that samples are candidates beyond.
-    pub(super) lowest: f64,
-    pub(super) outcome: Outcome,
+    pub(in crate::job) lowest: f64,
+    pub(in crate::job) outcome: Outcome,
     /// Temporary disk that the survey took.
-    pub(super) survey_bytes: u64,
+    pub(in crate::job) survey_bytes: u64,
 }
 
 /// Has every tile tell how its insertion goes, and finds where all of them end. `None` where there is no goal.
-pub(super) fn find_end(job: &Job<'_>, workspaces: &Pool<Workspace>) -> Result<Option<End>, Error> {
+pub(super) fn find_end(job: &Job<'_>) -> Result<Option<End>, Error> {
     let Job { field, params, grid, control, .. } = *job;
-    params.takes_goal()?;
-    params.takes_heights()?;
-    params.takes_tuning()?;
     let EngineChoice::GreedyInsertion(options) = params.engine else { return Ok(None) };
     if params.goal.is_none() {
         return Ok(None);
-    }
-    if let Some(holes) = field.holes() {
-        return Err(Error::GoalWithHoles(holes.count()));
     }
     let failed = |source| SpoolError::File { dir: params.temp_dir.clone(), source };
     if !field.may_have_gaps() {
@@ -45,16 +45,18 @@ pub(super) fn find_end(job: &Job<'_>, workspaces: &Pool<Workspace>) -> Result<Op
     let lowest = lowest(job);
     let floor = Floor::new(&params.goal, lowest);
     let curves = Curves::new(&params.temp_dir, grid.len()).map_err(failed)?;
+    let makers = Pool::default();
     control.progress.begin(Stage::Survey, grid.len() as u64, field.width() as u64 * field.height() as u64);
     let survey = (0..grid.len()).into_par_iter().map(|index| {
         control.cancel.check()?;
-        let samples = workspaces.with(|workspace| {
-            let samples = workspace.tell(job, options, index, lowest, &floor)?;
-            floor.raise(&workspace.told);
-            curves.tell(index, &workspace.told, &mut workspace.encoded).map_err(failed)?;
+        let place = grid.place(index);
+        let samples = makers.with(|maker: &mut TileMaker| {
+            let samples = maker.tell(job, options, &place, lowest, &floor)?;
+            floor.raise(&maker.told);
+            curves.tell(index, &maker.told, &mut maker.shared.encoded).map_err(failed)?;
             Ok::<u64, Error>(samples)
         })?;
-        control.progress.step(Stage::Survey, grid.place(index).window.len() as u64);
+        control.progress.step(Stage::Survey, place.window.len() as u64);
         Ok::<u64, Error>(samples)
     });
     let samples = survey.try_reduce(|| 0, |a, b| Ok(a + b))?;
@@ -64,14 +66,14 @@ pub(super) fn find_end(job: &Job<'_>, workspaces: &Pool<Workspace>) -> Result<Op
 }
 
 /// Finds out before all work that a budget is too small for the corners of the tiles.
-pub(super) fn check_corners(job: &Job<'_>) -> Result<(), GoalTooSmall> {
+pub(in crate::job) fn check_corners(job: &Job<'_>) -> Result<(), GoalTooSmall> {
     let Job { grid, params, .. } = *job;
     let points = (grid.columns() as u64 + 1) * (grid.rows() as u64 + 1);
     params.goal.check(Cost { points, triangles: 2 * grid.len() as u64 })
 }
 
 /// The tolerance beyond which samples are candidates: where a quality is asked for, one at which it is reached.
-pub(super) fn lowest(job: &Job<'_>) -> f64 {
+pub(in crate::job) fn lowest(job: &Job<'_>) -> f64 {
     let error = (!job.params.tolerance.is_open()).then(|| job.params.tolerance.kept());
     // With all errors within r, so is their root mean square; but weights below 1 allow larger ones.
     let rms = job.params.goal.max_rms.map(|rms| if job.field.importance().is_some() { 0.0 } else { rms });
@@ -79,7 +81,7 @@ pub(super) fn lowest(job: &Job<'_>) -> f64 {
 }
 
 /// The last key that the tolerance needs, where a root mean square is asked for, too.
-pub(super) fn error_needs(job: &Job<'_>) -> Option<Key> {
+pub(in crate::job) fn error_needs(job: &Job<'_>) -> Option<Key> {
     // A little lower, so that no rounding of an error counts.
     (!job.params.tolerance.is_open()).then(|| Key::last_of(job.params.tolerance.kept() * (1.0 - 1e-9)))
 }
@@ -129,18 +131,17 @@ struct Begun {
     points: u64,
 }
 
-impl Workspace {
+impl TileMaker {
     /// Loads a tile and makes its rim of the vertices up to a cut.
-    fn begin(&mut self, job: &Job<'_>, index: usize, lowest: f64, cut: Key) -> Result<Begun, Error> {
-        let place = job.grid.place(index);
-        job.field.load_with(place.window, &mut self.tile, &mut self.loading)?;
+    fn begin(&mut self, job: &Job<'_>, place: &TilePlace, lowest: f64, cut: Key) -> Result<Begun, Error> {
+        self.shared.load(job.field, place.window)?;
         self.find_points(job, place.window)?;
-        let key = |v: LateVertex| late_key(job.grid, &place, v).0;
+        let Workspace { tile, points, .. } = &self.shared;
+        let key = |v: LateVertex| late_key(job.grid, place, v).0;
         let keeps = |v: LateVertex| key(v) <= cut;
-        let NestedRim { rim, late, late_idle } =
-            Rim::nested(&self.tile, lowest, &self.points, &place, keeps, &job.control.cancel)?;
+        let NestedRim { rim, late, late_idle } = Rim::nested(tile, lowest, points, place, keeps, &job.control.cancel)?;
         let all = late.iter().map(|(_, v)| v).chain(&late_idle);
-        let mut costs: Vec<(Key, Cost)> = all.map(|&v| (key(v), late_cost(job.grid, &place, &self.tile, v))).collect();
+        let mut costs: Vec<(Key, Cost)> = all.map(|&v| (key(v), late_cost(job.grid, place, tile, v))).collect();
         costs.sort_unstable_by_key(|(key, _)| *key);
         let mut late: Vec<(Key, u32)> = late.into_iter().map(|(vertex, v)| (key(v), vertex)).collect();
         late.sort_unstable();
@@ -150,37 +151,36 @@ impl Workspace {
     }
 
     /// Finds out how a tile's insertion goes, as far as anybody may want to know. Returns how many samples of it count.
-    pub(super) fn tell(
+    pub(in crate::job) fn tell(
         &mut self,
         job: &Job<'_>,
         options: InsertionOptions,
-        index: usize,
+        place: &TilePlace,
         lowest: f64,
         floor: &Floor,
     ) -> Result<u64, Error> {
         let goal = &job.params.goal;
         let cut = floor.cut();
-        let Begun { rim, late, costs, idle, points } = self.begin(job, index, lowest, cut)?;
-        let place = job.grid.place(index);
+        let Begun { rim, late, costs, idle, points } = self.begin(job, place, lowest, cut)?;
+        let tile = &self.shared.tile;
         let mut counts = Vec::new();
-        let (share, samples) = if self.tile.validity().is_whole() {
-            let TilePlace { last_column, last_row, .. } = place;
+        let (share, samples) = if tile.validity().is_whole() {
+            let TilePlace { last_column, last_row, .. } = *place;
             (Share::Rectangle { last_column, last_row }, place.owned_samples())
         } else {
-            let places =
-                (0..self.tile.height()).flat_map(|row| (0..self.tile.width()).map(move |column| (column, row)));
-            counts.extend(places.map(|(column, row)| owns(&self.tile, column, row)));
+            let places = (0..tile.height()).flat_map(|row| (0..tile.width()).map(move |column| (column, row)));
+            counts.extend(places.map(|(column, row)| owns(tile, column, row)));
             (Share::Ground(&counts), counts.iter().filter(|c| **c).count() as u64)
         };
         let most = goal.max_points.into_iter().chain(goal.max_triangles).min().unwrap_or(u64::MAX);
         let squares = goal.max_rms.is_some().then_some(share);
-        let order = Order { rim: &late, tile: index as u64, cut, most, squares };
+        let order = Order { rim: &late, tile: place.index as u64, cut, most, squares };
         self.told.clear();
         let told = &mut self.told;
         if rim.domain.loops.is_empty() {
             told.push(Told { key: Key::FIRST, cost: Cost { points, triangles: 0 }, squares: 0.0 });
         } else {
-            let task = task(&self.tile, &rim, lowest, job);
+            let task = task(&self.shared.tile, &rim, lowest, job);
             let engine = GreedyInsertion { options };
             engine.triangulate_in_order(&task, order, self.engine.insertion(), &mut self.mesh, |e| {
                 let cost = match costs.binary_search_by_key(&e.key, |(key, _)| *key) {
@@ -202,17 +202,22 @@ impl Workspace {
     }
 
     /// Makes a tile's mesh as far as the end of all.
-    pub(super) fn run_to(&mut self, job: &Job<'_>, index: usize, end: &End) -> Result<(Rim, Bound), Error> {
+    pub(in crate::job) fn run_to(
+        &mut self,
+        job: &Job<'_>,
+        place: &TilePlace,
+        end: &End,
+    ) -> Result<(Rim, Bound), Error> {
         let EngineChoice::GreedyInsertion(options) = job.params.engine else {
             unreachable!("only greedy insertion has an end to come to")
         };
-        let Begun { rim, late, .. } = self.begin(job, index, end.lowest, end.cut)?;
+        let Begun { rim, late, .. } = self.begin(job, place, end.lowest, end.cut)?;
         if rim.domain.loops.is_empty() {
             self.mesh.clear();
             return Ok((rim, end.bound(job)));
         }
-        let order = Order { rim: &late, tile: index as u64, cut: end.cut, most: u64::MAX, squares: None };
-        let task = task(&self.tile, &rim, end.lowest, job);
+        let order = Order { rim: &late, tile: place.index as u64, cut: end.cut, most: u64::MAX, squares: None };
+        let task = task(&self.shared.tile, &rim, end.lowest, job);
         let engine = GreedyInsertion { options };
         engine.triangulate_in_order(&task, order, self.engine.insertion(), &mut self.mesh, |_| ())?;
         Ok((rim, end.bound(job)))
@@ -229,7 +234,7 @@ impl End {
     }
 
     /// What errors are sorted by, for percentiles.
-    pub(super) fn scale(&self, job: &Job<'_>) -> f64 {
+    pub(in crate::job) fn scale(&self, job: &Job<'_>) -> f64 {
         match self.bound(job) {
             Bound::Within(scale) | Bound::Scale(scale) => scale,
         }
