@@ -10,6 +10,7 @@ pub mod faults;
 mod geo_transform;
 pub mod lattice;
 pub mod mesh;
+pub mod private_file;
 pub mod staged;
 mod tile;
 pub mod tiling;

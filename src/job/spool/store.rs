@@ -37,7 +37,7 @@ impl Spool {
     /// A spool for `tiles` chunks, rows of `columns`, that are kept in `dir` and may be there from an earlier run.
     ///
     /// `stamp` tells the jobs apart whose chunks may not be mixed. `check_samples`: the raster may have changed since,
-    /// see [`Spool::check_samples`]. The folder belongs to one process at a time; that is the caller's care.
+    /// see [`Spool::check_samples`]. Other processes may keep chunks of the same job there at the same time.
     ///
     /// # Errors
     /// [`SpoolError::Kept`].

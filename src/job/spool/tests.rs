@@ -270,6 +270,37 @@ fn torn_kept_chunks_count_as_missing() {
     assert!(!kept(&folder, grid, 7).find(0, &mut chunk, &mut buffer).unwrap());
 }
 
+/// As processes do that work on the same tiles: whoever looks finds a whole chunk or none, and nobody is in another's way.
+#[test]
+fn the_same_chunk_may_be_kept_by_several_at_the_same_time() {
+    let grid = TileGrid::new(37, 34, 12);
+    let folder = tempfile::tempdir().unwrap();
+    let tiles = tiles(grid, &PointSet::default());
+    let (mut chunk, mut buffer) = (Chunk::default(), Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(|| {
+                let spool = kept(&folder, grid, 7);
+                for _ in 0..5 {
+                    tiles.iter().for_each(|(made, _)| spool.append(made, &mut Vec::new()).unwrap());
+                }
+            });
+        }
+        for _ in 0..20 {
+            let spool = kept(&folder, grid, 7);
+            for (made, _) in &tiles {
+                let is_there = folder.path().join(format!("chunks/{}/{}.chunk", made.tile / 3, made.tile % 3)).exists();
+                let found = spool.find(made.tile, &mut chunk, &mut buffer).unwrap();
+                assert!(found || !is_there, "a part of tile {}", made.tile);
+                assert!(!found || chunk == *made);
+            }
+        }
+    });
+    let names = |row: usize| folder.path().join(format!("chunks/{row}")).read_dir().unwrap().count();
+    assert_eq!([0, 1, 2].map(names), [3; 3], "private names are gone");
+    kept(&folder, grid, 7).sync().unwrap();
+}
+
 /// Their sum goes over 32 bits.
 #[test]
 fn counts_beyond_all_numbers_are_refused() {

@@ -43,6 +43,7 @@ impl Lock {
     fn of(mut file: File, just_made: bool) -> io::Result<Lock> {
         if just_made {
             file.write_all(MADE)?;
+            file.sync_all()?;
         }
         let made_folder = just_made || file.metadata()?.len() == MADE.len() as u64;
         Ok(Lock { _file: file, made_folder })

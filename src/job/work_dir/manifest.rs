@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{Difference, Job, WorkDirError};
 use crate::base::durable;
 use crate::base::faults::{self, Point};
+use crate::base::private_file::PrivateFile;
 use crate::raster::Files;
 
 /// The form of the work dir.
@@ -52,7 +53,8 @@ impl Manifest {
     /// Makes it durable, name and all: chunks without their manifest would be nobody's.
     pub(super) fn write(&self, dir: &Path) -> io::Result<()> {
         let text = serde_json::to_string_pretty(self)?;
-        durable::replace(&Manifest::path(dir), text.as_bytes(), || faults::reach(Point::ManifestWritten))?;
+        let file = PrivateFile::create(&Manifest::path(dir))?;
+        file.commit(text.as_bytes(), || faults::reach(Point::ManifestWritten))?;
         durable::sync_dir(dir)
     }
 
