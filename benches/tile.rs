@@ -18,7 +18,7 @@ use terrabite::base::tiling::TilePlace;
 use terrabite::kernel::measure::{Bare, measure};
 use terrabite::kernel::seam::{MinLink, Rim};
 use terrabite::kernel::triangulate::cuts::GreedyCuts;
-use terrabite::kernel::triangulate::{Engine, Feasibility, Task};
+use terrabite::kernel::triangulate::{Engine, EngineScratch, Feasibility, Task};
 
 use terrain::{fractal, noise, tile, wide};
 
@@ -33,7 +33,7 @@ fn rim(tile: &Tile, tolerance: f64) -> Rim {
 /// The engine with its memory, reused from run to run as the program does from tile to tile.
 #[derive(Default)]
 struct Cutter {
-    scratch: <GreedyCuts as Engine>::Scratch,
+    scratch: EngineScratch,
     mesh: TileMesh,
 }
 

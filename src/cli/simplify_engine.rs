@@ -4,8 +4,10 @@ use clap::ValueEnum;
 
 use super::{Failure, values};
 use crate::job::EngineChoice;
-use crate::kernel::triangulate::cuts::Cuts;
-use crate::kernel::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
+use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::insertion::{
+    DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
+};
 
 #[derive(Debug, Clone, clap::Args)]
 pub(super) struct EngineArgs {
@@ -128,13 +130,13 @@ impl EngineArgs {
         };
         match self.engine.unwrap_or(wanted) {
             EngineArg::GreedyInsertion if self.cuts.is_some() => Err(needs("--cuts", "--engine greedy-cuts")),
-            EngineArg::GreedyInsertion => Ok(EngineChoice::GreedyInsertion(self.insertion.options()?)),
+            EngineArg::GreedyInsertion => Ok(GreedyInsertion { options: self.insertion.options()? }.into()),
             EngineArg::GreedyCuts => match self.insertion.first_given() {
-                None => Ok(EngineChoice::GreedyCuts(match self.cuts {
-                    Some(CutsArg::Plain) => Cuts::Plain,
-                    Some(CutsArg::Improved) => Cuts::Improved,
+                None => Ok(EngineChoice::from(match self.cuts {
+                    Some(CutsArg::Plain) => GreedyCuts::PLAIN,
+                    Some(CutsArg::Improved) => GreedyCuts::IMPROVED,
                     // Polishing ends at the same counts, and sooner from here.
-                    None => Cuts::Plain,
+                    None => GreedyCuts::PLAIN,
                 })),
                 Some(option) => Err(needs(option, "--engine greedy-insertion")),
             },

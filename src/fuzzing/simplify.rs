@@ -16,8 +16,10 @@ use crate::formats::{Contents, PlySink, Sink, SinkError};
 use crate::job::{EngineChoice, Error, Mesh, Params, Quality, VertexHeights, triangulate};
 use crate::kernel::polish::Tuning;
 use crate::kernel::triangulate::Feasibility;
-use crate::kernel::triangulate::cuts::Cuts;
-use crate::kernel::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
+use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::insertion::{
+    DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
+};
 use crate::raster::{PointSet, Raster, quiet_gdal};
 use crate::verify::{GroundOptions, VerifyOptions, verify_ground};
 
@@ -162,7 +164,7 @@ impl Scene {
         params.trim = from.pick(&[0, 0, 1, 2, 4, 1000]);
         let heights = samples;
         let mut scene = Scene { width, height, single, judged, heights, weights, fill_holes, params: params.clone() };
-        if pointed && engine.preinserts() {
+        if pointed && engine.capabilities().points {
             let ground = scene.ground();
             let places = (0..4).map(|_| (from.within(0, width - 1), from.within(0, height - 1)));
             let points = places.filter(|&(c, r)| ground.is_ground(c as i64, r as i64)).collect::<Vec<_>>();
@@ -287,8 +289,8 @@ fn engine(from: &mut Bytes<'_>) -> EngineChoice {
         |fit, shape, quality_threshold| swap(Swap::DataDependent(DataDependent { fit, shape, quality_threshold }));
     let options = match from.byte() % 13 {
         0 => default,
-        1 => return EngineChoice::GreedyCuts(Cuts::Plain),
-        2 => return EngineChoice::GreedyCuts(Cuts::Improved),
+        1 => return EngineChoice::GreedyCuts(GreedyCuts::PLAIN),
+        2 => return EngineChoice::GreedyCuts(GreedyCuts::IMPROVED),
         3 => swap(Swap::DataDependent(DataDependent::default())),
         4 => dependent(Fit::L2, Shape::SmallestAngle, 0.0),
         5 => dependent(Fit::LInfinity, Shape::AreaOverDiameter, 0.5),
@@ -300,7 +302,7 @@ fn engine(from: &mut Bytes<'_>) -> EngineChoice {
         11 => measure(Measure::Product(2.0)),
         _ => measure(Measure::Curvature(0.0)),
     };
-    EngineChoice::GreedyInsertion(options)
+    EngineChoice::GreedyInsertion(GreedyInsertion { options })
 }
 
 fn write(path: &Path, size: (usize, usize), samples: Vec<f64>, nodata: Option<f64>) {

@@ -17,7 +17,8 @@ use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions};
 use crate::formats::PlySink;
 use crate::kernel::measure::{Bare, Bound, measure};
-use crate::kernel::triangulate::insertion::{DataDependent, InsertionOptions, Key, Swap};
+use crate::kernel::triangulate::insertion::{DataDependent, GreedyInsertion, InsertionOptions, Swap};
+use crate::kernel::triangulate::progressive::Key;
 use crate::raster::{PointSet, Raster};
 use crate::testing::{self, cases};
 use crate::verify::{VerifyOptions, verify};
@@ -26,7 +27,7 @@ use crate::verify::{VerifyOptions, verify};
 const ROUNDING: f64 = 1e-12;
 
 fn params(goal: Goal, max_error: f64, tile: usize) -> Params {
-    let engine = EngineChoice::GreedyInsertion(InsertionOptions::default());
+    let engine = EngineChoice::GreedyInsertion(GreedyInsertion::default());
     Params { engine, goal, tile, quality: Quality::None, ..Params::new(max_error) }
 }
 
@@ -109,7 +110,7 @@ proptest! {
         let mut params = params(goal, max_error, tile);
         if swap {
             let swap = Swap::DataDependent(DataDependent::default());
-            params.engine = EngineChoice::GreedyInsertion(InsertionOptions { swap, ..InsertionOptions::default() });
+            params.engine = EngineChoice::GreedyInsertion(GreedyInsertion { options: InsertionOptions { swap, ..InsertionOptions::default() } });
         }
         params.feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
         let ground: BTreeSet<Place> = scene.cells().into_iter().flatten().collect();
@@ -179,14 +180,14 @@ proptest! {
         let swap = if swap { Swap::DataDependent(DataDependent::default()) } else { Swap::Delaunay };
         let options = InsertionOptions { swap, ..InsertionOptions::default() };
         let goal = Goal { max_rms: Some(0.0), ..Goal::default() };
-        let params = Params { engine: EngineChoice::GreedyInsertion(options), ..params(goal, f64::INFINITY, tile) };
+        let params = Params { engine: EngineChoice::GreedyInsertion(GreedyInsertion { options }), ..params(goal, f64::INFINITY, tile) };
         let (field, control) = (scene.field(), Control::default());
         let grid = grid(width, height, &params).expect("a grid");
         let mut job = Job { field: &field, params: &params, grid, shifted: None, control: &control, end: None };
         let mut workspace = TileMaker::default();
         let (mut all, mut samples) = (Vec::<Told>::new(), 0);
         for index in 0..grid.len() {
-            samples += workspace.tell(&job, options, &grid.place(index), lowest, &Floor::new(&goal, lowest)).expect("told");
+            samples += workspace.tell(&job, params.engine.progressive().expect("one at a time"), &grid.place(index), lowest, &Floor::new(&goal, lowest)).expect("told");
             prop_assert!(workspace.told.is_sorted_by_key(|t| t.key), "{:?}", workspace.told);
             all.extend(workspace.told.iter().copied());
         }

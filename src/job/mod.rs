@@ -7,25 +7,26 @@
 
 mod budget;
 mod disk;
-mod engine;
 mod error;
 mod goal;
 mod mesh;
 mod passes;
 mod probe;
+mod quality;
 pub mod spool;
 mod triangulate;
 pub mod work_dir;
 
 pub use crate::kernel::polish::Heights as VertexHeights;
+pub use crate::kernel::triangulate::EngineChoice;
 pub use budget::{BudgetTooSmall, Load, Plan, default_budget};
 pub use disk::{DiskTooSmall, DiskUse, check_disk};
-pub use engine::{EngineChoice, Quality};
 pub use error::Error;
 pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
 pub use mesh::{Mesh, Summary};
 pub use passes::{Job, Pass, PassName, PassResult, TileTimes, grid, passes, run_pass};
 pub use probe::{Expected, probe, probe_field};
+pub use quality::Quality;
 pub use triangulate::{MakeSpool, triangulate, triangulate_into};
 
 use std::path::PathBuf;
@@ -111,7 +112,11 @@ impl Params {
     /// # Errors
     /// [`Error::NoPreinsertion`].
     pub fn takes_points(&self) -> Result<(), Error> {
-        if self.engine.preinserts() { Ok(()) } else { Err(Error::NoPreinsertion { engine: self.engine.name() }) }
+        if self.engine.capabilities().points {
+            Ok(())
+        } else {
+            Err(Error::NoPreinsertion { engine: self.engine.name() })
+        }
     }
 
     /// Makes sure that the engine keeps the weighted error of fields with channels, and that nothing stands beside it that
@@ -121,7 +126,7 @@ impl Params {
     /// # Errors
     /// [`Error::Channels`], [`Error::GoalWithChannels`], [`Error::PolishWithChannels`].
     pub fn takes_channels(&self) -> Result<(), Error> {
-        if !self.engine.keeps_channels() {
+        if !self.engine.capabilities().channels {
             return Err(Error::Channels { engine: self.engine.name() });
         }
         if !self.goal.is_none() {
@@ -172,9 +177,9 @@ impl Params {
             _ if self.goal.is_none() => Ok(()),
             _ if self.quality != Quality::None => Err(Error::GoalWithPolish { quality: self.quality.name() }),
             _ if self.trim > 0 => Err(Error::GoalWithTrim(self.trim)),
-            EngineChoice::GreedyInsertion(options) if options == options.in_order() => Ok(()),
-            EngineChoice::GreedyInsertion(_) => Err(Error::GoalWithPasses),
-            EngineChoice::GreedyCuts(_) => Err(Error::NoGoal { engine: self.engine.name() }),
+            _ if self.engine.progressive().is_some() => Ok(()),
+            _ if self.engine.capabilities().goals => Err(Error::GoalWithPasses),
+            _ => Err(Error::NoGoal { engine: self.engine.name() }),
         }
     }
 
@@ -193,7 +198,7 @@ impl Params {
             ("max error", if self.tolerance.is_open() { "open".to_string() } else { exact(self.tolerance.kept()) }),
             ("feasibility", feasibility.to_string()),
             ("tile", self.tile.to_string()),
-            ("engine", self.engine.named()),
+            ("engine", self.engine.identity()),
             ("quality", self.quality.name().to_string()),
         ];
         if self.heights != VertexHeights::default() {

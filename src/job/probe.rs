@@ -2,11 +2,12 @@
 
 use super::goal::{Curves, Floor, find_cut};
 use super::passes::{Job, TileMaker, check_corners, error_needs, lowest};
-use super::{EngineChoice, Error, Goal, Params};
+use super::{Error, Goal, Params};
 use crate::base::control::Control;
 use crate::base::tiling::{TileGrid, TileId};
 use crate::field::{Choice, Field, FieldOptions};
 use crate::job::spool::SpoolError;
+use crate::kernel::triangulate::Progressive;
 use crate::raster::Raster;
 
 /// How many tiles each way are tried.
@@ -67,11 +68,9 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
     let goal = Goal { max_rms: params.goal.max_rms, ..Goal::default() };
     let few = Params { points: None, goal, ..params.clone() };
     let job = Job { field, params: &few, grid, shifted: None, control, end: None };
-    let rates = match params.engine {
+    let rates = match params.engine.progressive() {
         _ if params.goal.is_none() => Some(made(&job)?),
-        EngineChoice::GreedyInsertion(_) if goal.max_rms.is_some() || !params.tolerance.is_open() => {
-            Some(surveyed(&job)?)
-        }
+        Some(engine) if goal.max_rms.is_some() || !params.tolerance.is_open() => Some(surveyed(&job, engine)?),
         _ => None,
     };
     let points = 2.0 * params.points.as_ref().map_or(0, |p| p.len()) as f64;
@@ -114,8 +113,7 @@ fn made(job: &Job<'_>) -> Result<Rates, Error> {
 }
 
 /// Has a few tiles tell of their insertions, and finds where they end together.
-fn surveyed(job: &Job<'_>) -> Result<Rates, Error> {
-    let EngineChoice::GreedyInsertion(options) = job.params.engine else { return Ok(Rates::default()) };
+fn surveyed(job: &Job<'_>, engine: &dyn Progressive) -> Result<Rates, Error> {
     let (lowest, goal) = (lowest(job), &job.params.goal);
     let floor = Floor::new(goal, lowest);
     let failed = |source| SpoolError::File { dir: job.params.temp_dir.clone(), source };
@@ -125,7 +123,7 @@ fn surveyed(job: &Job<'_>) -> Result<Rates, Error> {
     for (i, id) in tried(job.grid).enumerate() {
         job.control.cancel.check()?;
         let place = job.grid.place_of(id);
-        counted += maker.tell(job, options, &place, lowest, &floor)?;
+        counted += maker.tell(job, engine, &place, lowest, &floor)?;
         samples += place.window.len();
         told += maker.told.len();
         curves.tell(i, &maker.told, &mut encoded).map_err(failed)?;

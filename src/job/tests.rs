@@ -14,8 +14,10 @@ use crate::field::{Field, FieldOptions};
 use crate::formats::{Contents, PlySink, Sink, SinkError};
 use crate::job::spool::{Chunk, Spool};
 use crate::kernel::polish::{Effort, Schedule, Tuning};
-use crate::kernel::triangulate::cuts::Cuts;
-use crate::kernel::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
+use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::insertion::{
+    DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
+};
 use crate::raster::Raster;
 use crate::synth::{Terrain, TerrainOptions};
 use crate::testing;
@@ -84,8 +86,12 @@ pub(super) fn engines() -> Vec<EngineChoice> {
     let swaps = swaps.map(|swap| InsertionOptions { swap, ..default });
     let selections = selections.map(|selection| InsertionOptions { selection, ..default });
     let measures = measures.map(|measure| InsertionOptions { measure, ..default });
-    let insertion = swaps.into_iter().chain(selections).chain(measures).map(EngineChoice::GreedyInsertion);
-    [Cuts::Plain, Cuts::Improved].map(EngineChoice::GreedyCuts).into_iter().chain(insertion).collect()
+    let insertion = swaps
+        .into_iter()
+        .chain(selections)
+        .chain(measures)
+        .map(|options| EngineChoice::GreedyInsertion(GreedyInsertion { options }));
+    [GreedyCuts::PLAIN, GreedyCuts::IMPROVED].map(EngineChoice::GreedyCuts).into_iter().chain(insertion).collect()
 }
 
 #[test]
@@ -254,7 +260,8 @@ fn golden_counts_do_not_go_up() {
     let write = std::env::var_os("TERRABITE_GOLDEN").is_some_and(|v| v == "write");
     for line in &mut golden {
         let feasibility = if line.feasibility == "strong" { Feasibility::Strong } else { Feasibility::Weak };
-        let engine = EngineChoice::GreedyCuts(if line.cuts == "plain" { Cuts::Plain } else { Cuts::Improved });
+        let engine =
+            EngineChoice::GreedyCuts(if line.cuts == "plain" { GreedyCuts::PLAIN } else { GreedyCuts::IMPROVED });
         let all = [Quality::None, Quality::Fast, Quality::Balanced, Quality::Best];
         let quality = all.into_iter().find(|q| q.name() == line.quality).expect("a quality");
         let params = Params { feasibility, engine, quality, tile: line.tile, ..Params::new(line.max_error) };

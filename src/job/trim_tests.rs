@@ -10,7 +10,7 @@ use super::tests::{Told, engines, qualities, told};
 use super::*;
 use crate::base::exact;
 use crate::base::lattice::{Point, orient};
-use crate::kernel::triangulate::cuts::Cuts;
+use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::raster::PointSet;
 use crate::testing::{self, cases};
 
@@ -254,7 +254,7 @@ fn grounds_that_hang_together_by_a_sample() {
     for rows in grounds {
         let scene = flat(rows);
         for tile in [0, 1, 2, 3] {
-            for engine in [EngineChoice::default(), EngineChoice::GreedyCuts(Cuts::Improved)] {
+            for engine in [EngineChoice::default(), EngineChoice::GreedyCuts(GreedyCuts::IMPROVED)] {
                 for trim in 0..4 {
                     let params = Params { trim, tile, engine, ..Params::new(0.0) };
                     check(&scene, &params);

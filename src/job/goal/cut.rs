@@ -1,7 +1,7 @@
 use std::io;
 
 use super::{Budget, Cost, Curves, Goal, GoalTooSmall, Outcome, Told};
-use crate::kernel::triangulate::insertion::Key;
+use crate::kernel::triangulate::progressive::Key;
 
 /// Vertices, triangles and squared errors, added up.
 #[derive(Debug, Clone, Copy, Default)]

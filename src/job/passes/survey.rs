@@ -5,6 +5,8 @@
 //! ([`Curves`]), and what comes of all of them together is one [`End`] for all tiles, which every tile of the first pass
 //! needs. Tiles tell independently of each other; a [`Floor`] only saves what nobody will want to know.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::pool::Pool;
@@ -13,12 +15,13 @@ use super::{Job, Workspace};
 use crate::base::Tile;
 use crate::base::control::Stage;
 use crate::base::tiling::{TileGrid, TileId, TilePlace};
+use crate::job::Error;
 use crate::job::goal::{Cost, Curves, Floor, GoalTooSmall, Outcome, Told, find_cut};
 use crate::job::spool::SpoolError;
-use crate::job::{EngineChoice, Error};
 use crate::kernel::measure::{Bound, owns};
 use crate::kernel::seam::{LateVertex, NestedRim, Rim, Side};
-use crate::kernel::triangulate::insertion::{GreedyInsertion, InsertionOptions, Key, Order, Share};
+use crate::kernel::triangulate::Progressive;
+use crate::kernel::triangulate::progressive::{Key, Order, Share};
 
 /// Where all tiles end.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,35 +37,67 @@ pub(in crate::job) struct End {
 /// Has every tile tell how its insertion goes, and finds where all of them end. `None` where there is no goal.
 pub(super) fn find_end(job: &Job<'_>) -> Result<Option<End>, Error> {
     let Job { field, params, grid, control, .. } = *job;
-    let EngineChoice::GreedyInsertion(options) = params.engine else { return Ok(None) };
     if params.goal.is_none() {
         return Ok(None);
     }
-    let failed = |source| SpoolError::File { dir: params.temp_dir.clone(), source };
     if !field.may_have_gaps() {
         check_corners(job)?;
     }
-    let lowest = lowest(job);
-    let floor = Floor::new(&params.goal, lowest);
-    let curves = Curves::new(&params.temp_dir, grid.len()).map_err(failed)?;
-    let makers = Pool::default();
+    let survey = Survey::new(job, grid.len())?;
     control.progress.begin(Stage::Survey, grid.len() as u64, field.width() as u64 * field.height() as u64);
-    let survey = (0..grid.len()).into_par_iter().map(|index| {
-        control.cancel.check()?;
-        let place = grid.place(index);
-        let samples = makers.with(|maker: &mut TileMaker| {
-            let samples = maker.tell(job, options, &place, lowest, &floor)?;
-            floor.raise(&maker.told);
-            curves.tell(index, &maker.told, &mut maker.shared.encoded).map_err(failed)?;
-            Ok::<u64, Error>(samples)
-        })?;
-        control.progress.step(Stage::Survey, place.window.len() as u64);
-        Ok::<u64, Error>(samples)
-    });
-    let samples = survey.try_reduce(|| 0, |a, b| Ok(a + b))?;
+    let samples = survey.tell(0..grid.len())?;
     control.progress.end(Stage::Survey);
-    let (cut, outcome) = find_cut(&curves, &params.goal, samples, error_needs(job)).map_err(failed)??;
-    Ok(Some(End { cut, lowest, outcome, survey_bytes: curves.bytes() }))
+    survey.end(samples).map(Some)
+}
+
+/// What tiles tell, and how far they need to go.
+struct Survey<'a> {
+    job: &'a Job<'a>,
+    engine: &'a dyn Progressive,
+    lowest: f64,
+    floor: Floor,
+    curves: Curves,
+}
+
+impl<'a> Survey<'a> {
+    /// A survey of so many tiles; nobody has told anything yet.
+    fn new(job: &'a Job<'a>, tiles: usize) -> Result<Survey<'a>, Error> {
+        let engine = job.params.engine.progressive().ok_or(Error::GoalWithPasses)?;
+        let lowest = lowest(job);
+        let curves = Curves::new(&job.params.temp_dir, tiles).map_err(failed(job))?;
+        Ok(Survey { job, engine, lowest, floor: Floor::new(&job.params.goal, lowest), curves })
+    }
+
+    /// Has a range of tiles tell. Returns how many of their samples count.
+    fn tell(&self, tiles: Range<usize>) -> Result<u64, Error> {
+        let Job { grid, control, .. } = *self.job;
+        let makers = Pool::default();
+        let each = tiles.into_par_iter().map(|index| {
+            control.cancel.check()?;
+            let place = grid.place(index);
+            let samples = makers.with(|maker: &mut TileMaker| {
+                let samples = maker.tell(self.job, self.engine, &place, self.lowest, &self.floor)?;
+                self.floor.raise(&maker.told);
+                self.curves.tell(index, &maker.told, &mut maker.shared.encoded).map_err(failed(self.job))?;
+                Ok::<u64, Error>(samples)
+            })?;
+            control.progress.step(Stage::Survey, place.window.len() as u64);
+            Ok::<u64, Error>(samples)
+        });
+        each.try_reduce(|| 0, |a, b| Ok(a + b))
+    }
+
+    /// Where all tiles end, once each has told; `samples` of them count in all.
+    fn end(&self, samples: u64) -> Result<End, Error> {
+        let Survey { job, lowest, curves, .. } = self;
+        let (cut, outcome) = find_cut(curves, &job.params.goal, samples, error_needs(job)).map_err(failed(job))??;
+        Ok(End { cut, lowest: *lowest, outcome, survey_bytes: curves.bytes() })
+    }
+}
+
+fn failed<'a>(job: &Job<'a>) -> impl Fn(std::io::Error) -> SpoolError + use<'a> {
+    let dir = &job.params.temp_dir;
+    |source| SpoolError::File { dir: dir.clone(), source }
 }
 
 /// Finds out before all work that a budget is too small for the corners of the tiles.
@@ -154,7 +189,7 @@ impl TileMaker {
     pub(in crate::job) fn tell(
         &mut self,
         job: &Job<'_>,
-        options: InsertionOptions,
+        engine: &dyn Progressive,
         place: &TilePlace,
         lowest: f64,
         floor: &Floor,
@@ -181,8 +216,7 @@ impl TileMaker {
             told.push(Told { key: Key::FIRST, cost: Cost { points, triangles: 0 }, squares: 0.0 });
         } else {
             let task = task(&self.shared.tile, &rim, lowest, job);
-            let engine = GreedyInsertion { options };
-            engine.triangulate_in_order(&task, order, self.engine.insertion(), &mut self.mesh, |e| {
+            engine.triangulate_in_order(&task, order, &mut self.engine, &mut self.mesh, &mut |e| {
                 let cost = match costs.binary_search_by_key(&e.key, |(key, _)| *key) {
                     Ok(i) => costs[i].1,
                     Err(_) if e.key == Key::FIRST => Cost { points, triangles: e.triangles },
@@ -208,9 +242,6 @@ impl TileMaker {
         place: &TilePlace,
         end: &End,
     ) -> Result<(Rim, Bound), Error> {
-        let EngineChoice::GreedyInsertion(options) = job.params.engine else {
-            unreachable!("only greedy insertion has an end to come to")
-        };
         let Begun { rim, late, .. } = self.begin(job, place, end.lowest, end.cut)?;
         if rim.domain.loops.is_empty() {
             self.mesh.clear();
@@ -218,8 +249,8 @@ impl TileMaker {
         }
         let order = Order { rim: &late, tile: place.index as u64, cut: end.cut, most: u64::MAX, squares: None };
         let task = task(&self.shared.tile, &rim, end.lowest, job);
-        let engine = GreedyInsertion { options };
-        engine.triangulate_in_order(&task, order, self.engine.insertion(), &mut self.mesh, |_| ())?;
+        let engine = job.params.engine.progressive().ok_or(Error::GoalWithPasses)?;
+        engine.triangulate_in_order(&task, order, &mut self.engine, &mut self.mesh, &mut |_| ())?;
         Ok((rim, end.bound(job)))
     }
 }

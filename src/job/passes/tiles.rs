@@ -9,14 +9,13 @@ use crate::base::lattice;
 use crate::base::mesh::TileMesh;
 use crate::base::tiling::TilePlace;
 use crate::base::{Tile, Window};
-use crate::job::engine::EngineScratch;
 use crate::job::goal::Told;
-use crate::job::{Error, Quality};
+use crate::job::{Error, Quality, quality};
 use crate::kernel::boundary;
 use crate::kernel::measure::{Bare, Bound, ErrorStats, HeightStats, measure, shape};
-use crate::kernel::polish::count_relaxed;
+use crate::kernel::polish::{self, count_relaxed};
 use crate::kernel::seam::{MinLink, Rim};
-use crate::kernel::triangulate::Task;
+use crate::kernel::triangulate::{EngineScratch, Task};
 
 /// What one thread needs to take a tile from its samples to its chunk.
 #[derive(Default)]
@@ -26,6 +25,7 @@ pub(in crate::job) struct TileMaker {
     /// Samples that trimming has taken from the ground of the tile.
     trimmed: u64,
     pub(super) engine: EngineScratch,
+    polish: polish::Scratch,
     pub(in crate::job) mesh: TileMesh,
     pub(in crate::job) told: Vec<Told>,
 }
@@ -127,15 +127,15 @@ impl TileMaker {
             return Ok(());
         }
         let task = task(&self.shared.tile, rim, job.params.tolerance.kept(), job);
-        self.engine.triangulate(job.params.engine, &task, &mut self.mesh)
+        job.params.engine.triangulate(&task, &mut self.engine, &mut self.mesh)
     }
 
     fn polish(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {
-        if rim.domain.loops.is_empty() {
+        let Some(options) = quality::polishing(job.params).filter(|_| !rim.domain.loops.is_empty()) else {
             return Ok(());
-        }
+        };
         let task = task(&self.shared.tile, rim, job.params.tolerance.kept(), job);
-        self.engine.polish(job.params, &task, &mut self.mesh)
+        polish::polish(&task, &options, &mut self.polish, &mut self.mesh)
     }
 }
 

@@ -24,7 +24,7 @@ use super::{Maker, Run, Workspace};
 use crate::base::mesh::Domain;
 use crate::base::tiling::TilePlace;
 use crate::job::spool::Chunks;
-use crate::job::{Error, engine};
+use crate::job::{Error, quality};
 use crate::kernel::measure::{Bare, Bound, HeightStats, ShapeStats, measure, shape};
 use crate::kernel::polish;
 use crate::kernel::triangulate::Task;
@@ -52,7 +52,7 @@ impl Maker for SeamMaker {
         clocks.polish.time(|| {
             let (feasibility, cancel) = (job.params.feasibility, &job.control.cancel);
             let task = Task { tile, domain: &Domain::default(), tolerance, feasibility, cancel };
-            let options = engine::polishing(job.params);
+            let options = quality::polishing(job.params);
             let Region { mesh, locked, seams, .. } = &mut self.region;
             options.map_or(Ok(()), |options| {
                 polish::polish_around(&task, &options, *locked, seams, &mut self.polish, mesh)
