@@ -1,3 +1,5 @@
+//! `simplify`: its options, and a run from them to the report.
+
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

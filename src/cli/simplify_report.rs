@@ -1,3 +1,5 @@
+//! `simplify`: the report, as text and as JSON.
+
 use std::path::Path;
 
 use indicatif::BinaryBytes;

@@ -1,3 +1,5 @@
+//! Fuzzing whole runs: bytes choose a field and parameters, and naive code judges the mesh.
+
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock};
 

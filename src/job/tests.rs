@@ -1,3 +1,5 @@
+//! Whole runs in memory and through files: certified by `verify`, the same for any number of threads, and their golden counts.
+
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 

@@ -1,3 +1,5 @@
+//! What tiles tell of their insertions, on disk.
+
 use std::fs::File;
 use std::io;
 use std::os::unix::fs::FileExt;

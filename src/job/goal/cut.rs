@@ -1,3 +1,5 @@
+//! Where all insertions of a raster end: the last key within the budgets.
+
 use std::io;
 
 use super::{Budget, Cost, Curves, Goal, GoalTooSmall, Outcome, Told};

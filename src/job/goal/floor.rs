@@ -1,3 +1,5 @@
+//! How far tiles need to tell: what those before them have told bounds where the cut can lie.
+
 use std::sync::{Mutex, PoisonError};
 
 use super::{Goal, Told};

@@ -1,3 +1,5 @@
+//! Goals over rasters without gaps: budgets and root mean squares are kept, and are the same whatever the tiles.
+
 use std::sync::Arc;
 
 use proptest::prelude::*;

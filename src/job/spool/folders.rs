@@ -1,3 +1,5 @@
+//! Chunks as files in folders, one folder per row of tiles.
+
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};

@@ -1,3 +1,5 @@
+//! The spool: chunks by the number of their tile.
+
 use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};

@@ -1,3 +1,5 @@
+//! Chunks come back as they were kept, and seam vertices have one number.
+
 use std::collections::HashMap;
 
 use proptest::collection::vec;

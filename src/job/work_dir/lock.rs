@@ -1,3 +1,5 @@
+//! The lock of a work dir: one process at a time.
+
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};

@@ -1,3 +1,5 @@
+//! The manifest of a work dir: which job its chunks belong to.
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};

@@ -1,3 +1,5 @@
+//! Work dirs: who may open them, what is left in them, and what goes.
+
 use std::fs;
 use std::path::Path;
 

@@ -1,3 +1,5 @@
+//! The weighted error of heights and channels together, measured.
+
 use crate::base::Tile;
 use crate::base::channels::ChannelError;
 use crate::base::mesh::TileMesh;

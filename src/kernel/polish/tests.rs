@@ -1,3 +1,5 @@
+//! Polishing keeps its contract, and saves what it is known to save.
+
 use proptest::prelude::*;
 
 use super::fitting::near_surface;

@@ -1,3 +1,5 @@
+//! The rim of a tile: which of its vertices it owns, and which are its neighbours'.
+
 use std::ops::Range;
 
 use super::runs::Runs;

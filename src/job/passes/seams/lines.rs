@@ -1,3 +1,5 @@
+//! Which tile of the shifted grid a place or a triangle lies in.
+
 use crate::base::lattice::{Point, STEPS};
 use crate::base::tiling::{TileGrid, TileId, TilePlace};
 

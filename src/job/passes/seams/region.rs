@@ -1,3 +1,5 @@
+//! The part of a mesh in one tile of the shifted grid, put together from chunks and made a chunk again.
+
 use std::collections::HashMap;
 
 use super::lines::Lines;

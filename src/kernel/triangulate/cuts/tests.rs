@@ -1,3 +1,5 @@
+//! Greedy cuts in the conformance suite, and what sweeps cost.
+
 use super::*;
 use crate::base::control::CancelToken;
 use crate::kernel::triangulate::conformance::{conformance, rim, tile};

@@ -1,3 +1,5 @@
+//! The variants of greedy insertion.
+
 use serde::Serialize;
 
 /// Which of the paper's variants of greedy insertion is run.

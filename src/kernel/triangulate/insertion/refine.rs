@@ -1,3 +1,5 @@
+//! Refinement: the best candidate is inserted, and what changed is scanned again, until none is left.
+
 use super::candidates::Candidates;
 use super::data_dependent::{self, Fits};
 use super::importance::{self, Importance};

@@ -1,3 +1,5 @@
+//! The triangulation in the plane: where places are, and which edges are Delaunay.
+
 use super::topology::{NONE, Topology, next, prev};
 use crate::base::lattice::{Point, dot, in_circle, orient};
 use crate::base::mesh::Vertex;
