@@ -6,7 +6,8 @@ use clap::ValueEnum;
 use super::clip::ClipArgs;
 use super::cutline::CutlineArgs;
 use super::values;
-use crate::raster::{Encoding, Raster, ValidRange, View, exact_marks};
+use crate::base::{Encoding, ValidRange, exact_marks};
+use crate::raster::{Raster, View};
 
 /// A view of the raster's heights, in words.
 #[derive(Debug, clap::Args)]

@@ -5,12 +5,12 @@ use serde::Serialize;
 
 use super::goal::GoalArgs;
 use super::{Failure, values};
-use crate::base::Tolerance;
 use crate::base::control::Control;
+use crate::base::{Reference, Tolerance};
 use crate::field::height_range;
 use crate::formats::ply::read::Frame;
 use crate::job::{Error, Goal, VertexHeights};
-use crate::raster::{Raster, Reference};
+use crate::raster::Raster;
 
 /// How coordinates are written.
 #[derive(Debug, Clone, clap::Args)]
@@ -72,7 +72,7 @@ impl MapArgs {
         if flat || (scaled_exactly && (fits || !frame.single)) {
             return Ok(Written { frame, loss: 0.0, tolerance, goal });
         }
-        let range = height_range(raster, control).map_err(Error::from)?;
+        let range = height_range(&raster.to_band()?, control).map_err(Error::from)?;
         if range.min > range.max {
             // Not one sample has a height.
             return Err(Error::NoGround { path: raster.path().to_path_buf() }.into());

@@ -5,13 +5,11 @@
 //! and hands them and the triangles to a sink, tile after tile. The bytes written depend on the samples and on
 //! [`Params`], not on threads or the order of tiles.
 
-mod budget;
-mod disk;
 mod error;
 mod goal;
 mod mesh;
 mod passes;
-mod probe;
+pub mod plan;
 mod quality;
 pub mod spool;
 mod triangulate;
@@ -19,25 +17,26 @@ pub mod work_dir;
 
 pub use crate::kernel::polish::Heights as VertexHeights;
 pub use crate::kernel::triangulate::EngineChoice;
-pub use budget::{BudgetTooSmall, Load, Plan, default_budget};
-pub use disk::{DiskTooSmall, DiskUse, check_disk};
 pub use error::Error;
 pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
 pub use mesh::{Mesh, Summary};
 pub use passes::{Job, Pass, PassName, PassResult, TileTimes, grid, passes, run_pass};
-pub use probe::{Expected, probe, probe_field};
+pub use plan::{
+    BudgetTooSmall, DiskTooSmall, DiskUse, Expected, Load, Plan, check_disk, default_budget, probe, probe_field,
+};
 pub use quality::Quality;
 pub use triangulate::{MakeSpool, triangulate, triangulate_into};
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::base::PointSet;
 use crate::base::Tolerance;
+use crate::base::exact_double;
 use crate::base::tiling::TileGrid;
 use crate::kernel::boundary::MAX_CELLS;
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
-use crate::raster::{PointSet, exact};
 
 #[cfg(test)]
 mod channel_tests;
@@ -195,7 +194,10 @@ impl Params {
             Feasibility::Strong => "strong",
         };
         let mut named = vec![
-            ("max error", if self.tolerance.is_open() { "open".to_string() } else { exact(self.tolerance.kept()) }),
+            (
+                "max error",
+                if self.tolerance.is_open() { "open".to_string() } else { exact_double(self.tolerance.kept()) },
+            ),
             ("feasibility", feasibility.to_string()),
             ("tile", self.tile.to_string()),
             ("engine", self.engine.identity()),
@@ -210,7 +212,7 @@ impl Params {
             named.push(("polishing", schedule.named()));
         }
         if self.tuning.min_angle > 0.0 {
-            named.push(("smallest angle", exact(self.tuning.min_angle)));
+            named.push(("smallest angle", exact_double(self.tuning.min_angle)));
         }
         if self.tuning.strong_edges && self.feasibility == Feasibility::Weak {
             named.push(("edges in polishing", "strong".to_string()));

@@ -1,6 +1,6 @@
+use crate::base::Band;
 use crate::base::GeoTransform;
 use crate::formats::ply::read::{Frame, PlyFile};
-use crate::raster::Raster;
 
 use super::finding::{EdgePlace, FacePlace, MapPlace, SamplePlace, VertexPlace};
 use super::vertices::Vertex;
@@ -23,7 +23,7 @@ pub(super) struct Grid {
 impl Grid {
     /// For a mesh over a raster. A file in single precision whose coordinates do not tell lattice points apart is taken at
     /// its word: places are what is written, exactly.
-    pub(super) fn of(raster: &Raster, mesh: &PlyFile) -> Grid {
+    pub(super) fn of(raster: &Band, mesh: &PlyFile) -> Grid {
         let (width, height, transform) = (raster.width(), raster.height(), raster.geo_transform());
         let frame = Frame::of(mesh);
         let single = frame.single && frame.tells_apart(&transform, width, height);

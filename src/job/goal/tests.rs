@@ -6,13 +6,14 @@ use proptest::prelude::*;
 
 use super::super::tests::{geotiff, terrain, told};
 use super::super::{Budget, EngineChoice, Error, Goal, Mesh, Params, Quality, Summary, triangulate};
+use crate::base::PointSet;
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions};
 use crate::formats::PlySink;
 use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::kernel::triangulate::insertion::{DataDependent, GreedyInsertion, InsertionOptions, Selection, Swap};
-use crate::raster::{PointSet, Raster};
+use crate::raster::Raster;
 use crate::testing;
 use crate::verify::{VerifyOptions, verify};
 
@@ -27,7 +28,8 @@ fn made(width: usize, height: usize, heights: &[f64], params: &Params) -> (Mesh,
     let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
     geotiff(&dem, width, height, heights);
     let raster = Raster::open(&dem, 1).expect("opens");
-    let field = Field::open(&raster, &FieldOptions::default(), &Control::default()).expect("a field");
+    let field = Field::open(&raster.to_band().expect("a band"), &FieldOptions::default(), &Control::default())
+        .expect("a field");
     let mesh = triangulate(&field, &testing::in_memory(params), &Control::default()).expect("a mesh");
     let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
     let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
@@ -38,7 +40,7 @@ fn made(width: usize, height: usize, heights: &[f64], params: &Params) -> (Mesh,
         summary.errors.max * (1.0 + 1e-12) + 1e-12
     };
     let options = VerifyOptions { max_error, importance: None, temp_dir: None };
-    let verdict = verify(&raster, &tin, &options, &Control::default()).expect("judged");
+    let verdict = verify(&raster.to_band().expect("a band"), &tin, &options, &Control::default()).expect("judged");
     assert!(verdict.passes(), "{:?} for {params:?}", verdict.failures());
     (mesh, summary)
 }

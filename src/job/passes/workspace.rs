@@ -1,10 +1,9 @@
 //! What one thread needs for a tile, whatever the pass.
 
-use crate::base::{Tile, Window};
+use crate::base::{RasterError, Tile, Window};
 use crate::field::{Field, LoadScratch};
 use crate::job::spool::Chunk;
 use crate::job::{Error, Params};
-use crate::raster::RasterError;
 
 /// The samples of a tile and its chunk; reused from tile to tile.
 #[derive(Default)]

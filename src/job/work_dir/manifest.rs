@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::{Difference, Job, WorkDirError};
+use crate::base::Files;
 use crate::base::durable;
 use crate::base::faults::{self, Point};
 use crate::base::private_file::PrivateFile;
-use crate::raster::Files;
 
 /// The form of the work dir.
 const FORMAT: u32 = 1;

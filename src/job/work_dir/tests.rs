@@ -6,8 +6,8 @@ use std::path::Path;
 use tempfile::{TempDir, tempdir};
 
 use super::{Job, WorkDir, WorkDirError};
+use crate::base::Files;
 use crate::base::private_file::PrivateFile;
-use crate::raster::Files;
 
 fn job(tolerance: &str) -> Job {
     Job {
