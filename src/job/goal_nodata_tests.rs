@@ -18,6 +18,7 @@ use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions};
 use crate::formats::PlySink;
 use crate::kernel::measure::{Bare, Bound, measure};
+use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::insertion::{DataDependent, InsertionOptions, Key, Swap};
 use crate::raster::Raster;
 use crate::testing::{self, cases};

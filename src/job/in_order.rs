@@ -28,15 +28,9 @@ pub(super) struct End {
 /// Has every tile tell how its insertion goes, and finds where all of them end. `None` where there is no goal.
 pub(super) fn find_end(job: &Job<'_>, workspaces: &Pool<Workspace>) -> Result<Option<End>, Error> {
     let Job { field, params, grid, control, .. } = *job;
-    params.takes_goal()?;
-    params.takes_heights()?;
-    params.takes_tuning()?;
     let EngineChoice::GreedyInsertion(options) = params.engine else { return Ok(None) };
     if params.goal.is_none() {
         return Ok(None);
-    }
-    if let Some(holes) = field.holes() {
-        return Err(Error::GoalWithHoles(holes.count()));
     }
     let failed = |source| SpoolError::File { dir: params.temp_dir.clone(), source };
     if !field.may_have_gaps() {

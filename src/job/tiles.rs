@@ -93,18 +93,7 @@ pub fn triangulate_into(
     params: &Params,
     control: &Control<'_>,
 ) -> Result<Mesh, Error> {
-    // Under a goal the tolerance may be left open.
-    let open = params.max_error == f64::INFINITY && !params.goal.is_none();
-    if !(params.max_error.is_finite() && params.max_error >= 0.0 || open) {
-        return Err(Error::Tolerance(params.max_error));
-    }
-    if field.channel_error().is_some() {
-        params.takes_channels()?;
-    }
-    if params.points.as_ref().is_some_and(|p| !p.is_empty()) {
-        params.takes_points()?;
-    }
-    params.takes_trim()?;
+    params.check(field)?;
     let grid = grid(field.width(), field.height(), params)?;
     let spool = make_spool(grid, Pass::Tiles)?;
     assert_eq!(spool.tiles(), grid.len(), "chunks of a spool for this grid");

@@ -7,7 +7,7 @@ use crate::field::{Choice, Field, FieldOptions};
 use crate::job::goal::{Curves, Floor, find_cut};
 use crate::job::in_order::{check_corners, error_needs, lowest};
 use crate::job::spool::SpoolError;
-use crate::job::tiles::{Job, Workspace};
+use crate::job::tiles::{Job, Workspace, grid};
 use crate::job::{EngineChoice, Error, Goal, Params};
 
 /// How many tiles each way are tried.
@@ -63,7 +63,8 @@ pub fn probe(
 /// # Errors
 /// As [`probe`].
 pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Result<Expected, Error> {
-    let grid = TileGrid::new(field.width(), field.height(), params.tile);
+    params.check(field)?;
+    let grid = grid(field.width(), field.height(), params)?;
     let samples = field.width() as f64 * field.height() as f64;
     let goal = Goal { max_rms: params.goal.max_rms, ..Goal::default() };
     let few = Params { points: None, goal, ..params.clone() };
