@@ -1,5 +1,74 @@
-//! A run as a library: what a program or another language calls.
+//! A run as a library: file in, file out, as the command does it; what a program or another language calls.
+//!
+//! In comes a [`Request`]; out comes a mesh in a file, and a [`Report`] of what became of it. [`plan`] says beforehand what
+//! it takes. Nothing here knows of options or prints anything, installs a handler of signals or of GDAL's errors, or ends
+//! the process. Warnings are told to [`crate::base::control::Progress::warn`] as they come up and stand in the report.
+//!
+//! A run works on threads of its own, as many as its memory is for; it may be called from any thread.
 
+mod attributes;
+mod coordinates;
+mod error;
 #[cfg(feature = "gdal")]
-pub mod info;
-pub mod look;
+mod info;
+mod inputs;
+mod look;
+mod make;
+mod provenance;
+pub mod report;
+mod request;
+mod resume;
+
+pub use error::{Fate, RunError};
+#[cfg(feature = "gdal")]
+pub use info::Info;
+pub use look::{Found, Look, LookError, look};
+pub use report::{Needs, Report};
+pub use request::{AttributeBands, Attributes, Coordinates, Guard, Input, PointInput, Request};
+
+use std::sync::{Mutex, PoisonError};
+
+use crate::base::control::{Control, Progress};
+use crate::base::warning::{Warning, Warnings};
+
+/// Makes the mesh that is asked for, writes it and gives it its name.
+///
+/// # Errors
+/// [`RunError`]; nothing is left under the output's name then, and of finished tiles only what the work dir keeps.
+pub fn simplify(request: &Request<'_>, control: &Control<'_>) -> Result<Report, RunError> {
+    make::simplify(request, control)
+}
+
+/// Finds out what a run will need: of a few tiles, or of its budget; and what its work dir has of it already. Writes
+/// nothing.
+///
+/// # Errors
+/// [`RunError`], as for the run.
+pub fn plan(request: &Request<'_>, control: &Control<'_>) -> Result<Needs, RunError> {
+    make::plan(request, control)
+}
+
+/// The warnings of a run: told as they come up, and kept.
+struct Warned<'a> {
+    progress: &'a dyn Progress,
+    kept: Mutex<Warnings>,
+}
+
+impl<'a> Warned<'a> {
+    fn new(control: &Control<'a>) -> Warned<'a> {
+        Warned { progress: control.progress, kept: Mutex::default() }
+    }
+
+    fn tell(&self, warning: Warning) {
+        self.progress.warn(&warning);
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner).extend([warning]);
+    }
+
+    fn tell_all(&self, warnings: &[Warning]) {
+        warnings.iter().cloned().for_each(|warning| self.tell(warning));
+    }
+
+    fn take(&self) -> Warnings {
+        std::mem::take(&mut self.kept.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}

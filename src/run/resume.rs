@@ -1,12 +1,11 @@
-//! `simplify --work-dir`: what a run does more than one that starts afresh.
+//! A run with a work dir: what it does more than one that starts afresh.
 
 use std::path::Path;
 
-use super::simplify::SimplifyArgs;
-use super::{Failure, warnings};
+use super::{Fate, Request, RunError, Warned};
 use crate::base::staged::{OutputError, StagedFile};
 use crate::base::warning::{Warning, WarningCode};
-use crate::base::{Band, Files, Watch, identity};
+use crate::base::{Band, Files, RasterError, Watch, identity};
 use crate::field::FieldError;
 use crate::job::spool::{Spool, SpoolError};
 use crate::job::work_dir::{Finished, Job, WorkDir, WorkDirError};
@@ -18,7 +17,7 @@ fn job(
     importance: Option<&Band>,
     files: Files,
     parameters: Vec<(&'static str, String)>,
-) -> Result<Job, Failure> {
+) -> Result<Job, RasterError> {
     let importance = importance.map(identity).transpose()?.unwrap_or_default();
     Ok(Job { parameters, raster: identity(band)?, importance, files })
 }
@@ -29,7 +28,7 @@ pub(super) fn finished(
     band: &Band,
     importance: Option<&Band>,
     parameters: Vec<(&'static str, String)>,
-) -> Result<Finished, Failure> {
+) -> Result<Finished, RunError> {
     Ok(Finished::of(dir, &job(band, importance, Files::none(), parameters)?)?)
 }
 
@@ -49,7 +48,7 @@ impl Kept {
         importance: Option<&Band>,
         watches: &[Box<dyn Watch>],
         parameters: Vec<(&'static str, String)>,
-    ) -> Result<Kept, Failure> {
+    ) -> Result<Kept, RunError> {
         let files = watches.iter().map(|watch| watch.files()).fold(Files::none(), Files::and);
         let job = job(band, importance, files, parameters)?;
         let dir = WorkDir::open(dir, &job)?;
@@ -59,9 +58,10 @@ impl Kept {
 
     /// Stages the output so that it is found again. One that an earlier run of this job has completed, without coming
     /// to tell, may be replaced.
-    pub(super) fn stage(&self, args: &SimplifyArgs) -> Result<StagedFile, OutputError> {
-        let overwrite = args.overwrite || self.dir.has_committed(&args.output);
-        StagedFile::create_announced(&args.output, overwrite, &args.inputs(), &|partial| self.dir.staging(partial))
+    pub(super) fn stage(&self, request: &Request<'_>) -> Result<StagedFile, OutputError> {
+        let (output, inputs) = (request.output.as_path(), request.inputs());
+        let overwrite = request.overwrite || self.dir.has_committed(output);
+        StagedFile::create_announced(output, overwrite, &inputs, &|partial| self.dir.staging(partial))
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -82,45 +82,31 @@ impl Kept {
     }
 
     /// The output is there whatever comes of this, so it is no failure.
-    pub(super) fn finish(self) {
+    pub(super) fn finish(self, warned: &Warned<'_>) {
         let file = self.dir.path().to_path_buf();
         if let Err(error) = self.dir.finish() {
             let message = error.to_string().trim_start_matches(&format!("{}: ", file.display())).to_string();
-            warnings::collect([Warning { code: WarningCode::WorkDirLeft, file, count: 1, message }]);
+            warned.tell(Warning { code: WarningCode::WorkDirLeft, file, count: 1, message });
         }
     }
 
-    /// What is to be done where an input has changed since the finished tiles were made.
-    fn made_before(&self) -> String {
-        let (dir, way_out) = (self.dir.path().display(), "delete that folder, or restore the input");
-        match self.changed.as_slice() {
-            [] => format!("the finished tiles in {dir} were made from the old one: {way_out}"),
-            names => format!("the finished tiles in {dir} were made before {} changed: {way_out}", names.join(", ")),
-        }
-    }
-
-    /// A run that did not get through, and what is to be done with its finished tiles.
-    pub(super) fn explain(self, error: Error) -> Failure {
-        let dir = self.dir.path().display();
-        let hint = match &error {
-            _ if !self.dir.has_chunks() => None,
+    /// A run that did not get through, and what becomes of its finished tiles.
+    pub(super) fn explain(self, error: Error) -> RunError {
+        let fate = match &error {
+            _ if !self.dir.has_chunks() => return error.into(),
             Error::Raster(error) | Error::Field(FieldError::Raster(error)) if error.is_change() => {
-                Some(self.made_before())
+                Fate::Outdated(self.changed)
             }
-            // No run of this command can succeed.
+            // No run of this request can succeed.
             Error::NoGround { .. }
             | Error::Field(
                 FieldError::Nodata { .. }
                 | FieldError::NotAHeight { .. }
                 | FieldError::NotAWeight { .. }
                 | FieldError::Inexact { .. },
-            ) => None,
-            _ => Some(format!("finished tiles are kept in {dir}: the same command continues")),
+            ) => return error.into(),
+            _ => Fate::Continue,
         };
-        let failure = Failure::from(error);
-        match hint {
-            Some(hint) => failure.hint(&hint),
-            None => failure,
-        }
+        RunError::Kept { error, dir: self.dir.path().to_path_buf(), fate }
     }
 }

@@ -1,0 +1,101 @@
+//! How a run writes coordinates, and what that leaves of the tolerance.
+
+use super::{Coordinates, Request, RunError};
+use crate::base::control::Control;
+use crate::base::{Band, CoordinateFrame, Tolerance};
+use crate::field::height_range;
+use crate::job::{Error, Goal, Params, VertexHeights};
+
+/// How coordinates are written, and what that leaves for the mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Written {
+    pub(super) frame: CoordinateFrame,
+    /// How far a height may be from the one that is read again.
+    pub(super) loss: f64,
+    /// The tolerance, less what is lost in writing.
+    pub(super) tolerance: Tolerance,
+    /// What ends the refinement beside the tolerance, likewise.
+    pub(super) goal: Goal,
+}
+
+/// Whether the heights of samples are numbers of single precision.
+pub(super) fn fits_single(band: &Band) -> bool {
+    band.sample_type().fits_f32() && band.scaling().is_none()
+}
+
+impl Written {
+    /// The frame of the output, and what of the tolerance and the goal is left for the mesh: what rounding loses of heights
+    /// is found out, which may read the whole raster, and taken from them. Errors count as vertical distances wherever
+    /// anything is lost.
+    pub(super) fn find(
+        request: &Request<'_>,
+        band: &Band,
+        is_flat: bool,
+        control: &Control<'_>,
+    ) -> Result<Written, RunError> {
+        let frame = frame(request.coordinates, band)?;
+        let Params { tolerance, goal, heights, .. } = request.params;
+        let fits = heights == VertexHeights::Sampled && fits_single(band);
+        if is_flat || (request.coordinates.scales_exactly() && (fits || !frame.single)) {
+            return Ok(Written { frame, loss: 0.0, tolerance, goal });
+        }
+        let range = height_range(band, control)?;
+        if range.min > range.max {
+            // Not one sample has a height.
+            return Err(Error::NoGround { path: band.path().to_path_buf() }.into());
+        }
+        let room = if tolerance.is_open() { range.width() } else { 2.0 * tolerance.asked() };
+        // Fitted heights may be beyond those of samples.
+        let largest = range.min.abs().max(range.max.abs()) + room;
+        let loss = largest * if frame.single { f64::from(f32::EPSILON) / 2.0 } else { 0.0 };
+        // Two roundings of doubles; and below the least of its numbers single precision has steps.
+        let loss = loss + largest * f64::EPSILON * 2.0 + f64::from(f32::from_bits(1)) / frame.z_scale;
+        let less = |what: &'static str, limit: f64| {
+            if loss > limit / 2.0 {
+                let path = band.path().to_path_buf();
+                return Err(RunError::Loss { path, what, limit, loss, largest, single: frame.single });
+            }
+            Ok(Tolerance::new(limit).less(loss))
+        };
+        let kept = if tolerance.is_open() { tolerance } else { less("tolerance", tolerance.asked())? };
+        // What moves no height by more than this moves the root of the mean square by no more.
+        let max_rms = goal.max_rms.map(|rms| less("root mean square", rms)).transpose()?;
+        let goal = Goal { max_rms: max_rms.map(|rms| rms.kept()), ..goal };
+        Ok(Written { frame, loss, tolerance: kept, goal })
+    }
+}
+
+fn frame(coordinates: Coordinates, band: &Band) -> Result<CoordinateFrame, RunError> {
+    let Coordinates { local, z_scale, single } = coordinates;
+    let origin = if local || single { origin(band.extent()) } else { CoordinateFrame::PLAIN.origin };
+    let frame = CoordinateFrame { origin, z_scale, single };
+    // In doubles it was made sure of when the raster was opened.
+    if single && !frame.tells_apart(&band.geo_transform(), band.width(), band.height()) {
+        let (path, width, height) = (band.path().to_path_buf(), band.width(), band.height());
+        return Err(RunError::Indistinct { path, width, height });
+    }
+    Ok(frame)
+}
+
+/// A round number near the middle of the raster: nothing is left of large coordinates but what the raster spans.
+fn origin([left, bottom, right, top]: [f64; 4]) -> (f64, f64) {
+    let step = 10f64.powf((right - left).max(top - bottom).log10().floor());
+    let round = |low: f64, high: f64| {
+        let rounded = ((low + high) / 2.0 / step).round() * step;
+        // A negative zero is zero.
+        if rounded.is_finite() { rounded + 0.0 } else { 0.0 }
+    };
+    (round(left, right), round(bottom, top))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::origin;
+
+    #[test]
+    fn origins_are_round() {
+        assert_eq!(origin([500_005.0, 5_199_305.0, 500_895.0, 5_199_995.0]), (500_500.0, 5_199_700.0));
+        assert_eq!(origin([0.5, -99.5, 99.5, -0.5]), (50.0, -50.0));
+        assert_eq!(origin([-1.0, -1.0, 1.0, 1.0]), (0.0, 0.0));
+    }
+}

@@ -1,0 +1,132 @@
+//! Why a run did not get through.
+
+use std::path::PathBuf;
+
+use crate::base::RasterError;
+use crate::base::staged::OutputError;
+use crate::field::FieldError;
+use crate::job::rules::Incompatible;
+use crate::job::work_dir::WorkDirError;
+use crate::job::{BudgetTooSmall, Error};
+#[cfg(feature = "gdal")]
+use crate::raster::{PointsError, ViewError};
+
+/// Why a run did not get through. Nothing is left under the output's name then.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// Features that do not go together: all conflicts.
+    #[error(transparent)]
+    Incompatible(#[from] Incompatible),
+    /// The raster, or its cutline.
+    #[cfg(feature = "gdal")]
+    #[error(transparent)]
+    View(#[from] ViewError),
+    /// A band that is to be an attribute.
+    #[error(transparent)]
+    Attribute(RasterError),
+    /// The samples of an image are numbers of colours in a table, and no bands are named.
+    #[error(transparent)]
+    ColourTable(RasterError),
+    /// The importance raster.
+    #[error(transparent)]
+    Importance(RasterError),
+    /// The layer of points.
+    #[cfg(feature = "gdal")]
+    #[error(transparent)]
+    Points(#[from] PointsError),
+    /// The extension of the output says no format, and none is named.
+    #[error("{}: expected an extension of a format of meshes ({known}), found {found}", path.display())]
+    Format {
+        /// The output.
+        path: PathBuf,
+        /// The extensions there are.
+        known: String,
+        /// The extension.
+        found: String,
+    },
+    /// Single precision does not tell the places of vertices apart.
+    #[error(
+        "{}: expected quarters of cells that single precision tells apart, found {width} × {height} samples, too many for it",
+        path.display()
+    )]
+    Indistinct {
+        /// The raster.
+        path: PathBuf,
+        /// Samples across.
+        width: usize,
+        /// Samples down.
+        height: usize,
+    },
+    /// Heights lose more in writing than half of what they may be off.
+    #[error(
+        "{}: expected to lose at most half of the {what} {limit} in writing heights, found a loss of up to {loss:e} with \
+         heights up to {largest}",
+        path.display()
+    )]
+    Loss {
+        /// The raster.
+        path: PathBuf,
+        /// Of what: the tolerance, or the root mean square.
+        what: &'static str,
+        /// What heights may be off.
+        limit: f64,
+        /// What they lose.
+        loss: f64,
+        /// The largest of them.
+        largest: f64,
+        /// Whether they are written in single precision.
+        single: bool,
+    },
+    /// So many threads cannot be started.
+    #[error("{threads} threads cannot be started: {reason}")]
+    Threads {
+        /// How many.
+        threads: usize,
+        /// What the system says.
+        reason: String,
+    },
+    /// The work.
+    #[error(transparent)]
+    Job(#[from] Error),
+    /// The work, where finished tiles are kept.
+    #[error("{error}")]
+    Kept {
+        /// What it ended by.
+        error: Error,
+        /// The work dir.
+        dir: PathBuf,
+        /// What becomes of the tiles.
+        fate: Fate,
+    },
+}
+
+/// What becomes of finished tiles in a work dir once a run has ended early.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Fate {
+    /// The same request goes on with them.
+    Continue,
+    /// They were made from an input that has changed since; by name the files that differ, as far as they are known.
+    Outdated(Vec<String>),
+}
+
+impl RunError {
+    /// What the work ended by, if it had begun.
+    pub fn of_job(&self) -> Option<&Error> {
+        match self {
+            RunError::Job(error) | RunError::Kept { error, .. } => Some(error),
+            _ => None,
+        }
+    }
+}
+
+macro_rules! of_the_job {
+    ($($error:ty),*) => {$(
+        impl From<$error> for RunError {
+            fn from(error: $error) -> RunError {
+                RunError::Job(error.into())
+            }
+        }
+    )*};
+}
+of_the_job!(RasterError, FieldError, OutputError, WorkDirError, BudgetTooSmall);

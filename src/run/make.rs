@@ -1,0 +1,352 @@
+//! A run, from its request to the report.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::attributes::Ranged;
+use super::coordinates::{Written, fits_single};
+use super::inputs::{Inputs, Points};
+use super::look::look;
+use super::report::{Needs, Report, Seconds, Sources, WorkDirState};
+use super::resume::{Kept, finished};
+use super::{Request, RunError, Warned, provenance};
+use crate::base::Band;
+use crate::base::control::Control;
+use crate::base::staged::StagedFile;
+use crate::base::warning::{Warning, WarningCode};
+use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions, may_have_holes};
+use crate::formats::{self, Attributes, FORMATS, Format};
+use crate::job::features::Feature;
+use crate::job::plan::{
+    DENSEST, DiskUse, Estimate, Expected, Load, Plan, check_disk, default_budget, estimate, probe, probe_field,
+};
+use crate::job::{Error, Params, grid, rules, triangulate, triangulate_into};
+use crate::kernel::measure::ErrorStats;
+
+/// Does [`super::simplify`].
+pub(super) fn simplify(request: &Request<'_>, control: &Control<'_>) -> Result<Report, RunError> {
+    let warned = Warned::new(control);
+    let run = Run::prepare(request, true, &warned, control)?;
+    let report = run.pool.install(|| run.run())?;
+    if report.fell_short() {
+        let message = "the mesh is complete, but the budget ended it before the quality asked for".to_string();
+        warned.tell(Warning { code: WarningCode::FellShort, file: request.output.clone(), count: 1, message });
+    }
+    Ok(Report { warnings: warned.take(), ..report })
+}
+
+/// Does [`super::plan`].
+pub(super) fn plan(request: &Request<'_>, control: &Control<'_>) -> Result<Needs, RunError> {
+    let warned = Warned::new(control);
+    let run = Run::prepare(request, false, &warned, control)?;
+    let needs = run.pool.install(|| run.plan_only())?;
+    Ok(Needs { warnings: warned.take(), ..needs })
+}
+
+/// A run, as asked for and as planned.
+struct Run<'a> {
+    request: &'a Request<'a>,
+    format: &'static Format,
+    inputs: Inputs,
+    plan: Plan,
+    /// The threads that the plan is for.
+    pool: rayon::ThreadPool,
+    written: Written,
+    /// What decides the mesh: what was asked for, less what writing loses, and the points.
+    params: Params,
+    warned: &'a Warned<'a>,
+    control: &'a Control<'a>,
+}
+
+/// The format of a request.
+fn format(request: &Request<'_>) -> Result<&'static Format, RunError> {
+    if let Some(format) = request.format {
+        return Ok(format);
+    }
+    formats::by_extension(&request.output).ok_or_else(|| RunError::Format {
+        path: request.output.clone(),
+        known: FORMATS.iter().flat_map(|f| f.extensions).map(|e| format!(".{e}")).collect::<Vec<_>>().join(", "),
+        found: request.output.extension().map_or("none".to_string(), |e| format!(".{}", e.display())),
+    })
+}
+
+fn start_threads(threads: usize) -> Result<rayon::ThreadPool, RunError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|e| RunError::Threads { threads, reason: e.to_string() })
+}
+
+impl<'a> Run<'a> {
+    /// Opens what is read and decides what is done. Nothing watches the inputs, and no output need be writable, where the run
+    /// is only planned.
+    fn prepare(
+        request: &'a Request<'a>,
+        is_made: bool,
+        warned: &'a Warned<'a>,
+        control: &'a Control<'a>,
+    ) -> Result<Run<'a>, RunError> {
+        let format = format(request)?;
+        let features = request.features();
+        rules::check(features)?;
+        let inputs = Inputs::open(request, is_made, warned, &control.cancel)?;
+        let Inputs { band, attributes, importance, points, .. } = &inputs;
+        if request.coordinates.single && !fits_single(band) {
+            rules::check(features.with(Feature::RoundedToSingle))?;
+        }
+        let load = Load {
+            band,
+            importance: importance.as_ref(),
+            channels: attributes.as_ref().map_or(&[], |a| &a.bands),
+            grid: grid(band.width(), band.height(), &request.params)?,
+            engine: request.params.engine,
+            quality: request.params.quality,
+            trim: request.params.trim,
+            points: points.as_ref().map_or(0, |p| p.set.len()),
+            holes: request.fill_voids > 0 && may_have_holes(band),
+        };
+        let wanted = request.threads.map_or_else(all_cores, usize::from);
+        let plan = Plan::new(request.memory.unwrap_or_else(default_budget), &load, wanted)?;
+        bound_cache(plan.cache_bytes);
+        let coordinates = &request.coordinates;
+        let is_plain = !coordinates.local && !coordinates.single && coordinates.z_scale == 1.0;
+        if is_made && !is_plain {
+            // Finding out what is lost may take long, so an output that cannot be written is found first.
+            first_look(request)?;
+        }
+        let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
+        let pool = start_threads(plan.threads)?;
+        let written = pool.install(|| Written::find(request, band, is_flat, control))?;
+        let params = Params {
+            tolerance: written.tolerance,
+            goal: written.goal,
+            points: points.as_ref().map(|p| p.set.clone()),
+            ..request.params.clone()
+        };
+        Ok(Run { request, format, inputs, plan, pool, written, params, warned, control })
+    }
+
+    fn band(&self) -> &Band {
+        &self.inputs.band
+    }
+
+    /// The attributes and their ranges, where there are some; finding the ranges may read the whole raster.
+    fn ranged(&self) -> Result<Option<Ranged<'_>>, Error> {
+        let find = |bands| Ranged::find(self.band(), bands, self.control);
+        Ok(self.inputs.attributes.as_ref().map(find).transpose()?)
+    }
+
+    fn named(&self, ranged: Option<&Ranged<'_>>) -> Vec<(&'static str, String)> {
+        provenance::named(self.request, &self.params, self.band(), ranged)
+    }
+
+    /// What the run will need, and what its work dir has of it.
+    fn plan_only(&self) -> Result<Needs, RunError> {
+        let ranged = self.ranged()?;
+        let needs = self.needs(ranged.as_ref())?;
+        let Some(dir) = &self.request.work_dir else { return Ok(needs) };
+        let named = self.named(ranged.as_ref());
+        let finished = finished(dir, self.band(), self.inputs.importance.as_ref(), named)?;
+        let grid = grid(self.band().width(), self.band().height(), &self.params)?;
+        let second = grid.shifted().filter(|_| self.params.passes(grid) == 2);
+        let (tiles, seams) = (grid.len() as u64, second.map_or(0, |grid| grid.len() as u64));
+        Ok(Needs { work_dir: Some(WorkDirState { tiles, seams, finished }), ..needs })
+    }
+
+    /// What the run will need, from a few tiles or from its budget.
+    fn needs(&self, ranged: Option<&Ranged<'_>>) -> Result<Needs, Error> {
+        let expected = match ranged {
+            None => probe(self.band(), self.inputs.importance.as_ref(), &self.params, self.control)?,
+            Some(ranged) => {
+                let temp_dir = self.params.temp_dir.clone();
+                let windows = FieldOptions { temp_dir, choice: Choice::Windows, maps_files: false };
+                let field = ranged.open(self.band(), &windows, self.control)?;
+                probe_field(&field, &self.params, self.control)?
+            }
+        };
+        let goal = &self.params.goal;
+        let by_budget = goal.most_triangles().is_some() && goal.max_rms.is_none() && self.params.tolerance.is_open();
+        let found_by = if by_budget { "by the budget" } else { "at a few tiles" };
+        Ok(Needs::new(found_by, self.estimate(expected), self.plan))
+    }
+
+    fn estimate(&self, expected: Expected) -> Estimate {
+        let (band, density) = (self.band(), expected.samples_per_triangle);
+        let heights = estimate(band, self.inputs.importance.as_ref(), density, self.format);
+        let once = match &self.inputs.attributes {
+            None => heights,
+            Some(a) => heights.with_channels(&a.bands, a.planar, self.format),
+        };
+        // A tile too long is told of later.
+        let (tiles, passes) = grid(band.width(), band.height(), &self.params)
+            .map_or((1, 1), |grid| (grid.len() as u64, self.params.passes(grid)));
+        Estimate { survey_bytes: expected.survey_bytes, ..once.with_tiles(tiles, passes) }
+    }
+
+    fn run(&self) -> Result<Report, RunError> {
+        let start = Instant::now();
+        if self.inputs.attributes.is_some() {
+            // Finding the ranges may take long, so an output that cannot be written is found first.
+            first_look(self.request)?;
+        }
+        let ranged = self.ranged()?;
+        let Inputs { importance, watches, .. } = &self.inputs;
+        let open = |dir: &PathBuf| {
+            let named = self.named(ranged.as_ref());
+            Kept::open(dir, self.band(), importance.as_ref(), watches, named)
+        };
+        let kept = self.request.work_dir.as_ref().map(open).transpose()?;
+        match (self.make(start, ranged.as_ref(), kept.as_ref()), kept) {
+            (Ok(report), None) => Ok(report),
+            (Ok(report), Some(kept)) => {
+                kept.finish(self.warned);
+                Ok(report)
+            }
+            (Err(error), None) => Err(error.into()),
+            (Err(error), Some(kept)) => Err(kept.explain(error)),
+        }
+    }
+
+    /// Makes the output, from the tiles in the work dir and those still to be made.
+    fn make(&self, start: Instant, ranged: Option<&Ranged<'_>>, kept: Option<&Kept>) -> Result<Report, Error> {
+        let (request, params) = (self.request, &self.params);
+        let staged = match kept {
+            Some(kept) => kept.stage(request)?,
+            None => StagedFile::create(&request.output, request.overwrite, &request.inputs())?,
+        };
+        self.check_disks(&staged, kept)?;
+        let partial = staged.partial_path().to_path_buf();
+        // A file that cannot lie beside the output is found before the long run, as the output itself is.
+        let header = provenance::header(request, self.band(), &self.written, ranged);
+        let sink = (self.format.sink)(staged, header, self.written.loss)?;
+        self.warn_of_attributes(ranged);
+        let field = self.field(ranged, &partial)?;
+        let opened = Instant::now();
+        let mesh = match kept {
+            Some(kept) => triangulate_into(&|pass| kept.spool(pass), &field, params, self.control)?,
+            None => triangulate(&field, params, self.control)?,
+        };
+        let unchanged = || self.inputs.watches.iter().try_for_each(|watch| watch.check());
+        unchanged()?;
+        let triangulated = Instant::now();
+        let summary = mesh.write_if(sink, self.control, &|| {
+            unchanged()?;
+            kept.map_or(Ok(()), Kept::committing)
+        })?;
+        self.look(&summary.errors);
+        let seconds = Seconds {
+            total: start.elapsed().as_secs_f64(),
+            open: (opened - start).as_secs_f64(),
+            tiles: (triangulated - opened).as_secs_f64(),
+            write: triangulated.elapsed().as_secs_f64(),
+            threads: mesh.times(),
+        };
+        let sources = Sources {
+            request,
+            format: self.format,
+            band: self.band(),
+            points: self.inputs.points.as_ref().map(|Points { layer, counts, .. }| (layer.as_str(), *counts)),
+            ranged,
+            written: &self.written,
+            continues: kept.is_some(),
+        };
+        Ok(Report::new(&sources, &field, params, self.plan, &summary, seconds, &mesh))
+    }
+
+    /// The samples, readable, with voids filled.
+    fn field(&self, ranged: Option<&Ranged<'_>>, partial: &Path) -> Result<Field, Error> {
+        let (request, temp_dir) = (self.request, &self.params.temp_dir);
+        let maps_files = request.guard.is_some();
+        let options = FieldOptions { temp_dir: temp_dir.clone(), choice: request.access, maps_files };
+        let (band, importance) = (self.band(), self.inputs.importance.as_ref());
+        let field = match ranged {
+            None => Field::open_with_importance(band, importance, &options, self.control)?,
+            Some(ranged) => ranged.open(band, &options, self.control)?,
+        };
+        let field = field.watched(Arc::clone(&self.inputs.watches));
+        let in_place = |f: &&Field| *f.access() == Access::InPlace;
+        // Attributes are bands of the same file.
+        let mapped = [field.each().find(in_place).map(|_| &field), field.importance().filter(in_place)];
+        let mapped: Vec<PathBuf> = mapped.into_iter().flatten().map(|f| f.name().to_path_buf()).collect();
+        if let Some(guard) = request.guard.filter(|_| !mapped.is_empty()) {
+            guard(&mapped, partial).map_err(|source| FieldError::Map { path: band.path().to_path_buf(), source })?;
+        }
+        if request.fill_voids == 0 {
+            return Ok(field);
+        }
+        // This reads samples, perhaps of a mapped file.
+        let voids = HoleOptions {
+            most: request.fill_voids,
+            // Lists that grow leave about as much behind.
+            memory_bytes: self.plan.before_tiles_bytes / 2,
+            temp_dir: temp_dir.clone(),
+        };
+        Ok(field.with_holes_bridged(&voids, self.control)?)
+    }
+
+    /// Looks at the raster once more where the tiles' heights hint at something worth a warning. The output is there
+    /// whatever comes of this.
+    fn look(&self, errors: &ErrorStats) {
+        let has_voids = errors.nodata + errors.bridged > 0;
+        let has_zero_tag = self.band().zero_tag.is_some();
+        let hints = errors.heights.is_some_and(|heights| heights.is_suspicious());
+        let is_flat = self.inputs.attributes.as_ref().is_some_and(|a| a.planar);
+        if has_voids
+            && !is_flat
+            && (hints || has_zero_tag)
+            && let Ok(look) = look(self.band(), self.control)
+        {
+            self.warned.tell_all(&look.warnings(self.band()));
+        }
+    }
+
+    /// Tells of attributes that the output's format does not keep.
+    fn warn_of_attributes(&self, ranged: Option<&Ranged<'_>>) {
+        let Some(ranged) = ranged.filter(|_| self.format.attributes == Attributes::None) else { return };
+        let names = ranged.names();
+        let message = format!(
+            "{} keeps no attributes of vertices: {} are bounded by the error, but not in the file",
+            self.format.title,
+            names.join(", ")
+        );
+        let (file, count) = (self.request.output.clone(), names.len() as u64);
+        self.warned.tell(Warning { code: WarningCode::AttributesLost, file, count, message });
+    }
+
+    /// Refuses what the disks cannot hold. A few tiles are only tried where the densest mesh would not fit.
+    fn check_disks(&self, staged: &StagedFile, kept: Option<&Kept>) -> Result<(), Error> {
+        let output_folder = staged.partial_path().parent().unwrap_or(Path::new("."));
+        let temp_dir = self.params.temp_dir.as_path();
+        let (tiles, there) = kept.map_or((temp_dir, 0), |kept| (kept.path(), kept.chunk_bytes()));
+        let check = |estimate: Estimate| {
+            check_disk(&[
+                DiskUse { what: "decoded samples", folder: temp_dir, bytes: estimate.field_bytes },
+                DiskUse { what: "what tiles tell under a goal", folder: temp_dir, bytes: estimate.survey_bytes },
+                DiskUse { what: "finished tiles", folder: tiles, bytes: estimate.spool_bytes.saturating_sub(there) },
+                DiskUse { what: "the output", folder: output_folder, bytes: estimate.output_bytes },
+            ])
+        };
+        if check(self.estimate(Expected::densest(DENSEST, self.band().samples(), &self.params))).is_ok() {
+            return Ok(());
+        }
+        let ranged = self.ranged()?;
+        Ok(check(self.needs(ranged.as_ref())?.estimate)?)
+    }
+}
+
+/// Finds an output that cannot be written. A work dir may have one of its own there.
+fn first_look(request: &Request<'_>) -> Result<(), RunError> {
+    let overwrite = request.overwrite || request.work_dir.is_some();
+    Ok(StagedFile::check(&request.output, overwrite, &request.inputs())?)
+}
+
+fn all_cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+#[cfg(feature = "gdal")]
+fn bound_cache(bytes: u64) {
+    crate::raster::bound_gdal_cache(bytes);
+}
+
+#[cfg(not(feature = "gdal"))]
+fn bound_cache(_: u64) {}
