@@ -3,6 +3,7 @@
 
 pub mod channels;
 pub mod control;
+mod coordinate_frame;
 pub mod decimal;
 pub mod durable;
 pub mod exact;
@@ -17,6 +18,7 @@ mod validity;
 pub mod warning;
 mod window;
 
+pub use coordinate_frame::CoordinateFrame;
 pub use geo_transform::GeoTransform;
 pub use tile::{Heights, Tile};
 pub(crate) use tile::{PADDING, padded};

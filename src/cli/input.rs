@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use super::clip::ClipArgs;
 use super::cutline::CutlineArgs;
 use super::values;
+use crate::formats::{OptionName, RunOption};
 use crate::raster::{Encoding, Raster, ValidRange, View, exact_marks};
 
 /// A view of the raster's heights, in words.
@@ -68,11 +69,13 @@ impl InputArgs {
     }
 
     /// What of this stands in the mesh's header: what `verify` must be given, too, but for the window.
-    pub(super) fn comments(&self) -> Vec<String> {
-        let encoding = self.encoding.and_then(|e| e.to_possible_value()).map(|e| format!("encoding {}", e.get_name()));
-        let options = self.open_options.iter().map(|option| format!("open option {option}"));
-        let nodata = self.nodata.iter().map(|value| format!("nodata {value}"));
-        let valid = self.valid_range.map(|v| format!("valid range {},{}", v.min, v.max));
-        encoding.into_iter().chain(options).chain(nodata).chain(valid).collect()
+    pub(super) fn options(&self) -> impl Iterator<Item = RunOption> {
+        let encoding = self.encoding.and_then(|e| e.to_possible_value());
+        let encoding = encoding.map(|e| RunOption::new(OptionName::Encoding, e.get_name()));
+        let options = self.open_options.iter().map(|option| RunOption::new(OptionName::OpenOption, option));
+        let nodata = self.nodata.iter().map(|value| RunOption::new(OptionName::Nodata, value));
+        let valid = self.valid_range;
+        let valid = valid.map(|v| RunOption::new(OptionName::ValidRange, format!("{},{}", v.min, v.max)));
+        encoding.into_iter().chain(options).chain(nodata).chain(valid)
     }
 }

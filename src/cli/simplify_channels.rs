@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::base::channels::{Channel, Ranges};
 use crate::base::control::Control;
 use crate::field::{ChannelOptions, Field, FieldError, FieldOptions, find_ranges};
+use crate::formats::{OptionName, RunOption};
 use crate::kernel::measure::{ErrorStats, WeightedStats};
 use crate::raster::{Raster, channels, exact};
 
@@ -50,12 +51,17 @@ impl Extended {
         ]
     }
 
+    /// What the channels are called in files.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.channels.iter().map(|channel| channel.name.as_str())
+    }
+
     /// What the file says of itself: what `verify` has to be told.
-    pub(super) fn comment(&self) -> String {
+    pub(super) fn option(&self) -> RunOption {
         let ChannelOptions { bands, emphasis, planar } = &self.options;
         let bands: Vec<String> = bands.iter().map(usize::to_string).collect();
         let planar = if *planar { ", planar" } else { "" };
-        format!("channels {}, emphasis {emphasis}{planar}", bands.join(","))
+        RunOption::new(OptionName::Attributes, format!("{}, emphasis {emphasis}{planar}", bands.join(",")))
     }
 
     pub(super) fn report(&self, errors: &ErrorStats) -> ChannelReport {

@@ -15,7 +15,7 @@ use crate::base::control::Control;
 use crate::base::lattice::{Point, orient};
 use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions};
-use crate::formats::PlySink;
+use crate::formats::{Header, PlySink};
 use crate::kernel::measure::{Bare, Bound, measure};
 use crate::kernel::triangulate::insertion::{DataDependent, InsertionOptions, Key, Swap};
 use crate::raster::{PointSet, Raster};
@@ -39,7 +39,7 @@ impl Scene {
         let raster = Raster::open(&dem, 1).expect("opens");
         let field = Field::open(&raster, &FieldOptions::default(), &Control::default()).expect("a field");
         let mesh = triangulate(&field, &testing::in_memory(params), &Control::default())?;
-        let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
+        let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), Header::default());
         let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
         let max_error = allowed(&mesh, &summary, params);
         let options = VerifyOptions { max_error, importance: None, temp_dir: Some(folder.path().to_path_buf()) };

@@ -15,6 +15,8 @@ mod mesh;
 mod pool;
 mod probe;
 mod shifted;
+#[cfg(test)]
+mod sink_tests;
 pub mod spool;
 mod tiles;
 pub mod work_dir;

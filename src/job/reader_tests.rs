@@ -13,7 +13,7 @@ use crate::base::Window;
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::field::{Choice, Field, FieldOptions};
-use crate::formats::PlySink;
+use crate::formats::{Header, PlySink};
 use crate::raster::{Mark, Raster, SampleType, View, plain_layout};
 use crate::testing;
 use crate::verify::{VerifyOptions, verify};
@@ -222,7 +222,7 @@ fn largest_errors_agree(raster: &Raster, folder: &Path, importance: Option<&Rast
         mesh => mesh.expect("a mesh"),
     };
     let staged = StagedFile::create(&output, true, &[]).expect("staged");
-    let summary = mesh.write(Box::new(PlySink::new(staged, &[])), &control).expect("written");
+    let summary = mesh.write(Box::new(PlySink::new(staged, Header::default())), &control).expect("written");
     let options = VerifyOptions { max_error: tolerance, importance, temp_dir: None };
     let verdict = verify(raster, &output, &options, &control).expect("judged");
     assert!(verdict.passes(), "{verdict}");

@@ -13,7 +13,7 @@ use crate::base::Window;
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::base::warning::Warning;
-use crate::formats::ply::read::PlyFile;
+use crate::formats::{self, MeshReader};
 use crate::raster::Raster;
 
 use super::canvas::Canvas;
@@ -59,7 +59,7 @@ pub fn preview(
     let mut job = Job {
         light: Light::over(&raster, options.exaggeration),
         view: View::fit(window, options.size),
-        mesh: PlyFile::open(mesh)?,
+        mesh: formats::open(mesh, None, &control.cancel)?,
         raster,
         options,
         control,
@@ -93,7 +93,7 @@ fn check(options: &PreviewOptions) -> Result<(), PreviewError> {
 
 struct Job<'a> {
     raster: Raster,
-    mesh: PlyFile,
+    mesh: Box<dyn MeshReader>,
     view: View,
     light: Light,
     options: &'a PreviewOptions,
@@ -109,7 +109,7 @@ impl Job<'_> {
         let mut edges = if with_edges { Edges::new(self.view) } else { None };
         let transform = self.raster.geo_transform();
         let triangles =
-            for_each_triangle(&mut self.mesh, &[], &transform, self.view.window, self.control, |triangle| {
+            for_each_triangle(self.mesh.as_mut(), &[], &transform, self.view.window, self.control, |triangle| {
                 shading.draw(triangle, &self.light);
                 edges.iter_mut().for_each(|e| e.draw(triangle));
             })?;
@@ -123,9 +123,10 @@ impl Job<'_> {
     fn coloured(&mut self) -> Result<Drawn, PreviewError> {
         let mut gouraud = Gouraud::new(self.view);
         let (transform, window) = (self.raster.geo_transform(), self.view.window);
-        let triangles = for_each_triangle(&mut self.mesh, &COLOURS, &transform, window, self.control, |triangle| {
-            gouraud.draw(triangle);
-        })?;
+        let triangles =
+            for_each_triangle(self.mesh.as_mut(), &COLOURS, &transform, window, self.control, |triangle| {
+                gouraud.draw(triangle);
+            })?;
         Ok((gouraud.finish(), triangles, None))
     }
 
@@ -134,7 +135,7 @@ impl Job<'_> {
         let mut deviation = Deviation::new(self.view, samples);
         let transform = self.raster.geo_transform();
         let triangles =
-            for_each_triangle(&mut self.mesh, &[], &transform, self.view.window, self.control, |triangle| {
+            for_each_triangle(self.mesh.as_mut(), &[], &transform, self.view.window, self.control, |triangle| {
                 deviation.draw(triangle);
             })?;
         let tolerance = self.options.max_error;

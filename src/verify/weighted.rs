@@ -2,7 +2,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::base::control::{Control, Stage};
-use crate::formats::ply::read::PlyFile;
+use crate::formats::MeshReader;
 use crate::raster::{Raster, channels};
 
 use super::VerifyError;
@@ -87,7 +87,7 @@ const TASKS: usize = 32;
 /// looked for. Memory use is constant: the sort's 16 MiB, a [`ValuedStore`], and bands of 8 MiB in all.
 pub(super) fn judge_weighted(
     raster: &Raster,
-    mesh: &mut PlyFile,
+    mesh: &mut dyn MeshReader,
     tolerance: f64,
     options: &WeightedOptions,
     scratch: &Scratch,
@@ -121,7 +121,7 @@ pub(super) fn judge_weighted(
 
 /// The faces that touch samples, by first row. Faces without an area or a place are told of by others.
 fn sorted_faces<'s>(
-    mesh: &mut PlyFile,
+    mesh: &mut dyn MeshReader,
     store: &mut ValuedStore<'_>,
     grid: &Grid,
     scratch: &'s Scratch,

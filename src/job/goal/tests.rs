@@ -7,7 +7,7 @@ use super::super::{Budget, EngineChoice, Error, Goal, Mesh, Params, Quality, Sum
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions};
-use crate::formats::PlySink;
+use crate::formats::{Header, PlySink};
 use crate::kernel::triangulate::cuts::Cuts;
 use crate::kernel::triangulate::insertion::{DataDependent, InsertionOptions, Selection, Swap};
 use crate::raster::{PointSet, Raster};
@@ -27,7 +27,7 @@ fn made(width: usize, height: usize, heights: &[f64], params: &Params) -> (Mesh,
     let raster = Raster::open(&dem, 1).expect("opens");
     let field = Field::open(&raster, &FieldOptions::default(), &Control::default()).expect("a field");
     let mesh = triangulate(&field, &testing::in_memory(params), &Control::default()).expect("a mesh");
-    let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
+    let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), Header::default());
     let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
     // What was measured is rounded.
     let max_error = if mesh.outcome().is_some_and(|o| o.ended_by.is_none()) && params.max_error.is_finite() {

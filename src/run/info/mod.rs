@@ -12,6 +12,7 @@ pub use estimate::{DENSEST, Estimate, SAMPLES_PER_TRIANGLE, estimate};
 
 use crate::base::tiling::TileGrid;
 use crate::field::suits_windows;
+use crate::formats::FORMATS;
 use crate::job::{DEFAULT_TILE, Load, Plan, default_budget};
 use crate::raster::{Encoding, Look, Mark, Raster, RasterError, Reference, SampleType, ValidRange, plain_layout};
 
@@ -126,7 +127,7 @@ impl Info {
             mapped_in_place,
             not_in_place_because,
             read_by_windows: !mapped_in_place && suits_windows(raster),
-            estimate: estimate(raster, None, SAMPLES_PER_TRIANGLE),
+            estimate: estimate(raster, None, SAMPLES_PER_TRIANGLE, FORMATS[0]),
             memory: Plan::new(default_budget(), &Load::of(raster, grid), threads).ok(),
         })
     }
