@@ -30,16 +30,22 @@ demo: setup
 	$(CARGO) build --release --locked
 	@scripts/demo.sh
 
+# Simplifies and verifies an array with the library alone: no GDAL, no command.
+CORE_TEST = $(CARGO) run --locked --profile test --no-default-features --example array -- target/tmp/array.ply
+
 test: setup
 	$(CARGO) test --locked
+	$(CORE_TEST)
 
 # The same tests: random ones with four times the cases and more, and rasters of several tiles where one does.
 test-long: setup
 	TERRABITE_LONG_TESTS=1 $(CARGO) test --locked
+	$(CORE_TEST)
 
 check: setup
 	$(CARGO) fmt --check
 	$(CARGO) clippy --locked --all-targets -- -D warnings
+	$(CARGO) clippy --locked --no-default-features --lib --example array -- -D warnings
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --no-deps
 
 bench: setup

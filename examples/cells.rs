@@ -9,6 +9,7 @@ use std::path::Path;
 
 use terrabite::base::Window;
 use terrabite::raster::Raster;
+use terrabite::verify::HeightReader;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().collect();
@@ -20,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let raster = Raster::open(Path::new(input), 1)?;
     let (width, height) = (raster.width(), raster.height());
     let mut heights = vec![0.0; width * height];
-    raster.read_valid_heights(Window { column: 0, row: 0, width, height }, &mut heights)?;
+    HeightReader::new(&raster.to_band()?).read(Window { column: 0, row: 0, width, height }, &mut heights)?;
 
     // Where rows run south on the map, the way around a cell by left, lower, right, upper side is counter-clockwise.
     let mirrored = raster.geo_transform().determinant() > 0.0;

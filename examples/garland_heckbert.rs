@@ -40,7 +40,7 @@ fn main() -> Outcome<()> {
 
 fn load(path: &str) -> Outcome<Tile> {
     let raster = Raster::open(Path::new(path), 1)?;
-    let field = Field::open(&raster, &FieldOptions::default(), &Control::default())?;
+    let field = Field::open(&raster.to_band().expect("a band"), &FieldOptions::default(), &Control::default())?;
     let mut tile = Tile::default();
     field.load(Window { column: 0, row: 0, width: field.width(), height: field.height() }, &mut tile)?;
     Ok(tile)

@@ -40,7 +40,7 @@ fn main() -> Outcome<()> {
     let tuning = Tuning { min_angle, strong_edges: argument(8) == Some("strong"), ..Tuning::default() };
 
     let raster = Raster::open(Path::new(raster), 1)?;
-    let field = Field::open(&raster, &FieldOptions::default(), &Control::default())?;
+    let field = Field::open(&raster.to_band().expect("a band"), &FieldOptions::default(), &Control::default())?;
     let grid = TileGrid::new(field.width(), field.height(), tile);
     let (mut samples, mut scratch) = (Tile::default(), Scratch::default());
     let (mut engine, mut inserter) = (Default::default(), Default::default());

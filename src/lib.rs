@@ -85,15 +85,18 @@
 //! [`raster::keep_gdal_warnings`] also keeps its warnings, for [`raster::take_gdal_warnings`].
 
 pub mod base;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod field;
 pub mod formats;
-#[cfg(any(test, feature = "fuzzing"))]
+#[cfg(all(any(test, feature = "fuzzing"), feature = "gdal"))]
 #[doc(hidden)]
 pub mod fuzzing;
 pub mod job;
 pub mod kernel;
+#[cfg(feature = "gdal")]
 pub mod preview;
+#[cfg(feature = "gdal")]
 pub mod raster;
 pub mod run;
 pub mod synth;

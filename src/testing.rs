@@ -35,3 +35,11 @@ pub(crate) fn in_memory(params: &Params) -> Params {
 fn the_long_tests_are_asked_for_by_name() {
     assert_eq!(cases(3, 40).cases, if is_long() { 40 } else { 3 });
 }
+
+/// A band of a raster, from 1.
+///
+/// # Panics
+/// If it cannot be opened.
+pub(crate) fn band(path: &std::path::Path, number: usize) -> crate::base::Band {
+    crate::raster::Raster::open(path, number).and_then(|raster| raster.to_band()).expect("a raster")
+}

@@ -12,6 +12,19 @@
 
 use std::borrow::Cow;
 
+use super::Band;
+
+/// Bands that are channels, and what they count.
+#[derive(Debug, Clone)]
+pub struct ChannelBands {
+    /// The bands, in the order in which they are written.
+    pub bands: Vec<Band>,
+    /// From 0 (only the heights count) to 1 (only the channels).
+    pub emphasis: f64,
+    /// The raster is an image without heights: they are 0 everywhere.
+    pub planar: bool,
+}
+
 /// A channel as files name it.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Channel {

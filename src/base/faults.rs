@@ -8,8 +8,7 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use signal_hook::consts::{SIGKILL, SIGSTOP};
-use signal_hook::low_level::raise;
+use rustix::process::{Signal, getpid, kill_process};
 
 /// The moments of a run that can be chosen, in the order of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,7 +73,7 @@ impl Point {
 
 #[derive(Debug)]
 struct Fault {
-    signal: i32,
+    signal: Signal,
     point: Point,
     left: AtomicU64,
 }
@@ -86,7 +85,7 @@ pub fn reach(point: Point) {
     let Some(fault) = FAULT.get_or_init(from_environment) else { return };
     if fault.point == point && fault.left.fetch_sub(1, Ordering::Relaxed) == 1 {
         // A process may end and halt itself: this fails for signals that do not exist.
-        let _ = raise(fault.signal);
+        let _ = kill_process(getpid(), fault.signal);
     }
 }
 
@@ -112,8 +111,8 @@ fn from_environment() -> Option<Fault> {
 fn parse(text: &str) -> Option<Fault> {
     let mut words = text.split(':');
     let signal = match words.next()? {
-        "kill" => SIGKILL,
-        "stop" => SIGSTOP,
+        "kill" => Signal::KILL,
+        "stop" => Signal::STOP,
         _ => return None,
     };
     let name = words.next()?;
@@ -129,7 +128,7 @@ mod tests {
     #[test]
     fn actions_points_and_counts() {
         let fault = parse("kill:chunk-written:7").unwrap();
-        assert_eq!((fault.signal, fault.point, fault.left.into_inner()), (SIGKILL, Point::ChunkWritten, 7));
+        assert_eq!((fault.signal, fault.point, fault.left.into_inner()), (Signal::KILL, Point::ChunkWritten, 7));
         for wrong in ["", "kill", "kill:tile-begun", "kill:tile-begun:0", "kill:nowhere:1", "stop:tile-begun:1:2"] {
             assert!(parse(wrong).is_none(), "{wrong}");
         }

@@ -1,16 +1,25 @@
 //! The vocabulary of everything above: tiles of samples, places, meshes, exact arithmetic, control, warnings, files that
 //! are written whole. Nothing here imports another folder of the house.
 
+mod band;
 pub mod channels;
 pub mod control;
 mod coordinate_frame;
+mod cutline;
 pub mod decimal;
 pub mod durable;
 pub mod exact;
 pub mod faults;
-mod geo_transform;
+mod files;
+mod georef;
+mod identity;
 pub mod lattice;
+mod memory;
 pub mod mesh;
+mod naming;
+mod points;
+mod raster_error;
+mod sample;
 pub mod staged;
 mod tile;
 pub mod tiling;
@@ -18,9 +27,22 @@ mod validity;
 pub mod warning;
 mod window;
 
+pub use band::{Band, PlainLayout, Windows};
 pub use coordinate_frame::CoordinateFrame;
-pub use geo_transform::GeoTransform;
+pub use cutline::{Cutline, Polygon};
+pub use files::{FileState, Files, Watch};
+pub use georef::{GeoTransform, Reference};
+pub use identity::{exact_double, exact_marks, identity};
+pub use naming::channels_of;
+pub use points::PointSet;
+#[cfg(feature = "gdal")]
+pub(crate) use points::key;
+pub use raster_error::RasterError;
+#[cfg(feature = "gdal")]
+pub(crate) use raster_error::SILENT;
+pub use sample::{Encoding, Mark, Marks, NEARNESS, NO_MARK, SampleType, Scaling, TAG, ValidRange};
+pub(crate) use sample::{stored, with_sample_type};
 pub use tile::{Heights, Tile};
 pub(crate) use tile::{PADDING, padded};
-pub use validity::{Cell, Validity};
+pub use validity::{Cell, NEAR_VOID, Validity};
 pub use window::Window;

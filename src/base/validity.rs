@@ -2,6 +2,10 @@
 
 use crate::base::Window;
 
+/// How far from a void, a missing sample, a sample is *near* it, in columns and rows: interpolation of other programs mixes voids
+/// and heights so far.
+pub const NEAR_VOID: usize = 3;
+
 /// Which samples of a window are heights, and which of those one sample around it: neighbours see the same ground on
 /// both sides of their common line. Samples of bridged holes count as valid.
 ///

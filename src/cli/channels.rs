@@ -1,9 +1,10 @@
 use std::path::Path;
 
 use super::{Failure, values};
+use crate::base::RasterError;
+use crate::base::channels::ChannelBands;
 use crate::base::control::CancelToken;
-use crate::field::ChannelOptions;
-use crate::raster::{Raster, RasterError, View, ViewError};
+use crate::raster::{Raster, View, ViewError};
 
 /// Further bands beside the heights, as `simplify` and `verify` take them.
 #[derive(Debug, clap::Args)]
@@ -34,14 +35,14 @@ impl ChannelArgs {
         path: &Path,
         view: View,
         cancel: &CancelToken,
-    ) -> Result<(Raster, Option<ChannelOptions>), Failure> {
+    ) -> Result<(Raster, Option<ChannelBands>), Failure> {
         let listed = self.channels.as_ref().map(|bands| bands.0.clone());
         if !self.planar {
             let Some(bands) = listed else { return Ok((view.open(path, cancel)?, None)) };
             // Who names channels knows which bands there are.
             let raster = View { accept_pictures: true, ..view }.open(path, cancel)?;
             let emphasis = self.emphasis.unwrap_or(DEFAULT_EMPHASIS);
-            return checked(raster, ChannelOptions { bands, emphasis, planar: false });
+            return with_bands(raster, &bands, emphasis, false);
         }
         let first = listed.as_ref().map_or(1, |bands| bands[0]);
         let raster = View { band: Some(first), ..view }.open(path, cancel).map_err(|error| match error {
@@ -55,14 +56,19 @@ impl ChannelArgs {
             })?;
         }
         let bands = listed.unwrap_or_else(|| (1..=raster.band_count()).collect());
-        checked(raster, ChannelOptions { bands, emphasis: 1.0, planar: true })
+        with_bands(raster, &bands, 1.0, true)
     }
 }
 
-/// Finds bands that cannot be used at once.
-fn checked(raster: Raster, options: ChannelOptions) -> Result<(Raster, Option<ChannelOptions>), Failure> {
-    options.open(&raster).map_err(in_channels)?;
-    Ok((raster, Some(options)))
+/// The raster with its channels, whose bands are opened at once.
+fn with_bands(
+    raster: Raster,
+    bands: &[usize],
+    emphasis: f64,
+    planar: bool,
+) -> Result<(Raster, Option<ChannelBands>), Failure> {
+    let bands = raster.other_bands(bands).map_err(in_channels)?;
+    Ok((raster, Some(ChannelBands { bands, emphasis, planar })))
 }
 
 /// Of an error in a band that --channels names.

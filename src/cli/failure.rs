@@ -1,6 +1,7 @@
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
+use crate::base::RasterError;
 use crate::base::control::Cancelled;
 use crate::base::decimal::Decimal;
 use crate::base::staged::OutputError;
@@ -10,7 +11,8 @@ use crate::job::Error;
 use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
 use crate::preview::PreviewError;
-use crate::raster::{CutlineError, LookError, PointsError, RasterError, ViewError};
+use crate::raster::{CutlineError, PointsError, ViewError};
+use crate::run::look::LookError;
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
 

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::{Failure, values};
-use crate::raster::{Raster, RasterError};
+use crate::base::RasterError;
+use crate::raster::Raster;
 
 /// Where the weights of errors come from.
 #[derive(Debug, clap::Args)]
@@ -32,7 +33,7 @@ impl ImportanceArgs {
             }
         })?;
         let importance = raster.clip_alike(importance)?;
-        raster.same_grid(&importance)?;
+        raster.to_band()?.same_grid(&importance.to_band()?)?;
         Ok(Some(importance))
     }
 

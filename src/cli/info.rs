@@ -13,9 +13,11 @@ use super::warnings::Shown;
 use super::{Failure, GDAL_CACHE, print, warnings};
 use crate::base::decimal::Decimal;
 use crate::base::warning::{Warning, WarningCode};
+use crate::base::{RasterError, Reference};
 use crate::job::Plan;
-use crate::raster::{Raster, RasterError, Reference, View, bound_gdal_cache, look};
+use crate::raster::{Raster, View, bound_gdal_cache};
 use crate::run::info::Info;
+use crate::run::look::look;
 
 /// Describe a raster, and what simplifying it will need
 #[derive(Debug, clap::Args)]
@@ -76,8 +78,9 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
     let info = if !args.look.is_wanted(samples) {
         info
     } else {
-        let look = look(&raster, &bars.control())?;
-        warnings::collect(look.warnings(&raster));
+        let band = raster.to_band()?;
+        let look = look(&band, &bars.control())?;
+        warnings::collect(look.warnings(&band));
         info.with_look(&look)
     };
     drop(bars);

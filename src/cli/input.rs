@@ -6,8 +6,9 @@ use clap::ValueEnum;
 use super::clip::ClipArgs;
 use super::cutline::CutlineArgs;
 use super::values;
+use crate::base::{Encoding, ValidRange, exact_marks};
 use crate::formats::{OptionName, RunOption};
-use crate::raster::{Encoding, Raster, ValidRange, View, exact_marks};
+use crate::raster::{Raster, View};
 
 /// A view of the raster's heights, in words.
 #[derive(Debug, clap::Args)]

@@ -1,9 +1,14 @@
-//! Ctrl-C and termination: the first asks the run to stop and clean up, the second ends the process at once.
+//! Ctrl-C and termination: the first asks the run to stop and clean up, the second ends the process at once. And mapped
+//! files that are truncated while they are in use.
 
+use std::ffi::CString;
+use std::io;
+use std::os::unix::ffi::OsStrExt;
+use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicI32, Ordering};
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGBUS, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
@@ -43,4 +48,24 @@ pub(super) fn exit_code() -> u8 {
         0 => 1,
         signal => 128 + signal as u8,
     }
+}
+
+/// From now on, a mapped file that loses bytes while they are being read ends this process with exit code 1 and
+/// `message` on standard error instead of a bare SIGBUS; `partial`, the unfinished output, is removed first. May be called once per process.
+///
+/// # Errors
+/// What the system says; a NUL byte in the path.
+#[allow(unsafe_code)]
+pub(super) fn exit_on_truncation(message: &str, partial: &Path) -> io::Result<()> {
+    let message = format!("{message}\n").into_bytes();
+    let partial = CString::new(partial.as_os_str().as_bytes())?;
+    let end = move || {
+        // Nobody is left to be told that this failed.
+        let _ = rustix::io::write(rustix::stdio::stderr(), &message);
+        let _ = rustix::fs::unlink(partial.as_c_str());
+        signal_hook::low_level::exit(1);
+    };
+    // SAFETY: the action makes three system calls that are safe in a signal handler (write, unlink, _exit), allocates
+    // nothing, takes no lock and does not return.
+    unsafe { signal_hook::low_level::register(SIGBUS, end) }.map(|_| ())
 }

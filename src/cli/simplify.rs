@@ -18,24 +18,24 @@ use super::simplify_map::{MapArgs, MapReport, Written};
 use super::simplify_polish::PolishArgs;
 use super::simplify_report::{Needs, Report, Seconds};
 use super::warnings::Shown;
-use super::{Failure, output_format, print, values, warnings};
+use super::{Failure, output_format, print, signals, values, warnings};
+use crate::base::RasterError;
+use crate::base::channels::ChannelBands;
 use crate::base::control::Control;
 use crate::base::staged::{OutputError, StagedFile};
 use crate::base::warning::{Warning, WarningCode};
-use crate::field::{
-    Access, ChannelOptions, Choice, Field, FieldError, FieldOptions, HoleOptions, exit_on_truncation, may_have_holes,
-};
+use crate::base::{Band, Watch};
+use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions, may_have_holes};
 use crate::formats::{self, Attributes, Crs, FORMATS, Format, Header, Heights, OptionName, RunOption};
+use crate::job::plan::{DENSEST, Estimate, estimate};
 use crate::job::{
     DEFAULT_TILE, DiskUse, Error, Expected, Goal, Load, Params, Plan, Quality, VertexHeights, check_disk,
     default_budget, grid, probe, probe_field, triangulate, triangulate_into,
 };
 use crate::kernel::measure::ErrorStats;
 use crate::kernel::triangulate::Feasibility;
-use crate::raster::{
-    PointSource, Points, PointsError, Raster, RasterError, Watch, bound_gdal_cache, look, read_points,
-};
-use crate::run::info::{DENSEST, Estimate, estimate};
+use crate::raster::{FileWatch, PointSource, Points, PointsError, Raster, bound_gdal_cache, read_points};
+use crate::run::look::look;
 
 /// Turn a raster into a mesh that is within a tolerance of every sample
 #[derive(Debug, clap::Args)]
@@ -212,25 +212,26 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         }
     }
     warnings::collect(raster.warnings().iter().cloned());
-    let bands = channels.as_ref().map(|c| c.open(&raster)).transpose()?.unwrap_or_default();
     let importance = args.importance.open(&raster)?;
     warnings::collect(importance.iter().flat_map(Raster::warnings).cloned());
     let watches = args.watches(&raster, importance.as_ref())?;
+    let band = raster.to_band()?;
+    let importance = importance.as_ref().map(Raster::to_band).transpose()?;
     let grid = grid(raster.width(), raster.height(), &params)?;
     let points = args.read_points(&raster, &control)?;
     params.points = points.as_ref().map(|p| p.set.clone());
     let wanted = args.threads.map_or_else(default_threads, NonZeroUsize::get);
     let budget = args.memory.unwrap_or_else(default_budget);
     let load = Load {
-        raster: &raster,
+        band: &band,
         importance: importance.as_ref(),
-        channels: &bands,
+        channels: channels.as_ref().map_or(&[], |c| &c.bands),
         grid,
         engine: params.engine,
         quality: params.quality,
         trim: params.trim,
         points: params.points.as_ref().map_or(0, |p| p.len()),
-        holes: args.fill_holes > 0 && may_have_holes(&raster).map_err(Error::from)?,
+        holes: args.fill_holes > 0 && may_have_holes(&band),
     };
     let plan = Plan::new(budget, &load, wanted).map_err(Error::from)?;
     bound_gdal_cache(plan.cache_bytes);
@@ -258,9 +259,9 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         format,
         args,
         raster,
+        band,
         watches,
         channels,
-        bands,
         importance,
         params,
         points,
@@ -355,13 +356,14 @@ impl SimplifyArgs {
     }
 
     /// Watches everything that is read from here on: no sample, point or polygon has been read yet.
-    fn watches(&self, raster: &Raster, importance: Option<&Raster>) -> Result<Arc<[Watch]>, RasterError> {
+    fn watches(&self, raster: &Raster, importance: Option<&Raster>) -> Result<Arc<[Box<dyn Watch>]>, RasterError> {
         if self.dry_run {
             return Ok(Arc::default());
         }
-        let rasters = [Some(raster), importance].into_iter().flatten().map(Watch::new);
+        let boxed = |watch: FileWatch| Box::new(watch) as Box<dyn Watch>;
+        let rasters = [Some(raster), importance].into_iter().flatten().map(|r| FileWatch::new(r).map(boxed));
         let layers = [self.input_args.cutline.cutline.as_ref(), self.points.as_ref()].into_iter().flatten();
-        rasters.chain(layers.map(|path| Ok(Watch::layer(path)))).collect()
+        rasters.chain(layers.map(|path| Ok(boxed(FileWatch::layer(path))))).collect()
     }
 
     /// Finds an output that cannot be written. A work dir may have one of its own there.
@@ -389,11 +391,10 @@ struct Job<'a> {
     format: &'static Format,
     args: &'a SimplifyArgs,
     raster: Raster,
-    watches: Arc<[Watch]>,
-    channels: Option<ChannelOptions>,
-    /// The channels' bands.
-    bands: Vec<Raster>,
-    importance: Option<Raster>,
+    band: Band,
+    watches: Arc<[Box<dyn Watch>]>,
+    channels: Option<ChannelBands>,
+    importance: Option<Band>,
     params: Params,
     points: Option<Points>,
     plan: Plan,
@@ -404,11 +405,12 @@ impl Job<'_> {
     /// What the run will need, from a few tiles or from its budget.
     fn needs(&self) -> Result<Needs, Error> {
         let expected = match &self.channels {
-            None => probe(&self.raster, self.importance.as_ref(), &self.params, self.control)?,
+            None => probe(&self.band, self.importance.as_ref(), &self.params, self.control)?,
             Some(options) => {
-                let extended = Extended::find(&self.raster, options, self.control)?;
-                let windows = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: Choice::Windows };
-                let field = extended.open(&self.raster, &windows, self.control)?;
+                let extended = Extended::find(&self.band, options, self.control)?;
+                let windows =
+                    FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: Choice::Windows, maps_files: false };
+                let field = extended.open(&self.band, &windows, self.control)?;
                 probe_field(&field, &self.params, self.control)?
             }
         };
@@ -424,10 +426,10 @@ impl Job<'_> {
 
     fn estimate(&self, expected: Expected) -> Estimate {
         let density = expected.samples_per_triangle;
-        let heights = estimate(&self.raster, self.importance.as_ref(), density, self.format);
+        let heights = estimate(&self.band, self.importance.as_ref(), density, self.format);
         let once = match &self.channels {
             None => heights,
-            Some(options) => heights.with_channels(&self.bands, options.planar, self.format),
+            Some(options) => heights.with_channels(&options.bands, options.planar, self.format),
         };
         // A tile too long is told of later.
         let (tiles, passes) = grid(self.raster.width(), self.raster.height(), &self.params)
@@ -440,7 +442,7 @@ impl Job<'_> {
     fn extended(&self) -> Result<Option<Extended>, Error> {
         let Some(options) = &self.channels else { return Ok(None) };
         self.args.first_look()?;
-        Ok(Some(Extended::find(&self.raster, options, self.control)?))
+        Ok(Some(Extended::find(&self.band, options, self.control)?))
     }
 
     /// The most samples of a hole that is bridged, if any is.
@@ -455,8 +457,7 @@ impl Job<'_> {
         named.extend(self.args.input_args.named(&self.raster));
         named.extend(self.fill_holes().map(|most| ("fill holes", most.to_string())));
         named.extend(extended.iter().flat_map(Extended::named));
-        let open =
-            |dir: &PathBuf| Kept::open(dir, &self.raster, self.importance.as_ref(), &self.watches, named.clone());
+        let open = |dir: &PathBuf| Kept::open(dir, &self.band, self.importance.as_ref(), &self.watches, named.clone());
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
         match (self.make(start, extended.as_ref(), kept.as_ref()), kept) {
             (Ok(report), None) => Ok(report),
@@ -492,10 +493,11 @@ impl Job<'_> {
         // A file that cannot lie beside the output is found before the long run, as the output itself is.
         let sink = (self.format.sink)(staged, self.header(extended), self.written.loss)?;
         self.warn_of_attributes(extended);
-        let options = FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: args.access.into() };
+        let options =
+            FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: args.access.into(), maps_files: true };
         let field = match extended {
-            None => Field::open_with_importance(&self.raster, self.importance.as_ref(), &options, self.control)?,
-            Some(extended) => extended.open(&self.raster, &options, self.control)?,
+            None => Field::open_with_importance(&self.band, self.importance.as_ref(), &options, self.control)?,
+            Some(extended) => extended.open(&self.band, &options, self.control)?,
         }
         .watched(self.watches.clone());
         let holes = HoleOptions {
@@ -510,7 +512,7 @@ impl Job<'_> {
         let mapped: Vec<String> = mapped.into_iter().flatten().map(|f| f.name().display().to_string()).collect();
         if !mapped.is_empty() {
             let message = format!("error: {}: the file was truncated while it was in use", mapped.join(" or "));
-            exit_on_truncation(&message, &partial)
+            signals::exit_on_truncation(&message, &partial)
                 .map_err(|source| FieldError::Map { path: args.input.clone(), source })?;
         }
         // What follows reads samples, perhaps of a mapped file.
@@ -520,10 +522,10 @@ impl Job<'_> {
             Some(kept) => triangulate_into(&|grid, pass| kept.spool(grid, pass), &field, &self.params, self.control)?,
             None => triangulate(&field, &self.params, self.control)?,
         };
-        self.watches.iter().try_for_each(Watch::check)?;
+        self.watches.iter().try_for_each(|watch| watch.check())?;
         let triangulated = Instant::now();
         let summary = mesh.write_if(sink, self.control, &|| {
-            self.watches.iter().try_for_each(Watch::check)?;
+            self.watches.iter().try_for_each(|watch| watch.check())?;
             kept.map_or(Ok(()), Kept::committing)
         })?;
         self.look(&summary.errors);
@@ -565,9 +567,9 @@ impl Job<'_> {
         if has_voids
             && !is_flat
             && (hints || has_zero_tag)
-            && let Ok(look) = look(&self.raster, self.control)
+            && let Ok(look) = look(&self.band, self.control)
         {
-            warnings::collect(look.warnings(&self.raster));
+            warnings::collect(look.warnings(&self.band));
         }
     }
 

@@ -2,50 +2,42 @@
 
 use serde::Serialize;
 
-use crate::base::channels::{Channel, Ranges};
+use crate::base::channels::{Channel, ChannelBands, Ranges};
 use crate::base::control::Control;
-use crate::field::{ChannelOptions, Field, FieldError, FieldOptions, find_ranges};
+use crate::base::{Band, channels_of, exact_double};
+use crate::field::{Field, FieldError, FieldOptions, find_ranges};
 use crate::formats::{OptionName, RunOption};
 use crate::kernel::measure::{ErrorStats, WeightedStats};
-use crate::raster::{Raster, channels, exact};
 
 /// The channels of a run: the bands, what they are called, and the ranges they are scaled by.
 #[derive(Debug)]
 pub(super) struct Extended {
-    options: ChannelOptions,
+    options: ChannelBands,
     ranges: Ranges,
     channels: Vec<Channel>,
 }
 
 impl Extended {
     /// Finds the ranges, which may read the whole raster.
-    pub(super) fn find(
-        raster: &Raster,
-        options: &ChannelOptions,
-        control: &Control<'_>,
-    ) -> Result<Extended, FieldError> {
-        let channels = channels(&options.open(raster)?);
-        Ok(Extended { options: options.clone(), ranges: find_ranges(raster, options, control)?, channels })
+    pub(super) fn find(band: &Band, options: &ChannelBands, control: &Control<'_>) -> Result<Extended, FieldError> {
+        let channels = channels_of(&options.bands);
+        Ok(Extended { options: options.clone(), ranges: find_ranges(band, options, control)?, channels })
     }
 
-    pub(super) fn open(
-        &self,
-        raster: &Raster,
-        options: &FieldOptions,
-        control: &Control<'_>,
-    ) -> Result<Field, FieldError> {
-        Field::open_extended(raster, options, &self.options, &self.ranges, control)
+    pub(super) fn open(&self, band: &Band, options: &FieldOptions, control: &Control<'_>) -> Result<Field, FieldError> {
+        Field::open_extended(band, options, &self.options, &self.ranges, control)
     }
 
     /// What of this decides the bytes of a tile, by name.
     pub(super) fn named(&self) -> Vec<(&'static str, String)> {
         let ranges = self.ranges.channels.iter().chain([&self.ranges.heights]);
-        let ranges: Vec<String> = ranges.map(|r| format!("{} to {}", exact(r.min), exact(r.max))).collect();
+        let ranges: Vec<String> =
+            ranges.map(|r| format!("{} to {}", exact_double(r.min), exact_double(r.max))).collect();
         let bands = self.options.bands.iter().zip(&self.channels);
-        let bands: Vec<String> = bands.map(|(band, c)| format!("{band} {}", c.name)).collect();
+        let bands: Vec<String> = bands.map(|(band, c)| format!("{} {}", band.number(), c.name)).collect();
         vec![
             ("channels", bands.join(", ")),
-            ("emphasis", exact(self.options.emphasis)),
+            ("emphasis", exact_double(self.options.emphasis)),
             ("planar", self.options.planar.to_string()),
             ("ranges", ranges.join(", ")),
         ]
@@ -58,8 +50,8 @@ impl Extended {
 
     /// What the file says of itself: what `verify` has to be told.
     pub(super) fn option(&self) -> RunOption {
-        let ChannelOptions { bands, emphasis, planar } = &self.options;
-        let bands: Vec<String> = bands.iter().map(usize::to_string).collect();
+        let ChannelBands { bands, emphasis, planar } = &self.options;
+        let bands: Vec<String> = bands.iter().map(|band| band.number().to_string()).collect();
         let planar = if *planar { ", planar" } else { "" };
         RunOption::new(OptionName::Attributes, format!("{}, emphasis {emphasis}{planar}", bands.join(",")))
     }
@@ -67,7 +59,7 @@ impl Extended {
     pub(super) fn report(&self, errors: &ErrorStats) -> ChannelReport {
         let WeightedStats { max, worst: (column, row) } = errors.extended.unwrap_or_default();
         ChannelReport {
-            bands: self.options.bands.clone(),
+            bands: self.options.bands.iter().map(Band::number).collect(),
             attributes: self.channels.clone(),
             emphasis: self.options.emphasis,
             planar: self.options.planar,

@@ -7,11 +7,11 @@ use super::{Failure, warnings};
 use crate::base::staged::{OutputError, StagedFile};
 use crate::base::tiling::TileGrid;
 use crate::base::warning::{Warning, WarningCode};
+use crate::base::{Band, Files, Watch, identity};
 use crate::field::FieldError;
 use crate::job::spool::{Spool, SpoolError};
 use crate::job::work_dir::{Job, WorkDir, WorkDirError};
 use crate::job::{Error, Pass};
-use crate::raster::{Files, Raster, Watch, identity};
 
 /// The work dir of a run.
 pub(super) struct Kept {
@@ -25,14 +25,14 @@ impl Kept {
     /// where there is one.
     pub(super) fn open(
         dir: &Path,
-        raster: &Raster,
-        importance: Option<&Raster>,
-        watches: &[Watch],
+        band: &Band,
+        importance: Option<&Band>,
+        watches: &[Box<dyn Watch>],
         parameters: Vec<(&'static str, String)>,
     ) -> Result<Kept, Failure> {
         let importance = importance.map(identity).transpose()?.unwrap_or_default();
-        let files = watches.iter().map(Watch::files).fold(Files::none(), Files::and);
-        let job = Job { parameters, raster: identity(raster)?, importance, files };
+        let files = watches.iter().map(|watch| watch.files()).fold(Files::none(), Files::and);
+        let job = Job { parameters, raster: identity(band)?, importance, files };
         let dir = WorkDir::open(dir, &job)?;
         let changed = dir.files().differences(&job.files);
         Ok(Kept { dir, changed })

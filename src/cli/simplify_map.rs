@@ -4,11 +4,11 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use super::{Failure, values};
-use crate::base::CoordinateFrame;
 use crate::base::control::Control;
+use crate::base::{CoordinateFrame, Reference};
 use crate::field::height_range;
 use crate::job::{Error, Params, VertexHeights};
-use crate::raster::{Raster, Reference};
+use crate::raster::Raster;
 
 /// How coordinates are written.
 #[derive(Debug, Clone, clap::Args)]
@@ -64,7 +64,7 @@ impl MapArgs {
         if flat || (scaled_exactly && (fits || !frame.single)) {
             return Ok(Written { frame, loss: 0.0 });
         }
-        let range = height_range(raster, control).map_err(Error::from)?;
+        let range = height_range(&raster.to_band()?, control).map_err(Error::from)?;
         if range.min > range.max {
             // Not one sample has a height.
             return Err(Error::NoGround { path: raster.path().to_path_buf() }.into());

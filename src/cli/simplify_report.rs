@@ -10,12 +10,13 @@ use super::simplify_map::MapReport;
 use super::warnings::Shown;
 use crate::base::decimal::Decimal;
 use crate::base::lattice::STEPS;
+use crate::base::{Cutline, Encoding};
 use crate::field::{Access, Field, Holes};
+use crate::job::plan::Estimate;
 use crate::job::{EngineChoice, Mesh, Params, Plan, Quality, Summary, TileTimes, VertexHeights};
 use crate::kernel::measure::ShapeStats;
 use crate::kernel::triangulate::Feasibility;
-use crate::raster::{Cutline, Encoding, PointCounts, Points, Raster};
-use crate::run::info::Estimate;
+use crate::raster::{PointCounts, Points, Raster};
 
 /// What `simplify` tells in the end.
 #[derive(Debug, Clone, Serialize)]

@@ -4,10 +4,11 @@
 
 use std::num::NonZeroUsize;
 
+use crate::base::ValidRange;
 use crate::base::Window;
 use crate::kernel::boundary::MAX_CELLS;
 use crate::kernel::polish::{Caps, Schedule};
-use crate::raster::{BoundingBox, ValidRange};
+use crate::raster::BoundingBox;
 
 /// A width and a height, in samples or pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,9 +7,9 @@ use super::input::InputArgs;
 use super::progress::Bars;
 use super::warnings::Shown;
 use super::{Failure, GDAL_CACHE, print, values, warnings};
-use crate::field::ChannelOptions;
-use crate::raster::{Raster, bound_gdal_cache, look};
-use crate::verify::{GroundOptions, Verdict, VerifyOptions, WeightedOptions, verify_ground};
+use crate::raster::{Raster, bound_gdal_cache};
+use crate::run::look::look;
+use crate::verify::{GroundOptions, Verdict, VerifyOptions, verify_ground};
 
 /// Judge a mesh against its raster: vertical errors, coverage, cracks, folds.
 ///
@@ -66,15 +66,15 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     let (raster, channels) = args.channels.open(&args.raster, args.input.view(), &bars.control().cancel)?;
     let importance = args.importance.open(&raster)?;
     warnings::collect([Some(&raster), importance.as_ref()].into_iter().flatten().flat_map(Raster::warnings).cloned());
+    let band = raster.to_band()?;
+    let importance = importance.as_ref().map(Raster::to_band).transpose()?;
     let options =
         VerifyOptions { max_error: args.max_error, importance: importance.as_ref(), temp_dir: args.temp_dir.clone() };
     let ground = GroundOptions { fill_holes: args.fill_holes, trim: args.trim };
-    let weighted =
-        channels.map(|ChannelOptions { bands, emphasis, planar }| WeightedOptions { bands, emphasis, planar });
-    let is_flat = weighted.as_ref().is_some_and(|w| w.planar);
-    let verdict = verify_ground(&raster, &args.mesh, &options, ground, weighted.as_ref(), &bars.control())?;
+    let is_flat = channels.as_ref().is_some_and(|w| w.planar);
+    let verdict = verify_ground(&band, &args.mesh, &options, ground, channels.as_ref(), &bars.control())?;
     if verdict.nodata + verdict.bridged > 0 && !is_flat {
-        warnings::collect(look(&raster, &bars.control())?.warnings(&raster));
+        warnings::collect(look(&band, &bars.control())?.warnings(&band));
     }
     drop(bars);
     if args.json {

@@ -9,10 +9,9 @@ use rayon::prelude::*;
 use super::map::map;
 use super::store::{Bytes, Offsets, Store};
 use super::{FieldError, FieldOptions};
-use crate::base::Window;
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
-use crate::raster::{Opening, Raster};
+use crate::base::{Band, Window};
 
 /// Samples along one side of a block of the temporary file, at most: small enough that a tile touches few pages it does
 /// not need, large enough that a run is worth a copy.
@@ -33,20 +32,20 @@ struct Layout {
 }
 
 impl Layout {
-    fn of(raster: &Raster, sample_bytes: usize) -> Layout {
-        let (block_width, block_height) = (BLOCK.min(raster.width()), BLOCK.min(raster.height()));
-        let blocks_across = raster.width().div_ceil(block_width);
-        let blocks = blocks_across as u64 * raster.height().div_ceil(block_height) as u64;
+    fn of(band: &Band, sample_bytes: usize) -> Layout {
+        let (block_width, block_height) = (BLOCK.min(band.width()), BLOCK.min(band.height()));
+        let blocks_across = band.width().div_ceil(block_width);
+        let blocks = blocks_across as u64 * band.height().div_ceil(block_height) as u64;
         // A file may claim any size; this much no disk has.
         let bytes = blocks.saturating_mul((block_width * block_height * sample_bytes) as u64);
-        Layout { width: raster.width(), block_width, block_height, blocks_across, sample_bytes, bytes }
+        Layout { width: band.width(), block_width, block_height, blocks_across, sample_bytes, bytes }
     }
 }
 
 /// How many bytes the temporary files of a raster take.
-pub fn decoded_bytes(raster: &Raster) -> u64 {
-    let mask = raster.has_mask().unwrap_or(false).then(|| Layout::of(raster, 1).bytes);
-    Layout::of(raster, raster.sample_type().bytes()).bytes + mask.unwrap_or(0)
+pub fn decoded_bytes(band: &Band) -> u64 {
+    let mask = band.has_mask().then(|| Layout::of(band, 1).bytes);
+    Layout::of(band, band.sample_type().bytes()).bytes + mask.unwrap_or(0)
 }
 
 /// A temporary file that is being filled.
@@ -56,8 +55,8 @@ struct Decoding {
 }
 
 impl Decoding {
-    fn new(raster: &Raster, sample_bytes: usize, folder: &Path) -> std::io::Result<Decoding> {
-        let layout = Layout::of(raster, sample_bytes);
+    fn new(band: &Band, sample_bytes: usize, folder: &Path) -> std::io::Result<Decoding> {
+        let layout = Layout::of(band, sample_bytes);
         let file = tempfile::tempfile_in(folder)?;
         file.set_len(layout.bytes)?;
         Ok(Decoding { file, layout })
@@ -86,57 +85,43 @@ pub(super) struct Decoded {
 }
 
 /// Decodes all samples, in parallel, and the mask beside them.
-pub(super) fn decode(raster: &Raster, options: &FieldOptions, control: &Control<'_>) -> Result<Decoded, FieldError> {
-    let (folder, bytes) = (options.temp_dir.as_path(), decoded_bytes(raster));
+pub(super) fn decode(band: &Band, options: &FieldOptions, control: &Control<'_>) -> Result<Decoded, FieldError> {
+    let (folder, bytes) = (options.temp_dir.as_path(), decoded_bytes(band));
     let failed = |source| FieldError::Temporary { dir: options.temp_dir.clone(), bytes, source };
-    let samples = Decoding::new(raster, raster.sample_type().bytes(), folder).map_err(failed)?;
-    let mask = raster.has_mask()?.then(|| Decoding::new(raster, 1, folder)).transpose().map_err(failed)?;
+    let samples = Decoding::new(band, band.sample_type().bytes(), folder).map_err(failed)?;
+    let mask = band.has_mask().then(|| Decoding::new(band, 1, folder)).transpose().map_err(failed)?;
 
-    let units = units(raster);
-    let opening = raster.opening();
-    control.progress.begin(Stage::Decode, units.len() as u64, raster.width() as u64 * raster.height() as u64);
-    units.par_iter().try_for_each_init(Reader::default, |reader, &unit| {
+    let units = units(band);
+    control.progress.begin(Stage::Decode, units.len() as u64, band.width() as u64 * band.height() as u64);
+    units.par_iter().try_for_each(|&unit| {
         control.cancel.check()?;
         faults::reach(Point::DecodeUnit);
-        let source = reader.open(&opening)?;
         let unit_bytes = unit.len() * samples.layout.sample_bytes;
         let mut words = vec![0u64; unit_bytes.div_ceil(8)];
         let read = &mut bytemuck::cast_slice_mut(&mut words)[..unit_bytes];
-        source.read_native(unit, read)?;
+        band.read(unit, read)?;
         write_unit(&samples.file, samples.layout, unit, read).map_err(failed)?;
         if let Some(mask) = &mask {
             let mut valid = vec![0u8; unit.len()];
-            source.read_mask(unit, &mut valid)?;
+            band.read_mask(unit, &mut valid)?;
             write_unit(&mask.file, mask.layout, unit, &valid).map_err(failed)?;
         }
         control.progress.step(Stage::Decode, unit.len() as u64);
         Ok::<(), FieldError>(())
     })?;
     control.progress.end(Stage::Decode);
+    // Nothing is read any more.
+    band.release();
 
     let samples = samples.finish().map_err(failed)?;
     let mask = mask.map(Decoding::finish).transpose().map_err(failed)?;
     Ok(Decoded { samples, mask, bytes })
 }
 
-/// A thread's own handle of the raster, opened when first needed: GDAL's datasets serve one thread at a time.
-#[derive(Default)]
-struct Reader(Option<Raster>);
-
-impl Reader {
-    fn open(&mut self, opening: &Opening) -> Result<&Raster, FieldError> {
-        let own = match self.0.take() {
-            Some(own) => own,
-            None => opening.open()?,
-        };
-        Ok(self.0.insert(own))
-    }
-}
-
 /// Windows that together are the raster. Whole blocks of the source as far as [`UNIT_BYTES`] allow; where one row of
 /// blocks is more than that, columns of blocks, or, in strips, as many whole strips as fit and at least one.
-pub(super) fn units(raster: &Raster) -> Vec<Window> {
-    windows_of((raster.width(), raster.height()), raster.block_size(), raster.sample_type().bytes())
+pub(super) fn units(band: &Band) -> Vec<Window> {
+    windows_of((band.width(), band.height()), band.block_size(), band.sample_type().bytes())
 }
 
 /// The same for so many samples across and down in blocks of this size, where a unit takes so many bytes for each.
@@ -202,6 +187,7 @@ mod tests {
     use super::*;
     use crate::base::Tile;
     use crate::field::{Choice, Field};
+    use crate::raster::Raster;
     use gdal::raster::{Buffer, RasterCreationOptions};
 
     /// Source blocks whose sides are no multiples of the file's, and units that end inside the file's blocks.
@@ -226,10 +212,10 @@ mod tests {
             made.rasterband(1).expect("a band").write((0, 0), (width, height), &mut buffer).expect("written");
             made.close().expect("closed");
 
-            let raster = Raster::open(&path, 1).expect("a raster");
+            let band = Raster::open(&path, 1).and_then(|r| r.to_band()).expect("a raster");
             let options = FieldOptions { choice: Choice::Decode, ..FieldOptions::default() };
             let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("threads");
-            let field = pool.install(move || Field::open(&raster, &options, &Control::default())).expect("a field");
+            let field = pool.install(move || Field::open(&band, &options, &Control::default())).expect("a field");
             let mut tile = Tile::default();
             field.load(Window { column: 0, row: 0, width, height }, &mut tile).expect("heights");
             for (i, &height) in heights.iter().enumerate() {

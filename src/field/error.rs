@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use crate::base::control::Cancelled;
 use crate::base::decimal::Decimal;
-use crate::raster::{Mark, RasterError};
+use crate::base::{Mark, RasterError};
 
 /// Why a height field cannot be made or read.
 #[derive(Debug, thiserror::Error)]

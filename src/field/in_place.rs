@@ -2,15 +2,14 @@
 
 use super::map::map;
 use super::store::{Bytes, Offsets, Store};
-use crate::base::Window;
-use crate::raster::{PlainLayout, Raster};
+use crate::base::{Band, PlainLayout, Window};
 
-/// Maps the raster's own file, and makes sure through GDAL that the samples are where the layout says.
-pub(super) fn map_in_place(raster: &Raster, layout: PlainLayout) -> Result<Store, String> {
+/// Maps the raster's own file, and makes sure by reading that the samples are where the layout says.
+pub(super) fn map_in_place(band: &Band, layout: PlainLayout) -> Result<Store, String> {
     let file = std::fs::File::open(&layout.file).map_err(|e| e.to_string())?;
     let mapped = map(&file).map_err(|e| format!("it cannot be mapped: {e}"))?;
-    let sample_bytes = raster.sample_type().bytes();
-    let (width, height) = raster.whole_size();
+    let sample_bytes = band.sample_type().bytes();
+    let (width, height) = layout.whole;
     let tiled = layout.block_width != width;
     for (index, &offset) in layout.offsets.iter().enumerate() {
         let left = height - (index / layout.blocks_across) * layout.block_height;
@@ -27,21 +26,21 @@ pub(super) fn map_in_place(raster: &Raster, layout: PlainLayout) -> Result<Store
         blocks_across: layout.blocks_across,
         offsets: Offsets::Table(layout.offsets),
         sample_bytes,
-        first: raster.window().map_or((0, 0), |w| (w.column, w.row)),
+        first: layout.first,
     };
-    agrees_with_gdal(raster, &store)?;
+    agrees_with_reader(band, &store)?;
     Ok(store)
 }
 
-/// Compares the first and the last row of samples with what GDAL reads.
-fn agrees_with_gdal(raster: &Raster, store: &Store) -> Result<(), String> {
+/// Compares the first and the last row of samples with what is read by windows.
+fn agrees_with_reader(band: &Band, store: &Store) -> Result<(), String> {
     let sample_bytes = store.sample_bytes;
-    let width = raster.width().min(4096);
-    for (column, row) in [(0, 0), (raster.width() - width, raster.height() - 1)] {
+    let width = band.width().min(4096);
+    for (column, row) in [(0, 0), (band.width() - width, band.height() - 1)] {
         let window = Window { column, row, width, height: 1 };
         let mut words = vec![0u64; (width * sample_bytes).div_ceil(8)];
         let expected = &mut bytemuck::cast_slice_mut(&mut words)[..width * sample_bytes];
-        raster.read_native(window, expected).map_err(|e| e.to_string())?;
+        band.read(window, expected).map_err(|e| e.to_string())?;
         store.for_each_run(window, |_, column, bytes| {
             let at = column * sample_bytes;
             let same = expected[at..at + bytes.len()] == *bytes;

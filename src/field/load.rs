@@ -2,13 +2,13 @@
 
 use super::error::NotAHeight;
 use super::holes::Bridged;
-use super::stored::{Height, Sieve, Stored, Why};
 use super::{Field, FieldError};
 use crate::base::Window;
 use crate::base::decimal::Decimal;
 use crate::base::exact::MAX_WEIGHT;
+use crate::base::stored::{Height, Sieve, Stored, Why};
+use crate::base::with_sample_type;
 use crate::base::{Heights, Tile, Validity, padded};
-use crate::raster::{Watch, with_sample_type};
 
 /// What becomes of samples without a value.
 pub(super) enum Missing<'a> {
@@ -69,7 +69,7 @@ impl Field {
     pub fn load_with(&self, window: Window, tile: &mut Tile, scratch: &mut LoadScratch) -> Result<(), FieldError> {
         let loaded = self.load_unwatched(window, tile, scratch);
         // Afterwards: what changes later is not in the tile. It is the reason of whatever is wrong with the samples, too.
-        self.watches.iter().try_for_each(Watch::check_files)?;
+        self.watches.iter().try_for_each(|watch| watch.check_files())?;
         loaded
     }
 

@@ -25,18 +25,13 @@ mod map;
 mod open;
 mod source;
 mod store;
-mod stored;
-mod windows;
 
-pub use channels::{ChannelOptions, find_ranges, height_range};
+pub use channels::{find_ranges, height_range};
 pub use decode::{UNIT_BYTES, decoded_bytes};
 pub use error::FieldError;
 pub use holes::{HoleOptions, Holes, may_have_holes};
 pub use load::LoadScratch;
-pub use map::exit_on_truncation;
 pub use open::{Access, Choice, Field, FieldOptions, suits_windows};
-#[cfg(test)]
-pub(crate) use stored::missing_halves;
 
 #[cfg(test)]
 mod tests;

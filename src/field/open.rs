@@ -8,11 +8,10 @@ use super::holes::Holes;
 use super::in_place::map_in_place;
 use super::source::Source;
 use super::store::{Bytes, Offsets, Store};
-use super::windows::Windows;
 use crate::base::GeoTransform;
 use crate::base::Heights;
 use crate::base::control::Control;
-use crate::raster::{Cutline, Mark, Marks, Raster, SampleType, Scaling, Watch, plain_layout};
+use crate::base::{Band, Cutline, Mark, Marks, SampleType, Scaling, Watch};
 
 /// The samples of a raster of any size, readable from any number of threads.
 pub struct Field {
@@ -39,7 +38,7 @@ pub struct Field {
     /// Holes that are bridged.
     pub(super) holes: Option<Holes>,
     /// What makes sure that the raster is still the same.
-    pub(super) watches: Arc<[Watch]>,
+    pub(super) watches: Arc<[Box<dyn Watch>]>,
 }
 
 /// How a field came to be readable.
@@ -67,7 +66,7 @@ pub enum Access {
 /// How to make the samples of a raster readable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Choice {
-    /// What suits the raster: its own file mapped where it is plain; windows through GDAL where it has blocks of a
+    /// What suits the raster: its own file mapped where it is plain and [`FieldOptions::maps_files`] allows it; windows through GDAL where it has blocks of a
     /// moderate size each way; decoded beforehand where a window would have to decode much more than itself.
     #[default]
     Auto,
@@ -86,11 +85,14 @@ pub struct FieldOptions {
     pub temp_dir: PathBuf,
     /// Leave it to [`Choice::Auto`] unless you measure.
     pub choice: Choice,
+    /// Whether [`Choice::Auto`] may map the raster's own file, which is faster than reading it. Where another process truncates
+    /// a mapped file, the next look at it raises SIGBUS, which ends this process unless it is caught: programs may say yes.
+    pub maps_files: bool,
 }
 
 impl Default for FieldOptions {
     fn default() -> Self {
-        FieldOptions { temp_dir: std::env::temp_dir(), choice: Choice::default() }
+        FieldOptions { temp_dir: std::env::temp_dir(), choice: Choice::default(), maps_files: false }
     }
 }
 
@@ -98,53 +100,54 @@ impl Default for FieldOptions {
 const LARGEST_BLOCK: usize = 1 << 20;
 
 /// What [`Choice::Auto`] comes down to for a raster, apart from whether its own file can be mapped.
-pub fn suits_windows(raster: &Raster) -> bool {
-    let (width, height) = raster.block_size();
+pub fn suits_windows(band: &Band) -> bool {
+    let (width, height) = band.block_size();
     let square_enough = width <= 4 * height && height <= 4 * width;
-    width * height <= LARGEST_BLOCK && (square_enough || raster.width() * raster.height() <= LARGEST_BLOCK)
+    width * height <= LARGEST_BLOCK && (square_enough || band.width() * band.height() <= LARGEST_BLOCK)
 }
 
 impl Field {
-    /// Makes the samples of `raster` readable, see [`Choice`]. Decoding uses the threads of the current rayon pool, and
+    /// Makes the samples of `band` readable, see [`Choice`]. Decoding uses the threads of the current rayon pool, and
     /// a few megabytes for each.
     ///
     /// # Errors
     /// [`FieldError`]; nothing is left behind.
-    pub fn open(raster: &Raster, options: &FieldOptions, control: &Control<'_>) -> Result<Field, FieldError> {
+    pub fn open(band: &Band, options: &FieldOptions, control: &Control<'_>) -> Result<Field, FieldError> {
         let mapped = match options.choice {
-            Choice::Auto | Choice::InPlace => plain_layout(raster).and_then(|layout| map_in_place(raster, layout)),
+            Choice::Auto if !options.maps_files => Err("files are not mapped, as requested".to_string()),
+            Choice::Auto | Choice::InPlace => band.plain_layout().and_then(|layout| map_in_place(band, layout)),
             Choice::Windows | Choice::Decode => Err("as requested".to_string()),
         };
         let windows = |reason| {
-            let windows = Arc::new(Windows::new(raster));
-            let mask = raster.has_mask()?.then(|| Source::Masks(windows.clone()));
-            Ok::<_, FieldError>((Source::Windows(windows), mask, Access::Windows { reason }))
+            let windows = Arc::new(band.clone());
+            let mask = band.has_mask().then(|| Source::Masks(windows.clone()));
+            (Source::Windows(windows), mask, Access::Windows { reason })
         };
         let (source, mask, access) = match (mapped, options.choice) {
             (Ok(store), _) => (Source::Blocks(store), None, Access::InPlace),
             (Err(reason), Choice::InPlace) => {
-                return Err(FieldError::NotInPlace { path: raster.path().to_path_buf(), reason });
+                return Err(FieldError::NotInPlace { path: band.path().to_path_buf(), reason });
             }
-            (Err(reason), Choice::Auto) if suits_windows(raster) => windows(reason)?,
-            (Err(reason), Choice::Windows) => windows(reason)?,
+            (Err(reason), Choice::Auto) if suits_windows(band) => windows(reason),
+            (Err(reason), Choice::Windows) => windows(reason),
             (Err(reason), Choice::Auto | Choice::Decode) => {
-                let Decoded { samples, mask, bytes } = decode(raster, options, control)?;
+                let Decoded { samples, mask, bytes } = decode(band, options, control)?;
                 (Source::Blocks(samples), mask.map(Source::Blocks), Access::Decoded { reason, bytes })
             }
         };
         Ok(Field {
-            name: raster.path().to_path_buf(),
-            width: raster.width(),
-            height: raster.height(),
-            block: raster.block_size(),
-            sample_type: raster.sample_type(),
-            scaling: raster.scaling(),
-            marks: raster.marks().clone(),
-            tag: raster.tag(),
-            geo_transform: raster.geo_transform(),
+            name: band.path().to_path_buf(),
+            width: band.width(),
+            height: band.height(),
+            block: band.block_size(),
+            sample_type: band.sample_type(),
+            scaling: band.scaling(),
+            marks: band.marks().clone(),
+            tag: band.tag(),
+            geo_transform: band.geo_transform(),
             source,
             mask,
-            cutline: raster.cutline().cloned(),
+            cutline: band.cutline().cloned(),
             access,
             channels: None,
             importance: None,
@@ -156,17 +159,17 @@ impl Field {
     /// The same, with the weights of errors from an importance raster, where there is one, read in the same ways.
     ///
     /// # Errors
-    /// [`FieldError`]; [`crate::raster::RasterError::OtherGrid`] where `importance` does not lie on the samples of `raster`.
+    /// [`FieldError`]; [`crate::base::RasterError::OtherGrid`] where `importance` does not lie on the samples of `band`.
     pub fn open_with_importance(
-        raster: &Raster,
-        importance: Option<&Raster>,
+        band: &Band,
+        importance: Option<&Band>,
         options: &FieldOptions,
         control: &Control<'_>,
     ) -> Result<Field, FieldError> {
-        let Some(importance) = importance else { return Field::open(raster, options, control) };
-        raster.same_grid(importance)?;
+        let Some(importance) = importance else { return Field::open(band, options, control) };
+        band.same_grid(importance)?;
         let weights = Field::open(importance, options, control).map_err(FieldError::about_a_weight)?;
-        Field::open(raster, options, control)?.with_importance(weights)
+        Field::open(band, options, control)?.with_importance(weights)
     }
 
     /// The same field with weights: errors at a sample count as many times as `weights` says there. A weight of 0 lets
@@ -229,8 +232,8 @@ impl Field {
     }
 
     /// The same field, which refuses to load samples once a file has changed: whatever is made of several tiles is made of
-    /// one raster. `watches` have begun before it was opened.
-    pub fn watched(self, watches: Arc<[Watch]>) -> Field {
+    /// one band. `watches` have begun before it was opened.
+    pub fn watched(self, watches: Arc<[Box<dyn Watch>]>) -> Field {
         Field { watches, ..self }
     }
 

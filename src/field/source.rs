@@ -1,19 +1,20 @@
+//! Where the stored samples of a field are.
+
 use std::path::Path;
 use std::sync::Arc;
 
 use super::FieldError;
 use super::store::Store;
-use super::windows::Windows;
-use crate::base::Window;
+use crate::base::{Band, Window};
 
 /// Where the samples of a field come from.
 pub(super) enum Source {
     /// Blocks in memory or mapped.
     Blocks(Store),
-    /// The raster itself, through GDAL.
-    Windows(Arc<Windows>),
-    /// The raster's mask, through GDAL: a byte for every sample, 0 where it is invalid.
-    Masks(Arc<Windows>),
+    /// The band itself, by windows.
+    Windows(Arc<Band>),
+    /// The band's mask: a byte for every sample, 0 where it is invalid.
+    Masks(Arc<Band>),
     /// Nowhere: bytes of 0.
     Level,
 }
@@ -42,14 +43,22 @@ impl Source {
                 (0..window.height).try_for_each(|row| run(row, 0, row_bytes))
             }
             Source::Windows(windows) => {
-                let bytes = windows.read(window, scratch)?;
-                let row_bytes = bytes.len() / window.height;
+                let row_bytes = window.width * windows.sample_type().bytes();
+                let bytes = room(scratch, row_bytes * window.height);
+                windows.read(window, bytes)?;
                 bytes.chunks_exact(row_bytes).enumerate().try_for_each(|(row, bytes)| run(row, 0, bytes))
             }
             Source::Masks(windows) => {
-                let bytes = windows.read_mask(window, scratch)?;
+                let bytes = room(scratch, window.len());
+                windows.read_mask(window, bytes)?;
                 bytes.chunks_exact(window.width).enumerate().try_for_each(|(row, bytes)| run(row, 0, bytes))
             }
         }
     }
+}
+
+/// So many bytes, aligned for every type of sample.
+fn room(words: &mut Vec<u64>, bytes: usize) -> &mut [u8] {
+    words.resize(bytes.div_ceil(8), 0);
+    &mut bytemuck::cast_slice_mut(words)[..bytes]
 }

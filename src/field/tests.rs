@@ -91,7 +91,7 @@ fn masks_tags_and_nan_mark_the_same_samples_whichever_way_they_are_read() {
     };
     for choice in [Choice::Windows, Choice::Decode, Choice::Auto] {
         let options = FieldOptions { choice, ..FieldOptions::default() };
-        let field = Field::open(&raster, &options, &Control::default()).expect("a field");
+        let field = Field::open(&raster.to_band().expect("a band"), &options, &Control::default()).expect("a field");
         let mut tile = Tile::default();
         for (column, row, width, height) in [(0, 0, 300, 200), (60, 50, 40, 81), (100, 52, 20, 20), (0, 0, 50, 50)] {
             field.load(window(column, row, width, height), &mut tile).expect("heights");

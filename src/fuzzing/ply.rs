@@ -6,6 +6,7 @@ use gdal::raster::Buffer;
 
 use super::naive::{self, Ground, Surface};
 use super::temp_dir;
+use crate::base::Band;
 use crate::base::control::{CancelToken, Control};
 use crate::formats::{self, ReadError};
 use crate::raster::{Raster, quiet_gdal};
@@ -20,7 +21,7 @@ pub(super) fn heights() -> Vec<f64> {
 }
 
 /// The raster that meshes are held against, made once a process, in memory.
-fn raster() -> Raster {
+fn raster() -> Band {
     static MADE: OnceLock<()> = OnceLock::new();
     let path = Path::new("/vsimem/terrabite-fuzzing.tif");
     MADE.get_or_init(|| {
@@ -31,7 +32,7 @@ fn raster() -> Raster {
         dataset.rasterband(1).expect("a band").write((0, 0), (SIDE, SIDE), &mut samples).expect("written");
         dataset.close().expect("closed");
     });
-    Raster::open(path, 1).expect("opens")
+    Raster::open(path, 1).and_then(|raster| raster.to_band()).expect("opens")
 }
 
 /// A file of any bytes is judged, or refused; and what passes is within the tolerance of every sample and covers the
@@ -41,7 +42,9 @@ pub fn ply(bytes: &[u8]) {
     let path = folder.path().join("mesh.ply");
     std::fs::write(&path, bytes).expect("written");
     let options = VerifyOptions { max_error: TOLERANCE, importance: None, temp_dir: Some(folder.path().to_path_buf()) };
-    let Ok(verdict) = verify(&raster(), &path, &options, &Control::default()) else { return };
+    let Ok(verdict) = verify(&raster(), &path, &options, &Control::default()) else {
+        return;
+    };
     assert!(!verdict.to_string().is_empty());
     if !verdict.passes() {
         return;

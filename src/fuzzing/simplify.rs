@@ -8,6 +8,7 @@ use super::bytes::Bytes;
 use super::naive::{self, Ground, Surface};
 use super::temp_dir;
 use crate::base::Heights;
+use crate::base::PointSet;
 use crate::base::control::Control;
 use crate::base::exact::{MAX_HEIGHT, MAX_WEIGHT};
 use crate::base::staged::StagedFile;
@@ -18,7 +19,7 @@ use crate::kernel::polish::Tuning;
 use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::Cuts;
 use crate::kernel::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
-use crate::raster::{PointSet, Raster, quiet_gdal};
+use crate::raster::{Raster, quiet_gdal};
 use crate::verify::{GroundOptions, VerifyOptions, verify_ground};
 
 /// The mark of missing samples in files.
@@ -225,11 +226,12 @@ impl Scene {
         let importance = (!self.weights.is_empty()).then(|| {
             let path = folder.path().join("weights.tif");
             write(&path, (self.width, self.height), self.weights.clone(), None);
-            Raster::open(&path, 1).expect("opens")
+            Raster::open(&path, 1).and_then(|raster| raster.to_band()).expect("opens")
         });
         let (importance, control) = (importance.as_ref(), Control::default());
         let options = FieldOptions { temp_dir: temp_dir(), ..FieldOptions::default() };
-        let field = Field::open_with_importance(&raster, importance, &options, &control).expect("a field");
+        let field = Field::open_with_importance(&raster.to_band().expect("a band"), importance, &options, &control)
+            .expect("a field");
         let Some(mesh) = self.expected(self.triangulate(field, &control)) else { return };
         self.check(&mesh);
         let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), Header::default());
@@ -237,7 +239,8 @@ impl Scene {
         let options =
             VerifyOptions { max_error: self.params.max_error, importance, temp_dir: Some(folder.path().to_path_buf()) };
         let ground = GroundOptions { fill_holes: self.fill_holes, trim: self.params.trim };
-        let verdict = verify_ground(&raster, &tin, &options, ground, None, &control).expect("judged");
+        let verdict =
+            verify_ground(&raster.to_band().expect("a band"), &tin, &options, ground, None, &control).expect("judged");
         assert!(verdict.passes(), "{verdict} for {self:?}");
         assert_eq!((verdict.vertices, verdict.triangles), (summary.vertices, summary.triangles));
     }

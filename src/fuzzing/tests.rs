@@ -332,7 +332,7 @@ fn blocks_in_the_header_are_not_used_in_place() {
     crate::raster::quiet_gdal();
     let raster = crate::raster::Raster::open(&path, 1).expect("opens");
     for _ in 0..3 {
-        crate::raster::plain_layout(&raster).expect_err("not in place");
+        raster.to_band().expect("a band").plain_layout().expect_err("not in place");
     }
     super::tiff(&bytes);
 }
@@ -346,10 +346,10 @@ fn bits_in_reverse_order_are_not_used_in_place() {
     let path = folder.path().join("dem.tif");
     std::fs::write(&path, &bytes).expect("written");
     let raster = crate::raster::Raster::open(&path, 1).expect("opens");
-    let reason = crate::raster::plain_layout(&raster).expect_err("not in place");
+    let reason = raster.to_band().expect("a band").plain_layout().expect_err("not in place");
     assert!(reason.contains("FillOrder"), "{reason}");
     super::tiff(&bytes);
     let usual = tiff_by_hand(6, &samples, &[(266, 3, 1)]);
     std::fs::write(&path, &usual).expect("written");
-    crate::raster::plain_layout(&crate::raster::Raster::open(&path, 1).expect("opens")).expect("in place");
+    crate::testing::band(&path, 1).plain_layout().expect("in place");
 }

@@ -3,7 +3,7 @@ use crate::base::Tile;
 use crate::base::Window;
 use crate::base::control::Control;
 use crate::field::{Choice, Field, FieldError, FieldOptions};
-use crate::raster::{Raster, plain_layout, quiet_gdal};
+use crate::raster::{Raster, quiet_gdal};
 
 /// Larger rasters are opened, not read: a file of any size may claim any.
 const MOST_SAMPLES: usize = 1 << 14;
@@ -31,10 +31,11 @@ pub fn tiff(bytes: &[u8]) {
 }
 
 fn compare(raster: &Raster) {
-    let layout = plain_layout(raster);
+    let Ok(band) = raster.to_band() else { return };
+    let layout = band.plain_layout();
     let open = |choice| {
-        let options = FieldOptions { temp_dir: temp_dir(), choice };
-        Field::open(raster, &options, &Control::default())
+        let options = FieldOptions { temp_dir: temp_dir(), choice, maps_files: false };
+        Field::open(&band, &options, &Control::default())
     };
     let Ok(in_place) = open(Choice::InPlace) else { return };
     assert!(layout.is_ok());

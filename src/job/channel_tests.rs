@@ -6,16 +6,17 @@ use gdal::raster::{Buffer, GdalType, RasterCreationOptions};
 use proptest::prelude::*;
 
 use super::*;
+use crate::base::Band;
+use crate::base::channels::ChannelBands;
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
-use crate::field::{ChannelOptions, Field, FieldOptions, find_ranges};
+use crate::field::{Field, FieldOptions, find_ranges};
 use crate::formats::ply::read::{PlyFile, ScalarType};
 use crate::formats::{FORMATS, Header, PlySink};
 use crate::kernel::triangulate::cuts::Cuts;
 use crate::kernel::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Swap};
-use crate::raster::Raster;
 use crate::testing;
-use crate::verify::{Verdict, VerifyOptions, WeightedOptions, verify_with_channels};
+use crate::verify::{Verdict, VerifyOptions, verify_with_channels};
 
 fn by(swap: Swap, params: Params) -> Params {
     let engine = EngineChoice::GreedyInsertion(InsertionOptions { swap, ..InsertionOptions::default() });
@@ -24,6 +25,21 @@ fn by(swap: Swap, params: Params) -> Params {
 
 fn delaunay(params: Params) -> Params {
     by(Swap::Delaunay, params)
+}
+
+/// Which bands of a file are channels.
+#[derive(Debug, Clone)]
+struct Choice {
+    bands: Vec<usize>,
+    emphasis: f64,
+    planar: bool,
+}
+
+impl Choice {
+    fn open(&self, path: &Path) -> ChannelBands {
+        let bands = self.bands.iter().map(|&number| testing::band(path, number)).collect();
+        ChannelBands { bands, emphasis: self.emphasis, planar: self.planar }
+    }
 }
 
 /// A raster whose bands are functions of column, row and band.
@@ -44,15 +60,16 @@ fn geotiff<T: GdalType + Copy>(path: &Path, (width, height): (usize, usize), ban
 struct Made {
     _folder: tempfile::TempDir,
     tin: PathBuf,
-    raster: Raster,
-    channels: ChannelOptions,
+    raster: Band,
+    channels: ChannelBands,
     summary: Summary,
 }
 
 impl Made {
-    fn new(folder: tempfile::TempDir, channels: ChannelOptions, params: &Params) -> Made {
+    fn new(folder: tempfile::TempDir, channels: &Choice, params: &Params) -> Made {
         let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
-        let raster = Raster::open(&dem, if channels.planar { channels.bands[0] } else { 1 }).expect("opens");
+        let raster = testing::band(&dem, if channels.planar { channels.bands[0] } else { 1 });
+        let channels = channels.open(&dem);
         let control = Control::default();
         let ranges = find_ranges(&raster, &channels, &control).expect("ranges");
         let field = Field::open_extended(&raster, &FieldOptions::default(), &channels, &ranges, &control);
@@ -64,9 +81,7 @@ impl Made {
 
     fn judge(&self, max_error: f64) -> Verdict {
         let options = VerifyOptions { max_error, importance: None, temp_dir: None };
-        let ChannelOptions { bands, emphasis, planar } = self.channels.clone();
-        let weighted = WeightedOptions { bands, emphasis, planar };
-        verify_with_channels(&self.raster, &self.tin, &options, &weighted, &Control::default()).expect("judged")
+        verify_with_channels(&self.raster, &self.tin, &options, &self.channels, &Control::default()).expect("judged")
     }
 }
 
@@ -115,11 +130,11 @@ proptest! {
             _ => geotiff::<f64>(&dem, (width, height), &bands),
         }
         let emphasis = if planar { 1.0 } else { emphasis };
-        let channels = ChannelOptions { bands: (2..count + 2).collect(), emphasis, planar };
+        let channels = Choice { bands: (2..count + 2).collect(), emphasis, planar };
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
         let options = InsertionOptions { swap, measure, ..InsertionOptions::default() };
         let engine = EngineChoice::GreedyInsertion(options);
-        let made = Made::new(folder, channels, &Params { tile, feasibility, engine, quality: Quality::None, ..Params::new(max_error) });
+        let made = Made::new(folder, &channels, &Params { tile, feasibility, engine, quality: Quality::None, ..Params::new(max_error) });
         let verdict = made.judge(max_error);
         prop_assert!(verdict.passes(), "{:?}", verdict.failures());
         let (measured, judged) = (made.summary.errors.extended, verdict.extended.and_then(|w| w.worst));
@@ -138,15 +153,15 @@ fn striped(folder: &tempfile::TempDir) {
     geotiff::<u8>(&folder.path().join("dem.tif"), (width, height), &bands);
 }
 
-fn colours() -> ChannelOptions {
-    ChannelOptions { bands: vec![2, 3, 4], emphasis: 0.5, planar: false }
+fn colours() -> Choice {
+    Choice { bands: vec![2, 3, 4], emphasis: 0.5, planar: false }
 }
 
 #[test]
 fn colours_are_written_as_bytes_and_come_back_as_the_samples() {
     let folder = testing::folder();
     striped(&folder);
-    let made = Made::new(folder, colours(), &delaunay(Params { tile: 16, ..Params::new(5.0) }));
+    let made = Made::new(folder, &colours(), &delaunay(Params { tile: 16, ..Params::new(5.0) }));
     let mut mesh = PlyFile::open(&made.tin).expect("a mesh");
     let attributes: Vec<(String, ScalarType)> = mesh.attributes().map(|(n, t)| (n.to_string(), t)).collect();
     assert_eq!(attributes, ["red", "green", "blue"].map(|n| (n.to_string(), ScalarType::U8)));
@@ -168,10 +183,10 @@ fn colours_are_written_as_bytes_and_come_back_as_the_samples() {
 fn a_mesh_that_keeps_heights_alone_is_found_out() {
     let folder = testing::folder();
     striped(&folder);
-    let heights_alone = ChannelOptions { emphasis: 0.0, ..colours() };
-    let mut made = Made::new(folder, heights_alone, &delaunay(Params { tile: 16, ..Params::new(5.0) }));
+    let heights_alone = Choice { emphasis: 0.0, ..colours() };
+    let mut made = Made::new(folder, &heights_alone, &delaunay(Params { tile: 16, ..Params::new(5.0) }));
     assert!(made.judge(5.0).passes());
-    made.channels = colours();
+    made.channels = colours().open(made.raster.path());
     let verdict = made.judge(5.0);
     assert_eq!(verdict.failures().len(), 1, "{verdict}");
     assert!(verdict.failures()[0].contains("weighted error"), "{verdict}");
@@ -183,8 +198,8 @@ fn a_mesh_that_keeps_heights_alone_is_found_out() {
 fn attributes_that_are_not_in_the_file_are_named() {
     let folder = testing::folder();
     striped(&folder);
-    let made = Made::new(folder, ChannelOptions { bands: vec![2], ..colours() }, &delaunay(Params::new(300.0)));
-    let weighted = WeightedOptions { bands: vec![2, 3, 4], emphasis: 0.5, planar: false };
+    let made = Made::new(folder, &Choice { bands: vec![2], ..colours() }, &delaunay(Params::new(300.0)));
+    let weighted = colours().open(made.raster.path());
     let options = VerifyOptions { max_error: 300.0, importance: None, temp_dir: None };
     let found = verify_with_channels(&made.raster, &made.tin, &options, &weighted, &Control::default());
     assert!(found.expect_err("no red").to_string().contains("property red of element vertex"));
@@ -194,9 +209,10 @@ fn attributes_that_are_not_in_the_file_are_named() {
 fn what_does_not_keep_channels_is_not_given_any() {
     let folder = testing::folder();
     striped(&folder);
-    let raster = Raster::open(&folder.path().join("dem.tif"), 1).expect("opens");
-    let ranges = find_ranges(&raster, &colours(), &Control::default()).expect("ranges");
-    let field = Field::open_extended(&raster, &FieldOptions::default(), &colours(), &ranges, &Control::default());
+    let raster = testing::band(&folder.path().join("dem.tif"), 1);
+    let colours = colours().open(raster.path());
+    let ranges = find_ranges(&raster, &colours, &Control::default()).expect("ranges");
+    let field = Field::open_extended(&raster, &FieldOptions::default(), &colours, &ranges, &Control::default());
     let field = field.expect("a field");
     let cuts = Params { engine: EngineChoice::GreedyCuts(Cuts::Plain), ..delaunay(Params::new(1.0)) };
     let run = triangulate(&field, &cuts, &Control::default());
@@ -211,11 +227,11 @@ fn what_does_not_keep_channels_is_not_given_any() {
 
 #[test]
 fn channels_are_reckoned_with() {
-    use crate::run::info::{DENSEST, estimate};
+    use crate::job::plan::{DENSEST, estimate};
     let folder = testing::folder();
     striped(&folder);
-    let raster = Raster::open(&folder.path().join("dem.tif"), 1).expect("opens");
-    let bands = colours().open(&raster).expect("bands");
+    let raster = testing::band(&folder.path().join("dem.tif"), 1);
+    let bands = colours().open(raster.path()).bands;
     let grid = grid(40, 30, &Params::new(1.0)).expect("a grid");
     let load = Load::of(&raster, grid);
     let plain = Plan::new(1 << 30, &load, 1).expect("a plan");

@@ -1,6 +1,7 @@
 use std::path::PathBuf;
 
 use super::{BudgetTooSmall, DiskTooSmall, GoalTooSmall};
+use crate::base::RasterError;
 use crate::base::control::Cancelled;
 use crate::base::staged::OutputError;
 use crate::field::FieldError;
@@ -9,7 +10,6 @@ use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
 use crate::kernel::boundary::MAX_CELLS;
 use crate::kernel::polish::ScheduleError;
-use crate::raster::RasterError;
 
 /// Why a mesh could not be made. The variant says which stage could not go on.
 #[derive(Debug, thiserror::Error)]

@@ -11,6 +11,7 @@ use super::nodata_tests::{Place, Scene, scene};
 use super::tests::{geotiff, told};
 use super::tiles::{Job, Workspace};
 use super::*;
+use crate::base::PointSet;
 use crate::base::control::Control;
 use crate::base::lattice::{Point, orient};
 use crate::base::staged::StagedFile;
@@ -18,7 +19,7 @@ use crate::field::{Field, FieldOptions};
 use crate::formats::{Header, PlySink};
 use crate::kernel::measure::{Bare, Bound, measure};
 use crate::kernel::triangulate::insertion::{DataDependent, InsertionOptions, Key, Swap};
-use crate::raster::{PointSet, Raster};
+use crate::raster::Raster;
 use crate::testing::{self, cases};
 use crate::verify::{VerifyOptions, verify};
 
@@ -37,13 +38,14 @@ impl Scene {
         let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
         geotiff(&dem, self.width, self.height, &self.heights);
         let raster = Raster::open(&dem, 1).expect("opens");
-        let field = Field::open(&raster, &FieldOptions::default(), &Control::default()).expect("a field");
+        let field = Field::open(&raster.to_band().expect("a band"), &FieldOptions::default(), &Control::default())
+            .expect("a field");
         let mesh = triangulate(&field, &testing::in_memory(params), &Control::default())?;
         let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), Header::default());
         let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
         let max_error = allowed(&mesh, &summary, params);
         let options = VerifyOptions { max_error, importance: None, temp_dir: Some(folder.path().to_path_buf()) };
-        let verdict = verify(&raster, &tin, &options, &Control::default()).expect("judged");
+        let verdict = verify(&raster.to_band().expect("a band"), &tin, &options, &Control::default()).expect("judged");
         assert!(verdict.passes(), "{:?} for {params:?}", verdict.failures());
         let (cells, written) = (self.cells(), told(&mesh));
         let ground: BTreeSet<Place> = cells.iter().flatten().copied().collect();

@@ -6,10 +6,10 @@ use proptest::prelude::*;
 
 use super::tests::{Told, certify_weighted, engines, geotiff, qualities, terrain, told};
 use super::*;
+use crate::base::Band;
 use crate::base::Heights;
 use crate::base::control::Control;
 use crate::field::{Choice, Field, FieldError, FieldOptions};
-use crate::raster::Raster;
 use crate::testing;
 
 fn field(width: usize, height: usize, heights: Heights) -> Field {
@@ -103,9 +103,9 @@ fn weights_of_one_change_nothing_in_rasters_of_integers() {
     dataset.rasterband(1).expect("a band").write((0, 0), (width, height), &mut samples).expect("written");
     dataset.close().expect("closed");
     geotiff(&ones, width, height, &vec![1.0; width * height]);
-    let (dem, ones) = (Raster::open(&dem, 1).expect("opens"), Raster::open(&ones, 1).expect("opens"));
+    let (dem, ones) = (testing::band(&dem, 1), testing::band(&ones, 1));
     let params = Params { tile: 40, ..Params::new(2.0) };
-    let of = |importance: Option<&Raster>, choice| {
+    let of = |importance: Option<&Band>, choice| {
         let options = FieldOptions { choice, ..FieldOptions::default() };
         let field = Field::open_with_importance(&dem, importance, &options, &Control::default()).expect("a field");
         told(&made(&field, &params))

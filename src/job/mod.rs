@@ -5,15 +5,13 @@
 //! and hands them and the triangles to a sink, tile after tile. The bytes written depend on the samples and on
 //! [`Params`], not on threads or the order of tiles.
 
-mod budget;
-mod disk;
 mod engine;
 mod error;
 mod goal;
 mod in_order;
 mod mesh;
+pub mod plan;
 mod pool;
-mod probe;
 mod shifted;
 #[cfg(test)]
 mod sink_tests;
@@ -22,23 +20,24 @@ mod tiles;
 pub mod work_dir;
 
 pub use crate::kernel::polish::Heights as VertexHeights;
-pub use budget::{BudgetTooSmall, Load, Plan, default_budget};
-pub use disk::{DiskTooSmall, DiskUse, check_disk};
 pub use engine::{EngineChoice, Quality};
 pub use error::Error;
 pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
 pub use mesh::{Mesh, Summary};
-pub use probe::{Expected, probe, probe_field};
+pub use plan::{
+    BudgetTooSmall, DiskTooSmall, DiskUse, Expected, Load, Plan, check_disk, default_budget, probe, probe_field,
+};
 pub use tiles::{MakeSpool, Pass, TileTimes, grid, triangulate, triangulate_into};
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::base::PointSet;
+use crate::base::exact_double;
 use crate::base::tiling::TileGrid;
 use crate::kernel::boundary::MAX_CELLS;
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
-use crate::raster::{PointSet, exact};
 
 #[cfg(test)]
 mod channel_tests;
@@ -192,7 +191,7 @@ impl Params {
             Feasibility::Strong => "strong",
         };
         let mut named = vec![
-            ("max error", exact(self.max_error)),
+            ("max error", exact_double(self.max_error)),
             ("feasibility", feasibility.to_string()),
             ("tile", self.tile.to_string()),
             ("engine", self.engine.named()),
@@ -207,7 +206,7 @@ impl Params {
             named.push(("polishing", schedule.named()));
         }
         if self.tuning.min_angle > 0.0 {
-            named.push(("smallest angle", exact(self.tuning.min_angle)));
+            named.push(("smallest angle", exact_double(self.tuning.min_angle)));
         }
         if self.tuning.strong_edges && self.feasibility == Feasibility::Weak {
             named.push(("edges in polishing", "strong".to_string()));

@@ -8,6 +8,7 @@ use proptest::prelude::*;
 use super::tests::{Told, engines, qualities, told};
 use super::*;
 use crate::base::Heights;
+use crate::base::PointSet;
 use crate::base::Window;
 use crate::base::channels::{Channel, ChannelError, Number, Range, Ranges};
 use crate::base::control::Control;
@@ -15,7 +16,7 @@ use crate::base::exact;
 use crate::base::lattice::{Point, orient};
 use crate::field::{Choice, Field, FieldError, FieldOptions, HoleOptions};
 use crate::kernel::triangulate::cuts::Cuts;
-use crate::raster::{CutlineSource, PointSet, Raster, read_cutline};
+use crate::raster::{CutlineSource, Raster, read_cutline};
 use crate::testing::{self, cases};
 
 pub(super) type Place = (i32, i32);
@@ -407,7 +408,7 @@ fn outside_of_a_cutline_is_as_without_heights() {
             let raster = open().with_cutline(cutline.clone());
             let (control, params) = (Control::default(), &params);
             let mesh = pool.install(move || {
-                let field = Field::open(&raster, &options, &control)?;
+                let field = Field::open(&raster.to_band().expect("a band"), &options, &control)?;
                 triangulate(&field, params, &control)
             });
             assert!(told(&mesh.expect("a mesh")) == expected, "tiles of {tile}, {threads} threads, {choice:?}");

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::tests::{geotiff, terrain};
 use super::*;
+use crate::base::PointSet;
 use crate::base::Window;
 use crate::base::control::{CancelToken, Cancelled, Control};
 use crate::base::lattice::{Point, orient};
@@ -19,7 +20,7 @@ use crate::kernel::seam::{MinLink, Rim};
 use crate::kernel::triangulate::cuts::Cuts;
 use crate::kernel::triangulate::insertion::InsertionOptions;
 use crate::kernel::triangulate::{Engine, Task};
-use crate::raster::{PointSet, Raster};
+use crate::raster::Raster;
 use crate::testing;
 use crate::verify::{VerifyOptions, verify};
 
@@ -116,7 +117,8 @@ fn points_become_vertices_of_the_written_mesh() {
     let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
     geotiff(&dem, width, height, &terrain(5, width, height));
     let raster = Raster::open(&dem, 1).expect("opens");
-    let field = Field::open(&raster, &Default::default(), &Control::default()).expect("a field");
+    let field =
+        Field::open(&raster.to_band().expect("a band"), &Default::default(), &Control::default()).expect("a field");
     let params = Params { tile: 16, ..Params::new(1e6) };
     // Corners of tiles, seams, rims and ground.
     let points = PointSet::new([(0, 0), (16, 16), (16, 5), (7, 16), (39, 11), (3, 29), (8, 8), (9, 8), (31, 20)]);
@@ -124,7 +126,7 @@ fn points_become_vertices_of_the_written_mesh() {
     let sink = PlySink::new(StagedFile::create(&tin, false, &[Path::new(&dem)]).expect("staged"), Header::default());
     mesh.write(Box::new(sink), &Control::default()).expect("written");
     let options = VerifyOptions { max_error: 1e6, importance: None, temp_dir: None };
-    let verdict = verify(&raster, &tin, &options, &Control::default());
+    let verdict = verify(&raster.to_band().expect("a band"), &tin, &options, &Control::default());
     let verdict = verdict.expect("judged");
     assert!(verdict.passes(), "{:?}", verdict.failures());
     let mut vertices = Vec::new();

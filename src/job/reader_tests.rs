@@ -12,11 +12,12 @@ use crate::base::Tile;
 use crate::base::Window;
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
+use crate::base::{Band, Mark, SampleType};
 use crate::field::{Choice, Field, FieldOptions};
 use crate::formats::{Header, PlySink};
-use crate::raster::{Mark, Raster, SampleType, View, plain_layout};
+use crate::raster::View;
 use crate::testing;
-use crate::verify::{VerifyOptions, verify};
+use crate::verify::{HeightReader, VerifyOptions, verify};
 
 const SIZE: (usize, usize) = (13, 11);
 const ALL: Window = Window { column: 0, row: 0, width: SIZE.0, height: SIZE.1 };
@@ -172,9 +173,9 @@ fn make(folder: &Path, case: &Case) -> PathBuf {
 }
 
 /// What the engines see: heights as bits, `None` where there is none.
-fn seen_by_engines(raster: &Raster, choice: Choice) -> Option<Vec<Option<u64>>> {
+fn seen_by_engines(band: &Band, choice: Choice) -> Option<Vec<Option<u64>>> {
     let options = FieldOptions { choice, ..FieldOptions::default() };
-    let field = Field::open(raster, &options, &Control::default()).expect("a field");
+    let field = Field::open(band, &options, &Control::default()).expect("a field");
     let mut tile = Tile::default();
     field.load(ALL, &mut tile).ok()?;
     let at = |i: usize| (i % SIZE.0, i / SIZE.0);
@@ -184,9 +185,9 @@ fn seen_by_engines(raster: &Raster, choice: Choice) -> Option<Vec<Option<u64>>> 
     Some(seen.collect())
 }
 
-fn seen_by_verify(raster: &Raster) -> Vec<Option<u64>> {
+fn seen_by_verify(band: &Band) -> Vec<Option<u64>> {
     let mut heights = vec![0.0; ALL.len()];
-    raster.read_valid_heights(ALL, &mut heights).expect("read");
+    HeightReader::new(band).read(ALL, &mut heights).expect("read");
     heights.into_iter().map(|h| Some(h).filter(|h| !h.is_nan()).map(f64::to_bits)).collect()
 }
 
@@ -196,9 +197,9 @@ proptest! {
     #[test]
     fn both_readers_see_the_same_samples(case in case()) {
         let folder = tempfile::tempdir().expect("a folder");
-        let raster = Raster::open(&make(folder.path(), &case), 1).expect("opened");
+        let raster = testing::band(&make(folder.path(), &case), 1);
         let expected = seen_by_verify(&raster);
-        let in_place = plain_layout(&raster).is_ok().then_some(Choice::InPlace);
+        let in_place = raster.plain_layout().is_ok().then_some(Choice::InPlace);
         prop_assert_eq!(in_place.is_some(), case.form == Form::GeoTiff);
         for choice in [Choice::Windows, Choice::Decode].into_iter().chain(in_place) {
             // A 64-bit integer beyond 2^53, or what is beyond 10^30, is refused.
@@ -213,9 +214,9 @@ proptest! {
 }
 
 /// Whether `simplify` and `verify` pass and report the same largest error, to the last bit; if there is ground at all.
-fn largest_errors_agree(raster: &Raster, folder: &Path, importance: Option<&Raster>, tolerance: f64) -> bool {
+fn largest_errors_agree(band: &Band, folder: &Path, importance: Option<&Band>, tolerance: f64) -> bool {
     let (control, output) = (Control::default(), folder.join("tin.ply"));
-    let field = Field::open_with_importance(raster, importance, &FieldOptions::default(), &control).expect("a field");
+    let field = Field::open_with_importance(band, importance, &FieldOptions::default(), &control).expect("a field");
     let params = Params { tile: 7, ..Params::new(tolerance) };
     let mesh = match triangulate(&field, &params, &control) {
         Err(super::Error::NoGround { .. }) => return true,
@@ -224,7 +225,7 @@ fn largest_errors_agree(raster: &Raster, folder: &Path, importance: Option<&Rast
     let staged = StagedFile::create(&output, true, &[]).expect("staged");
     let summary = mesh.write(Box::new(PlySink::new(staged, Header::default())), &control).expect("written");
     let options = VerifyOptions { max_error: tolerance, importance, temp_dir: None };
-    let verdict = verify(raster, &output, &options, &control).expect("judged");
+    let verdict = verify(band, &output, &options, &control).expect("judged");
     assert!(verdict.passes(), "{verdict}");
     let worst = verdict.worst.map_or(0.0, |w| w.error);
     let weighted = verdict.weighted_worst.map_or(worst, |w| w.weighted_error);
@@ -241,7 +242,7 @@ fn nothing_marked() -> Case {
 #[test]
 fn a_scaled_vrt_is_read_in_its_own_type() {
     let folder = tempfile::tempdir().expect("a folder");
-    let raster = Raster::open(&make(folder.path(), &nothing_marked()), 1).expect("opened");
+    let raster = testing::band(&make(folder.path(), &nothing_marked()), 1);
     let seen = seen_by_verify(&raster);
     assert_eq!(seen_by_engines(&raster, Choice::Windows).as_ref(), Some(&seen));
     assert!(seen.iter().flatten().all(|bits| f64::from_bits(*bits).fract() == 0.0));
@@ -251,9 +252,9 @@ fn a_scaled_vrt_is_read_in_its_own_type() {
 #[test]
 fn importance_of_a_scaled_vrt_weighs_the_same_for_both() {
     let (folder, heights) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("another"));
-    let weights = Raster::open(&make(folder.path(), &nothing_marked()), 1).expect("opened");
+    let weights = testing::band(&make(folder.path(), &nothing_marked()), 1);
     let case = Case { form: Form::GeoTiff, kind: "Float64", ..nothing_marked() };
-    let raster = Raster::open(&make(heights.path(), &case), 1).expect("opened");
+    let raster = testing::band(&make(heights.path(), &case), 1);
     assert!(largest_errors_agree(&raster, heights.path(), Some(&weights), 300.0));
 }
 
@@ -263,7 +264,7 @@ fn voids_of_a_vrt_are_missing_for_both() {
     let mut case = Case { form: Form::Vrt, kind: "Float32", nodata: Some(-9999.9), ..nothing_marked() };
     case.samples[40..44].fill(-9999.9);
     let folder = tempfile::tempdir().expect("a folder");
-    let raster = Raster::open(&make(folder.path(), &case), 1).expect("opened");
+    let raster = testing::band(&make(folder.path(), &case), 1);
     assert_eq!(raster.tag(), Some(Mark::Real(-9999.9)));
     assert_eq!(seen_by_verify(&raster).iter().filter(|s| s.is_none()).count(), 4);
     assert!(largest_errors_agree(&raster, folder.path(), None, 2.0));
@@ -276,7 +277,7 @@ fn marks_that_were_rounded_when_written() {
         let mut case = Case { form: Form::GeoTiff, kind, nodata: Some(mark), ..nothing_marked() };
         case.samples[40] = sample;
         let folder = tempfile::tempdir().expect("a folder");
-        let raster = Raster::open(&make(folder.path(), &case), 1).expect("opened");
+        let raster = testing::band(&make(folder.path(), &case), 1);
         let seen = seen_by_verify(&raster);
         if let Some(engines) = seen_by_engines(&raster, Choice::Auto) {
             assert_eq!(seen, engines, "{kind} {mark} {sample}");
@@ -310,14 +311,14 @@ fn marks_of_the_caller_count_for_both() {
     let seen = |nodata: &[&str], valid_range| {
         let nodata = nodata.iter().map(|text| text.to_string()).collect();
         let view = View { nodata, valid_range, ..View::default() };
-        let raster = view.open(&path, &Control::default().cancel).expect("opened");
+        let raster = view.open(&path, &Control::default().cancel).expect("opened").to_band().expect("told");
         let seen = seen_by_verify(&raster);
         if let Some(engines) = seen_by_engines(&raster, Choice::Auto) {
             assert_eq!(engines, seen);
         }
         std::array::from_fn::<bool, 5, _>(|i| seen[i].is_some())
     };
-    let range = |min, max| Some(crate::raster::ValidRange { min, max });
+    let range = |min, max| Some(crate::base::ValidRange { min, max });
     assert_eq!(seen(&[], None), [false, true, true, true, true]);
     assert_eq!(seen(&["tag", "-inf"], None), [false, false, true, true, true]);
     assert_eq!(seen(&["-inf", "-1e4"], None), [true, false, false, true, true]);
@@ -328,12 +329,12 @@ fn marks_of_the_caller_count_for_both() {
 
 #[test]
 fn half_floats_have_the_rules_of_singles() {
-    use crate::raster::{Marks, Scaling};
+    use crate::base::{Marks, Scaling};
     assert_eq!((SampleType::F16.name(), SampleType::F16.bytes(), SampleType::F16.fits_f32()), ("Float16", 2, true));
     assert_eq!(Mark::parse("-9999", SampleType::F16), Some(Mark::Real(-9999.0)));
     assert_eq!(Mark::parse("1e6", SampleType::F16), None);
     let marks = Marks { values: vec![Mark::Real(-9999.0)], valid: None };
-    let missing = crate::field::missing_halves(&marks, Scaling::NONE, &[-10000.0, -9992.0, f32::NAN, 1.5]);
+    let missing = crate::base::stored::missing_halves(&marks, Scaling::NONE, &[-10000.0, -9992.0, f32::NAN, 1.5]);
     // No half float is -9999: it is rounded to -10000.
     assert_eq!(missing, [true, false, true, false]);
 }

@@ -16,7 +16,6 @@ use crate::job::spool::{Chunk, Spool};
 use crate::kernel::polish::{Effort, Schedule, Tuning};
 use crate::kernel::triangulate::cuts::Cuts;
 use crate::kernel::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
-use crate::raster::Raster;
 use crate::synth::{Terrain, TerrainOptions};
 use crate::testing;
 use crate::verify::{VerifyOptions, verify};
@@ -53,11 +52,11 @@ pub(super) fn certify_weighted(width: usize, height: usize, heights: &[f64], wei
     let folder = testing::folder();
     let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
     geotiff(&dem, width, height, heights);
-    let raster = Raster::open(&dem, 1).expect("opens");
+    let raster = testing::band(&dem, 1);
     let importance = weights.map(|weights| {
         let path = folder.path().join("weights.tif");
         geotiff(&path, width, height, weights);
-        Raster::open(&path, 1).expect("opens")
+        testing::band(&path, 1)
     });
     let (importance, options) = (importance.as_ref(), FieldOptions::default());
     let field = Field::open_with_importance(&raster, importance, &options, &Control::default()).expect("a field");

@@ -9,6 +9,7 @@ use super::in_order::{End, find_end};
 use super::pool::Pool;
 use super::shifted::{Lines, polish_shifted};
 use super::{Error, Mesh, Params, Quality};
+use crate::base::RasterError;
 use crate::base::Tile;
 use crate::base::Window;
 use crate::base::control::{Cancelled, Control, Stage};
@@ -24,7 +25,6 @@ use crate::kernel::measure::{Bare, Bound, ErrorStats, HeightStats, measure, shap
 use crate::kernel::polish::count_relaxed;
 use crate::kernel::seam::{MinLink, Rim};
 use crate::kernel::triangulate::Task;
-use crate::raster::RasterError;
 
 /// Seconds of all threads together, by what a tile goes through.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]

@@ -8,10 +8,10 @@ use proptest::prelude::*;
 use super::nodata_tests::{Place, Scene, scene};
 use super::tests::{Told, engines, qualities, told};
 use super::*;
+use crate::base::PointSet;
 use crate::base::exact;
 use crate::base::lattice::{Point, orient};
 use crate::kernel::triangulate::cuts::Cuts;
-use crate::raster::PointSet;
 use crate::testing::{self, cases};
 
 /// Everything a trimmed mesh must be. Returns how many triangles it has, and how many samples it leaves bare.

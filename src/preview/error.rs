@@ -1,9 +1,10 @@
 use std::path::{Path, PathBuf};
 
+use crate::base::RasterError;
 use crate::base::control::Cancelled;
 use crate::base::staged::OutputError;
 use crate::formats::ReadError;
-use crate::raster::{RasterError, ViewError};
+use crate::raster::ViewError;
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]

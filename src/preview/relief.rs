@@ -5,7 +5,7 @@ use super::mesh::Triangle;
 use super::samples::Samples;
 use super::scan::points_inside;
 use super::view::View;
-use crate::raster::Raster;
+use crate::base::Band;
 
 /// Cell sizes in the unit of the heights, and the exaggeration.
 #[derive(Debug, Clone, Copy)]
@@ -15,10 +15,10 @@ pub(super) struct Light {
 }
 
 impl Light {
-    pub(super) fn over(raster: &Raster, exaggeration: f64) -> Light {
-        let [_, xp, xl, _, yp, yl] = raster.geo_transform().coefficients();
+    pub(super) fn over(band: &Band, exaggeration: f64) -> Light {
+        let [_, xp, xl, _, yp, yl] = band.geo_transform().coefficients();
         // Degrees are taken as degrees of latitude: shading needs no better.
-        let unit = if raster.crs_wkt().starts_with("GEOG") { 111_320.0 } else { 1.0 };
+        let unit = if band.reference().geographic { 111_320.0 } else { 1.0 };
         let unit = unit / exaggeration;
         Light { cell: (unit * xp.hypot(yp), unit * xl.hypot(yl)) }
     }

@@ -9,12 +9,12 @@ use super::relief::{Light, Shading, shaded_samples};
 use super::samples::Samples;
 use super::view::View;
 use super::{Mode, PreviewError, PreviewOptions};
+use crate::base::Band;
 use crate::base::Window;
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::base::warning::Warning;
 use crate::formats::{self, MeshReader};
-use crate::raster::Raster;
 
 use super::canvas::Canvas;
 
@@ -54,13 +54,15 @@ pub fn preview(
     // Found before the work; the file itself is made after it, so that a killed run leaves nothing.
     StagedFile::check(out, options.overwrite, &inputs)?;
     let raster = options.view.open(raster, &control.cancel)?;
-    raster.holds_rows(raster.width())?;
-    let window = Window { column: 0, row: 0, width: raster.width(), height: raster.height() };
+    let warnings = raster.warnings().to_vec();
+    let band = raster.to_band()?;
+    band.holds_rows(band.width())?;
+    let window = Window { column: 0, row: 0, width: band.width(), height: band.height() };
     let mut job = Job {
-        light: Light::over(&raster, options.exaggeration),
+        light: Light::over(&band, options.exaggeration),
         view: View::fit(window, options.size),
         mesh: formats::open(mesh, None, &control.cancel)?,
-        raster,
+        band,
         options,
         control,
     };
@@ -73,7 +75,6 @@ pub fn preview(
     };
     control.cancel.check()?;
     canvas.save(StagedFile::create(out, options.overwrite, &inputs)?)?;
-    let warnings = job.raster.warnings().to_vec();
     Ok(PreviewReport { width: canvas.width, height: canvas.height, triangles, largest_error, warnings })
 }
 
@@ -92,7 +93,7 @@ fn check(options: &PreviewOptions) -> Result<(), PreviewError> {
 }
 
 struct Job<'a> {
-    raster: Raster,
+    band: Band,
     mesh: Box<dyn MeshReader>,
     view: View,
     light: Light,
@@ -107,7 +108,7 @@ impl Job<'_> {
     fn shaded(&mut self, with_edges: bool) -> Result<Drawn, PreviewError> {
         let mut shading = Shading::new(self.view);
         let mut edges = if with_edges { Edges::new(self.view) } else { None };
-        let transform = self.raster.geo_transform();
+        let transform = self.band.geo_transform();
         let triangles =
             for_each_triangle(self.mesh.as_mut(), &[], &transform, self.view.window, self.control, |triangle| {
                 shading.draw(triangle, &self.light);
@@ -122,7 +123,7 @@ impl Job<'_> {
 
     fn coloured(&mut self) -> Result<Drawn, PreviewError> {
         let mut gouraud = Gouraud::new(self.view);
-        let (transform, window) = (self.raster.geo_transform(), self.view.window);
+        let (transform, window) = (self.band.geo_transform(), self.view.window);
         let triangles =
             for_each_triangle(self.mesh.as_mut(), &COLOURS, &transform, window, self.control, |triangle| {
                 gouraud.draw(triangle);
@@ -131,9 +132,9 @@ impl Job<'_> {
     }
 
     fn errors(&mut self) -> Result<Drawn, PreviewError> {
-        let samples = Samples::read(&self.raster, &self.view, self.control)?;
+        let samples = Samples::read(&self.band, &self.view, self.control)?;
         let mut deviation = Deviation::new(self.view, samples);
-        let transform = self.raster.geo_transform();
+        let transform = self.band.geo_transform();
         let triangles =
             for_each_triangle(self.mesh.as_mut(), &[], &transform, self.view.window, self.control, |triangle| {
                 deviation.draw(triangle);
@@ -148,7 +149,7 @@ impl Job<'_> {
 
     fn side_by_side(&mut self) -> Result<Drawn, PreviewError> {
         const GAP: usize = 6;
-        let samples = Samples::read(&self.raster, &self.view, self.control)?;
+        let samples = Samples::read(&self.band, &self.view, self.control)?;
         let left = shaded_samples(&samples, self.view, &self.light);
         let (right, triangles, _) = self.shaded(true)?;
         let mut both = Canvas::filled(2 * left.width + GAP, left.height, [250, 250, 248]);

@@ -1,8 +1,9 @@
 use super::PreviewError;
 use super::view::View;
+use crate::base::Band;
 use crate::base::Window;
 use crate::base::control::{Control, Stage};
-use crate::raster::Raster;
+use crate::verify::HeightReader;
 
 /// The looked-at samples of the window.
 pub(super) struct Samples {
@@ -14,15 +15,16 @@ pub(super) struct Samples {
 
 impl Samples {
     /// Reads one row of the raster at a time.
-    pub(super) fn read(raster: &Raster, view: &View, control: &Control) -> Result<Samples, PreviewError> {
+    pub(super) fn read(band: &Band, view: &View, control: &Control) -> Result<Samples, PreviewError> {
         let (across, down) = view.looked_at();
         let mut heights = Vec::with_capacity(across * down);
+        let mut reader = HeightReader::new(band);
         let mut line = vec![0.0; view.window.width];
         control.progress.begin(Stage::Rows, down as u64, view.window.len() as u64);
         for j in 0..down {
             control.cancel.check()?;
             let row = Window { row: view.window.row + j * view.stride, height: 1, ..view.window };
-            raster.read_valid_heights(row, &mut line)?;
+            reader.read(row, &mut line)?;
             // Nothing can be drawn of an infinite height.
             let drawn = |&h: &f64| if h.is_finite() { h } else { f64::NAN };
             heights.extend(line.iter().step_by(view.stride).map(drawn));

@@ -2,10 +2,11 @@ use std::path::{Path, PathBuf};
 
 use super::colours::{EXCEEDED, NO_GROUND, UNCOVERED};
 use super::*;
+use crate::base::RasterError;
 use crate::base::control::{CancelToken, Control};
 use crate::base::staged::OutputError;
 use crate::base::{GeoTransform, Window};
-use crate::raster::{Part, RasterError, View, ViewError};
+use crate::raster::{Part, View, ViewError};
 use crate::synth::{StoredAs, SynthOptions, Terrain, TerrainOptions, synth};
 
 const WIDTH: usize = 161;

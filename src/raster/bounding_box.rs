@@ -1,7 +1,7 @@
 use gdal::spatial_ref::SpatialRef;
 
 use super::crs::{transform, transformed};
-use super::error::reason;
+use super::gdal_error::reason;
 use super::{Raster, RasterError};
 use crate::base::Window;
 

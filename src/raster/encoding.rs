@@ -1,36 +1,8 @@
-//! Heights that are stored as colours: three bands of bytes make one number.
+//! Reading heights that are stored as colours.
 
-use super::{Raster, RasterError, SampleType};
-use crate::base::Window;
-
-/// How heights are stored as red, green and blue.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Encoding {
-    /// Mapbox's: (65536 R + 256 G + B − 100000) / 10 metres, one division of doubles.
-    TerrainRgb,
-    /// Mapzen's: (65536 R + 256 G + B) / 256 − 32768 metres, exact in doubles.
-    Terrarium,
-}
-
-impl Encoding {
-    /// Its name, as `--encoding` takes it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Encoding::TerrainRgb => "terrain-rgb",
-            Encoding::Terrarium => "terrarium",
-        }
-    }
-
-    /// The height of a colour, in metres.
-    pub fn height(self, [red, green, blue]: [u8; 3]) -> f64 {
-        let number = i32::from(red) << 16 | i32::from(green) << 8 | i32::from(blue);
-        match self {
-            Encoding::TerrainRgb => f64::from(number - 100_000) / 10.0,
-            Encoding::Terrarium => f64::from(number) / 256.0 - 32768.0,
-        }
-    }
-}
+use super::gdal_error;
+use super::{Raster, RasterError};
+use crate::base::{Encoding, SampleType, Scaling, Window};
 
 /// An encoding, and the bands that have red, green and blue, from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,7 +39,7 @@ impl Raster {
         self.encoded = Some(Encoded { encoding, bands });
         self.band = bands[0];
         self.sample_type = SampleType::F64;
-        self.scaling = super::Scaling::NONE;
+        self.scaling = Scaling::NONE;
         self.tag = None;
         self.marks.values.clear();
         Ok(self)
@@ -81,7 +53,7 @@ impl Raster {
     pub(super) fn read_encoded(&self, encoded: Encoded, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
         let mut colours = [const { Vec::new() }; 3];
         for (values, number) in colours.iter_mut().zip(encoded.bands) {
-            let band = self.dataset.rasterband(number).map_err(|e| RasterError::gdal(self.path(), "band", &e))?;
+            let band = self.dataset.rasterband(number).map_err(|e| gdal_error::failed(self.path(), "band", &e))?;
             values.resize(window.len(), 0u8);
             self.read_from(&band, window, values)?;
         }
@@ -90,20 +62,5 @@ impl Raster {
             *height = encoded.encoding.height([*r, *g, *b]);
         }
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn heights_of_colours() {
-        assert_eq!(Encoding::TerrainRgb.height([1, 134, 160]), 0.0);
-        assert_eq!(Encoding::TerrainRgb.height([0, 0, 0]), -10000.0);
-        assert_eq!(Encoding::TerrainRgb.height([1, 134, 161]), 0.1);
-        assert_eq!(Encoding::Terrarium.height([128, 0, 0]), 0.0);
-        assert_eq!(Encoding::Terrarium.height([128, 1, 128]), 1.5);
-        assert_eq!(Encoding::Terrarium.height([0, 0, 0]), -32768.0);
     }
 }

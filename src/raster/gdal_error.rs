@@ -1,10 +1,17 @@
 //! What GDAL says when it fails, as the end of a sentence. Some failures have no words at all, only a class or a code.
 
+use std::path::Path;
+
 use gdal::errors::GdalError;
 
-/// What is said where GDAL says nothing: a pixel function without enough sources, or a driver's worker thread, whose message
-/// is lost with it.
-pub(crate) const SILENT: &str = "GDAL gave no reason";
+use super::RasterError;
+// A pixel function without enough sources says nothing, nor does a driver's worker thread, whose message is lost with it.
+use crate::base::SILENT;
+
+/// What GDAL refuses to tell about a file.
+pub(super) fn failed(path: &Path, what: &'static str, error: &GdalError) -> RasterError {
+    RasterError::Gdal { path: path.to_path_buf(), what, reason: reason(error) }
+}
 
 /// GDAL's own words, without the wrapper's decoration; where it has none, a sentence on what failed. Never empty.
 pub(crate) fn reason(error: &GdalError) -> String {

@@ -4,11 +4,12 @@
 //! only, of two or four bands, and none beside a nodata tag. Masks of the file (`.msk`, internal ones) and one nodata value
 //! for all bands together (`NODATA_VALUES`) come from GDAL. What GDAL makes of the nodata tag is not asked: `marks` says it.
 
+use super::gdal_error;
 use gdal::raster::ColorInterpretation;
 
-use super::sample_type::with_sample_type;
 use super::{Raster, RasterError};
 use crate::base::Window;
+use crate::base::with_sample_type;
 
 /// What says that samples are missing, beside marks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,7 +41,7 @@ impl Raster {
     }
 
     fn masks(&self) -> Result<Masks, RasterError> {
-        let flags = self.rasterband()?.mask_flags().map_err(|e| RasterError::gdal(self.path(), "mask", &e))?;
+        let flags = self.rasterband()?.mask_flags().map_err(|e| gdal_error::failed(self.path(), "mask", &e))?;
         let of_file = !flags.is_all_valid() && !flags.is_alpha() && (!flags.is_nodata() || flags.is_per_dataset());
         Ok(Masks { file: of_file, alpha: self.alpha_band() })
     }
@@ -57,7 +58,7 @@ impl Raster {
         let masks = self.masks()?;
         if masks.file {
             let band = self.rasterband()?;
-            let mask = band.open_mask_band().map_err(|e| RasterError::gdal(self.path(), "mask", &e))?;
+            let mask = band.open_mask_band().map_err(|e| gdal_error::failed(self.path(), "mask", &e))?;
             self.read_from(&mask, window, out)?;
         } else {
             out.fill(255);
@@ -70,7 +71,7 @@ impl Raster {
 
     /// Where alpha is 0 or NaN, nothing is there.
     fn mask_by_alpha(&self, alpha: usize, window: Window, out: &mut [u8]) -> Result<(), RasterError> {
-        let band = self.dataset.rasterband(alpha).map_err(|e| RasterError::gdal(self.path(), "alpha band", &e))?;
+        let band = self.dataset.rasterband(alpha).map_err(|e| gdal_error::failed(self.path(), "alpha band", &e))?;
         let Some(sample_type) = super::open::sample_type(&band) else {
             return Err(RasterError::SampleType {
                 path: self.path().to_path_buf(),

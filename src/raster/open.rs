@@ -1,5 +1,6 @@
 //! Opening a raster through GDAL, and what is known of it then.
 
+use super::gdal_error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,11 +12,13 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 use super::axes;
 use super::drivers::{self, Unread};
 use super::encoding::Encoded;
-use super::error::reason;
+use super::gdal_error::reason;
 use super::gdal_messages::About;
+use super::sample_type::of_gdal;
 use crate::base::warning::Warning;
 
-use super::{Cutline, Encoding, GdalName, Mark, Marks, RasterError, SampleType, Scaling};
+use super::{GdalName, RasterError};
+use crate::base::{Cutline, Encoding, Mark, Marks, SampleType, Scaling};
 use crate::base::{GeoTransform, Window};
 
 /// One band of an open raster. Not shared between threads: each opens its own.
@@ -150,7 +153,7 @@ impl Raster {
             })?),
         };
         let (sample_type, scaling, tag) = {
-            let b = dataset.rasterband(band).map_err(|e| RasterError::gdal(path, "band", &e))?;
+            let b = dataset.rasterband(band).map_err(|e| gdal_error::failed(path, "band", &e))?;
             let sample_type = sample_type(&b).ok_or_else(|| RasterError::SampleType {
                 path: path.to_path_buf(),
                 band,
@@ -197,16 +200,6 @@ impl Raster {
             cutline: self.cutline.map(|cutline| Arc::new(cutline.of_window(column, row))),
             ..self
         })
-    }
-
-    /// Makes sure that a row of so many samples can be held in memory: a file may claim any size.
-    ///
-    /// # Errors
-    /// [`RasterError::Wide`].
-    pub fn holds_rows(&self, found: usize) -> Result<(), RasterError> {
-        /// As doubles, half a gibibyte.
-        const LIMIT: usize = 1 << 26;
-        if found <= LIMIT { Ok(()) } else { Err(RasterError::Wide { path: self.path.clone(), limit: LIMIT, found }) }
     }
 
     /// The window, if the view is not the whole raster.
@@ -298,6 +291,11 @@ impl Raster {
         self.geo_transform.unwrap_or(GeoTransform::DEFAULT.of_window(self.window.column, self.window.row))
     }
 
+    /// The raster's own geotransform, of the window.
+    pub(super) fn own_geo_transform(&self) -> Option<GeoTransform> {
+        self.geo_transform
+    }
+
     /// Whether the raster brings a geotransform of its own.
     pub fn is_georeferenced(&self) -> bool {
         self.geo_transform.is_some()
@@ -329,7 +327,7 @@ impl Raster {
     }
 
     pub(super) fn rasterband(&self) -> Result<RasterBand<'_>, RasterError> {
-        self.dataset.rasterband(self.band).map_err(|e| RasterError::gdal(&self.path, "band", &e))
+        self.dataset.rasterband(self.band).map_err(|e| gdal_error::failed(&self.path, "band", &e))
     }
 
     /// Where the samples of a window are in the dataset.
@@ -340,7 +338,7 @@ impl Raster {
 
 pub(super) fn sample_type(band: &RasterBand<'_>) -> Option<SampleType> {
     let signed_byte = band.metadata_item("PIXELTYPE", "IMAGE_STRUCTURE").is_some_and(|v| v == "SIGNEDBYTE");
-    SampleType::from_gdal(band.band_type(), signed_byte)
+    of_gdal(band.band_type(), signed_byte)
 }
 
 pub(super) fn type_name(band: &RasterBand<'_>) -> String {

@@ -2,7 +2,8 @@
 
 use gdal::raster::ColorInterpretation as Colour;
 
-use super::{Raster, RasterError, SampleType};
+use super::{Raster, RasterError};
+use crate::base::SampleType;
 
 impl Raster {
     /// Makes sure that the band is no colour and no index of a table of colours.

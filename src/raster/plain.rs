@@ -1,27 +1,9 @@
-use std::path::PathBuf;
+//! Where the samples of an uncompressed GeoTIFF lie in its file.
 
 use gdal::Metadata;
 
 use super::Raster;
-
-/// Where the blocks of an uncompressed GeoTIFF lie, so that its samples can be used in place.
-///
-/// Blocks hold rows of samples in the machine's byte order and nothing else; a block may begin at any byte. Tiles at
-/// the right and lower rim are padded to the full block, the last strip is not. Blocks are those of the whole raster, also
-/// where only a window of it is looked at.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PlainLayout {
-    /// The file that holds the blocks.
-    pub file: PathBuf,
-    /// Samples across one block.
-    pub block_width: usize,
-    /// Samples down one block.
-    pub block_height: usize,
-    /// Blocks across.
-    pub blocks_across: usize,
-    /// Byte offsets of the blocks in the file, row by row.
-    pub offsets: Vec<u64>,
-}
+use crate::base::PlainLayout;
 
 /// No block of a TIFF begins before.
 const HEADER_BYTES: u64 = 8;
@@ -30,7 +12,7 @@ const HEADER_BYTES: u64 = 8;
 ///
 /// # Errors
 /// The reason, as the end of the sentence "is decoded: …".
-pub fn plain_layout(raster: &Raster) -> Result<PlainLayout, String> {
+pub(super) fn plain_layout(raster: &Raster) -> Result<PlainLayout, String> {
     let driver = raster.driver();
     if driver != "GTiff" {
         return Err(format!("its format is {driver}, only GeoTIFF is mapped"));
@@ -83,7 +65,8 @@ pub fn plain_layout(raster: &Raster) -> Result<PlainLayout, String> {
             offsets.push(offset);
         }
     }
-    Ok(PlainLayout { file, block_width, block_height, blocks_across: across, offsets })
+    let first = raster.window().map_or((0, 0), |w| (w.column, w.row));
+    Ok(PlainLayout { file, whole: (width, height), first, block_width, block_height, blocks_across: across, offsets })
 }
 
 /// The first two bytes of a TIFF name its byte order.

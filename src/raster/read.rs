@@ -5,11 +5,12 @@
 
 use gdal::raster::{GdalType, RasterBand};
 
-use super::error::reason;
+use super::gdal_error::reason;
 use super::gdal_messages::About;
-use super::sample_type::with_sample_type;
-use super::{Raster, RasterError, SampleType};
+use super::{Raster, RasterError};
+use crate::base::SampleType;
 use crate::base::Window;
+use crate::base::with_sample_type;
 
 impl Raster {
     /// Reads a window as it is stored, in the machine's byte order, rows one after the other; of encoded heights, the
@@ -67,42 +68,6 @@ impl Raster {
         Ok(())
     }
 
-    /// Reads a window as heights, scale and offset applied, rows one after the other. Missing samples come as the number
-    /// they are stored as.
-    ///
-    /// # Errors
-    /// [`RasterError::Read`].
-    ///
-    /// # Panics
-    /// If `out` is not `window.len()` long, or the window is not inside the raster.
-    pub fn read_heights(&self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
-        self.read_stored(window, out)?;
-        self.scale(out);
-        Ok(())
-    }
-
-    /// Reads a window of stored values as doubles: exactly, but for 64-bit integers beyond 2⁵³.
-    pub(super) fn read_stored(&self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
-        assert_eq!(out.len(), window.len(), "heights of {window:?}");
-        let bytes = window.len() * self.sample_type().bytes();
-        let mut words = vec![0u64; bytes.div_ceil(8)];
-        let stored = &mut bytemuck::cast_slice_mut(&mut words)[..bytes];
-        self.read_native(window, stored)?;
-        with_sample_type!(self.sample_type(), T => {
-            let stored = bytemuck::cast_slice::<u8, T>(stored);
-            out.iter_mut().zip(stored).for_each(|(height, stored)| *height = stored.double());
-        });
-        Ok(())
-    }
-
-    /// Stored values become heights.
-    pub(super) fn scale(&self, values: &mut [f64]) {
-        let scaling = self.scaling();
-        if !scaling.is_none() {
-            values.iter_mut().for_each(|v| *v = scaling.height(*v));
-        }
-    }
-
     /// Reads a window of any band of the dataset, by GDAL, in this type.
     pub(super) fn read_from<T: GdalType + Copy>(
         &self,
@@ -124,26 +89,14 @@ impl Raster {
     }
 }
 
-/// The types of samples as doubles, and those that GDAL reads into.
-pub(super) trait Stored: bytemuck::Pod {
-    /// The number, rounded where no double equals it.
-    fn double(self) -> f64;
-
-    /// The whole number, of integers.
-    fn whole(self) -> i128;
-
+/// The types of samples that GDAL reads into.
+pub(super) trait Read: bytemuck::Pod {
     /// Reads a window of a band.
     fn read_of(raster: &Raster, band: &RasterBand<'_>, window: Window, out: &mut [Self]) -> Result<(), RasterError>;
 }
-macro_rules! stored {
+macro_rules! read {
     ($($t:ty),*) => {$(
-        impl Stored for $t {
-            fn double(self) -> f64 {
-                self as f64
-            }
-            fn whole(self) -> i128 {
-                self as i128
-            }
+        impl Read for $t {
             fn read_of(
                 raster: &Raster,
                 band: &RasterBand<'_>,
@@ -155,25 +108,13 @@ macro_rules! stored {
         }
     )*};
 }
-stored!(u8, u16, i16, u32, i32, u64, i64, f32, f64);
-impl Stored for i8 {
-    fn double(self) -> f64 {
-        f64::from(self)
-    }
-    fn whole(self) -> i128 {
-        i128::from(self)
-    }
+read!(u8, u16, i16, u32, i32, u64, i64, f32, f64);
+impl Read for i8 {
     fn read_of(raster: &Raster, band: &RasterBand<'_>, window: Window, out: &mut [i8]) -> Result<(), RasterError> {
         raster.read_signed_bytes(band, window, bytemuck::cast_slice_mut(out))
     }
 }
-impl Stored for half::f16 {
-    fn double(self) -> f64 {
-        f64::from(self)
-    }
-    fn whole(self) -> i128 {
-        f64::from(self) as i128
-    }
+impl Read for half::f16 {
     fn read_of(
         raster: &Raster,
         band: &RasterBand<'_>,

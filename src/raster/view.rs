@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use super::{BoundingBox, CutlineError, CutlineSource, Encoding, Raster, RasterError, ValidRange, read_cutline};
+use super::{BoundingBox, CutlineError, CutlineSource, Raster, RasterError, read_cutline};
 use crate::base::Window;
 use crate::base::control::CancelToken;
+use crate::base::{Encoding, ValidRange};
 
 /// Which part of a raster is meant.
 #[derive(Debug, Clone, Default, PartialEq)]

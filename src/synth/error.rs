@@ -1,11 +1,10 @@
-use std::path::{Path, PathBuf};
+//! Why a raster could not be made.
 
-use gdal::errors::GdalError;
+use std::path::PathBuf;
 
 use super::OptionError;
 use crate::base::control::Cancelled;
 use crate::base::staged::OutputError;
-use crate::raster::reason;
 
 /// Why a raster could not be made. Nothing is left under its name then.
 #[derive(Debug, thiserror::Error)]
@@ -30,10 +29,4 @@ pub enum SynthError {
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-}
-
-impl SynthError {
-    pub(super) fn gdal(path: &Path, what: &'static str, error: &GdalError) -> Self {
-        SynthError::Gdal { path: path.to_path_buf(), what, reason: reason(error) }
-    }
 }

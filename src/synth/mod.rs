@@ -16,11 +16,13 @@ mod options;
 mod patch;
 mod spline;
 mod terrain;
+#[cfg(feature = "gdal")]
 mod write;
 
 pub use error::SynthError;
 pub use options::{BlockLayout, Compression, OptionError, StoredAs, SynthOptions, TerrainOptions};
 pub use terrain::Terrain;
+#[cfg(feature = "gdal")]
 pub use write::{SynthReport, synth};
 
 #[cfg(test)]

@@ -1,10 +1,12 @@
 use std::path::Path;
 
 use super::*;
+use crate::base::Mark;
 use crate::base::Window;
 use crate::base::control::{CancelToken, Control};
 use crate::base::staged::OutputError;
-use crate::raster::{Mark, Raster};
+use crate::raster::Raster;
+use crate::verify::HeightReader;
 
 fn terrain(options: TerrainOptions) -> Terrain {
     Terrain::new(&options).expect("valid options")
@@ -164,7 +166,8 @@ fn files_hold_the_terrain_in_every_type_and_layout() {
         let nodata = if stored_as == StoredAs::Int16 { -32768.0 } else { -9999.0 };
         assert_eq!(raster.tag(), Some(Mark::Real(nodata)));
         let mut stored = vec![0.0; heights.len()];
-        raster.read_heights(Window { column: 0, row: 0, width: 190, height: 170 }, &mut stored).expect("read");
+        let window = Window { column: 0, row: 0, width: 190, height: 170 };
+        HeightReader::new(&raster.to_band().expect("told")).read_stored(window, &mut stored).expect("read");
         let expected = heights.iter().map(|&h| match stored_as {
             _ if h.is_nan() => nodata,
             StoredAs::Int16 => (h + 0.5).floor(),

@@ -1,5 +1,6 @@
 use std::path::Path;
 
+use gdal::errors::GdalError;
 use gdal::raster::{Buffer, GdalType, RasterCreationOptions};
 use gdal::spatial_ref::SpatialRef;
 use gdal::{Dataset, DriverManager, Metadata};
@@ -9,7 +10,7 @@ use super::{BlockLayout, Compression, StoredAs, SynthError, SynthOptions, Terrai
 use crate::base::Window;
 use crate::base::control::{Control, Stage};
 use crate::base::staged::StagedFile;
-use crate::raster::GdalName;
+use crate::raster::{GdalName, reason};
 
 /// What was made.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -86,7 +87,7 @@ struct Job<'a> {
 impl Job<'_> {
     fn run<T: Stored>(&self) -> Result<SynthReport, SynthError> {
         let SynthOptions { width, height, .. } = *self.options;
-        let failed = |what| move |e| SynthError::gdal(self.path, what, &e);
+        let failed = |what| move |e| gdal_failed(self.path, what, &e);
         let mut dataset = self.create::<T>()?;
         self.describe::<T>(&mut dataset).map_err(failed("cannot be described"))?;
         let samples = width as u64 * height as u64;
@@ -100,7 +101,7 @@ impl Job<'_> {
 
     /// Batch by batch: made in parallel, written in order.
     fn fill<T: Stored>(&self, dataset: &Dataset) -> Result<SynthReport, SynthError> {
-        let failed = |what| move |e| SynthError::gdal(self.path, what, &e);
+        let failed = |what| move |e| gdal_failed(self.path, what, &e);
         let mut band = dataset.rasterband(1).map_err(failed("has no band"))?;
         let units = Units::of(self.options);
         let mut report = SynthReport::default();
@@ -130,7 +131,7 @@ impl Job<'_> {
 
     fn create<T: Stored>(&self) -> Result<Dataset, SynthError> {
         let SynthOptions { width, height, .. } = *self.options;
-        let failed = |e| SynthError::gdal(self.path, "cannot be created", &e);
+        let failed = |e| gdal_failed(self.path, "cannot be created", &e);
         let creation = RasterCreationOptions::from_iter(creation_options(self.options));
         let driver = DriverManager::get_driver_by_name("GTiff").map_err(failed)?;
         driver.create_with_band_type_with_options::<T, _>(self.staged, width, height, 1, &creation).map_err(failed)
@@ -154,7 +155,7 @@ impl Job<'_> {
     /// GDAL before 3.7 closes files without a word about errors: the last block tells whether all went well.
     fn check_complete(&self) -> Result<(), SynthError> {
         let SynthOptions { width, height, .. } = *self.options;
-        let failed = |e| SynthError::gdal(self.path, "cannot be completed", &e);
+        let failed = |e| gdal_failed(self.path, "cannot be completed", &e);
         let dataset = Dataset::open(self.staged).map_err(failed)?;
         let band = dataset.rasterband(1).map_err(failed)?;
         let last = (width as isize - 1, height as isize - 1);
@@ -275,4 +276,9 @@ impl SynthReport {
         }
         self
     }
+}
+
+/// What GDAL refuses to do.
+fn gdal_failed(path: &Path, what: &'static str, error: &GdalError) -> SynthError {
+    SynthError::Gdal { path: path.to_path_buf(), what, reason: reason(error) }
 }

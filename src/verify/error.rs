@@ -1,9 +1,9 @@
 use std::path::PathBuf;
 
+use crate::base::RasterError;
 use crate::base::control::Cancelled;
 use crate::base::decimal::Decimal;
 use crate::formats::ReadError;
-use crate::raster::RasterError;
 
 /// Why a mesh could not be judged. A mesh that was judged and failed is no error but a [`super::Verdict`].
 #[derive(Debug, thiserror::Error)]

@@ -1,6 +1,5 @@
-use crate::base::{CoordinateFrame, GeoTransform};
+use crate::base::{Band, CoordinateFrame, GeoTransform};
 use crate::formats::MeshReader;
-use crate::raster::Raster;
 
 use super::finding::{EdgePlace, FacePlace, MapPlace, SamplePlace, VertexPlace};
 use super::vertices::Vertex;
@@ -23,7 +22,7 @@ pub(super) struct Grid {
 impl Grid {
     /// For a mesh over a raster. A file in single precision whose coordinates do not tell lattice points apart is taken at
     /// its word: places are what is written, exactly.
-    pub(super) fn of(raster: &Raster, mesh: &dyn MeshReader) -> Grid {
+    pub(super) fn of(raster: &Band, mesh: &dyn MeshReader) -> Grid {
         let (width, height, transform) = (raster.width(), raster.height(), raster.geo_transform());
         let frame = mesh.header().frame;
         let single = frame.single && frame.tells_apart(&transform, width, height);

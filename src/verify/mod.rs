@@ -8,7 +8,7 @@
 //! The *ground* is known from the raster alone: every closed cell with four heights, and of every cell with three the closed
 //! triangle of the three (a half cell). Small holes may be bridged ([`GroundOptions`]): their samples count as if they had one.
 //! A sample has a height unless its stored value is the nodata mark or NaN, or a
-//! mask or alpha band says that it has none ([`Raster::read_valid_heights`]). Where all samples have one, the ground is the
+//! mask or alpha band says that it has none (`heights`). Where all samples have one, the ground is the
 //! rectangle of their centres.
 //!
 //! Passes over the raster find the holes that are bridged (`holes`) and the strip that may be bare (`strip`), where they are
@@ -91,6 +91,7 @@ mod faces;
 mod finding;
 mod grid;
 mod ground;
+mod heights;
 mod holes;
 mod joins;
 mod outline;
@@ -116,14 +117,16 @@ mod weighted;
 
 use std::path::{Path, PathBuf};
 
+use crate::base::Band;
+use crate::base::channels::ChannelBands;
 use crate::base::control::{Control, Stage};
 use crate::formats;
-use crate::raster::Raster;
 
 pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
+pub use heights::HeightReader;
 pub use verdict::{TrimVerdict, Verdict, WeightedWorst, WorstSample};
-pub use weighted::{ChannelRange, WeightedOptions, WeightedVerdict, WorstWeighted};
+pub use weighted::{ChannelRange, WeightedVerdict, WorstWeighted};
 
 use boundary::Boundary;
 use corners::{VertexFindings, read_vertices};
@@ -147,7 +150,7 @@ pub struct VerifyOptions<'a> {
     /// The vertical distance allowed at every sample, in the raster's unit; at most this, `<=`, is within.
     pub max_error: f64,
     /// A raster of weights: at every sample distance × weight is to be at most `max_error`. It has the grid of the raster.
-    pub importance: Option<&'a Raster>,
+    pub importance: Option<&'a Band>,
     /// Where temporary files are made, about 200 bytes per triangle; `None` is the system's place for them.
     pub temp_dir: Option<PathBuf>,
 }
@@ -174,7 +177,7 @@ pub struct GroundOptions {
 /// has another grid or anything but weights where there are heights, when temporary files fail, or on cancellation. A mesh
 /// that is merely wrong is a verdict.
 pub fn verify(
-    raster: &Raster,
+    raster: &Band,
     mesh: &Path,
     options: &VerifyOptions<'_>,
     control: &Control<'_>,
@@ -190,10 +193,10 @@ pub fn verify(
 /// # Panics
 /// If there is no channel, or an importance raster: the weighted error of channels has no weights of samples.
 pub fn verify_with_channels(
-    raster: &Raster,
+    raster: &Band,
     mesh: &Path,
     options: &VerifyOptions<'_>,
-    channels: &WeightedOptions,
+    channels: &ChannelBands,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
     verify_ground(raster, mesh, options, GroundOptions::default(), Some(channels), control)
@@ -207,11 +210,11 @@ pub fn verify_with_channels(
 /// # Panics
 /// As [`verify_with_channels`], where there are channels.
 pub fn verify_ground(
-    raster: &Raster,
+    raster: &Band,
     mesh: &Path,
     options: &VerifyOptions<'_>,
     ground: GroundOptions,
-    channels: Option<&WeightedOptions>,
+    channels: Option<&ChannelBands>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
     if let Some(channels) = channels {
@@ -226,11 +229,11 @@ pub fn verify_ground(
 
 /// The raster passes in bands of so many rows, where a number is given.
 fn judge(
-    raster: &Raster,
+    raster: &Band,
     mesh: &Path,
     options: &VerifyOptions<'_>,
     ground: GroundOptions,
-    channels: Option<&WeightedOptions>,
+    channels: Option<&ChannelBands>,
     band_rows: Option<usize>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {

@@ -1,8 +1,9 @@
+use crate::base::Band;
 use crate::base::Window;
 use crate::base::decimal::Decimal;
-use crate::raster::Raster;
 
 use super::VerifyError;
+use super::heights::HeightReader;
 use super::runs::RunFlags;
 
 /// What passes before the sweep have found out about a sample, bit by bit.
@@ -19,7 +20,7 @@ pub(super) mod flag {
 /// numbers and a nodata value, or a byte each where it has a mask), or one row where that is more.
 #[derive(Debug)]
 pub(super) struct BandReader<'r> {
-    raster: &'r Raster,
+    reader: HeightReader<'r>,
     /// The raster has no heights: all are 0.
     level: bool,
     rows: usize,
@@ -30,18 +31,18 @@ impl<'r> BandReader<'r> {
     /// Samples in a band, about.
     const SAMPLES: usize = 1 << 20;
 
-    pub(super) fn new(raster: &'r Raster) -> Self {
+    pub(super) fn new(raster: &'r Band) -> Self {
         let rows = (Self::SAMPLES / raster.width()).clamp(1, raster.height());
         // Whole blocks, where some fit: a block that two bands share is decoded twice.
         let block = raster.block_size().1.max(1);
         let rows = if rows > block { rows - rows % block } else { rows };
-        BandReader { raster, level: false, rows, heights: Vec::new() }
+        BandReader { reader: HeightReader::new(raster), level: false, rows, heights: Vec::new() }
     }
 
     /// Heights of 0, of the raster's size.
-    pub(super) fn level(raster: &'r Raster) -> Self {
+    pub(super) fn level(raster: &'r Band) -> Self {
         let rows = (Self::SAMPLES / raster.width()).clamp(1, raster.height());
-        BandReader { raster, level: true, rows, heights: Vec::new() }
+        BandReader { reader: HeightReader::new(raster), level: true, rows, heights: Vec::new() }
     }
 
     /// The same in bands of so many rows.
@@ -50,8 +51,8 @@ impl<'r> BandReader<'r> {
     }
 
     /// The raster.
-    pub(super) fn raster(&self) -> &'r Raster {
-        self.raster
+    pub(super) fn raster(&self) -> &'r Band {
+        self.reader.band()
     }
 
     /// Rows in a band; the last one may have fewer.
@@ -61,17 +62,17 @@ impl<'r> BandReader<'r> {
 
     /// How many bands there are.
     pub(super) fn count(&self) -> usize {
-        self.raster.height().div_ceil(self.rows)
+        self.raster().height().div_ceil(self.rows)
     }
 
     /// The heights of one band, row by row: finite, or NaN.
     pub(super) fn read(&mut self, band: usize) -> Result<&[f64], VerifyError> {
-        let (width, row) = (self.raster.width(), band * self.rows);
+        let (width, row) = (self.raster().width(), band * self.rows);
         self.read_numbers(band)?;
         match self.heights.iter().position(|h| h.is_infinite()) {
             None => Ok(&self.heights),
             Some(at) => Err(VerifyError::InfiniteSample {
-                path: self.raster.path().to_path_buf(),
+                path: self.raster().path().to_path_buf(),
                 column: at % width,
                 row: row + at / width,
                 found: self.heights[at],
@@ -82,24 +83,24 @@ impl<'r> BandReader<'r> {
     /// The same, of a band that may have anything where there is no height.
     pub(super) fn read_numbers(&mut self, band: usize) -> Result<&[f64], VerifyError> {
         let row = band * self.rows;
-        let height = self.rows.min(self.raster.height() - row);
-        let window = Window { column: 0, row, width: self.raster.width(), height };
+        let height = self.rows.min(self.raster().height() - row);
+        let window = Window { column: 0, row, width: self.raster().width(), height };
         self.heights.resize(window.len(), 0.0);
         if !self.level {
-            self.raster.read_valid_heights(window, &mut self.heights)?;
+            self.reader.read(window, &mut self.heights)?;
         }
         Ok(&self.heights)
     }
 
     /// The numbers of one band as weights of errors: finite and not negative wherever there is a height.
     fn read_weights(&mut self, band: usize, heights: &[f64]) -> Result<&[f64], VerifyError> {
-        let (first_row, width) = (band * self.rows, self.raster.width());
+        let (first_row, width) = (band * self.rows, self.raster().width());
         self.read_numbers(band)?;
         let wrong = |(weight, height): (&f64, &f64)| !(*weight >= 0.0 && weight.is_finite() || height.is_nan());
         match self.heights.iter().zip(heights).position(wrong) {
             None => Ok(&self.heights),
             Some(at) => Err(VerifyError::NotAWeight {
-                path: self.raster.path().to_path_buf(),
+                path: self.raster().path().to_path_buf(),
                 column: at % width,
                 row: first_row + at / width,
                 found: number_or_nodata(self.heights[at]),
@@ -139,7 +140,7 @@ impl<'r> Bands<'r> {
         self.weights.is_some()
     }
 
-    pub(super) fn new(heights: BandReader<'r>, importance: Option<&'r Raster>) -> Self {
+    pub(super) fn new(heights: BandReader<'r>, importance: Option<&'r Band>) -> Self {
         let weights = importance.map(|raster| BandReader::new(raster).by(heights.rows()));
         Bands { heights, weights, runs: Vec::new(), flags: Vec::new() }
     }

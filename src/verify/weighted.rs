@@ -1,9 +1,12 @@
+//! The weighted error of channels, judged in a pass of its own.
+
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::base::channels::ChannelBands;
 use crate::base::control::{Control, Stage};
+use crate::base::{Band, channels_of};
 use crate::formats::MeshReader;
-use crate::raster::{Raster, channels};
 
 use super::VerifyError;
 use super::finding::{Finding, SamplePlace};
@@ -16,22 +19,6 @@ use super::sort::{Sorted, Sorter};
 use super::surface::{Measure, Surface};
 use super::triangle::Triangle;
 use super::valued::ValuedStore;
-
-/// Bands of the raster that the mesh carries as attributes of its vertices, and what errors in them count.
-///
-/// With k channels, E = s·|Δz| + Σᵢ sᵢ·|Δcᵢ| must be at most the tolerance, where s = 1 − w and sᵢ = w·(M/k)/Rᵢ, each
-/// operation rounded in this order. w is the emphasis; M the range of the heights over the raster; Rᵢ that of the channel,
-/// of unsigned samples of 8 and 16 bits without scale and offset 255 and 65535. sᵢ is 0 where Rᵢ is, and at most the
-/// largest double.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WeightedOptions {
-    /// The bands, counted from 1. The attributes' names follow from the raster ([`crate::raster::channels`]).
-    pub bands: Vec<usize>,
-    /// From 0 (only heights count) to 1 (only channels).
-    pub emphasis: f64,
-    /// There are no heights: they are to be 0 everywhere, and M is 255.
-    pub planar: bool,
-}
 
 /// What was found out about the weighted error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -86,19 +73,17 @@ const TASKS: usize = 32;
 /// A pass over the file's vertices and faces, one over each band of the raster, and one more over those whose range is
 /// looked for. Memory use is constant: the sort's 16 MiB, a [`ValuedStore`], and bands of 8 MiB in all.
 pub(super) fn judge_weighted(
-    raster: &Raster,
+    raster: &Band,
     mesh: &mut dyn MeshReader,
     tolerance: f64,
-    options: &WeightedOptions,
+    options: &ChannelBands,
     scratch: &Scratch,
     control: &Control<'_>,
 ) -> Result<WeightedVerdict, VerifyError> {
-    let open = |&band: &usize| raster.opening().open_band(band);
-    let bands = options.bands.iter().map(open).collect::<Result<Vec<Raster>, _>>()?;
-    let named = channels(&bands);
+    let named = channels_of(&options.bands);
     let names: Vec<&str> = named.iter().map(|c| c.name.as_str()).collect();
     mesh.must_have(&names)?;
-    let scales = Scales::find(raster, &bands, options, control)?;
+    let scales = Scales::find(raster, options, control)?;
     let grid = Grid::of(raster, mesh);
     let mut pace = Pace::begin(control, Stage::Sort, mesh.vertex_count() + mesh.face_count());
     let mut store = ValuedStore::read(mesh, &names, &grid, scratch, &mut pace)?;
@@ -106,7 +91,7 @@ pub(super) fn judge_weighted(
     pace.end()?;
 
     let measure = Measure { scales: &scales.scales, tolerance };
-    let mut readers = Readers::new(raster, &bands, options.planar);
+    let mut readers = Readers::new(raster, options);
     let mut sweep = Sweep { grid, measure, store, worst: None, above: Finding::default() };
     sweep.run(&mut readers, faces, scratch, control)?;
     let ranges = names.iter().zip(&scales.ranges);
@@ -144,9 +129,9 @@ fn sorted_faces<'s>(
 struct Readers<'r>(Vec<BandReader<'r>>);
 
 impl<'r> Readers<'r> {
-    fn new(raster: &'r Raster, bands: &'r [Raster], planar: bool) -> Self {
-        let heights = if planar { BandReader::level(raster) } else { BandReader::new(raster) };
-        let readers: Vec<_> = std::iter::once(heights).chain(bands.iter().map(BandReader::new)).collect();
+    fn new(raster: &'r Band, options: &'r ChannelBands) -> Self {
+        let heights = if options.planar { BandReader::level(raster) } else { BandReader::new(raster) };
+        let readers: Vec<_> = std::iter::once(heights).chain(options.bands.iter().map(BandReader::new)).collect();
         let rows = (readers[0].rows() / readers.len()).max(1);
         Readers(readers.into_iter().map(|r| r.by(rows)).collect())
     }
@@ -163,7 +148,7 @@ impl<'r> Readers<'r> {
             if let Some(at) = values.iter().zip(read[0]).position(wrong) {
                 let (path, found) = (raster.path().to_path_buf(), number_or_nodata(values[at]));
                 let (column, row) = (at % width, first_row + at / width);
-                return Err(VerifyError::NoValue { path, band: raster.band(), column, row, found });
+                return Err(VerifyError::NoValue { path, band: raster.number(), column, row, found });
             }
             read.push(values);
         }

@@ -11,6 +11,7 @@ use gdal::{Dataset, DriverManager};
 use terrabite::base::Window;
 use terrabite::base::control::CancelToken;
 use terrabite::raster::View;
+use terrabite::verify::HeightReader;
 
 use crate::util::{Dem, Folder, Kind, terrabite};
 
@@ -125,7 +126,7 @@ fn farthest_height(copy: &Path, band: Option<&str>, kind: Kind, base: &str) -> O
         let raster = View::of_band(band).open(path, &CancelToken::default()).unwrap();
         let window = Window { column: 0, row: 0, width: raster.width(), height: raster.height() };
         let mut heights = vec![0.0; window.len()];
-        raster.read_valid_heights(window, &mut heights).unwrap();
+        HeightReader::new(&raster.to_band().unwrap()).read(window, &mut heights).unwrap();
         heights
     };
     let (found, expected) = (heights(copy, band.map_or(1, |b| b.parse().unwrap())), heights(Path::new(base), 1));

@@ -32,5 +32,6 @@ mod usage;
 mod util;
 mod verify;
 mod verify_bad_input;
+mod without_gdal;
 mod xyz;
 mod zarr;

@@ -10,37 +10,15 @@ use super::load::Missing;
 use super::source::Source;
 use super::{Access, Choice, Field, FieldError, FieldOptions};
 use crate::base::Validity;
-use crate::base::Window;
-use crate::base::channels::{Channel, ChannelError, PLANAR_UNIT, Range, Ranges};
+use crate::base::channels::{Channel, ChannelBands, ChannelError, PLANAR_UNIT, Range, Ranges};
 use crate::base::control::{Control, Stage};
-use crate::raster::{Marks, Raster, RasterError, SampleType, Scaling, channels, with_sample_type};
-
-/// Which bands are channels, and what they count.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ChannelOptions {
-    /// The bands, counted from 1, in the order in which they are written.
-    pub bands: Vec<usize>,
-    /// From 0 (only the heights count) to 1 (only the channels).
-    pub emphasis: f64,
-    /// The raster is an image without heights: they are 0 everywhere.
-    pub planar: bool,
-}
+use crate::base::{Band, Marks, SampleType, Scaling, Window, channels_of, with_sample_type};
 
 /// The channels of a field: one field per band, what each is called, and the error they make.
 pub(super) struct Channels {
     pub(super) fields: Vec<Field>,
     named: Vec<Channel>,
     pub(super) error: Arc<ChannelError>,
-}
-
-impl ChannelOptions {
-    /// Opens the bands of the file that `raster` is of.
-    ///
-    /// # Errors
-    /// [`RasterError`], for a band that is not there among others.
-    pub fn open(&self, raster: &Raster) -> Result<Vec<Raster>, RasterError> {
-        self.bands.iter().map(|&band| raster.opening().open_band(band)).collect()
-    }
 }
 
 /// Finds the ranges that the weighted error is scaled by. Samples of 8 and 16 bits without a sign have the range of
@@ -50,10 +28,10 @@ impl ChannelOptions {
 ///
 /// # Errors
 /// [`FieldError`], for samples without a value among others.
-pub fn find_ranges(raster: &Raster, options: &ChannelOptions, control: &Control<'_>) -> Result<Ranges, FieldError> {
-    let bands = options.open(raster)?;
-    let searched: Vec<&Raster> = (!options.planar)
-        .then_some(raster)
+pub fn find_ranges(heights: &Band, options: &ChannelBands, control: &Control<'_>) -> Result<Ranges, FieldError> {
+    let bands = &options.bands;
+    let searched: Vec<&Band> = (!options.planar)
+        .then_some(heights)
         .into_iter()
         .chain(bands.iter().filter(|b| type_range(b).is_none()))
         .collect();
@@ -61,12 +39,12 @@ pub fn find_ranges(raster: &Raster, options: &ChannelOptions, control: &Control<
         (steps + units(r).len() as u64, samples + r.width() as u64 * r.height() as u64)
     });
     control.progress.begin(Stage::Ranges, steps, samples);
-    let heights = if options.planar { Range { min: 0.0, max: 0.0 } } else { search(raster, raster, control)? };
-    let range = |band: &Raster| type_range(band).map_or_else(|| search(raster, band, control), Ok);
-    let channels = bands.iter().map(range).collect::<Result<Vec<_>, FieldError>>()?;
+    let range = if options.planar { Range { min: 0.0, max: 0.0 } } else { search(heights, heights, control)? };
+    let range_of = |band: &Band| type_range(band).map_or_else(|| search(heights, band, control), Ok);
+    let channels = bands.iter().map(range_of).collect::<Result<Vec<_>, FieldError>>()?;
     control.progress.end(Stage::Ranges);
-    let unit = if options.planar { PLANAR_UNIT } else { heights.width() };
-    Ok(Ranges { heights, channels, unit })
+    let unit = if options.planar { PLANAR_UNIT } else { range.width() };
+    Ok(Ranges { heights: range, channels, unit })
 }
 
 /// Finds the least and the largest height of a raster: what its type says, of samples of 8 and 16 bits without scale and
@@ -74,25 +52,25 @@ pub fn find_ranges(raster: &Raster, options: &ChannelOptions, control: &Control<
 ///
 /// # Errors
 /// [`FieldError`].
-pub fn height_range(raster: &Raster, control: &Control<'_>) -> Result<Range, FieldError> {
-    let (min, max) = match raster.sample_type() {
+pub fn height_range(band: &Band, control: &Control<'_>) -> Result<Range, FieldError> {
+    let (min, max) = match band.sample_type() {
         SampleType::U8 => (0.0, 255.0),
         SampleType::I8 => (-128.0, 127.0),
         SampleType::U16 => (0.0, 65535.0),
         SampleType::I16 => (-32768.0, 32767.0),
         _ => (f64::NAN, f64::NAN),
     };
-    if min <= max && raster.scaling().is_none() {
+    if min <= max && band.scaling().is_none() {
         return Ok(Range { min, max });
     }
-    let steps = units(raster).len() as u64;
-    control.progress.begin(Stage::Ranges, steps, raster.width() as u64 * raster.height() as u64);
-    let range = search(raster, raster, control)?;
+    let steps = units(band).len() as u64;
+    control.progress.begin(Stage::Ranges, steps, band.samples());
+    let range = search(band, band, control)?;
     control.progress.end(Stage::Ranges);
     Ok(range)
 }
 
-fn type_range(band: &Raster) -> Option<Range> {
+fn type_range(band: &Band) -> Option<Range> {
     let max = match band.sample_type() {
         SampleType::U8 => 255.0,
         SampleType::U16 => 65535.0,
@@ -102,10 +80,10 @@ fn type_range(band: &Raster) -> Option<Range> {
 }
 
 /// The least and the largest value do not depend on who finds them.
-fn search(raster: &Raster, band: &Raster, control: &Control<'_>) -> Result<Range, FieldError> {
+fn search(heights: &Band, band: &Band, control: &Control<'_>) -> Result<Range, FieldError> {
     let options = FieldOptions { choice: Choice::Windows, ..FieldOptions::default() };
-    let field = Field::open(band, &options, control)?.called_after(raster, band);
-    let of_heights = raster.band() == band.band();
+    let field = Field::open(band, &options, control)?.called_after(heights, band);
+    let of_heights = heights.number() == band.number();
     let search_unit = |(values, scratch, validity): &mut (Vec<f64>, Vec<u64>, Validity), &unit: &Window| {
         control.cancel.check()?;
         validity.reset(unit, (field.width, field.height));
@@ -123,7 +101,7 @@ fn search(raster: &Raster, band: &Raster, control: &Control<'_>) -> Result<Range
 }
 
 impl Field {
-    /// Makes the heights of `raster` readable (or takes them as 0, see [`ChannelOptions::planar`]), and the channels
+    /// Makes the heights of `band` readable (or takes them as 0, see [`ChannelBands::planar`]), and the channels
     /// beside them, each as [`Field::open`] does.
     ///
     /// # Errors
@@ -132,23 +110,22 @@ impl Field {
     /// # Panics
     /// If the ranges are not those of the channels, or [`ChannelError::new`] does.
     pub fn open_extended(
-        raster: &Raster,
+        band: &Band,
         options: &FieldOptions,
-        channel_options: &ChannelOptions,
+        channels: &ChannelBands,
         ranges: &Ranges,
         control: &Control<'_>,
     ) -> Result<Field, FieldError> {
-        assert_eq!(channel_options.bands.len(), ranges.channels.len(), "ranges of channels");
-        let bands = channel_options.open(raster)?;
-        let open = |band: &Raster| Ok(Field::open(band, options, control)?.called_after(raster, band));
-        let fields = bands.iter().map(open).collect::<Result<Vec<Field>, FieldError>>()?;
-        let heights = match channel_options.planar {
-            true => Field::level(raster, fields[0].access.clone()),
-            false => Field::open(raster, options, control)?,
+        assert_eq!(channels.bands.len(), ranges.channels.len(), "ranges of channels");
+        let open = |own: &Band| Ok(Field::open(own, options, control)?.called_after(band, own));
+        let fields = channels.bands.iter().map(open).collect::<Result<Vec<Field>, FieldError>>()?;
+        let heights = match channels.planar {
+            true => Field::level(band, fields[0].access.clone()),
+            false => Field::open(band, options, control)?,
         };
         Ok(heights.with_channels(
-            fields.into_iter().zip(channels(&bands)).collect(),
-            ChannelError::new(channel_options.emphasis, ranges),
+            fields.into_iter().zip(channels_of(&channels.bands)).collect(),
+            ChannelError::new(channels.emphasis, ranges),
         ))
     }
 
@@ -195,17 +172,17 @@ impl Field {
     }
 
     /// Height 0 everywhere.
-    fn level(raster: &Raster, access: Access) -> Field {
+    fn level(band: &Band, access: Access) -> Field {
         Field {
-            name: raster.path().to_path_buf(),
-            width: raster.width(),
-            height: raster.height(),
-            block: raster.block_size(),
+            name: band.path().to_path_buf(),
+            width: band.width(),
+            height: band.height(),
+            block: band.block_size(),
             sample_type: SampleType::U8,
             scaling: Scaling::NONE,
             marks: Marks::default(),
             tag: None,
-            geo_transform: raster.geo_transform(),
+            geo_transform: band.geo_transform(),
             source: Source::Level,
             mask: None,
             cutline: None,
@@ -218,11 +195,11 @@ impl Field {
     }
 
     /// Messages name the band where it is not that of the heights.
-    fn called_after(self, raster: &Raster, band: &Raster) -> Field {
-        if raster.band() == band.band() {
+    fn called_after(self, heights: &Band, band: &Band) -> Field {
+        if heights.number() == band.number() {
             return self;
         }
-        Field { name: PathBuf::from(format!("{} (band {})", band.path().display(), band.band())), ..self }
+        Field { name: PathBuf::from(format!("{} (band {})", band.path().display(), band.number())), ..self }
     }
 }
 

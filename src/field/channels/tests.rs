@@ -37,8 +37,9 @@ fn whole() -> Window {
     Window { column: 0, row: 0, width: SIZE.0, height: SIZE.1 }
 }
 
-fn options(bands: &[usize]) -> ChannelOptions {
-    ChannelOptions { bands: bands.to_vec(), emphasis: 0.5, planar: false }
+fn options(path: &Path, bands: &[usize]) -> ChannelBands {
+    let bands = bands.iter().map(|&number| crate::testing::band(path, number)).collect();
+    ChannelBands { bands, emphasis: 0.5, planar: false }
 }
 
 #[test]
@@ -46,8 +47,8 @@ fn channels_are_loaded_beside_heights_whichever_way() {
     let folder = tempfile::tempdir().expect("a folder");
     for interleave in ["INTERLEAVE=BAND", "INTERLEAVE=PIXEL"] {
         let path = geotiff::<i16>(folder.path(), 4, &[interleave], |_| {});
-        let raster = Raster::open(&path, 2).expect("a raster");
-        let channels = options(&[4, 1]);
+        let raster = crate::testing::band(&path, 2);
+        let channels = options(&path, &[4, 1]);
         let ranges = find_ranges(&raster, &channels, &Control::default()).expect("ranges");
         assert_eq!((ranges.heights, ranges.unit), (Range { min: 0.0, max: 250.0 }, 250.0));
         for choice in [Choice::Auto, Choice::Windows, Choice::Decode] {
@@ -74,8 +75,8 @@ fn channels_are_loaded_beside_heights_whichever_way() {
 fn a_planar_image_is_level_and_bytes_have_the_range_of_their_type() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = geotiff::<u8>(folder.path(), 3, &[], |_| {});
-    let raster = Raster::open(&path, 1).expect("a raster");
-    let channels = ChannelOptions { bands: vec![1, 2, 3], emphasis: 1.0, planar: true };
+    let raster = crate::testing::band(&path, 1);
+    let channels = ChannelBands { emphasis: 1.0, planar: true, ..options(&path, &[1, 2, 3]) };
     let ranges = find_ranges(&raster, &channels, &Control::default()).expect("ranges");
     assert_eq!((ranges.unit, ranges.channels[2]), (255.0, Range { min: 0.0, max: 255.0 }));
     let field = Field::open_extended(&raster, &FieldOptions::default(), &channels, &ranges, &Control::default());
@@ -98,11 +99,10 @@ fn names_come_from_descriptions_and_never_twice() {
             dataset.rasterband(band).expect("a band").set_description(description).expect("described");
         }
     });
-    let raster = Raster::open(&path, 4).expect("a raster");
-    let bands = options(&[1, 2, 3, 4, 1]).open(&raster).expect("bands");
-    let names: Vec<String> = channels(&bands).into_iter().map(|c| c.name).collect();
+    let bands = options(&path, &[1, 2, 3, 4, 1]).bands;
+    let names: Vec<String> = channels_of(&bands).into_iter().map(|c| c.name).collect();
     assert_eq!(names, ["near_infrared", "band_2", "band_3", "band_4", "band_1"]);
-    assert!(channels(&bands).iter().all(|c| c.number == Number::F32));
+    assert!(channels_of(&bands).iter().all(|c| c.number == Number::F32));
 }
 
 #[test]
@@ -112,8 +112,8 @@ fn samples_without_a_value_are_refused_by_band() {
         let mut hole = Buffer::new((1, 1), vec![f64::NAN]);
         dataset.rasterband(2).expect("a band").write((11, 7), (1, 1), &mut hole).expect("written");
     });
-    let raster = Raster::open(&path, 1).expect("a raster");
-    let found = find_ranges(&raster, &options(&[2]), &Control::default()).expect_err("a hole");
+    let raster = crate::testing::band(&path, 1);
+    let found = find_ranges(&raster, &options(&path, &[2]), &Control::default()).expect_err("a hole");
     assert!(matches!(found, FieldError::Nodata { column: 11, row: 7, .. }), "{found}");
     assert!(found.to_string().contains("(band 2)"), "{found}");
 }

@@ -32,11 +32,10 @@ use self::heights::bridge;
 use self::scan::{Rows, Scan};
 use self::store::Records;
 use super::decode::windows_of;
-use super::stored::{Sieve, Stored};
 use super::{Field, FieldError};
-use crate::base::Window;
 use crate::base::control::{Control, Stage};
-use crate::raster::{Raster, with_sample_type};
+use crate::base::stored::{Sieve, Stored};
+use crate::base::{Band, Window, with_sample_type};
 
 /// Which holes are bridged, and what that may take.
 #[derive(Debug, Clone)]
@@ -222,13 +221,10 @@ impl Field {
     }
 }
 
-/// Whether samples of a raster may be without a height, so that it may have holes.
-///
-/// # Errors
-/// [`FieldError::Raster`].
-pub fn may_have_holes(raster: &Raster) -> Result<bool, FieldError> {
-    let by_value = with_sample_type!(raster.sample_type(), T => {
-        T::HAS_NAN || !Sieve::<T>::new(raster.marks(), raster.scaling()).is_empty()
+/// Whether samples of a band may be without a height, so that it may have holes.
+pub fn may_have_holes(band: &Band) -> bool {
+    let by_value = with_sample_type!(band.sample_type(), T => {
+        T::HAS_NAN || !Sieve::<T>::new(band.marks(), band.scaling()).is_empty()
     });
-    Ok(by_value || raster.cutline().is_some() || raster.has_mask()?)
+    by_value || band.cutline().is_some() || band.has_mask()
 }

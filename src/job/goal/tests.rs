@@ -4,13 +4,14 @@ use proptest::prelude::*;
 
 use super::super::tests::{geotiff, terrain, told};
 use super::super::{Budget, EngineChoice, Error, Goal, Mesh, Params, Quality, Summary, triangulate};
+use crate::base::PointSet;
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions};
 use crate::formats::{Header, PlySink};
 use crate::kernel::triangulate::cuts::Cuts;
 use crate::kernel::triangulate::insertion::{DataDependent, InsertionOptions, Selection, Swap};
-use crate::raster::{PointSet, Raster};
+use crate::raster::Raster;
 use crate::testing;
 use crate::verify::{VerifyOptions, verify};
 
@@ -25,7 +26,8 @@ fn made(width: usize, height: usize, heights: &[f64], params: &Params) -> (Mesh,
     let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
     geotiff(&dem, width, height, heights);
     let raster = Raster::open(&dem, 1).expect("opens");
-    let field = Field::open(&raster, &FieldOptions::default(), &Control::default()).expect("a field");
+    let field = Field::open(&raster.to_band().expect("a band"), &FieldOptions::default(), &Control::default())
+        .expect("a field");
     let mesh = triangulate(&field, &testing::in_memory(params), &Control::default()).expect("a mesh");
     let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), Header::default());
     let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
@@ -36,7 +38,7 @@ fn made(width: usize, height: usize, heights: &[f64], params: &Params) -> (Mesh,
         summary.errors.max * (1.0 + 1e-12) + 1e-12
     };
     let options = VerifyOptions { max_error, importance: None, temp_dir: None };
-    let verdict = verify(&raster, &tin, &options, &Control::default()).expect("judged");
+    let verdict = verify(&raster.to_band().expect("a band"), &tin, &options, &Control::default()).expect("judged");
     assert!(verdict.passes(), "{:?} for {params:?}", verdict.failures());
     (mesh, summary)
 }

@@ -1,9 +1,9 @@
 use std::sync::Arc;
 
+use crate::base::PointSet;
 use crate::base::lattice::{Point, STEPS};
 use crate::job::tests::{mesh, terrain};
 use crate::job::{Mesh, Params, Quality, VertexHeights};
-use crate::raster::PointSet;
 use crate::testing;
 
 fn triangles(mesh: &Mesh) -> u64 {

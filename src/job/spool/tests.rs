@@ -4,6 +4,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::{Attribute, Chunk, Ids, Spool, SpoolError, codec};
+use crate::base::PointSet;
 use crate::base::control::CancelToken;
 use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::{TileMesh, Vertex};
@@ -11,7 +12,6 @@ use crate::base::tiling::TileGrid;
 use crate::base::{Heights, Tile};
 use crate::kernel::measure::{BINS, ErrorStats, WeightedStats};
 use crate::kernel::seam::{Foreign, MinLink, Rim, RimCounts};
-use crate::raster::PointSet;
 
 fn foreign() -> impl Strategy<Value = Foreign> {
     prop_oneof![

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::manifest::Manifest;
 use super::{Job, WorkDir};
-use crate::raster::Files;
+use crate::base::Files;
 
 fn job() -> Job {
     let (parameters, raster) = (vec![("max error", "1".to_string())], vec![("width", "5".to_string())]);

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::{Difference, Job, WorkDirError};
+use crate::base::Files;
 use crate::base::durable;
 use crate::base::faults::{self, Point};
-use crate::raster::Files;
 
 /// The form of the work dir.
 const FORMAT: u32 = 1;

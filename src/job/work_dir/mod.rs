@@ -12,9 +12,9 @@
 //! | `staged` | where the partial output is, so that a killed run's is found and removed |
 //! | `lock` | locked while a process works here; the system releases it however the process ends |
 //!
-//! **What identifies a raster** is [`crate::raster::identity`]: its shape, type, geotransform, nodata and scaling, and a
+//! **What identifies a raster** is [`crate::base::identity`]: its shape, type, geotransform, nodata and scaling, and a
 //! checksum of some of its samples; never its path, so files may be moved. Beside it the manifest has the lengths and
-//! times of its files ([`crate::raster::Files`]). If all files are known and none of them differs, kept chunks are taken
+//! times of its files ([`crate::base::Files`]). If all files are known and none of them differs, kept chunks are taken
 //! as they are; otherwise (touched, copied, a VRT) the samples of every kept tile are loaded again and compared by
 //! checksum with those its chunk was made from. An importance raster is identified and compared in the same way, its
 //! weights together with the samples. So a touched raster costs one more reading and continues; a changed one
@@ -32,11 +32,11 @@ pub use error::{Difference, WorkDirError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
+use crate::base::Files;
 use crate::base::durable;
 use crate::base::faults::{self, Point};
 use crate::base::tiling::TileGrid;
 use crate::job::spool::{Spool, SpoolError};
-use crate::raster::Files;
 use lock::Lock;
 use manifest::Manifest;
 
@@ -45,9 +45,9 @@ use manifest::Manifest;
 pub struct Job {
     /// The parameters that decide the bytes of a chunk, by name.
     pub parameters: Vec<(&'static str, String)>,
-    /// [`crate::raster::identity`].
+    /// [`crate::base::identity`].
     pub raster: Vec<(&'static str, String)>,
-    /// [`crate::raster::identity`] of the importance raster; empty where there is none.
+    /// [`crate::base::identity`] of the importance raster; empty where there is none.
     pub importance: Vec<(&'static str, String)>,
     /// The files of the raster and of the importance raster, looked at before their identity was read.
     pub files: Files,

@@ -4,7 +4,7 @@ use std::path::Path;
 use tempfile::{TempDir, tempdir};
 
 use super::{Job, WorkDir, WorkDirError};
-use crate::raster::Files;
+use crate::base::Files;
 
 fn job(tolerance: &str) -> Job {
     Job {

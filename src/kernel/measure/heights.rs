@@ -1,7 +1,7 @@
 //! The heights of a tile's samples, and those near samples that are missing: what tells of voids that nothing marks.
 
+use crate::base::NEAR_VOID;
 use crate::base::{Heights, Tile, Validity};
-use crate::raster::NEAR_VOID;
 
 /// The least and the largest of some numbers; infinities where there are none.
 #[derive(Debug, Clone, Copy, PartialEq)]

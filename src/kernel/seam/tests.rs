@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use proptest::prelude::*;
 
 use super::{Foreign, LateVertex, MinLink, NestedRim, Rim, Side};
+use crate::base::PointSet;
 use crate::base::control::CancelToken;
 use crate::base::lattice::STEPS;
 use crate::base::mesh::Vertex;
 use crate::base::tiling::{TileGrid, TileId};
 use crate::base::{Heights, Tile};
 use crate::field::Field;
-use crate::raster::PointSet;
 
 type Place = (usize, usize);
 

@@ -4,13 +4,14 @@ use gdal::spatial_ref::CoordTransform;
 use gdal::vector::{Geometry, LayerAccess, OGRwkbGeometryType, geometry_type_flatten};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 
-use super::polygon::Polygon;
-use super::{Cutline, CutlineError};
+use super::CutlineError;
+use crate::base::Cutline;
 use crate::base::GeoTransform;
+use crate::base::Polygon;
 use crate::base::control::CancelToken;
 use crate::raster::crs::{transform, transformed};
-use crate::raster::error::reason;
 use crate::raster::open::crs_name;
+use crate::raster::reason;
 use crate::raster::{About, GdalName, Raster};
 
 /// Where the polygons come from.

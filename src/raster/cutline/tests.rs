@@ -2,6 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::base::control::CancelToken;
+use crate::base::{Polygon, Window};
 use crate::raster::Raster;
 
 const ALL: Window = Window { column: 0, row: 0, width: 20, height: 15 };

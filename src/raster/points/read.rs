@@ -4,12 +4,13 @@ use std::sync::Arc;
 use gdal::vector::{Geometry, Layer, LayerAccess, OGRwkbGeometryType, geometry_type_flatten};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 
+use super::PointsError;
 use super::place::Placer;
-use super::set::key;
-use super::{PointSet, PointsError};
+use crate::base::PointSet;
 use crate::base::control::CancelToken;
-use crate::raster::error::reason;
+use crate::base::key;
 use crate::raster::open::crs_name;
+use crate::raster::reason;
 use crate::raster::{About, GdalName, Raster};
 
 /// Where points come from.

@@ -5,9 +5,9 @@ use gdal::raster::Buffer;
 
 use super::ground::{samples, scene};
 use super::scene::{Mesh, NORTH_UP, SOUTH_UP, Scene};
+use crate::base::channels::ChannelBands;
 use crate::base::control::Control;
-use crate::raster::Raster;
-use crate::verify::{GroundOptions, Verdict, VerifyOptions, WeightedOptions, verify_ground};
+use crate::verify::{GroundOptions, Verdict, VerifyOptions, verify_ground};
 
 /// Two holes of two and three samples, and a gap at the edge.
 const GAPS: &[&str] = &["#######.", "##.##.##", "#.##.###", "#####.##", "########"];
@@ -84,7 +84,7 @@ fn weights_may_be_missing_where_a_hole_is_bridged() {
     weights[8 + 2] = f64::NAN;
     let dir = tempfile::tempdir().unwrap();
     let path = super::scene::write_raster(&dir, (8, 5), &weights, |_| {});
-    let importance = Raster::open(&path, 1).unwrap();
+    let importance = crate::testing::band(&path, 1);
     let verdict = scene.compare(&scene.mesh_ply(), |raster, mesh, temp_dir| {
         let options = VerifyOptions { max_error: 0.0, importance: Some(&importance), temp_dir: Some(temp_dir) };
         verify_ground(raster, mesh, &options, GroundOptions { fill_holes: 2, trim: 0 }, None, &Control::default())
@@ -109,9 +109,9 @@ fn channels_may_be_missing_where_a_hole_is_bridged() {
     std::fs::write(&mesh, ply).unwrap();
     let judge = |fill_holes: u64| {
         let options = VerifyOptions { max_error: 0.0, importance: None, temp_dir: Some(dir.path().to_path_buf()) };
-        let channels = WeightedOptions { bands: vec![2], emphasis: 0.5, planar: false };
+        let channels = ChannelBands { bands: vec![crate::testing::band(&raster, 2)], emphasis: 0.5, planar: false };
         let ground = GroundOptions { fill_holes, trim: 0 };
-        let raster = Raster::open(&raster, 1).unwrap();
+        let raster = crate::testing::band(&raster, 1);
         verify_ground(&raster, &mesh, &options, ground, Some(&channels), &Control::default()).unwrap()
     };
     let verdict = judge(1);

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use super::scene::{Mesh, Scene, write_raster};
+use crate::base::RasterError;
 use crate::base::control::{CancelToken, Control, Silent};
-use crate::raster::{Raster, RasterError};
+use crate::raster::Raster;
 use crate::verify::{Verdict, VerifyError, VerifyOptions, verify};
 
 const SIZE: (usize, usize) = (3, 2);
@@ -23,7 +24,7 @@ fn judge<T: gdal::raster::GdalType + Copy>(
 fn judge_files(raster: &Path, mesh: &Path) -> Result<Verdict, VerifyError> {
     let raster = Raster::open(raster, 1).unwrap();
     let options = VerifyOptions { max_error: 10.0, importance: None, temp_dir: None };
-    verify(&raster, mesh, &options, &Control::default())
+    verify(&raster.to_band().expect("a band"), mesh, &options, &Control::default())
 }
 
 fn mark_nodata(value: f64) -> impl FnOnce(&mut gdal::Dataset) {
@@ -81,7 +82,7 @@ fn weights_that_are_none_are_refused_by_name() {
 #[test]
 fn an_importance_raster_of_another_size_is_refused() {
     let dir = tempfile::tempdir().unwrap();
-    let other = Raster::open(&write_raster(&dir, (9, 8), &[1u8; 72], |_| {}), 1).unwrap();
+    let other = crate::testing::band(&write_raster(&dir, (9, 8), &[1u8; 72], |_| {}), 1);
     let result = Scene::flat().judge_with("", 1.0, Some(&other));
     assert!(matches!(result, Err(VerifyError::Raster(RasterError::OtherGrid { .. }))), "{result:?}");
 }
@@ -111,8 +112,11 @@ fn a_cancelled_run_stops_and_a_missing_temp_dir_is_named() {
     let control = Control { cancel: CancelToken::default(), progress: &Silent };
     control.cancel.cancel();
     let options = VerifyOptions { max_error: 0.0, importance: None, temp_dir: None };
-    assert!(matches!(verify(&raster, &mesh, &options, &control), Err(VerifyError::Cancelled(_))));
+    assert!(matches!(
+        verify(&raster.to_band().expect("a band"), &mesh, &options, &control),
+        Err(VerifyError::Cancelled(_))
+    ));
     let options = VerifyOptions { max_error: 0.0, importance: None, temp_dir: Some(dir.path().join("none")) };
-    let result = verify(&raster, &mesh, &options, &Control::default());
+    let result = verify(&raster.to_band().expect("a band"), &mesh, &options, &Control::default());
     assert!(matches!(result, Err(VerifyError::Scratch { .. })), "{result:?}");
 }

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use gdal::DriverManager;
 use gdal::raster::{Buffer, GdalType};
 
+use crate::base::Band;
 use crate::base::GeoTransform;
 use crate::base::control::Control;
-use crate::raster::Raster;
 use crate::verify::grid::orientation;
 use crate::verify::{GroundOptions, Verdict, VerifyError, VerifyOptions, judge, verify};
 
@@ -128,7 +128,7 @@ impl Scene {
     pub(super) fn judge_weighted(&self, max_error: f64, weights: &[f64]) -> Result<Verdict, VerifyError> {
         let dir = tempfile::tempdir().unwrap();
         let path = write_raster(&dir, (self.width, self.height), weights, |_| {});
-        let importance = Raster::open(&path, 1).unwrap();
+        let importance = crate::testing::band(&path, 1);
         self.judge_with(&self.mesh_ply(), max_error, Some(&importance))
     }
 
@@ -153,7 +153,7 @@ impl Scene {
         &self,
         ply: &str,
         max_error: f64,
-        importance: Option<&Raster>,
+        importance: Option<&Band>,
     ) -> Result<Verdict, VerifyError> {
         self.compare(ply, |raster, mesh, temp_dir| {
             let options = VerifyOptions { max_error, importance, temp_dir: Some(temp_dir) };
@@ -182,7 +182,7 @@ impl Scene {
     pub(super) fn compare(
         &self,
         ply: &str,
-        judge: impl FnOnce(&Raster, &Path, PathBuf) -> Result<Verdict, VerifyError>,
+        judge: impl FnOnce(&Band, &Path, PathBuf) -> Result<Verdict, VerifyError>,
     ) -> Result<Verdict, VerifyError> {
         let dir = tempfile::tempdir().unwrap();
         let mesh = dir.path().join("mesh.ply");
@@ -190,7 +190,7 @@ impl Scene {
         let raster = write_raster(&dir, (self.width, self.height), &self.samples, |d| {
             d.set_geo_transform(&self.transform).unwrap();
         });
-        let raster = Raster::open(&raster, 1).unwrap();
+        let raster = crate::testing::band(&raster, 1);
         judge(&raster, &mesh, dir.path().to_path_buf())
     }
 }

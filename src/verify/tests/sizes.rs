@@ -4,7 +4,6 @@ use std::io::Write;
 
 use super::scene::{Mesh, write_raster};
 use crate::base::control::Control;
-use crate::raster::Raster;
 use crate::verify::{Verdict, VerifyOptions, verify};
 
 /// A raster of a tilted plane, and one mesh vertex for every `step` samples.
@@ -30,7 +29,7 @@ fn judge(dir: &tempfile::TempDir, raster: &std::path::Path, mesh: &Mesh, size: u
     let ply = mesh.ply([0.0, 1.0, 0.0, 0.0, 0.0, -1.0], (size, size));
     std::fs::File::create(&path).and_then(|mut f| f.write_all(ply.as_bytes())).unwrap();
     let options = VerifyOptions { max_error: 0.0, importance: None, temp_dir: Some(dir.path().to_path_buf()) };
-    verify(&Raster::open(raster, 1).unwrap(), &path, &options, &Control::default()).unwrap()
+    verify(&crate::testing::band(raster, 1), &path, &options, &Control::default()).unwrap()
 }
 
 #[test]

@@ -2,7 +2,7 @@ use crate::base::Window;
 
 /// A polygon with holes, in columns and rows with fractions, as its sides in no order: the even-odd rule needs none.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Polygon {
+pub struct Polygon {
     sides: Vec<[f64; 4]>,
     /// The lowest and the highest row of every [`GROUP`] sides.
     groups: Vec<(f64, f64)>,
@@ -20,7 +20,7 @@ struct Crossing {
 
 impl Polygon {
     /// Adds a ring; whether the last place is the first once more does not matter.
-    pub(super) fn add_ring(&mut self, places: &[(f64, f64)]) {
+    pub fn add_ring(&mut self, places: &[(f64, f64)]) {
         let next = places.iter().cycle().skip(1);
         // A level side crosses no row.
         let sides = places.iter().zip(next).filter(|(a, b)| a.1 != b.1).map(|(a, b)| [a.0, a.1, b.0, b.1]);
@@ -32,17 +32,17 @@ impl Polygon {
         self.groups = self.sides.chunks(GROUP).map(rows).collect();
     }
 
-    pub(super) fn sides(&self) -> u64 {
+    pub(crate) fn sides(&self) -> u64 {
         self.sides.len() as u64
     }
 
-    pub(super) fn hash(&self, hasher: &mut crc32fast::Hasher) {
+    pub(crate) fn hash(&self, hasher: &mut crc32fast::Hasher) {
         hasher.update(&self.sides().to_le_bytes());
         self.sides.iter().flatten().for_each(|number| hasher.update(&number.to_le_bytes()));
     }
 
     /// Marks the samples of a window that are inside.
-    pub(super) fn mark(&self, window: Window, mask: &mut [bool]) {
+    pub(crate) fn mark(&self, window: Window, mask: &mut [bool]) {
         let (top, bottom) = (window.row as i64, (window.row + window.height) as i64);
         let mut crossings = Vec::new();
         for (sides, &(low, high)) in self.sides.chunks(GROUP).zip(&self.groups) {

@@ -1,13 +1,13 @@
 //! How a run keeps to a memory budget.
 //!
 //! Memory is held by a fixed number of things, each of a size known beforehand, so the budget is kept by structure, not
-//! by watching: a pool of one [`super::tiles::Workspace`] per thread, GDAL's block cache of a fixed size, the pages of
+//! by watching: a pool of one `Workspace` per thread, GDAL's block cache of a fixed size, the pages of
 //! one window per thread, and what the process has anyway. What does not fit lowers the number of threads; the tile
 //! size never follows the budget, because it decides the bytes written.
 
-use super::{EngineChoice, Quality};
+use crate::base::Band;
 use crate::base::tiling::TileGrid;
-use crate::raster::Raster;
+use crate::job::{EngineChoice, Quality};
 
 /// What the process takes before any tile: the program, GDAL and its libraries, the stacks. Measured 42 MiB.
 const BASE: u64 = 52 << 20;
@@ -49,11 +49,11 @@ const CACHE: std::ops::RangeInclusive<u64> = 8 << 20..=64 << 20;
 #[derive(Debug, Clone, Copy)]
 pub struct Load<'a> {
     /// The heights.
-    pub raster: &'a Raster,
+    pub band: &'a Band,
     /// The weights, where there are any.
-    pub importance: Option<&'a Raster>,
+    pub importance: Option<&'a Band>,
     /// The bands that are channels.
-    pub channels: &'a [Raster],
+    pub channels: &'a [Band],
     /// The tiles.
     pub grid: TileGrid,
     /// What triangulates them.
@@ -70,9 +70,9 @@ pub struct Load<'a> {
 
 impl<'a> Load<'a> {
     /// A raster and nothing else, by the engine that is the default.
-    pub fn of(raster: &'a Raster, grid: TileGrid) -> Load<'a> {
+    pub fn of(band: &'a Band, grid: TileGrid) -> Load<'a> {
         let (engine, quality) = (EngineChoice::default(), Quality::default());
-        Load { raster, importance: None, channels: &[], grid, engine, quality, trim: 0, points: 0, holes: false }
+        Load { band, importance: None, channels: &[], grid, engine, quality, trim: 0, points: 0, holes: false }
     }
 }
 
@@ -118,16 +118,16 @@ impl Plan {
     /// # Errors
     /// [`BudgetTooSmall`].
     pub fn new(budget_bytes: u64, load: &Load<'_>, threads: usize) -> Result<Plan, BudgetTooSmall> {
-        let Load { raster, importance, channels, grid, engine, quality, trim, points, holes } = *load;
+        let Load { band, importance, channels, grid, engine, quality, trim, points, holes } = *load;
         // Blocks of bands that are interleaved are decoded together.
-        let blocks = block_bytes(raster) + importance.into_iter().chain(channels).map(block_bytes).sum::<u64>();
+        let blocks = block_bytes(band) + importance.into_iter().chain(channels).map(block_bytes).sum::<u64>();
         let weights = if importance.is_some() { BYTES_PER_WEIGHT } else { 0 };
         let weights = if holes { BYTES_PER_BRIDGED } else { weights };
         let trimming = if trim > 0 { BYTES_PER_TRIMMED_SAMPLE } else { 0 };
         let channels = channels.len() as u64 * BYTES_PER_CHANNEL_SAMPLE;
         let per_sample = engine.bytes_per_sample() + quality.bytes_per_sample() + weights + channels + trimming;
         let cache_bytes = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
-        let cutline = raster.cutline().map_or(0, |c| c.counts().1) * BYTES_PER_CUTLINE_VERTEX;
+        let cutline = band.cutline().map_or(0, |c| c.counts().1) * BYTES_PER_CUTLINE_VERTEX;
         let base = BASE + points as u64 * BYTES_PER_POINT + cutline;
         let fixed = base + cache_bytes;
         let per_thread = |samples: usize| {
@@ -154,9 +154,9 @@ impl Plan {
     }
 }
 
-fn block_bytes(raster: &Raster) -> u64 {
-    let (width, height) = raster.block_size();
-    (width * height * raster.sample_type().bytes()) as u64
+fn block_bytes(band: &Band) -> u64 {
+    let (width, height) = band.block_size();
+    (width * height * band.sample_type().bytes()) as u64
 }
 
 /// The budget where none is given: a quarter of what the machine or its control group has, at most 2 GiB.

@@ -3,18 +3,17 @@
 //! In comes an open raster; out goes plain data that serializes. No sample is read, but for those that tell whether the
 //! file can be mapped.
 
-mod estimate;
-
 use serde::Serialize;
 use serde_json::{Value, json};
 
-pub use estimate::{DENSEST, Estimate, SAMPLES_PER_TRIANGLE, estimate};
-
 use crate::base::tiling::TileGrid;
+use crate::base::{Encoding, Mark, RasterError, Reference, SampleType, ValidRange};
 use crate::field::suits_windows;
 use crate::formats::FORMATS;
-use crate::job::{DEFAULT_TILE, Load, Plan, default_budget};
-use crate::raster::{Encoding, Look, Mark, Raster, RasterError, Reference, SampleType, ValidRange, plain_layout};
+use crate::job::DEFAULT_TILE;
+use crate::job::plan::{Estimate, Load, Plan, SAMPLES_PER_TRIANGLE, default_budget, estimate};
+use crate::raster::Raster;
+use crate::run::look::Look;
 
 /// A raster's description.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -92,7 +91,8 @@ impl Info {
     /// # Errors
     /// [`RasterError`] when GDAL cannot tell whether there is a mask.
     pub fn of(raster: &Raster, threads: usize) -> Result<Info, RasterError> {
-        let not_in_place_because = plain_layout(raster).err();
+        let band = raster.to_band()?;
+        let not_in_place_because = band.plain_layout().err();
         let mapped_in_place = not_in_place_because.is_none();
         let grid = TileGrid::new(raster.width(), raster.height(), DEFAULT_TILE);
         let scaling = raster.scaling();
@@ -114,7 +114,7 @@ impl Info {
             scale: scaling.scale,
             offset: scaling.offset,
             nan_possible: matches!(raster.sample_type(), SampleType::F32 | SampleType::F64),
-            mask: raster.has_mask()?,
+            mask: band.has_mask(),
             height_range: None,
             missing_samples: None,
             crs: raster.crs_name(),
@@ -126,9 +126,9 @@ impl Info {
             compression: raster.compression(),
             mapped_in_place,
             not_in_place_because,
-            read_by_windows: !mapped_in_place && suits_windows(raster),
-            estimate: estimate(raster, None, SAMPLES_PER_TRIANGLE, FORMATS[0]),
-            memory: Plan::new(default_budget(), &Load::of(raster, grid), threads).ok(),
+            read_by_windows: !mapped_in_place && suits_windows(&band),
+            estimate: estimate(&band, None, SAMPLES_PER_TRIANGLE, FORMATS[0]),
+            memory: Plan::new(default_budget(), &Load::of(&band, grid), threads).ok(),
         })
     }
 }

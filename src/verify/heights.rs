@@ -1,73 +1,100 @@
 //! Which samples have a height, for `verify` and `preview`.
 //!
 //! A sample has none if its stored value is NaN or like a mark ([`Mark`]), if its height is outside of the valid range, if a
-//! mask or alpha band says so, or if it is outside of the cutline. `field/stored` says the same for the engines, in code of
-//! its own.
+//! mask or alpha band says so, or if it is outside of the cutline. `base/sample/stored` says the same for the engines, in
+//! code of its own.
 
-use super::marks::NEARNESS;
-use super::read::Stored;
-use super::{Mark, Raster, RasterError, SampleType, with_sample_type};
-use crate::base::Window;
+use crate::base::{Band, Mark, NEARNESS, RasterError, SampleType, Window, with_sample_type};
 
-impl Raster {
+/// Reads the heights of windows of a band.
+///
+/// Memory: the stored samples of the largest window read so far, a byte for each where there is a mask, another where there
+/// is a cutline.
+#[derive(Debug)]
+pub struct HeightReader<'b> {
+    band: &'b Band,
+    words: Vec<u64>,
+    mask: Vec<u8>,
+    inside: Vec<bool>,
+}
+
+impl<'b> HeightReader<'b> {
+    /// A reader of a band.
+    pub fn new(band: &'b Band) -> HeightReader<'b> {
+        HeightReader { band, words: Vec::new(), mask: Vec::new(), inside: Vec::new() }
+    }
+
+    /// The band.
+    pub fn band(&self) -> &'b Band {
+        self.band
+    }
+
     /// Reads a window as heights, scale and offset applied, rows one after the other; NaN where a sample has no height.
     ///
     /// # Errors
-    /// [`RasterError::Read`]; [`RasterError::Gdal`] when GDAL cannot tell whether there is a mask.
+    /// [`RasterError::Read`], most often.
     ///
     /// # Panics
-    /// If `out` is not `window.len()` long, or the window is not inside the raster.
-    pub fn read_valid_heights(&self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
-        let mut inside = Vec::new();
-        if let Some(cutline) = &self.cutline {
-            cutline.mask(window, &mut inside);
-            if !inside.contains(&true) {
-                out.fill(f64::NAN);
-                return Ok(());
-            }
+    /// If `out` is not `window.len()` long, or the window is not inside the band.
+    pub fn read(&mut self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
+        let Some(cutline) = self.band.cutline() else { return self.read_marked(window, out) };
+        cutline.mask(window, &mut self.inside);
+        if !self.inside.contains(&true) {
+            out.fill(f64::NAN);
+            return Ok(());
         }
-        self.read_marked_heights(window, out)?;
-        // Empty where there is no cutline.
-        out.iter_mut().zip(inside).filter(|(_, inside)| !inside).for_each(|(v, _)| *v = f64::NAN);
+        self.read_marked(window, out)?;
+        out.iter_mut().zip(&self.inside).filter(|(_, inside)| !**inside).for_each(|(v, _)| *v = f64::NAN);
         Ok(())
     }
 
     /// The same, whatever the cutline says.
-    pub(super) fn read_marked_heights(&self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
+    ///
+    /// # Errors
+    /// As [`HeightReader::read`].
+    ///
+    /// # Panics
+    /// As [`HeightReader::read`].
+    pub fn read_marked(&mut self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
         assert_eq!(out.len(), window.len(), "heights of {window:?}");
-        let bytes = window.len() * self.sample_type().bytes();
-        let mut words = vec![0u64; bytes.div_ceil(8)];
-        let stored = &mut bytemuck::cast_slice_mut(&mut words)[..bytes];
-        self.read_native(window, stored)?;
-        with_sample_type!(self.sample_type(), T => self.heights_of(bytemuck::cast_slice::<u8, T>(stored), out));
-        if self.has_mask()? {
-            let mut mask = vec![0; window.len()];
-            self.read_mask(window, &mut mask)?;
-            out.iter_mut().zip(mask).filter(|(_, m)| *m == 0).for_each(|(v, _)| *v = f64::NAN);
+        let band = self.band;
+        let stored = self.read_native(window)?;
+        with_sample_type!(band.sample_type(), T => heights_of(band, bytemuck::cast_slice::<u8, T>(stored), out));
+        if band.has_mask() {
+            self.mask.resize(window.len(), 0);
+            band.read_mask(window, &mut self.mask)?;
+            out.iter_mut().zip(&self.mask).filter(|(_, m)| **m == 0).for_each(|(v, _)| *v = f64::NAN);
         }
         Ok(())
     }
 
-    fn heights_of<T: Stored>(&self, stored: &[T], out: &mut [f64]) {
-        out.iter_mut().zip(stored).for_each(|(height, stored)| *height = stored.double());
-        self.scale(out);
-        for mark in &self.marks().values {
-            match likeness(*mark, self.sample_type()) {
-                Like::Nothing => {}
-                // The frequent one, without a branch for each sample.
-                Like::Small(m) => strike_out(stored, out, |s| s.double() == m),
-                like => strike_out(stored, out, |s| is_like(s, like)),
-            }
-        }
-        if let Some(valid) = self.marks().valid {
-            out.iter_mut().filter(|v| !valid.contains(**v)).for_each(|v| *v = f64::NAN);
-        }
+    /// Reads a window of stored values as doubles: exactly, but for 64-bit integers beyond 2⁵³.
+    ///
+    /// # Errors
+    /// As [`HeightReader::read`].
+    ///
+    /// # Panics
+    /// As [`HeightReader::read`].
+    pub fn read_stored(&mut self, window: Window, out: &mut [f64]) -> Result<(), RasterError> {
+        assert_eq!(out.len(), window.len(), "values of {window:?}");
+        let sample_type = self.band.sample_type();
+        let stored = self.read_native(window)?;
+        with_sample_type!(sample_type, T => doubles(bytemuck::cast_slice::<u8, T>(stored), out));
+        Ok(())
+    }
+
+    fn read_native(&mut self, window: Window) -> Result<&[u8], RasterError> {
+        let bytes = window.len() * self.band.sample_type().bytes();
+        self.words.resize(bytes.div_ceil(8), 0);
+        let stored = &mut bytemuck::cast_slice_mut(&mut self.words)[..bytes];
+        self.band.read(window, stored)?;
+        Ok(stored)
     }
 
     /// Whether a stored value, as a double, is missing by its nearness to a mark alone: none equals it.
-    pub(super) fn is_missing_by_nearness(&self, stored: f64) -> bool {
-        let values = &self.marks().values;
-        let like = |mark: &Mark| likeness(*mark, self.sample_type());
+    pub fn is_missing_by_nearness(&self, stored: f64) -> bool {
+        let values = &self.band.marks().values;
+        let like = |mark: &Mark| likeness(*mark, self.band.sample_type());
         let equal = |like: Like| match like {
             Like::Single(m) => stored == f64::from(m),
             Like::Double(m) => stored == m,
@@ -75,6 +102,59 @@ impl Raster {
         };
         let mut near = values.iter().map(like).filter(|l| is_like(stored, *l)).peekable();
         near.peek().is_some() && !near.any(equal)
+    }
+}
+
+fn doubles<T: Number>(stored: &[T], out: &mut [f64]) {
+    out.iter_mut().zip(stored).for_each(|(double, stored)| *double = stored.double());
+}
+
+fn heights_of<T: Number>(band: &Band, stored: &[T], out: &mut [f64]) {
+    doubles(stored, out);
+    let scaling = band.scaling();
+    if !scaling.is_none() {
+        out.iter_mut().for_each(|v| *v = scaling.height(*v));
+    }
+    for mark in &band.marks().values {
+        match likeness(*mark, band.sample_type()) {
+            Like::Nothing => {}
+            // The frequent one, without a branch for each sample.
+            Like::Small(m) => strike_out(stored, out, |s| s.double() == m),
+            like => strike_out(stored, out, |s| is_like(s, like)),
+        }
+    }
+    if let Some(valid) = band.marks().valid {
+        out.iter_mut().filter(|v| !valid.contains(**v)).for_each(|v| *v = f64::NAN);
+    }
+}
+
+/// A stored sample as a number.
+trait Number: Copy {
+    /// The number, rounded where no double equals it.
+    fn double(self) -> f64;
+
+    /// The whole number, of integers.
+    fn whole(self) -> i128;
+}
+macro_rules! numbers {
+    ($($t:ty),*) => {$(
+        impl Number for $t {
+            fn double(self) -> f64 {
+                self as f64
+            }
+            fn whole(self) -> i128 {
+                self as i128
+            }
+        }
+    )*};
+}
+numbers!(u8, i8, u16, i16, u32, i32, u64, i64, f32, f64);
+impl Number for half::f16 {
+    fn double(self) -> f64 {
+        f64::from(self)
+    }
+    fn whole(self) -> i128 {
+        f64::from(self) as i128
     }
 }
 
@@ -103,13 +183,13 @@ fn likeness(mark: Mark, sample_type: SampleType) -> Like {
 
 /// Takes the heights away where stored values are missing.
 #[inline(always)]
-fn strike_out<T: Stored>(stored: &[T], out: &mut [f64], is_missing: impl Fn(T) -> bool) {
+fn strike_out<T: Number>(stored: &[T], out: &mut [f64], is_missing: impl Fn(T) -> bool) {
     for (height, stored) in out.iter_mut().zip(stored) {
         *height = if is_missing(*stored) { f64::NAN } else { *height };
     }
 }
 
-fn is_like<T: Stored>(stored: T, like: Like) -> bool {
+fn is_like<T: Number>(stored: T, like: Like) -> bool {
     match like {
         Like::Nothing => false,
         Like::Small(m) => stored.double() == m,
@@ -124,12 +204,14 @@ fn is_like<T: Stored>(stored: T, like: Like) -> bool {
         }
     }
 }
+
 #[cfg(test)]
 mod tests {
     use gdal::raster::{Buffer, GdalType};
     use gdal::{DriverManager, Metadata};
 
     use super::*;
+    use crate::raster::Raster;
 
     const WINDOW: Window = Window { column: 0, row: 0, width: 3, height: 2 };
 
@@ -145,7 +227,7 @@ mod tests {
         dataset.close().expect("closed");
         let raster = Raster::open(&path, 1).expect("opened");
         let mut out = [0.0; 6];
-        raster.read_valid_heights(WINDOW, &mut out).expect("read");
+        HeightReader::new(&raster.to_band().expect("told")).read(WINDOW, &mut out).expect("read");
         (raster, out)
     }
 
@@ -200,7 +282,8 @@ mod tests {
         });
         assert_eq!(valid(heights), [true, true, true, true, true, false]);
         let mut out = [0.0; 6];
-        raster.with_nodata(&["2"]).expect("a mark").read_valid_heights(WINDOW, &mut out).expect("read");
+        let band = raster.with_nodata(&["2"]).and_then(|r| r.to_band()).expect("a mark");
+        HeightReader::new(&band).read(WINDOW, &mut out).expect("read");
         assert_eq!(valid(out), [true, false, true, false, true, false]);
     }
 }

@@ -1,3 +1,5 @@
+//! Samples that are to become vertices.
+
 use crate::base::Window;
 
 /// Samples of a raster, each once, in order of rows and of columns within a row.
@@ -10,7 +12,7 @@ pub struct PointSet {
 }
 
 /// A sample as a number.
-pub(super) fn key(column: usize, row: usize) -> u64 {
+pub(crate) fn key(column: usize, row: usize) -> u64 {
     (row as u64) << 32 | column as u64
 }
 
@@ -33,7 +35,7 @@ impl PointSet {
     }
 
     /// The set of samples given as [`key`]s.
-    pub(super) fn of_keys(mut places: Vec<u64>) -> PointSet {
+    pub(crate) fn of_keys(mut places: Vec<u64>) -> PointSet {
         places.sort_unstable();
         places.dedup();
         PointSet { places: places.into_boxed_slice() }

@@ -96,6 +96,26 @@ impl GeoTransform {
     }
 }
 
+/// How far apart samples of two rasters may be on the map, in cells, and count as the same: geotransforms are kept as
+/// decimals by some formats, and rounded.
+const ROUNDING_CELLS: f64 = 0.01;
+
+impl GeoTransform {
+    /// Whether the corners of a raster of so many samples come to lie at the same places, up to rounding: then, the maps
+    /// being affine, all its samples do.
+    pub fn agrees(self, other: GeoTransform, width: usize, height: usize) -> bool {
+        let [_, xp, xl, _, yp, yl] = self.coefficients();
+        let determinant = self.determinant();
+        let (far_x, far_y) = (4 * (width as i64 - 1), 4 * (height as i64 - 1));
+        [(0, 0), (far_x, 0), (0, far_y), (far_x, far_y)].into_iter().all(|(x, y)| {
+            let ((ax, ay), (bx, by)) = (self.apply(x, y), other.apply(x, y));
+            let (dx, dy) = (bx - ax, by - ay);
+            let (columns, rows) = ((dx * yl - dy * xl) / determinant, (dy * xp - dx * yp) / determinant);
+            columns.abs() <= ROUNDING_CELLS && rows.abs() <= ROUNDING_CELLS
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -141,5 +161,16 @@ mod tests {
                 prop_assert_eq!(transform.lattice(mx, my), Some((x, y)));
             }
         }
+    }
+
+    #[test]
+    fn rounded_decimals_agree_and_a_shift_does_not() {
+        let transform = |c| GeoTransform::new(c, 1000, 800).expect("a transform");
+        let exact = transform([-71.0, 1.0 / 1200.0, 0.0, -32.0, 0.0, -1.0 / 1200.0]);
+        let rounded = transform([-71.0, 0.000_833_333_333, 0.0, -32.0, 0.0, -0.000_833_333_333]);
+        let shifted = transform([-71.0 + 0.5 / 1200.0, 1.0 / 1200.0, 0.0, -32.0, 0.0, -1.0 / 1200.0]);
+        let flipped = transform([-71.0, 1.0 / 1200.0, 0.0, -32.0, 0.0, 1.0 / 1200.0]);
+        assert!(exact.agrees(exact, 1000, 800) && exact.agrees(rounded, 1000, 800));
+        assert!(!exact.agrees(shifted, 1000, 800) && !exact.agrees(flipped, 1000, 800));
     }
 }

@@ -1,11 +1,12 @@
-use std::path::{Path, PathBuf};
+//! Why samples cannot be had.
 
-use gdal::errors::GdalError;
+use std::path::PathBuf;
 
-use super::gdal_error::SILENT;
-pub(super) use super::gdal_error::reason;
 use crate::base::Window;
 use crate::base::decimal::Decimal;
+
+/// What is said where a source of samples fails and says nothing.
+pub(crate) const SILENT: &str = "GDAL gave no reason";
 
 /// Why a raster cannot be used, or could not be read. Every message names the file.
 #[derive(Debug, thiserror::Error)]
@@ -100,6 +101,20 @@ pub enum RasterError {
         width: usize,
         /// Samples down.
         height: usize,
+    },
+    /// There are not as many values in memory as there are samples.
+    #[error("{}: expected the bytes of {width} × {height} samples of type {sample_type}, found {found}", path.display())]
+    Length {
+        /// What messages call it.
+        path: PathBuf,
+        /// Samples across.
+        width: usize,
+        /// Samples down.
+        height: usize,
+        /// The type of the samples.
+        sample_type: &'static str,
+        /// How many bytes there are.
+        found: usize,
     },
     /// A window reaches out of the raster, or has no surface.
     #[error(
@@ -287,12 +302,8 @@ impl RasterError {
         matches!(self, RasterError::Changed { .. } | RasterError::LayerChanged { .. })
     }
 
-    /// Whether GDAL could not read samples, and did not say why.
-    pub(crate) fn is_silent(&self) -> bool {
+    /// Whether samples could not be read, and nobody said why.
+    pub fn is_silent(&self) -> bool {
         matches!(self, RasterError::Read { reason, .. } | RasterError::Gdal { reason, .. } if reason.starts_with(SILENT))
-    }
-
-    pub(super) fn gdal(path: &Path, what: &'static str, error: &GdalError) -> Self {
-        RasterError::Gdal { path: path.to_path_buf(), what, reason: reason(error) }
     }
 }

@@ -1,10 +1,10 @@
-//! The disk that a run will need.
+//! The disk that a run will need, from its raster's size and the density of its mesh.
 
 use serde::Serialize;
 
+use crate::base::Band;
 use crate::field::{decoded_bytes, suits_windows};
 use crate::formats::Format;
-use crate::raster::{Raster, plain_layout};
 
 /// How dense a mesh the estimate assumes where no tolerance is known. What it will be is known only after the run: 5 to
 /// 20 where the tolerance is tight, several hundred where it is wide or the ground is smooth.
@@ -47,7 +47,7 @@ impl Estimate {
 
     /// The same run, into a file of this format, with these bands as channels; without the heights, if the raster is a planar
     /// image.
-    pub fn with_channels(self, channels: &[Raster], planar: bool, format: &Format) -> Estimate {
+    pub fn with_channels(self, channels: &[Band], planar: bool, format: &Format) -> Estimate {
         let field_bytes = if planar { 0 } else { self.field_bytes };
         channels.iter().fold(Estimate { field_bytes, ..self }, |sum, band| {
             let of_band = estimate(band, None, self.samples_per_triangle, format);
@@ -64,11 +64,11 @@ impl Estimate {
 
 /// Estimates a run over a raster, and its importance raster where it has one, that will have so many samples per triangle in a
 /// file of this format.
-pub fn estimate(raster: &Raster, importance: Option<&Raster>, samples_per_triangle: f64, format: &Format) -> Estimate {
-    let samples = raster.width() as f64 * raster.height() as f64;
+pub fn estimate(band: &Band, importance: Option<&Band>, samples_per_triangle: f64, format: &Format) -> Estimate {
+    let samples = band.samples() as f64;
     let triangles = samples / samples_per_triangle;
     Estimate {
-        field_bytes: field_bytes(raster).saturating_add(importance.map_or(0, field_bytes)),
+        field_bytes: field_bytes(band).saturating_add(importance.map_or(0, field_bytes)),
         spool_bytes: (triangles * SPOOL_BYTES_PER_TRIANGLE) as u64,
         survey_bytes: 0,
         output_bytes: (triangles * format.bytes.per_triangle()) as u64,
@@ -76,7 +76,7 @@ pub fn estimate(raster: &Raster, importance: Option<&Raster>, samples_per_triang
     }
 }
 
-fn field_bytes(raster: &Raster) -> u64 {
-    let in_use_as_it_is = suits_windows(raster) || plain_layout(raster).is_ok();
-    if in_use_as_it_is { 0 } else { decoded_bytes(raster) }
+fn field_bytes(band: &Band) -> u64 {
+    let in_use_as_it_is = suits_windows(band) || band.plain_layout().is_ok();
+    if in_use_as_it_is { 0 } else { decoded_bytes(band) }
 }

@@ -1,4 +1,6 @@
-use super::{Mark, Marks, Raster, RasterError};
+//! What a raster is recognised by, between two runs of one job.
+
+use super::{Band, Mark, Marks, RasterError};
 use crate::base::Window;
 use crate::base::decimal::Decimal;
 
@@ -19,30 +21,26 @@ const RUN: usize = 1024;
 ///
 /// # Errors
 /// [`RasterError::Read`].
-pub fn identity(raster: &Raster) -> Result<Vec<(&'static str, String)>, RasterError> {
+pub fn identity(raster: &Band) -> Result<Vec<(&'static str, String)>, RasterError> {
     let scaling = raster.scaling();
     let nodata = raster.tag().map_or("none".to_string(), exact_mark);
     let mut named = vec![
         ("size", format!("{} × {} samples", raster.width(), raster.height())),
-        ("band", raster.band().to_string()),
+        ("band", raster.number().to_string()),
         ("sample type", raster.sample_type().name().to_string()),
-        ("geotransform", raster.geo_transform().coefficients().map(exact).join(", ")),
+        ("geotransform", raster.geo_transform().coefficients().map(exact_double).join(", ")),
         ("nodata", nodata),
-        ("scale", exact(scaling.scale)),
-        ("offset", exact(scaling.offset)),
+        ("scale", exact_double(scaling.scale)),
+        ("offset", exact_double(scaling.offset)),
         ("checksum of some samples", format!("{:08x}", some_samples(raster)?)),
     ];
-    named.extend(raster.encoding().map(|encoding| ("encoding", encoding.name().to_string())));
-    let options = raster.open_options();
-    named.extend((!options.is_empty()).then(|| ("open options", options.join(" "))));
-    // A window that happens to have the samples of another is not the same place.
-    named.extend(raster.window().map(|w| ("window", w.to_string())));
+    named.extend(raster.view.iter().cloned());
     Ok(named)
 }
 
 fn exact_mark(mark: Mark) -> String {
     match mark {
-        Mark::Real(value) => exact(value),
+        Mark::Real(value) => exact_double(value),
         Mark::I64(value) => value.to_string(),
         Mark::U64(value) => value.to_string(),
     }
@@ -51,16 +49,16 @@ fn exact_mark(mark: Mark) -> String {
 /// What counts as missing where the caller says so, exactly, for what identifies a job.
 pub fn exact_marks(marks: &Marks) -> String {
     let values: Vec<String> = marks.values.iter().map(|mark| exact_mark(*mark)).collect();
-    let valid = marks.valid.map(|v| format!("heights from {} to {}", exact(v.min), exact(v.max)));
+    let valid = marks.valid.map(|v| format!("heights from {} to {}", exact_double(v.min), exact_double(v.max)));
     values.into_iter().chain(valid).collect::<Vec<_>>().join(", ")
 }
 
 /// A double as people read it, and its bits.
-pub fn exact(value: f64) -> String {
+pub fn exact_double(value: f64) -> String {
     format!("{} (bits {:016x})", Decimal(value), value.to_bits())
 }
 
-fn some_samples(raster: &Raster) -> Result<u32, RasterError> {
+fn some_samples(raster: &Band) -> Result<u32, RasterError> {
     let (width, height) = (raster.width().min(RUN), 1);
     let places = raster.height().min(PLACES);
     let bytes = width * raster.sample_type().bytes();
@@ -71,7 +69,7 @@ fn some_samples(raster: &Raster) -> Result<u32, RasterError> {
         // Columns far from those of the place before: 5/8 of the way on, around the end.
         let column = (raster.width() - width) * (place * 5 % 8) / 7;
         let samples = &mut bytemuck::cast_slice_mut(&mut words)[..bytes];
-        raster.read_native(Window { column, row, width, height }, samples)?;
+        raster.read(Window { column, row, width, height }, samples)?;
         hasher.update(samples);
     }
     Ok(hasher.finalize())

@@ -1,14 +1,14 @@
 //! What a run will come to, found at a few of its tiles: for estimates of disks, before it begins.
 
-use super::goal::{Curves, Floor, find_cut};
-use super::in_order::{check_corners, error_needs, lowest};
-use super::tiles::{Job, Workspace};
-use super::{EngineChoice, Error, Goal, Params};
+use crate::base::Band;
 use crate::base::control::Control;
 use crate::base::tiling::{TileGrid, TileId};
 use crate::field::{Choice, Field, FieldOptions};
+use crate::job::goal::{Curves, Floor, find_cut};
+use crate::job::in_order::{check_corners, error_needs, lowest};
 use crate::job::spool::SpoolError;
-use crate::raster::Raster;
+use crate::job::tiles::{Job, Workspace};
+use crate::job::{EngineChoice, Error, Goal, Params};
 
 /// How many tiles each way are tried.
 const TRIED: usize = 3;
@@ -49,13 +49,13 @@ fn told_of(samples: u64) -> u64 {
 /// # Errors
 /// [`Error`], as for the whole run: a raster that cannot be read is told of early.
 pub fn probe(
-    raster: &Raster,
-    importance: Option<&Raster>,
+    band: &Band,
+    importance: Option<&Band>,
     params: &Params,
     control: &Control<'_>,
 ) -> Result<Expected, Error> {
-    let options = FieldOptions { temp_dir: params.temp_dir.clone(), choice: Choice::Windows };
-    probe_field(&Field::open_with_importance(raster, importance, &options, control)?, params, control)
+    let options = FieldOptions { temp_dir: params.temp_dir.clone(), choice: Choice::Windows, maps_files: false };
+    probe_field(&Field::open_with_importance(band, importance, &options, control)?, params, control)
 }
 
 /// Does what [`probe`] does, with a field that is open.

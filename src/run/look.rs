@@ -3,14 +3,11 @@
 //!
 //! `info` looks always; `simplify` and `verify` where what they saw on their way may be worth a warning.
 
-use super::{Mark, Marks, Raster, RasterError};
 use crate::base::Window;
 use crate::base::control::{Cancelled, Control, Stage};
 use crate::base::warning::{Warning, WarningCode};
-
-/// How far from a void, a missing sample, a sample is *near* it, in columns and rows: interpolation of other programs mixes voids
-/// and heights so far.
-pub const NEAR_VOID: usize = 3;
+use crate::base::{Band, Mark, Marks, NEAR_VOID, RasterError};
+use crate::verify::HeightReader;
 
 /// Samples read at a time, about.
 const SAMPLES: usize = 1 << 20;
@@ -91,13 +88,13 @@ impl Range {
 /// Memory: 18 bytes for each of about 2²⁰ samples, or of seven rows where that is more.
 ///
 /// # Errors
-/// [`LookError`]: the raster cannot be read, its rows are too long ([`Raster::holds_rows`]), or the caller asked to stop.
+/// [`LookError`]: the raster cannot be read, its rows are too long ([`Band::holds_rows`]), or the caller asked to stop.
 /// Infinite heights are passed over.
-pub fn look(raster: &Raster, control: &Control<'_>) -> Result<Look, LookError> {
-    raster.holds_rows(raster.width())?;
+pub fn look(band: &Band, control: &Control<'_>) -> Result<Look, LookError> {
+    band.holds_rows(band.width())?;
     let mut look = Look::default();
     let (mut far, mut near) = (Range::EMPTY, Range::EMPTY);
-    let mut reader = Reader::new(raster);
+    let mut reader = Reader::new(band);
     reader.for_each(control, |_, _, height, is_near| match height {
         Some(height) => {
             look.valid += 1;
@@ -113,7 +110,7 @@ pub fn look(raster: &Raster, control: &Control<'_>) -> Result<Look, LookError> {
     let is_usual = usual.holds(near.0) && usual.holds(near.1);
     if !(far.is_empty() || near.is_empty() || is_usual) {
         let found = &mut look.near_voids;
-        Reader::new(raster).for_each(control, |column, row, height, is_near| {
+        Reader::new(band).for_each(control, |column, row, height, is_near| {
             if let Some(height) = height.filter(|h| is_near && !usual.holds(*h)) {
                 found.note(column, row, height);
             }
@@ -124,20 +121,20 @@ pub fn look(raster: &Raster, control: &Control<'_>) -> Result<Look, LookError> {
 
 impl Look {
     /// What of it is worth a warning.
-    pub fn warnings(&self, raster: &Raster) -> Vec<Warning> {
+    pub fn warnings(&self, band: &Band) -> Vec<Warning> {
         let place = |found: &Found| {
             let (column, row, value) = found.first.unwrap_or_default();
             format!("{} at column {column}, row {row}", crate::base::decimal::Decimal(value))
         };
         let one = |found: &Found, code, message: String| {
-            let file = raster.path().to_path_buf();
+            let file = band.path().to_path_buf();
             (found.count > 0).then_some(Warning { code, file, count: found.count, message })
         };
         let samples = |found: &Found| match found.count {
             1 => "1 sample".to_string(),
             count => format!("{count} samples"),
         };
-        let marks = || raster.marks().values.iter().map(Mark::to_string).collect::<Vec<_>>().join(" or ");
+        let marks = || band.marks().values.iter().map(Mark::to_string).collect::<Vec<_>>().join(" or ");
         let near = &self.by_nearness;
         let near = one(near, WarningCode::NearNodata, {
             let (samples, mark) = (samples(near), marks());
@@ -145,7 +142,7 @@ impl Look {
         });
         let zeros = &self.zeros;
         let zeros = one(zeros, WarningCode::ZeroNodata, {
-            let origin = super::drivers::origin_of_zero_tag(&raster.driver());
+            let origin = band.zero_tag.unwrap_or_default();
             format!("the nodata tag is 0{origin}: {} with that value count as missing", samples(zeros))
         });
         let voids = &self.near_voids;
@@ -159,7 +156,8 @@ impl Look {
 
 /// Rows of a raster with the rows around them.
 struct Reader<'r> {
-    raster: &'r Raster,
+    band: &'r Band,
+    reader: HeightReader<'r>,
     /// Whether stored values must be looked at: samples may be missing by nearness, or by a tag of 0.
     asks_stored: bool,
     zero_tag: bool,
@@ -168,11 +166,18 @@ struct Reader<'r> {
 }
 
 impl<'r> Reader<'r> {
-    fn new(raster: &'r Raster) -> Reader<'r> {
-        let Marks { values, .. } = raster.marks();
-        let zero_tag = raster.has_zero_tag();
+    fn new(band: &'r Band) -> Reader<'r> {
+        let Marks { values, .. } = band.marks();
+        let zero_tag = band.zero_tag.is_some();
         let asks_stored = zero_tag || values.iter().any(|mark| matches!(mark, Mark::Real(v) if v.is_finite()));
-        Reader { raster, asks_stored, zero_tag, by_nearness: Found::default(), zeros: Found::default() }
+        Reader {
+            band,
+            reader: HeightReader::new(band),
+            asks_stored,
+            zero_tag,
+            by_nearness: Found::default(),
+            zeros: Found::default(),
+        }
     }
 
     /// Calls `visit(column, row, height, is near a void)` for every sample; outside of the cutline none has a height.
@@ -181,7 +186,7 @@ impl<'r> Reader<'r> {
         control: &Control<'_>,
         mut visit: impl FnMut(usize, usize, Option<f64>, bool),
     ) -> Result<(), LookError> {
-        let (width, height) = (self.raster.width(), self.raster.height());
+        let (width, height) = (self.band.width(), self.band.height());
         let rows = (SAMPLES / width).max(1);
         let (mut heights, mut inside) = (Vec::new(), Vec::new());
         control.progress.begin(Stage::Ranges, height.div_ceil(rows) as u64, width as u64 * height as u64);
@@ -191,10 +196,10 @@ impl<'r> Reader<'r> {
             let (top, bottom) = (first.saturating_sub(NEAR_VOID), (after + NEAR_VOID).min(height));
             let window = Window { column: 0, row: top, width, height: bottom - top };
             heights.resize(window.len(), 0.0);
-            self.raster.read_marked_heights(window, &mut heights)?;
+            self.reader.read_marked(window, &mut heights)?;
             let own = Window { row: first, height: after - first, ..window };
             inside.clear();
-            if let Some(cutline) = self.raster.cutline() {
+            if let Some(cutline) = self.band.cutline() {
                 cutline.mask(own, &mut inside);
             }
             if self.asks_stored {
@@ -220,7 +225,7 @@ impl<'r> Reader<'r> {
             return Ok(());
         }
         let mut stored = vec![0.0; window.len()];
-        self.raster.read_stored(window, &mut stored)?;
+        self.reader.read_stored(window, &mut stored)?;
         for (i, (stored, _)) in stored.iter().zip(heights).enumerate().filter(|(_, (_, h))| h.is_nan()) {
             if inside.get(i).is_some_and(|inside| !inside) {
                 continue;
@@ -228,27 +233,11 @@ impl<'r> Reader<'r> {
             let (column, row) = (i % window.width, window.row + i / window.width);
             if self.zero_tag && *stored == 0.0 {
                 self.zeros.note(column, row, *stored);
-            } else if self.raster.is_missing_by_nearness(*stored) {
+            } else if self.reader.is_missing_by_nearness(*stored) {
                 self.by_nearness.note(column, row, *stored);
             }
         }
         Ok(())
-    }
-}
-
-impl Raster {
-    /// Whether the raster's nodata tag is 0 and counts, without the caller having named that value: formats and writers make it up, and then the sea goes missing.
-    pub fn has_zero_tag(&self) -> bool {
-        // Of a table, GDAL marks samples without a line by 0 where no line has that height.
-        self.driver() != "XYZ" && self.tag_counts && self.tag().is_some_and(is_zero)
-    }
-}
-
-fn is_zero(mark: Mark) -> bool {
-    match mark {
-        Mark::Real(value) => value == 0.0,
-        Mark::I64(value) => value == 0,
-        Mark::U64(value) => value == 0,
     }
 }
 

@@ -1,10 +1,10 @@
 //! What a stored type must tell to become a height, and which stored values are none.
 
+use super::{Mark, Marks, NEARNESS, Scaling, ValidRange};
 use crate::base::exact::MAX_HEIGHT;
-use crate::raster::{Mark, Marks, NEARNESS, Scaling, ValidRange};
 
 /// What a stored type must tell to become a height.
-pub(super) trait Stored: bytemuck::Pod + PartialOrd {
+pub(crate) trait Stored: bytemuck::Pod + PartialOrd {
     fn to_f64(self) -> f64;
     fn to_i128(self) -> i128;
     /// Whether a double holds it exactly.
@@ -128,7 +128,7 @@ impl Stored for half::f16 {
 }
 
 /// Which stored values of a type are missing, ready to be asked.
-pub(super) struct Sieve<T> {
+pub(crate) struct Sieve<T> {
     /// Marks that a value of the type can be like.
     marks: Vec<T>,
     /// The ends of what may be like the first mark; where there is none, nothing lies between them.
@@ -138,7 +138,7 @@ pub(super) struct Sieve<T> {
 
 /// Why a stored value is no height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Why {
+pub(crate) enum Why {
     /// It is no number, equals a mark or its height is not valid.
     Said,
     /// It is like a mark and equals none.
@@ -146,7 +146,7 @@ pub(super) enum Why {
 }
 
 impl<T: Stored> Sieve<T> {
-    pub(super) fn new(marks: &Marks, scaling: Scaling) -> Sieve<T> {
+    pub(crate) fn new(marks: &Marks, scaling: Scaling) -> Sieve<T> {
         let values: Vec<T> = marks.values.iter().filter_map(|mark| T::of_mark(*mark)).collect();
         let zero = T::zeroed();
         // Of integers no value is less than the least; of floats NaN lies between nothing.
@@ -155,28 +155,28 @@ impl<T: Stored> Sieve<T> {
     }
 
     /// Whether any value but NaN may be missing.
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.marks.is_empty() && self.valid.is_none()
     }
 
     /// Whether a value may be like the first mark: quick, and right where it says no.
     #[inline(always)]
-    pub(super) fn suspects(&self, stored: T, is_marked: bool) -> bool {
+    pub(crate) fn suspects(&self, stored: T, is_marked: bool) -> bool {
         is_marked & (stored >= self.first.0) & (stored <= self.first.1)
     }
 
     /// Whether there is a first mark, for [`Sieve::suspects`].
-    pub(super) fn is_marked(&self) -> bool {
+    pub(crate) fn is_marked(&self) -> bool {
         !self.marks.is_empty()
     }
 
     /// Whether there is more than [`Sieve::suspects`] asks for.
-    pub(super) fn has_more(&self) -> bool {
+    pub(crate) fn has_more(&self) -> bool {
         self.marks.len() > 1 || self.valid.is_some()
     }
 
     /// Why a value is missing, if it is.
-    pub(super) fn missing(&self, stored: T) -> Option<Why> {
+    pub(crate) fn missing(&self, stored: T) -> Option<Why> {
         let value = stored.to_f64();
         let outside = |(valid, scaling): (ValidRange, Scaling)| !valid.contains(scaling.height(value));
         if value.is_nan() || self.marks.contains(&stored) || self.valid.is_some_and(outside) {
@@ -195,7 +195,7 @@ pub(crate) fn missing_halves(marks: &Marks, scaling: Scaling, numbers: &[f32]) -
 }
 
 /// The type heights are kept in.
-pub(super) trait Height: Copy {
+pub(crate) trait Height: Copy {
     const ZERO: Self;
     fn of<T: Stored>(stored: T, scaling: Option<Scaling>) -> Self;
     fn usable(self) -> bool;
