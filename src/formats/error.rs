@@ -15,7 +15,7 @@ pub enum SinkError {
     /// A height would change more by being written than was allowed for.
     #[error(
         "{}: expected heights that are written within {allowed} of what they are, found {height}, which would change by \
-         {found}; --precision double, or another --z-scale, loses less",
+         {found}",
         path.display()
     )]
     Lossy {
@@ -30,8 +30,7 @@ pub enum SinkError {
     },
     /// The format has no numbers for so many vertices or triangles.
     #[error(
-        "{}: expected at most {limit} {what}, as many as {format} can number, found {found}; a larger --max-error \
-         needs fewer",
+        "{}: expected at most {limit} {what}, as many as {format} can number, found {found}",
         path.display()
     )]
     TooLarge {
