@@ -3,11 +3,14 @@
 use clap::ValueEnum;
 use serde::Serialize;
 
+use super::combinations::Asked;
+use super::goal::GoalArgs;
 use super::{Failure, values};
 use crate::base::control::Control;
-use crate::base::{CoordinateFrame, Reference};
+use crate::base::{CoordinateFrame, Reference, Tolerance};
 use crate::field::height_range;
-use crate::job::{Error, Params, VertexHeights};
+use crate::job::features::Feature;
+use crate::job::{Error, Goal, VertexHeights};
 use crate::raster::Raster;
 
 /// How coordinates are written.
@@ -31,12 +34,16 @@ enum PrecisionArg {
     Float,
 }
 
-/// How a run writes coordinates, and what of the tolerance is kept for it.
+/// How a run writes coordinates, and what that leaves for the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Written {
     pub(super) frame: CoordinateFrame,
     /// How far a height may be from the one that is read again.
     pub(super) loss: f64,
+    /// The tolerance, less what is lost in writing.
+    pub(super) tolerance: Tolerance,
+    /// What ends the refinement beside the tolerance, likewise.
+    pub(super) goal: Goal,
 }
 
 impl MapArgs {
@@ -45,32 +52,46 @@ impl MapArgs {
         !self.local && self.z_scale == 1.0 && self.precision == PrecisionArg::Double
     }
 
-    /// The frame of the output. What rounding loses of heights is found out, which may read the whole raster, and taken
-    /// from the tolerance of `params`. `other_errors` names the option by which errors count otherwise than as vertical
-    /// distances, if there is one.
+    /// What of this asks for features, as far as options alone say: `fitted` heights need all their digits.
+    pub(super) fn ask(&self, fitted: bool, asked: &mut Asked) {
+        if !is_power_of_two(self.z_scale) {
+            asked.add_by(Feature::InexactScale, format!("--z-scale {}", self.z_scale));
+        }
+        if fitted && self.precision == PrecisionArg::Float {
+            asked.add_by(Feature::RoundedToSingle, PRECISION_FLOAT);
+        }
+    }
+
+    /// What of this asks for features once the raster is open.
+    pub(super) fn ask_of(&self, raster: &Raster, asked: &mut Asked) {
+        if self.precision == PrecisionArg::Float && !fits_single(raster) {
+            asked.add_by(Feature::RoundedToSingle, PRECISION_FLOAT);
+        }
+    }
+
+    /// The frame of the output, and what of the tolerance and the goal is left for the mesh: what rounding loses of heights
+    /// is found out, which may read the whole raster, and taken from them. `heights` are those of vertices. Errors count as
+    /// vertical distances wherever anything is lost.
     pub(super) fn written(
         &self,
         raster: &Raster,
         flat: bool,
-        other_errors: Option<&str>,
-        params: &mut Params,
+        asked: &GoalArgs,
+        heights: VertexHeights,
         control: &Control<'_>,
     ) -> Result<Written, Failure> {
         let frame = self.frame(raster)?;
-        // Multiplied by a power of two, a number stays what it is.
-        let scaled_exactly = frame.z_scale.log2().fract() == 0.0;
-        let sampled = params.heights == VertexHeights::Sampled;
-        let fits = sampled && raster.sample_type().fits_f32() && raster.scaling().is_none();
-        if flat || (scaled_exactly && (fits || !frame.single)) {
-            return Ok(Written { frame, loss: 0.0 });
+        let (tolerance, goal) = (Tolerance::new(asked.tolerance()), asked.goal());
+        let fits = heights == VertexHeights::Sampled && fits_single(raster);
+        if flat || (is_power_of_two(frame.z_scale) && (fits || !frame.single)) {
+            return Ok(Written { frame, loss: 0.0, tolerance, goal });
         }
         let range = height_range(&raster.to_band()?, control).map_err(Error::from)?;
         if range.min > range.max {
             // Not one sample has a height.
             return Err(Error::NoGround { path: raster.path().to_path_buf() }.into());
         }
-        let tolerance = params.max_error;
-        let room = if tolerance.is_finite() { 2.0 * tolerance } else { range.width() };
+        let room = if tolerance.is_open() { range.width() } else { 2.0 * tolerance.asked() };
         // Fitted heights may be beyond those of samples.
         let largest = range.min.abs().max(range.max.abs()) + room;
         let loss = largest * if frame.single { f64::from(f32::EPSILON) / 2.0 } else { 0.0 };
@@ -78,10 +99,6 @@ impl MapArgs {
         let loss = loss + largest * f64::EPSILON * 2.0 + f64::from(f32::from_bits(1)) / frame.z_scale;
         let name = raster.path().display();
         let way_out = if frame.single { "--precision double loses less" } else { "--z-scale 1 loses nothing" };
-        if let Some(option) = other_errors {
-            let lost = format!("{name}: expected heights that are written without loss beside {option}");
-            return Err(Failure::new(format!("{lost}, found a loss of up to {loss:e}")).hint(way_out));
-        }
         let less = |what: &str, limit: f64| {
             if loss > limit / 2.0 {
                 let expected =
@@ -89,14 +106,13 @@ impl MapArgs {
                 let found = format!("found a loss of up to {loss:e} with heights up to {largest}");
                 return Err(Failure::new(format!("{expected}, {found}")).hint(way_out));
             }
-            Ok((limit - loss).next_down().max(0.0))
+            Ok(Tolerance::new(limit).less(loss))
         };
-        if tolerance.is_finite() {
-            params.max_error = less("tolerance", tolerance)?;
-        }
+        let kept = if tolerance.is_open() { tolerance } else { less("tolerance", tolerance.asked())? };
         // What moves no height by more than this moves the root of the mean square by no more.
-        params.goal.max_rms = params.goal.max_rms.map(|rms| less("--max-rms", rms)).transpose()?;
-        Ok(Written { frame, loss })
+        let max_rms = goal.max_rms.map(|rms| less("--max-rms", rms)).transpose()?;
+        let goal = Goal { max_rms: max_rms.map(|rms| rms.kept()), ..goal };
+        Ok(Written { frame, loss, tolerance: kept, goal })
     }
 
     fn frame(&self, raster: &Raster) -> Result<CoordinateFrame, Failure> {
@@ -112,6 +128,19 @@ impl MapArgs {
         }
         Ok(frame)
     }
+}
+
+/// What asks for single precision.
+const PRECISION_FLOAT: &str = "--precision float";
+
+/// Whether numbers multiplied by this stay what they are.
+fn is_power_of_two(factor: f64) -> bool {
+    factor.log2().fract() == 0.0
+}
+
+/// Whether the heights of samples are numbers of single precision.
+fn fits_single(raster: &Raster) -> bool {
+    raster.sample_type().fits_f32() && raster.scaling().is_none()
 }
 
 /// A round number near the middle of the raster: nothing is left of large coordinates but what the raster spans.
@@ -142,7 +171,7 @@ pub(super) struct MapReport {
 
 impl MapReport {
     pub(super) fn new(raster: &Raster, written: &Written) -> MapReport {
-        let Written { frame, loss } = *written;
+        let Written { frame, loss, .. } = *written;
         MapReport {
             reference: raster.reference(),
             offset: frame.origin,

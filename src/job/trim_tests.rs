@@ -11,7 +11,8 @@ use super::*;
 use crate::base::PointSet;
 use crate::base::exact;
 use crate::base::lattice::{Point, orient};
-use crate::kernel::triangulate::cuts::Cuts;
+use crate::kernel::triangulate::Feasibility;
+use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::testing::{self, cases};
 
 /// Everything a trimmed mesh must be. Returns how many triangles it has, and how many samples it leaves bare.
@@ -103,7 +104,7 @@ impl Triangles {
                 // Those of bridged holes have none.
                 if let Some(height) = scene.at((column, row)) {
                     let terms = [(w[0], a.1), (w[1], b.1), (w[2], c.1), (-o, height)];
-                    let limit = scene.limit((column, row), params.max_error);
+                    let limit = scene.limit((column, row), params.tolerance.kept());
                     assert!(exact::within(&terms, o, limit), "sample {column}, {row}");
                 }
                 *covered.entry((column, row)).or_default() += u32::from(w.iter().all(|&w| w > 0));
@@ -254,7 +255,7 @@ fn grounds_that_hang_together_by_a_sample() {
     for rows in grounds {
         let scene = flat(rows);
         for tile in [0, 1, 2, 3] {
-            for engine in [EngineChoice::default(), EngineChoice::GreedyCuts(Cuts::Improved)] {
+            for engine in [EngineChoice::default(), EngineChoice::GreedyCuts(GreedyCuts::IMPROVED)] {
                 for trim in 0..4 {
                     let params = Params { trim, tile, engine, ..Params::new(0.0) };
                     check(&scene, &params);
@@ -307,7 +308,7 @@ fn nothing_changes_where_nothing_is_missing() {
     assert!(made(0) == made(5));
     let goal = Goal { max_points: Some(500), ..Goal::default() };
     let refused = scene.mesh(&Params { trim: 1, goal, quality: Quality::None, ..Params::new(1.0) }, 1);
-    assert!(matches!(refused, Err(Error::GoalWithTrim(1))), "{refused:?}");
+    assert!(matches!(refused, Err(Error::Incompatible(_))), "{refused:?}");
     let refused = scene.mesh(&Params { trim: 1001, ..Params::new(1.0) }, 1);
     assert!(matches!(refused, Err(Error::Trim(1001))), "{refused:?}");
 }
