@@ -7,7 +7,7 @@ use terrabite::base::control::Control;
 use terrabite::base::staged::StagedFile;
 use terrabite::base::{Band, GeoTransform, Mark, Marks};
 use terrabite::field::{Field, FieldOptions};
-use terrabite::formats::PlySink;
+use terrabite::formats::{Header, PlySink};
 use terrabite::job::{Params, triangulate};
 use terrabite::verify::{VerifyOptions, verify};
 
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let control = Control::default();
     let field = Field::open(&band, &FieldOptions::default(), &control)?;
     let mesh = triangulate(&field, &Params::new(max_error), &control)?;
-    let sink = PlySink::new(StagedFile::create(Path::new(&output), true, &[])?, &[]);
+    let sink = PlySink::new(StagedFile::create(Path::new(&output), true, &[])?, Header::default());
     let summary = mesh.write(Box::new(sink), &control)?;
 
     let options = VerifyOptions { max_error, importance: None, temp_dir: None };

@@ -62,7 +62,7 @@
 //! use terrabite::field::{Field, FieldOptions};
 //! use terrabite::raster::Raster;
 //! use terrabite::job::{Error, Params, triangulate};
-//! use terrabite::formats::PlySink;
+//! use terrabite::formats::{Header, PlySink};
 //! use terrabite::base::staged::StagedFile;
 //!
 //! # fn main() -> Result<(), Error> {
@@ -72,7 +72,7 @@
 //! let staged = StagedFile::create(output, false, &[input])?;
 //! let field = Field::open(&raster, &FieldOptions::default(), &control)?;
 //! let mesh = triangulate(&field, &Params::new(5.0), &control)?;
-//! let summary = mesh.write(Box::new(PlySink::new(staged, &[])), &control)?;
+//! let summary = mesh.write(Box::new(PlySink::new(staged, Header::default())), &control)?;
 //! println!("{} triangles, largest error {}", summary.triangles, summary.errors.max);
 //! # Ok(())
 //! # }

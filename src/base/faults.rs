@@ -37,6 +37,8 @@ pub enum Point {
     Triangles,
     /// The output is complete, under a temporary name.
     OutputWritten,
+    /// A file beside the output has its name, the output not yet.
+    CompanionPlaced,
     /// The output has its name.
     OutputRenamed,
     /// A finished job's chunks are removed from its work dir, and nothing else yet.
@@ -48,7 +50,7 @@ pub enum Point {
 }
 
 impl Point {
-    const ALL: [(&'static str, Point); 16] = [
+    const ALL: [(&'static str, Point); 17] = [
         ("work-dir-made", Point::WorkDirMade),
         ("manifest-written", Point::ManifestWritten),
         ("output-announced", Point::OutputAnnounced),
@@ -61,6 +63,7 @@ impl Point {
         ("vertices", Point::Vertices),
         ("triangles", Point::Triangles),
         ("output-written", Point::OutputWritten),
+        ("companion-placed", Point::CompanionPlaced),
         ("output-renamed", Point::OutputRenamed),
         ("chunks-removed", Point::ChunksRemoved),
         ("manifest-removed", Point::ManifestRemoved),

@@ -4,6 +4,7 @@
 mod band;
 pub mod channels;
 pub mod control;
+mod coordinate_frame;
 mod cutline;
 pub mod decimal;
 pub mod durable;
@@ -29,6 +30,7 @@ pub mod warning;
 mod window;
 
 pub use band::{Band, PlainLayout, Windows};
+pub use coordinate_frame::CoordinateFrame;
 pub use cutline::{Cutline, Polygon};
 pub use files::{FileState, Files, Watch};
 pub use georef::{GeoTransform, Reference};

@@ -40,6 +40,8 @@ pub enum WarningCode {
     Misread,
     /// The values are depths.
     Depths,
+    /// The format of the output does not keep the attributes of vertices.
+    AttributesLost,
 }
 
 /// Something about a file.

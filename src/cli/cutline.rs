@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::formats::{OptionName, RunOption};
 use crate::raster::CutlineSource;
 
 /// Polygons outside of which there is no ground.
@@ -23,9 +24,9 @@ impl CutlineArgs {
     }
 
     /// What of this stands in the mesh's header: what `verify` has to be told.
-    pub(super) fn comments(&self) -> Vec<String> {
+    pub(super) fn options(&self) -> impl Iterator<Item = RunOption> {
         let name = |path: &PathBuf| path.file_name().map_or(path.as_path(), Path::new).display().to_string();
-        let file = self.cutline.iter().map(|path| format!("cutline {}", name(path)));
-        file.chain(self.cutline_layer.iter().map(|layer| format!("cutline layer {layer}"))).collect()
+        let file = self.cutline.iter().map(move |path| RunOption::new(OptionName::Cutline, name(path)));
+        file.chain(self.cutline_layer.iter().map(|layer| RunOption::new(OptionName::CutlineLayer, layer)))
     }
 }

@@ -183,6 +183,12 @@ impl From<Error> for Failure {
         match error {
             Error::Raster(error) => error.into(),
             Error::Output(error) | Error::Sink(SinkError::Output(error)) => error.into(),
+            Error::Sink(SinkError::Lossy { .. }) => {
+                Failure::new(error).hint("--precision double, or another --z-scale, loses less")
+            }
+            Error::Sink(SinkError::TooLarge { .. }) => {
+                Failure::new(error).hint("a larger --max-error needs fewer; OBJ numbers any number of them")
+            }
             Error::Cancelled(stopped) | Error::Field(FieldError::Cancelled(stopped)) => stopped.into(),
             Error::Field(FieldError::Raster(error)) => error.into(),
             Error::WorkDir(error) => error.into(),

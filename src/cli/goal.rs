@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::combinations::Asked;
 use super::values;
+use crate::formats::{OptionName, RunOption};
 use crate::job::features::Feature;
 use crate::job::{Budget, Goal, Outcome};
 
@@ -43,14 +44,12 @@ impl GoalArgs {
         self.max_error.unwrap_or(f64::INFINITY)
     }
 
-    /// What of this stands in the mesh's header.
-    pub(super) fn comments(&self) -> Vec<String> {
-        let numbers =
-            [("max_error", self.max_error), ("max_rms", self.max_rms)].map(|(n, v)| (n, v.map(|v| v.to_string())));
-        let counts = [("max_points", self.max_points), ("max_triangles", self.max_triangles)];
-        let counts = counts.map(|(n, v)| (n, v.map(|v| v.to_string())));
-        let all = numbers.into_iter().chain(counts);
-        all.filter_map(|(name, value)| value.map(|value| format!("{name} {value}"))).collect()
+    /// What of this stands in the mesh's header, the tolerance apart.
+    pub(super) fn options(&self) -> impl Iterator<Item = RunOption> {
+        let rms = self.max_rms.map(|rms| RunOption::new(OptionName::MaxRms, rms));
+        let points = self.max_points.map(|most| RunOption::new(OptionName::MaxPoints, most));
+        let triangles = self.max_triangles.map(|most| RunOption::new(OptionName::MaxTriangles, most));
+        rms.into_iter().chain(points).chain(triangles)
     }
 }
 

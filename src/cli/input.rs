@@ -8,6 +8,7 @@ use super::combinations::Asked;
 use super::cutline::CutlineArgs;
 use super::values;
 use crate::base::{Encoding, ValidRange, exact_marks};
+use crate::formats::{OptionName, RunOption};
 use crate::job::features::Feature;
 use crate::raster::{Raster, View};
 
@@ -82,11 +83,13 @@ impl InputArgs {
     }
 
     /// What of this stands in the mesh's header: what `verify` must be given, too, but for the window.
-    pub(super) fn comments(&self) -> Vec<String> {
-        let encoding = self.encoding.and_then(|e| e.to_possible_value()).map(|e| format!("encoding {}", e.get_name()));
-        let options = self.open_options.iter().map(|option| format!("open option {option}"));
-        let nodata = self.nodata.iter().map(|value| format!("nodata {value}"));
-        let valid = self.valid_range.map(|v| format!("valid range {},{}", v.min, v.max));
-        encoding.into_iter().chain(options).chain(nodata).chain(valid).collect()
+    pub(super) fn options(&self) -> impl Iterator<Item = RunOption> {
+        let encoding = self.encoding.and_then(|e| e.to_possible_value());
+        let encoding = encoding.map(|e| RunOption::new(OptionName::Encoding, e.get_name()));
+        let options = self.open_options.iter().map(|option| RunOption::new(OptionName::OpenOption, option));
+        let nodata = self.nodata.iter().map(|value| RunOption::new(OptionName::Nodata, value));
+        let valid = self.valid_range;
+        let valid = valid.map(|v| RunOption::new(OptionName::ValidRange, format!("{},{}", v.min, v.max)));
+        encoding.into_iter().chain(options).chain(nodata).chain(valid)
     }
 }

@@ -8,6 +8,7 @@ use std::path::Path;
 use clap::builder::PossibleValuesParser;
 
 use super::Failure;
+use crate::formats::FORMATS;
 
 /// A format that a command writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,8 +19,16 @@ pub(super) struct Format {
     pub(super) extensions: &'static [&'static str],
 }
 
-/// What `simplify` writes.
-pub(super) const MESHES: &[Format] = &[Format { name: "ply", extensions: &["ply"] }];
+/// What `simplify` writes: the table of formats.
+pub(super) const MESHES: &[Format] = &{
+    let mut meshes = [Format { name: "", extensions: &[] }; FORMATS.len()];
+    let mut i = 0;
+    while i < FORMATS.len() {
+        meshes[i] = Format { name: FORMATS[i].name, extensions: FORMATS[i].extensions };
+        i += 1;
+    }
+    meshes
+};
 
 /// What `preview` writes.
 pub(super) const PICTURES: &[Format] = &[Format { name: "png", extensions: &["png"] }];
@@ -86,6 +95,9 @@ mod tests {
         for name in ["x.ply", "x.PLY", "a.b/x.Ply", "x.obj.ply"] {
             assert_eq!(of(Path::new(name), None, MESHES).map(|f| f.name), Ok("ply"), "{name}");
         }
+        for name in ["x.obj", "x.OBJ", "x.ply.obj"] {
+            assert_eq!(of(Path::new(name), None, MESHES).map(|f| f.name), Ok("obj"), "{name}");
+        }
         for name in ["x.obj", "x", "x.", ".ply", "ply", "./-"] {
             assert_eq!(of(Path::new(name), Some("ply"), MESHES).map(|f| f.name), Ok("ply"), "{name}");
         }
@@ -94,15 +106,22 @@ mod tests {
 
     #[test]
     fn other_names_are_refused() {
-        for name in ["x.obj", "x.stl", "x.glb", "x.ply.gz", "x.obj "] {
+        for name in ["x.wrl", "x.off", "x.ply.gz", "x.obj "] {
             let found = name.rsplit('.').next().unwrap();
             let said = message(name, None);
-            assert!(said.contains(&format!("{name}: expected a name that ends in .ply, found the extension .{found}")));
-            assert!(said.contains("use --format ply to write"), "{said}");
+            assert!(
+                said.contains(&format!(
+                    "{name}: expected a name that ends in .ply or .obj, found the extension .{found}"
+                ))
+            );
+            assert!(said.contains("use --format ply or --format obj to write"), "{said}");
         }
         for name in ["x", "x.", ".ply", "ply", "./-"] {
             let said = message(name, None);
-            assert!(said.contains("found no extension; add the extension, or use --format ply"), "{said}");
+            assert!(
+                said.contains("found no extension; add the extension, or use --format ply or --format obj"),
+                "{said}"
+            );
         }
     }
 

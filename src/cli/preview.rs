@@ -18,8 +18,8 @@ use crate::raster::{View, bound_gdal_cache};
 pub(crate) struct PreviewArgs {
     /// The raster
     raster: PathBuf,
-    /// The mesh made from it
-    #[arg(value_name = "MESH.ply")]
+    /// The mesh made from it: PLY or OBJ
+    #[arg(value_name = "MESH")]
     mesh: PathBuf,
     /// The picture to make
     #[arg(value_name = "OUT.png")]

@@ -29,8 +29,7 @@ use crate::base::staged::{OutputError, StagedFile};
 use crate::base::warning::{Warning, WarningCode};
 use crate::base::{Band, Watch};
 use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions, may_have_holes};
-use crate::formats::PlySink;
-use crate::formats::ply::read::Frame;
+use crate::formats::{self, Attributes, Crs, FORMATS, Format, Header, Heights, OptionName, RunOption};
 use crate::job::features::{Feature, FeatureSet};
 use crate::job::plan::{DENSEST, Estimate, estimate};
 use crate::job::rules::{default_engine, default_quality};
@@ -49,7 +48,7 @@ pub(crate) struct SimplifyArgs {
     /// The raster: a file, or any name GDAL opens
     #[arg(value_name = "INPUT")]
     pub(super) input: PathBuf,
-    /// The mesh: a binary PLY file in map coordinates
+    /// The mesh in map coordinates: binary PLY or OBJ, as its extension says
     #[arg(value_name = "OUTPUT")]
     pub(super) output: PathBuf,
     /// The format of the mesh, whatever OUTPUT is called [default: what its extension says]
@@ -192,7 +191,7 @@ impl From<FeasibilityArg> for Feasibility {
 }
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
-    output_format::of(&args.output, args.format.as_deref(), output_format::MESHES)?;
+    let format = args.format()?;
     let mut asked = args.asked();
     asked.check()?;
     let params = args.params(asked.features());
@@ -242,8 +241,20 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let written = written?;
     let set = points.as_ref().map(|p| p.set.clone());
     let params = Params { tolerance: written.tolerance, goal: written.goal, points: set, ..params };
-    let job =
-        Job { written, args, raster, band, watches, channels, importance, params, points, plan, control: &control };
+    let job = Job {
+        written,
+        format,
+        args,
+        raster,
+        band,
+        watches,
+        channels,
+        importance,
+        params,
+        points,
+        plan,
+        control: &control,
+    };
     if args.dry_run {
         let needs = pool.install(move || job.dry_run())?;
         let needs = Needs { warnings: warnings::take(), ..needs };
@@ -373,6 +384,12 @@ impl SimplifyArgs {
         StagedFile::check(&self.output, self.overwrite || self.work_dir.is_some(), &self.inputs())
     }
 
+    /// The format of the output.
+    fn format(&self) -> Result<&'static Format, Failure> {
+        let named = output_format::of(&self.output, self.format.as_deref(), output_format::MESHES)?.name;
+        Ok(formats::by_name(named).unwrap_or(FORMATS[0]))
+    }
+
     /// Files that are read: the output is none of them.
     pub(super) fn inputs(&self) -> Vec<&Path> {
         let (importance, cutline) = (self.importance.importance.as_ref(), self.input_args.cutline.cutline.as_ref());
@@ -384,6 +401,7 @@ impl SimplifyArgs {
 /// A run, as asked for and as planned.
 struct Job<'a> {
     written: Written,
+    format: &'static Format,
     args: &'a SimplifyArgs,
     raster: Raster,
     band: Band,
@@ -449,10 +467,11 @@ impl Job<'_> {
     }
 
     fn estimate(&self, expected: Expected) -> Estimate {
-        let heights = estimate(&self.band, self.importance.as_ref(), expected.samples_per_triangle);
+        let density = expected.samples_per_triangle;
+        let heights = estimate(&self.band, self.importance.as_ref(), density, self.format);
         let once = match &self.channels {
             None => heights,
-            Some(options) => heights.with_channels(&options.bands, options.planar),
+            Some(options) => heights.with_channels(&options.bands, options.planar, self.format),
         };
         // A tile too long is told of later.
         let (tiles, passes) = grid(self.raster.width(), self.raster.height(), &self.params)
@@ -511,6 +530,10 @@ impl Job<'_> {
             None => StagedFile::create(&args.output, args.overwrite, &args.inputs())?,
         };
         self.check_disks(&staged, kept)?;
+        let partial = staged.partial_path().to_path_buf();
+        // A file that cannot lie beside the output is found before the long run, as the output itself is.
+        let sink = (self.format.sink)(staged, self.header(extended), self.written.loss)?;
+        self.warn_of_attributes(extended);
         let options =
             FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: args.access.into(), maps_files: true };
         let field = match extended {
@@ -530,7 +553,7 @@ impl Job<'_> {
         let mapped: Vec<String> = mapped.into_iter().flatten().map(|f| f.name().display().to_string()).collect();
         if !mapped.is_empty() {
             let message = format!("error: {}: the file was truncated while it was in use", mapped.join(" or "));
-            signals::exit_on_truncation(&message, staged.partial_path())
+            signals::exit_on_truncation(&message, &partial)
                 .map_err(|source| FieldError::Map { path: args.input.clone(), source })?;
         }
         // What follows reads samples, perhaps of a mapped file.
@@ -542,10 +565,7 @@ impl Job<'_> {
         };
         self.watches.iter().try_for_each(|watch| watch.check())?;
         let triangulated = Instant::now();
-        let mut comments = comments(&self.raster, args, self.written.frame);
-        comments.extend(extended.map(Extended::comment));
-        let sink = PlySink::new(staged, &comments).in_frame(self.written.frame, self.written.loss);
-        let summary = mesh.write_if(Box::new(sink), self.control, &|| {
+        let summary = mesh.write_if(sink, self.control, &|| {
             self.watches.iter().try_for_each(|watch| watch.check())?;
             kept.map_or(Ok(()), Kept::committing)
         })?;
@@ -613,25 +633,49 @@ impl Job<'_> {
         }
         Ok(check(self.needs()?.estimate)?)
     }
-}
 
-/// What the file says of itself. Nothing here depends on the machine or the time.
-fn comments(raster: &Raster, args: &SimplifyArgs, frame: Frame) -> Vec<String> {
-    let name = |path: &Path| path.file_name().map_or(path, Path::new).display().to_string();
-    let mut comments =
-        vec![format!("made by terrabite {}", env!("CARGO_PKG_VERSION")), format!("source {}", name(&args.input))];
-    // In the form in which QGIS reads it: no blank after the colon, which would belong to the CRS. Where an origin is taken
-    // off, QGIS would draw the mesh in the wrong place, so then it is not to find one.
-    let key = if frame.origin == Frame::PLAIN.origin { "crs:" } else { "map crs " };
-    comments.extend(raster.crs_definition().map(|crs| format!("{key}{crs}")));
-    comments.push(format!("crs name {}", raster.crs_name()));
-    comments.extend(raster.window().map(|window| format!("window {window}")));
-    comments.extend(args.goal.comments());
-    comments.extend(args.input_args.comments());
-    comments.extend(Some(args.fill_holes).filter(|most| *most > 0).map(|most| format!("fill holes {most}")));
-    comments.extend(args.input_args.cutline.comments());
-    comments.extend((args.trim > 0).then(|| format!("trim {}", args.trim)));
-    comments.extend(args.importance.file_name().map(|name| format!("importance {}", name.display())));
-    comments.extend(args.points.iter().map(|points| format!("points {}", name(points))));
-    comments
+    /// What the output says of itself.
+    fn header(&self, extended: Option<&Extended>) -> Header {
+        let (args, raster) = (self.args, &self.raster);
+        let name = |path: &Path| path.file_name().map_or(path, Path::new).display().to_string();
+        let reference = raster.reference();
+        let said = |text: String| Some(text).filter(|text| !text.is_empty());
+        let mut options: Vec<RunOption> = args.goal.options().chain(args.input_args.options()).collect();
+        options.extend(self.fill_holes().map(|most| RunOption::new(OptionName::FillHoles, most)));
+        options.extend(args.input_args.cutline.options());
+        options.extend((args.trim > 0).then(|| RunOption::new(OptionName::Trim, args.trim)));
+        let importance = args.importance.file_name();
+        options.extend(importance.map(|name| RunOption::new(OptionName::Importance, name.display())));
+        options.extend(args.points.iter().map(|points| RunOption::new(OptionName::Points, name(points))));
+        options.extend(extended.map(Extended::option));
+        Header {
+            made_by: Some(format!("terrabite {}", env!("CARGO_PKG_VERSION"))),
+            source: Some(name(&args.input)),
+            crs: Crs {
+                definition: raster.crs_definition(),
+                name: Some(reference.crs),
+                esri_wkt: raster.crs_esri_wkt(),
+                unit: said(reference.unit),
+            },
+            heights: Heights { crs: said(reference.vertical_crs), unit: said(reference.height_unit) },
+            frame: self.written.frame,
+            window: raster.window(),
+            tolerance: args.goal.max_error,
+            options,
+            notes: Vec::new(),
+        }
+    }
+
+    /// Tells of attributes that the output's format does not keep.
+    fn warn_of_attributes(&self, extended: Option<&Extended>) {
+        let Some(extended) = extended.filter(|_| self.format.attributes == Attributes::None) else { return };
+        let names: Vec<&str> = extended.names().collect();
+        let message = format!(
+            "{} keeps no attributes of vertices: {} are bounded by the error, but not in the file",
+            self.format.title,
+            names.join(", ")
+        );
+        let file = self.args.output.clone();
+        warnings::collect([Warning { code: WarningCode::AttributesLost, file, count: names.len() as u64, message }]);
+    }
 }

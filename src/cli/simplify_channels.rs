@@ -6,6 +6,7 @@ use crate::base::channels::{Channel, ChannelBands, Ranges};
 use crate::base::control::Control;
 use crate::base::{Band, channels_of, exact_double};
 use crate::field::{Field, FieldError, FieldOptions, find_ranges};
+use crate::formats::{OptionName, RunOption};
 use crate::kernel::measure::{ErrorStats, WeightedStats};
 
 /// The channels of a run: the bands, what they are called, and the ranges they are scaled by.
@@ -42,12 +43,17 @@ impl Extended {
         ]
     }
 
+    /// What the channels are called in files.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.channels.iter().map(|channel| channel.name.as_str())
+    }
+
     /// What the file says of itself: what `verify` has to be told.
-    pub(super) fn comment(&self) -> String {
+    pub(super) fn option(&self) -> RunOption {
         let ChannelBands { bands, emphasis, planar } = &self.options;
         let bands: Vec<String> = bands.iter().map(|band| band.number().to_string()).collect();
         let planar = if *planar { ", planar" } else { "" };
-        format!("channels {}, emphasis {emphasis}{planar}", bands.join(","))
+        RunOption::new(OptionName::Attributes, format!("{}, emphasis {emphasis}{planar}", bands.join(",")))
     }
 
     pub(super) fn report(&self, errors: &ErrorStats) -> ChannelReport {

@@ -7,9 +7,8 @@ use super::combinations::Asked;
 use super::goal::GoalArgs;
 use super::{Failure, values};
 use crate::base::control::Control;
-use crate::base::{Reference, Tolerance};
+use crate::base::{CoordinateFrame, Reference, Tolerance};
 use crate::field::height_range;
-use crate::formats::ply::read::Frame;
 use crate::job::features::Feature;
 use crate::job::{Error, Goal, VertexHeights};
 use crate::raster::Raster;
@@ -38,7 +37,7 @@ enum PrecisionArg {
 /// How a run writes coordinates, and what that leaves for the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Written {
-    pub(super) frame: Frame,
+    pub(super) frame: CoordinateFrame,
     /// How far a height may be from the one that is read again.
     pub(super) loss: f64,
     /// The tolerance, less what is lost in writing.
@@ -116,10 +115,10 @@ impl MapArgs {
         Ok(Written { frame, loss, tolerance: kept, goal })
     }
 
-    fn frame(&self, raster: &Raster) -> Result<Frame, Failure> {
+    fn frame(&self, raster: &Raster) -> Result<CoordinateFrame, Failure> {
         let single = self.precision == PrecisionArg::Float;
-        let origin = if self.local || single { origin(raster.extent()) } else { Frame::PLAIN.origin };
-        let frame = Frame { origin, z_scale: self.z_scale, single };
+        let origin = if self.local || single { origin(raster.extent()) } else { CoordinateFrame::PLAIN.origin };
+        let frame = CoordinateFrame { origin, z_scale: self.z_scale, single };
         // In doubles it was made sure of when the raster was opened.
         if single && !frame.tells_apart(&raster.geo_transform(), raster.width(), raster.height()) {
             let (name, width, height) = (raster.path().display(), raster.width(), raster.height());

@@ -22,7 +22,7 @@ use crate::verify::{GroundOptions, Verdict, VerifyOptions, verify_ground};
 pub(crate) struct VerifyArgs {
     /// The raster the mesh was made from
     raster: PathBuf,
-    /// The mesh, a PLY file
+    /// The mesh: PLY or OBJ
     mesh: PathBuf,
     /// Vertical distance allowed at every sample, in the raster's unit
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]

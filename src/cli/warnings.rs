@@ -41,6 +41,7 @@ fn mend(code: WarningCode) -> &'static str {
         WarningCode::Depths => "--oo DEPTH_OR_ELEVATION=ELEVATION makes heights of them",
         WarningCode::FellShort => "choose a larger budget, or a lower quality",
         WarningCode::WorkDirLeft => "it is not needed any more and can be deleted",
+        WarningCode::AttributesLost => "PLY keeps them",
         WarningCode::NearVoids => "if they are no heights, exclude them with --valid-range",
     }
 }

@@ -1,5 +1,8 @@
+//! Why a mesh cannot be written or read.
+
 use std::path::PathBuf;
 
+use crate::base::control::Cancelled;
 use crate::base::staged::OutputError;
 
 /// Why a mesh cannot be written.
@@ -12,7 +15,7 @@ pub enum SinkError {
     /// A height would change more by being written than was allowed for.
     #[error(
         "{}: expected heights that are written within {allowed} of what they are, found {height}, which would change by \
-         {found}; --precision double, or another --z-scale, loses less",
+         {found}",
         path.display()
     )]
     Lossy {
@@ -25,10 +28,9 @@ pub enum SinkError {
         /// How much it would.
         found: f64,
     },
-    /// The format has no numbers for so many vertices.
+    /// The format has no numbers for so many vertices or triangles.
     #[error(
-        "{}: expected at most {limit} vertices, as many as {format} can number, found {found}; a larger --max-error \
-         needs fewer",
+        "{}: expected at most {limit} {what}, as many as {format} can number, found {found}",
         path.display()
     )]
     TooLarge {
@@ -36,9 +38,47 @@ pub enum SinkError {
         path: PathBuf,
         /// The format.
         format: &'static str,
-        /// The most vertices it takes.
+        /// What there is too much of.
+        what: &'static str,
+        /// The most it takes.
         limit: u64,
         /// How many there are.
         found: u64,
     },
+}
+
+/// Why a mesh cannot be read. Every message names the file, and the place in it where it is damaged.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The file cannot be opened or read.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The mesh.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Neither its name nor its first bytes are those of a format that is read.
+    #[error("{}: expected a mesh in one of the formats {expected}, found none of them", path.display())]
+    Unrecognised {
+        /// The file.
+        path: PathBuf,
+        /// The formats.
+        expected: String,
+    },
+    /// Vertices do not have an attribute.
+    #[error("{}: expected the attribute {name:?} of vertices, found none of this name", path.display())]
+    NoAttribute {
+        /// The mesh.
+        path: PathBuf,
+        /// What was looked for.
+        name: String,
+    },
+    /// The file is damaged, or has what is not read of its format. The error is the format's own.
+    #[error(transparent)]
+    Damaged(Box<dyn std::error::Error + Send + Sync>),
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }

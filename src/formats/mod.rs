@@ -1,9 +1,30 @@
-//! Meshes as files: one folder per format, with its reader and its writer.
+//! Meshes as files: a table of formats, and one folder for each with its writer and its reader.
+//!
+//! [`FORMATS`] is the table. A writer is a [`Sink`]; it is given a staged file and a [`Header`], which it words as its format
+//! can. A reader is a [`MeshReader`]: [`open`] finds the right one for a file. Reader and writer of a format know nothing of
+//! each other, so that `verify` judges what was written, and not what was meant; what they share is data. A new format is a
+//! folder, and a row in the table; `conformance.rs` holds every row to its promises.
 
+#[cfg(test)]
+mod conformance;
 mod error;
+mod format;
+mod header;
+mod lines;
+pub mod obj;
+mod open;
 pub mod ply;
+mod reader;
 mod sink;
+mod wording;
 
-pub use error::SinkError;
+pub use error::{ReadError, SinkError};
+pub use format::{Attributes, BEGINNING, Bytes, Format, Limits, OpenReader, OpenSink, Precision, Recognised};
+pub use header::{Crs, Header, Heights, OptionName, RunOption};
+pub use open::{by_extension, by_name, open};
 pub use ply::PlySink;
-pub use sink::{Contents, Sink};
+pub use reader::{FaceVisitor, MeshReader, VertexVisitor};
+pub use sink::{Bounds, Contents, Needs, Sink};
+
+/// Every format that is written and read; the first is the usual one.
+pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT];

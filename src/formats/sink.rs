@@ -7,7 +7,7 @@ use super::SinkError;
 use crate::base::channels::Channel;
 
 /// What a mesh consists of.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Contents<'a> {
     /// How many vertices.
     pub vertices: u64,
@@ -15,11 +15,52 @@ pub struct Contents<'a> {
     pub triangles: u64,
     /// What every vertex has beside its place and its height.
     pub attributes: &'a [Channel],
+    /// Between what the vertices lie; `None` unless asked for ([`Needs::bounds`]), or where there are none.
+    pub bounds: Option<Bounds>,
+}
+
+/// The least and the largest x, y on the map and height of vertices.
+///
+/// What a [`crate::base::CoordinateFrame`] writes grows with what it is given, so what it makes of the bounds are the bounds
+/// of what it makes of the vertices, bit for bit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// The least.
+    pub min: [f64; 3],
+    /// The largest.
+    pub max: [f64; 3],
+}
+
+impl Bounds {
+    /// Of no vertex.
+    pub const EMPTY: Bounds = Bounds { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+
+    /// With one vertex more.
+    pub fn with(self, vertex: [f64; 3]) -> Bounds {
+        let at = |i: usize| (self.min[i].min(vertex[i]), self.max[i].max(vertex[i]));
+        let [(x0, x1), (y0, y1), (z0, z1)] = [at(0), at(1), at(2)];
+        Bounds { min: [x0, y0, z0], max: [x1, y1, z1] }
+    }
+}
+
+/// What a sink asks for beyond counts, vertices and numbers. Each costs the caller something.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// [`Contents::bounds`]: a pass over all vertices before [`Sink::begin`].
+    pub bounds: bool,
+    /// The corners of triangles in [`Sink::triangles`]: the vertices that tiles share are kept at hand, two rows of tiles at
+    /// a time.
+    pub corners: bool,
 }
 
 /// Takes one mesh, in order: [`Sink::begin`] once, [`Sink::vertices`] and then [`Sink::triangles`] until the counts are
 /// reached, [`Sink::finish`] once. After an error, or to abort, it is dropped.
 pub trait Sink {
+    /// What it asks for; asked before anything else.
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+
     /// What will come.
     ///
     /// # Errors
@@ -33,11 +74,12 @@ pub trait Sink {
     /// [`SinkError`] if they cannot be written.
     fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError>;
 
-    /// The next triangles: numbers of vertices, counter-clockwise seen from above on the map.
+    /// The next triangles: numbers of vertices, counter-clockwise seen from above on the map; and the vertices themselves,
+    /// as many as there are triangles where they are asked for ([`Needs::corners`]), else none.
     ///
     /// # Errors
     /// [`SinkError`] if they cannot be written.
-    fn triangles(&mut self, triangles: &[[u64; 3]]) -> Result<(), SinkError>;
+    fn triangles(&mut self, triangles: &[[u64; 3]], corners: &[[[f64; 3]; 3]]) -> Result<(), SinkError>;
 
     /// Everything has come: makes the file complete and gives it its name.
     ///

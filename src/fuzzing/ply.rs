@@ -7,8 +7,8 @@ use gdal::raster::Buffer;
 use super::naive::{self, Ground, Surface};
 use super::temp_dir;
 use crate::base::Band;
-use crate::base::control::Control;
-use crate::formats::ply::read::{Frame, PlyError, PlyFile};
+use crate::base::control::{CancelToken, Control};
+use crate::formats::{self, ReadError};
 use crate::raster::{Raster, quiet_gdal};
 use crate::verify::{VerifyOptions, verify};
 
@@ -49,18 +49,18 @@ pub fn ply(bytes: &[u8]) {
     if !verdict.passes() {
         return;
     }
-    let mut mesh = PlyFile::open(&path).expect("a mesh");
-    let frame = Frame::of(&mesh);
+    let mut mesh = formats::open(&path, None, &CancelToken::default()).expect("a mesh");
+    let frame = mesh.header().frame;
     let mut surface = Surface::default();
     mesh.for_each_vertex(|_, [x, y, z]| {
         surface.places.push(naive::place(x + frame.origin.0, y + frame.origin.1));
         surface.heights.push(z / frame.z_scale);
-        Ok::<(), PlyError>(())
+        Ok::<(), ReadError>(())
     })
     .expect("vertices");
     mesh.for_each_face(|_, face| {
         surface.faces.push(face.map(|v| v as usize));
-        Ok::<(), PlyError>(())
+        Ok::<(), ReadError>(())
     })
     .expect("faces");
     let heights = heights();

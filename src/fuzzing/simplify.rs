@@ -15,7 +15,7 @@ use crate::base::control::Control;
 use crate::base::exact::{MAX_HEIGHT, MAX_WEIGHT};
 use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions, HoleOptions};
-use crate::formats::{Contents, PlySink, Sink, SinkError};
+use crate::formats::{Contents, Header, PlySink, Sink, SinkError};
 use crate::job::{EngineChoice, Error, Mesh, Params, Quality, VertexHeights, triangulate};
 use crate::kernel::polish::Tuning;
 use crate::kernel::triangulate::Feasibility;
@@ -238,7 +238,7 @@ impl Scene {
             .expect("a field");
         let Some(mesh) = self.expected(self.triangulate(field, &control)) else { return };
         self.check(&mesh);
-        let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
+        let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), Header::default());
         let summary = mesh.write(Box::new(sink), &control).expect("written");
         let options = VerifyOptions {
             max_error: self.params.tolerance.kept(),
@@ -336,7 +336,7 @@ impl Sink for Listener {
         }
         Ok(())
     }
-    fn triangles(&mut self, triangles: &[[u64; 3]]) -> Result<(), SinkError> {
+    fn triangles(&mut self, triangles: &[[u64; 3]], _: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
         self.0.lock().expect("whole").faces.extend(triangles.iter().map(|t| t.map(|v| v as usize)));
         Ok(())
     }

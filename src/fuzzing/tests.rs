@@ -15,7 +15,7 @@ use crate::base::lattice::Point;
 use crate::base::mesh::Vertex;
 use crate::base::staged::StagedFile;
 use crate::field::Field;
-use crate::formats::PlySink;
+use crate::formats::{Header, PlySink};
 use crate::job::spool::{Attribute, Chunk, fuzzing as codec};
 use crate::job::{Params, triangulate};
 use crate::kernel::measure::ErrorStats;
@@ -45,7 +45,7 @@ fn meshes() -> Seeds {
         let heights = Heights::F64(ply::heights());
         let field = Field::from_heights(ply::SIDE, ply::SIDE, heights).expect("a field");
         let mesh = triangulate(&field, &Params::new(max_error), &Control::default()).expect("a mesh");
-        let sink = PlySink::new(StagedFile::create(&path, false, &[]).expect("staged"), &["by hand".to_string()]);
+        let sink = PlySink::new(StagedFile::create(&path, false, &[]).expect("staged"), Header::default());
         mesh.write(Box::new(sink), &Control::default()).expect("written");
         meshes.push((name, std::fs::read(&path).expect("a file")));
     }

@@ -11,8 +11,8 @@ use crate::base::channels::ChannelBands;
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions, find_ranges};
-use crate::formats::PlySink;
 use crate::formats::ply::read::{PlyFile, ScalarType};
+use crate::formats::{FORMATS, Header, PlySink};
 use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::kernel::triangulate::insertion::{DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Swap};
@@ -77,7 +77,7 @@ impl Made {
         let ranges = find_ranges(&raster, &channels, &control).expect("ranges");
         let field = Field::open_extended(&raster, &FieldOptions::default(), &channels, &ranges, &control);
         let mesh = triangulate(&field.expect("a field"), params, &control).expect("a mesh");
-        let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
+        let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), Header::default());
         let summary = mesh.write(Box::new(sink), &control).expect("written");
         Made { _folder: folder, tin, raster, channels, summary }
     }
@@ -240,8 +240,8 @@ fn channels_are_reckoned_with() {
     let plain = Plan::new(1 << 30, &load, 1).expect("a plan");
     let more = Plan::new(1 << 30, &Load { channels: &bands, ..load }, 1).expect("a plan");
     assert!(more.needed_bytes >= plain.needed_bytes + 3 * 32 * 40 * 30);
-    let (plain, more) =
-        (estimate(&raster, None, DENSEST), estimate(&raster, None, DENSEST).with_channels(&bands, false));
+    let plain = estimate(&raster, None, DENSEST, FORMATS[0]);
+    let (plain, more) = (plain, plain.with_channels(&bands, false, FORMATS[0]));
     assert_eq!(more.output_bytes - plain.output_bytes, 3 * 4 * 2 * 40 * 30);
     assert_eq!(more.spool_bytes - plain.spool_bytes, 3 * 4 * 2 * 40 * 30);
 }

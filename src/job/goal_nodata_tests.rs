@@ -16,7 +16,7 @@ use crate::base::control::Control;
 use crate::base::lattice::{Point, orient};
 use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions};
-use crate::formats::PlySink;
+use crate::formats::{Header, PlySink};
 use crate::kernel::measure::{Bare, Bound, measure};
 use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::insertion::{DataDependent, GreedyInsertion, InsertionOptions, Swap};
@@ -43,7 +43,7 @@ impl Scene {
         let field = Field::open(&raster.to_band().expect("a band"), &FieldOptions::default(), &Control::default())
             .expect("a field");
         let mesh = triangulate(&field, &testing::in_memory(params), &Control::default())?;
-        let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
+        let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), Header::default());
         let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
         let max_error = allowed(&mesh, &summary, params);
         let options = VerifyOptions { max_error, importance: None, temp_dir: Some(folder.path().to_path_buf()) };

@@ -1,11 +1,14 @@
+//! The finished mesh: chunks on disk, and how they are handed to a sink.
+
 use super::{Error, Outcome, TileTimes};
 use crate::base::GeoTransform;
 use crate::base::channels::Channel;
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
 use crate::base::lattice::STEPS;
-use crate::base::tiling::TileGrid;
-use crate::formats::{Contents, Sink};
+use crate::base::mesh::Vertex;
+use crate::base::tiling::{TileGrid, TileId};
+use crate::formats::{Bounds, Contents, Sink};
 use crate::job::spool::{Chunk, Ids, Spool};
 use crate::kernel::measure::ErrorStats;
 
@@ -93,7 +96,9 @@ impl Mesh {
 
     /// Hands the mesh to a sink: contents, vertices on the map, triangles; then asks it to finish.
     ///
-    /// Three passes over the chunks' counts, their vertices and their triangles; memory: two rows of counts, one chunk.
+    /// Three passes over the chunks' counts, their vertices and their triangles; memory: two rows of counts, one chunk. A sink
+    /// that asks for bounds costs a pass more; one that asks for corners costs another, and two rows of the vertices that
+    /// tiles lend to each other.
     ///
     /// # Errors
     /// [`Error`]; the sink is dropped unfinished then.
@@ -111,13 +116,15 @@ impl Mesh {
         control: &Control<'_>,
         may_finish: &dyn Fn() -> Result<(), Error>,
     ) -> Result<Summary, Error> {
-        let steps = 2 * self.chunks.len() as u64;
+        let needs = sink.needs();
+        let steps = (2 + u64::from(needs.bounds)) * self.chunks.len() as u64;
         control.progress.begin(Stage::Write, steps, 0);
         let mut summary = self.count()?;
         let (vertices, triangles) = (summary.vertices, summary.triangles);
-        sink.begin(&Contents { vertices, triangles, attributes: &self.channels })?;
+        let bounds = if needs.bounds { self.bounds(control)? } else { None };
+        sink.begin(&Contents { vertices, triangles, attributes: &self.channels, bounds })?;
         self.write_vertices(sink.as_mut(), &mut summary, control)?;
-        self.write_triangles(sink.as_mut(), control)?;
+        self.write_triangles(sink.as_mut(), needs.corners, control)?;
         may_finish()?;
         sink.finish()?;
         control.progress.end(Stage::Write);
@@ -136,18 +143,37 @@ impl Mesh {
         Ok(summary)
     }
 
+    /// `None` where there is no vertex.
+    fn bounds(&self, control: &Control<'_>) -> Result<Option<Bounds>, Error> {
+        let mut bounds = None;
+        for chunk in self.chunks() {
+            control.cancel.check()?;
+            let chunk = chunk?;
+            let tile = self.chunks.tile(chunk.tile);
+            for vertex in &chunk.vertices {
+                bounds = Some(bounds.unwrap_or(Bounds::EMPTY).with(self.on_the_map(tile, vertex)));
+            }
+            control.progress.step(Stage::Write, 0);
+        }
+        Ok(bounds)
+    }
+
+    /// x, y on the map and the height of a vertex with a place of this tile.
+    fn on_the_map(&self, tile: TileId, vertex: &Vertex) -> [f64; 3] {
+        let window = self.chunks.window(tile);
+        let (column, row) = (window.column as i64 * i64::from(STEPS), window.row as i64 * i64::from(STEPS));
+        let (x, y) = self.geo_transform.apply(column + i64::from(vertex.at.x), row + i64::from(vertex.at.y));
+        [x, y, vertex.height]
+    }
+
     fn write_vertices(&self, sink: &mut dyn Sink, summary: &mut Summary, control: &Control<'_>) -> Result<(), Error> {
         let mut placed = Vec::new();
         for chunk in self.chunks() {
             control.cancel.check()?;
             let chunk = chunk?;
-            let window = self.chunks.window(self.chunks.tile(chunk.tile));
-            let (column, row) = (window.column as i64 * i64::from(STEPS), window.row as i64 * i64::from(STEPS));
+            let tile = self.chunks.tile(chunk.tile);
             placed.clear();
-            placed.extend(chunk.vertices.iter().map(|v| {
-                let (x, y) = self.geo_transform.apply(column + i64::from(v.at.x), row + i64::from(v.at.y));
-                [x, y, v.height]
-            }));
+            placed.extend(chunk.vertices.iter().map(|vertex| self.on_the_map(tile, vertex)));
             let attributes: Vec<&[f64]> = chunk.attributes.iter().map(|a| a.values.as_slice()).collect();
             sink.vertices(&placed, &attributes)?;
             faults::reach(Point::Vertices);
@@ -158,11 +184,16 @@ impl Mesh {
         Ok(())
     }
 
-    fn write_triangles(&self, sink: &mut dyn Sink, control: &Control<'_>) -> Result<(), Error> {
+    fn write_triangles(&self, sink: &mut dyn Sink, has_corners: bool, control: &Control<'_>) -> Result<(), Error> {
         // A positive turn on the lattice is counter-clockwise on the map unless one of the two is mirrored.
         let mirrored = self.geo_transform.determinant() < 0.0;
-        let mut ids = Ids::new(&self.spool, self.chunks)?;
+        let mut ids = match has_corners {
+            true => Ids::with_vertices(&self.spool, self.chunks)?,
+            false => Ids::new(&self.spool, self.chunks)?,
+        };
+        let turned = |[a, b, c]: [u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
         let (mut numbers, mut numbered) = (Vec::new(), Vec::new());
+        let (mut places, mut corners) = (Vec::new(), Vec::new());
         for chunk in self.chunks() {
             control.cancel.check()?;
             let chunk = chunk?;
@@ -171,14 +202,29 @@ impl Mesh {
             }
             ids.of_chunk(&chunk, &mut numbers);
             numbered.clear();
-            numbered.extend(chunk.triangles.iter().map(|t| {
-                let [a, b, c] = t.map(|i| numbers[i as usize]);
-                if mirrored { [a, c, b] } else { [a, b, c] }
-            }));
-            sink.triangles(&numbered)?;
+            numbered.extend(chunk.triangles.iter().map(|&t| turned(t).map(|i| numbers[i as usize])));
+            if has_corners {
+                self.place_all(&chunk, &ids, &mut places);
+                corners.clear();
+                corners.extend(chunk.triangles.iter().map(|&t| turned(t).map(|i| places[i as usize])));
+            }
+            sink.triangles(&numbered, &corners)?;
             faults::reach(Point::Triangles);
             control.progress.step(Stage::Write, 0);
         }
         Ok(())
+    }
+
+    /// A chunk's vertices on the map, in the order its triangles count them, as [`Ids::of_chunk`] numbers them.
+    fn place_all(&self, chunk: &Chunk, ids: &Ids<'_>, into: &mut Vec<[f64; 3]>) {
+        let tile = self.chunks.tile(chunk.tile);
+        let (lent, inside) = chunk.vertices.split_at(chunk.before_borrowed());
+        into.clear();
+        into.extend(lent.iter().map(|vertex| self.on_the_map(tile, vertex)));
+        into.extend(chunk.foreign.iter().map(|&foreign| {
+            let (owner, vertex) = ids.borrowed(tile, foreign);
+            self.on_the_map(owner, &vertex)
+        }));
+        into.extend(inside.iter().map(|vertex| self.on_the_map(tile, vertex)));
     }
 }

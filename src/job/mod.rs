@@ -14,6 +14,8 @@ mod passes;
 pub mod plan;
 mod quality;
 pub mod rules;
+#[cfg(test)]
+mod sink_tests;
 pub mod spool;
 mod triangulate;
 pub mod work_dir;

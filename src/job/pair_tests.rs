@@ -13,7 +13,7 @@ use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::base::{Band, PointSet};
 use crate::field::{Field, FieldOptions, HoleOptions, find_ranges};
-use crate::formats::PlySink;
+use crate::formats::{Header, PlySink};
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::GreedyCuts;
@@ -120,7 +120,7 @@ impl Scene {
     fn judge(&self, mesh: &Mesh, set: FeatureSet) {
         let (tin, control) = (self.folder.path().join("tin.ply"), Control::default());
         let staged = StagedFile::create(&tin, true, &[] as &[&Path]).expect("staged");
-        mesh.write(Box::new(PlySink::new(staged, &[])), &control).expect("written");
+        mesh.write(Box::new(PlySink::new(staged, Header::default())), &control).expect("written");
         let importance = set.has(Feature::Importance).then_some(&self.importance);
         let options = VerifyOptions { max_error: TOLERANCE, importance, temp_dir: Some(self.temp_dir()) };
         let ground = GroundOptions {

@@ -13,7 +13,7 @@ use crate::base::mesh::TileMesh;
 use crate::base::staged::StagedFile;
 use crate::base::{Heights, Tile};
 use crate::field::Field;
-use crate::formats::PlySink;
+use crate::formats::{Header, PlySink};
 use crate::job::spool::{Chunk, Spool};
 use crate::kernel::measure::{Bare, measure};
 use crate::kernel::seam::{MinLink, Rim};
@@ -132,7 +132,7 @@ fn points_become_vertices_of_the_written_mesh() {
     // Corners of tiles, seams, rims and ground.
     let points = PointSet::new([(0, 0), (16, 16), (16, 5), (7, 16), (39, 11), (3, 29), (8, 8), (9, 8), (31, 20)]);
     let mesh = made(&field, &params, &points);
-    let sink = PlySink::new(StagedFile::create(&tin, false, &[Path::new(&dem)]).expect("staged"), &[]);
+    let sink = PlySink::new(StagedFile::create(&tin, false, &[Path::new(&dem)]).expect("staged"), Header::default());
     mesh.write(Box::new(sink), &Control::default()).expect("written");
     let options = VerifyOptions { max_error: 1e6, importance: None, temp_dir: None };
     let verdict = verify(&raster.to_band().expect("a band"), &tin, &options, &Control::default());

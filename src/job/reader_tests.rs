@@ -14,7 +14,7 @@ use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::base::{Band, Mark, SampleType};
 use crate::field::{Choice, Field, FieldOptions};
-use crate::formats::PlySink;
+use crate::formats::{Header, PlySink};
 use crate::raster::View;
 use crate::testing;
 use crate::verify::{HeightReader, VerifyOptions, verify};
@@ -223,7 +223,7 @@ fn largest_errors_agree(band: &Band, folder: &Path, importance: Option<&Band>, t
         mesh => mesh.expect("a mesh"),
     };
     let staged = StagedFile::create(&output, true, &[]).expect("staged");
-    let summary = mesh.write(Box::new(PlySink::new(staged, &[])), &control).expect("written");
+    let summary = mesh.write(Box::new(PlySink::new(staged, Header::default())), &control).expect("written");
     let options = VerifyOptions { max_error: tolerance, importance, temp_dir: None };
     let verdict = verify(band, &output, &options, &control).expect("judged");
     assert!(verdict.passes(), "{verdict}");

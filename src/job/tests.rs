@@ -13,7 +13,7 @@ use crate::base::Window;
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions};
-use crate::formats::{Contents, PlySink, Sink, SinkError};
+use crate::formats::{Contents, Header, PlySink, Sink, SinkError};
 use crate::job::spool::{Chunk, Spool};
 use crate::kernel::polish::{Effort, Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
@@ -66,7 +66,7 @@ pub(super) fn certify_weighted(width: usize, height: usize, heights: &[f64], wei
     let (importance, options) = (importance.as_ref(), FieldOptions::default());
     let field = Field::open_with_importance(&raster, importance, &options, &Control::default()).expect("a field");
     let mesh = triangulate(&field, &testing::in_memory(params), &Control::default()).expect("a mesh");
-    let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
+    let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), Header::default());
     let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
     let options = VerifyOptions { max_error: params.tolerance.kept(), importance, temp_dir: None };
     let verdict = verify(&raster, &tin, &options, &Control::default()).expect("judged");
@@ -170,7 +170,7 @@ impl Sink for Listener {
         self.0.lock().expect("whole").vertices.extend_from_slice(vertices);
         Ok(())
     }
-    fn triangles(&mut self, triangles: &[[u64; 3]]) -> Result<(), SinkError> {
+    fn triangles(&mut self, triangles: &[[u64; 3]], _: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
         self.0.lock().expect("whole").triangles.extend_from_slice(triangles);
         Ok(())
     }

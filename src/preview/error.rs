@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 use crate::base::RasterError;
 use crate::base::control::Cancelled;
 use crate::base::staged::OutputError;
-use crate::formats::ply::read::PlyError;
+use crate::formats::ReadError;
 use crate::raster::ViewError;
 
 /// Why there is no picture.
@@ -18,7 +18,7 @@ pub enum PreviewError {
     View(#[from] ViewError),
     /// The mesh cannot be used.
     #[error(transparent)]
-    Mesh(#[from] PlyError),
+    Mesh(ReadError),
     /// The output file.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -50,5 +50,14 @@ pub enum PreviewError {
 impl PreviewError {
     pub(super) fn io(path: &Path, what: &'static str, source: std::io::Error) -> Self {
         PreviewError::Io { path: path.to_path_buf(), what, source }
+    }
+}
+
+impl From<ReadError> for PreviewError {
+    fn from(error: ReadError) -> PreviewError {
+        match error {
+            ReadError::Cancelled(stopped) => PreviewError::Cancelled(stopped),
+            damaged => PreviewError::Mesh(damaged),
+        }
     }
 }

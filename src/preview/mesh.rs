@@ -5,8 +5,8 @@ use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 
 use super::PreviewError;
 use crate::base::control::{Cancelled, Control};
-use crate::base::{GeoTransform, Window};
-use crate::formats::ply::read::{Frame, PlyFile};
+use crate::base::{CoordinateFrame, GeoTransform, Window};
+use crate::formats::MeshReader;
 
 /// A corner: column and row of the raster (whole numbers at samples), height, and the colour, black if not asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +26,7 @@ pub(super) type Triangle = [Corner; 3];
 /// Vertices go through a temporary file of 32 bytes each and come back by blocks, of which [`BLOCKS`] are kept: faces
 /// near each other in the file mostly name vertices near each other.
 pub(super) fn for_each_triangle(
-    mesh: &mut PlyFile,
+    mesh: &mut dyn MeshReader,
     colours: &[&str],
     transform: &GeoTransform,
     window: Window,
@@ -67,7 +67,7 @@ fn touches(triangle: &Triangle, window: Window) -> bool {
 
 /// From map coordinates to column and row. Vertices written by terrabite lie on quarter cells, which are found
 /// exactly; those of other meshes are where they are.
-fn place(transform: &GeoTransform, frame: &Frame, [x, y, height]: [f64; 3], colour: [u8; 3]) -> Corner {
+fn place(transform: &GeoTransform, frame: &CoordinateFrame, [x, y, height]: [f64; 3], colour: [u8; 3]) -> Corner {
     let height = frame.height(height);
     if let Some((lx, ly)) = frame.lattice(transform, (x, y)) {
         return Corner { column: lx as f64 / 4.0, row: ly as f64 / 4.0, height, colour };
@@ -93,14 +93,14 @@ struct Vertices {
 
 impl Vertices {
     fn spool(
-        mesh: &mut PlyFile,
+        mesh: &mut dyn MeshReader,
         colours: &[&str],
         transform: &GeoTransform,
         control: &Control,
     ) -> Result<Vertices, PreviewError> {
         let path = mesh.path().to_path_buf();
         let io = |source| PreviewError::io(&path, "its vertices cannot be put into a temporary file", source);
-        let frame = Frame::of(mesh);
+        let frame = mesh.header().frame;
         let mut out = BufWriter::with_capacity(1 << 18, tempfile::tempfile().map_err(io)?);
         mesh.for_each_vertex_with(colours, |index, xyz, attributes| {
             check(control, index)?;

@@ -14,7 +14,7 @@ use crate::base::Window;
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::base::warning::Warning;
-use crate::formats::ply::read::PlyFile;
+use crate::formats::{self, MeshReader};
 
 use super::canvas::Canvas;
 
@@ -61,7 +61,7 @@ pub fn preview(
     let mut job = Job {
         light: Light::over(&band, options.exaggeration),
         view: View::fit(window, options.size),
-        mesh: PlyFile::open(mesh)?,
+        mesh: formats::open(mesh, None, &control.cancel)?,
         band,
         options,
         control,
@@ -94,7 +94,7 @@ fn check(options: &PreviewOptions) -> Result<(), PreviewError> {
 
 struct Job<'a> {
     band: Band,
-    mesh: PlyFile,
+    mesh: Box<dyn MeshReader>,
     view: View,
     light: Light,
     options: &'a PreviewOptions,
@@ -110,7 +110,7 @@ impl Job<'_> {
         let mut edges = if with_edges { Edges::new(self.view) } else { None };
         let transform = self.band.geo_transform();
         let triangles =
-            for_each_triangle(&mut self.mesh, &[], &transform, self.view.window, self.control, |triangle| {
+            for_each_triangle(self.mesh.as_mut(), &[], &transform, self.view.window, self.control, |triangle| {
                 shading.draw(triangle, &self.light);
                 edges.iter_mut().for_each(|e| e.draw(triangle));
             })?;
@@ -124,9 +124,10 @@ impl Job<'_> {
     fn coloured(&mut self) -> Result<Drawn, PreviewError> {
         let mut gouraud = Gouraud::new(self.view);
         let (transform, window) = (self.band.geo_transform(), self.view.window);
-        let triangles = for_each_triangle(&mut self.mesh, &COLOURS, &transform, window, self.control, |triangle| {
-            gouraud.draw(triangle);
-        })?;
+        let triangles =
+            for_each_triangle(self.mesh.as_mut(), &COLOURS, &transform, window, self.control, |triangle| {
+                gouraud.draw(triangle);
+            })?;
         Ok((gouraud.finish(), triangles, None))
     }
 
@@ -135,7 +136,7 @@ impl Job<'_> {
         let mut deviation = Deviation::new(self.view, samples);
         let transform = self.band.geo_transform();
         let triangles =
-            for_each_triangle(&mut self.mesh, &[], &transform, self.view.window, self.control, |triangle| {
+            for_each_triangle(self.mesh.as_mut(), &[], &transform, self.view.window, self.control, |triangle| {
                 deviation.draw(triangle);
             })?;
         let tolerance = self.options.max_error;

@@ -45,4 +45,12 @@ impl Raster {
             _ => crs.to_wkt().ok().filter(|wkt| !wkt.is_empty()),
         }
     }
+
+    /// The CRS in Esri's dialect of WKT, as files beside a mesh have it (`.prj`); `None` where there is none, or where it cannot
+    /// be said in that dialect.
+    pub fn crs_esri_wkt(&self) -> Option<String> {
+        let crs = self.dataset.spatial_ref().ok()?;
+        crs.morph_to_esri().ok()?;
+        crs.to_wkt().ok().filter(|wkt| !wkt.is_empty())
+    }
 }

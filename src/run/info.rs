@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use crate::base::tiling::TileGrid;
 use crate::base::{Encoding, Mark, RasterError, Reference, SampleType, ValidRange};
 use crate::field::suits_windows;
+use crate::formats::FORMATS;
 use crate::job::DEFAULT_TILE;
 use crate::job::plan::{Estimate, Load, Plan, SAMPLES_PER_TRIANGLE, default_budget, estimate};
 use crate::raster::Raster;
@@ -126,7 +127,7 @@ impl Info {
             mapped_in_place,
             not_in_place_because,
             read_by_windows: !mapped_in_place && suits_windows(&band),
-            estimate: estimate(&band, None, SAMPLES_PER_TRIANGLE),
+            estimate: estimate(&band, None, SAMPLES_PER_TRIANGLE, FORMATS[0]),
             memory: Plan::new(default_budget(), &Load::of(&band, grid), threads).ok(),
         })
     }

@@ -1,4 +1,4 @@
-use crate::formats::ply::read::PlyFile;
+use crate::formats::MeshReader;
 
 use super::VerifyError;
 use super::finding::{Finding, VertexPlace};
@@ -23,7 +23,7 @@ pub(super) struct VertexFindings {
 
 /// Reads the vertices once: judges each by itself and stores it. Also gives their places, sorted, as `[x, y, vertex]`.
 pub(super) fn read_vertices<'s>(
-    mesh: &mut PlyFile,
+    mesh: &mut dyn MeshReader,
     grid: &Grid,
     scratch: &'s Scratch,
     pace: &mut Pace<'_>,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::base::RasterError;
 use crate::base::control::Cancelled;
 use crate::base::decimal::Decimal;
-use crate::formats::ply::read::PlyError;
+use crate::formats::ReadError;
 use crate::job::rules::Incompatible;
 
 /// Why a mesh could not be judged. A mesh that was judged and failed is no error but a [`super::Verdict`].
@@ -17,7 +17,7 @@ pub enum VerifyError {
     Raster(#[from] RasterError),
     /// The mesh cannot be read, or is damaged.
     #[error(transparent)]
-    Mesh(#[from] PlyError),
+    Mesh(ReadError),
     /// The tolerance is no tolerance.
     #[error("expected a finite tolerance of 0 or more, found {found}")]
     Tolerance {
@@ -82,4 +82,13 @@ pub enum VerifyError {
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+impl From<ReadError> for VerifyError {
+    fn from(error: ReadError) -> VerifyError {
+        match error {
+            ReadError::Cancelled(stopped) => VerifyError::Cancelled(stopped),
+            damaged => VerifyError::Mesh(damaged),
+        }
+    }
 }

@@ -1,4 +1,4 @@
-use crate::formats::ply::read::PlyFile;
+use crate::formats::MeshReader;
 
 use super::VerifyError;
 use super::finding::{FacePlace, Finding};
@@ -37,7 +37,7 @@ pub(super) struct FaceSorts<'s> {
 
 /// Reads the faces once: judges each by itself and sorts what has to be seen in order.
 pub(super) fn read_faces<'s>(
-    mesh: &mut PlyFile,
+    mesh: &mut dyn MeshReader,
     vertices: &mut VertexStore<'_>,
     grid: &Grid,
     scratch: &'s Scratch,

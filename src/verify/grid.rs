@@ -1,6 +1,5 @@
-use crate::base::Band;
-use crate::base::GeoTransform;
-use crate::formats::ply::read::{Frame, PlyFile};
+use crate::base::{Band, CoordinateFrame, GeoTransform};
+use crate::formats::MeshReader;
 
 use super::finding::{EdgePlace, FacePlace, MapPlace, SamplePlace, VertexPlace};
 use super::vertices::Vertex;
@@ -17,17 +16,17 @@ pub(super) struct Grid {
     pub(super) height: i64,
     pub(super) transform: GeoTransform,
     /// How the mesh's file has places and heights.
-    pub(super) frame: Frame,
+    pub(super) frame: CoordinateFrame,
 }
 
 impl Grid {
     /// For a mesh over a raster. A file in single precision whose coordinates do not tell lattice points apart is taken at
     /// its word: places are what is written, exactly.
-    pub(super) fn of(raster: &Band, mesh: &PlyFile) -> Grid {
+    pub(super) fn of(raster: &Band, mesh: &dyn MeshReader) -> Grid {
         let (width, height, transform) = (raster.width(), raster.height(), raster.geo_transform());
-        let frame = Frame::of(mesh);
+        let frame = mesh.header().frame;
         let single = frame.single && frame.tells_apart(&transform, width, height);
-        Grid { width: width as i64, height: height as i64, transform, frame: Frame { single, ..frame } }
+        Grid { width: width as i64, height: height as i64, transform, frame: CoordinateFrame { single, ..frame } }
     }
 
     /// The lattice point that stands in the file as x, y, bit for bit.

@@ -120,7 +120,7 @@ use std::path::{Path, PathBuf};
 use crate::base::Band;
 use crate::base::channels::ChannelBands;
 use crate::base::control::{Control, Stage};
-use crate::formats::ply::read::PlyFile;
+use crate::formats;
 use crate::job::features::Feature;
 use crate::job::rules;
 
@@ -169,7 +169,8 @@ pub struct GroundOptions {
     pub trim: u32,
 }
 
-/// Judges the PLY file `mesh` against `raster`, reading both once or twice from beginning to end.
+/// Judges the file `mesh`, of any format in [`formats::FORMATS`], against `raster`, reading both once or twice from beginning
+/// to end.
 ///
 /// The verdict depends on the two files and the tolerance alone, not on the number of threads.
 ///
@@ -250,16 +251,17 @@ fn judge(
         raster.same_grid(importance)?;
     }
     let scratch = Scratch::new(options.temp_dir.as_deref(), control.cancel.clone());
-    let mut mesh = PlyFile::open(mesh)?;
-    let grid = Grid::of(raster, &mesh);
+    let mut mesh = formats::open(mesh, None, &control.cancel)?;
+    let mesh = mesh.as_mut();
+    let grid = Grid::of(raster, mesh);
     let (vertices, triangles) = (mesh.vertex_count(), mesh.face_count());
 
     // Each vertex passes when it is read and among the places, each face when it is read, by corners and by edges.
     let mut pace = Pace::begin(control, Stage::Sort, 2 * vertices + 7 * triangles);
-    let (mut corner_findings, mut store, places) = read_vertices(&mut mesh, &grid, &scratch, &mut pace)?;
+    let (mut corner_findings, mut store, places) = read_vertices(mesh, &grid, &scratch, &mut pace)?;
     corner_findings.find_duplicates(&grid, places, &mut pace)?;
     let (face_findings, FaceSorts { triangles: by_row, edges, uses }) =
-        read_faces(&mut mesh, &mut store, &grid, &scratch, &mut pace)?;
+        read_faces(mesh, &mut store, &grid, &scratch, &mut pace)?;
     corner_findings.find_unused(&grid, &mut store, uses, &mut pace)?;
     let trims = ground.trim > 0;
     let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, trims, &scratch, &mut pace)?;
@@ -288,7 +290,7 @@ fn judge(
         Outline::Ground(Boundary::new(grid, boundary, &scratch))
     };
     let comparison = sweep(bands, grid, by_row, outline, tolerance, &scratch, control)?;
-    let of_channels = |c| judge_weighted(raster, &mut mesh, tolerance, c, &scratch, control);
+    let of_channels = |c| judge_weighted(raster, mesh, tolerance, c, &scratch, control);
     let extended = channels.map(of_channels).transpose()?;
     let samples = raster.width() as u64 * raster.height() as u64;
     let sizes = Sizes { samples, vertices, triangles };

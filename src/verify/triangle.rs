@@ -124,7 +124,7 @@ mod tests {
                 let found = (span.is_some_and(|s| inside(s.closed)), span.is_some_and(|s| inside(s.interior)));
                 prop_assert_eq!(found, naive(&t, column, row), "column {}, {:?}", column, span);
             }
-            let grid = Grid { width: 12, height: 20, transform: GeoTransform::DEFAULT, frame: crate::formats::ply::read::Frame::PLAIN };
+            let grid = Grid { width: 12, height: 20, transform: GeoTransform::DEFAULT, frame: crate::base::CoordinateFrame::PLAIN };
             let (first, last) = t.rows(&grid);
             let touched = corners.iter().map(|c| c.1).min() <= Some(4 * row) && corners.iter().map(|c| c.1).max() >= Some(4 * row);
             prop_assert_eq!(first <= row && row <= last, touched);

@@ -1,6 +1,6 @@
 use std::fs::File;
 
-use crate::formats::ply::read::PlyFile;
+use crate::formats::MeshReader;
 
 use super::VerifyError;
 use super::grid::Grid;
@@ -43,7 +43,7 @@ const NOWHERE: i64 = i64::MIN;
 impl<'s> ValuedStore<'s> {
     /// Reads the vertices with the attributes of these names.
     pub(super) fn read(
-        mesh: &mut PlyFile,
+        mesh: &mut dyn MeshReader,
         names: &[&str],
         grid: &Grid,
         scratch: &'s Scratch,

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::base::channels::ChannelBands;
 use crate::base::control::{Control, Stage};
 use crate::base::{Band, channels_of};
-use crate::formats::ply::read::PlyFile;
+use crate::formats::MeshReader;
 
 use super::VerifyError;
 use super::finding::{Finding, SamplePlace};
@@ -74,7 +74,7 @@ const TASKS: usize = 32;
 /// looked for. Memory use is constant: the sort's 16 MiB, a [`ValuedStore`], and bands of 8 MiB in all.
 pub(super) fn judge_weighted(
     raster: &Band,
-    mesh: &mut PlyFile,
+    mesh: &mut dyn MeshReader,
     tolerance: f64,
     options: &ChannelBands,
     scratch: &Scratch,
@@ -106,7 +106,7 @@ pub(super) fn judge_weighted(
 
 /// The faces that touch samples, by first row. Faces without an area or a place are told of by others.
 fn sorted_faces<'s>(
-    mesh: &mut PlyFile,
+    mesh: &mut dyn MeshReader,
     store: &mut ValuedStore<'_>,
     grid: &Grid,
     scratch: &'s Scratch,

@@ -17,6 +17,7 @@ mod map;
 mod marks;
 mod netcdf;
 mod nodata;
+mod obj;
 mod output_names;
 mod points;
 mod preview_bad_input;

@@ -23,9 +23,8 @@ fn unknown_extensions_are_refused_before_any_work() {
     let before = folder.names();
     for (command, _, format) in commands(&dem, &tin) {
         for (name, found) in [
-            ("x.obj", "found the extension .obj"),
-            ("x.stl", "found the extension .stl"),
-            ("x.glb", "found the extension .glb"),
+            ("x.wrl", "found the extension .wrl"),
+            ("x.off", "found the extension .off"),
             ("x.jpg", "found the extension .jpg"),
             ("x.asc", "found the extension .asc"),
             ("x.ply.gz", "found the extension .gz"),
@@ -39,7 +38,7 @@ fn unknown_extensions_are_refused_before_any_work() {
         // Nothing is opened: there is no such raster.
         let nothing: Vec<String> =
             command.iter().map(|word| if *word == dem { "none.tif".to_string() } else { word.clone() }).collect();
-        terrabite(with_output(&nothing, "x.obj", &[])).fails(2, &["x.obj"]);
+        terrabite(with_output(&nothing, "x.wrl", &[])).fails(2, &["x.wrl"]);
     }
     assert_eq!(folder.names(), before);
 }
@@ -49,7 +48,7 @@ fn upper_case_is_the_same_and_an_option_takes_any_name() {
     let (folder, dem, tin) = with_both();
     for (command, extension, format) in commands(&dem, &tin) {
         let [plain, upper, other, none] =
-            [format!("y.{extension}"), format!("x.{}", extension.to_uppercase()), "x.obj".into(), "x".into()];
+            [format!("y.{extension}"), format!("x.{}", extension.to_uppercase()), "x.dat".into(), "x".into()];
         let bytes = |name: &str, more: &[&str]| {
             terrabite(with_output(&command, &folder.at(name), more)).succeeds();
             let bytes = std::fs::read(folder.join(name)).unwrap();
@@ -60,7 +59,7 @@ fn upper_case_is_the_same_and_an_option_takes_any_name() {
         assert!(bytes(&upper, &[]) == expected);
         assert!(bytes(&other, &["--format", format]) == expected);
         assert!(bytes(&none, &["--format", format]) == expected);
-        terrabite(with_output(&command, &folder.at(&plain), &["--format", "obj"])).fails(2, &["obj", "--format"]);
+        terrabite(with_output(&command, &folder.at(&plain), &["--format", "off"])).fails(2, &["off", "--format"]);
     }
     assert_eq!(folder.names(), ["dem.tif", "tin.ply"]);
 }

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use terrabite::base::channels::{Channel, Number};
 use terrabite::base::staged::StagedFile;
-use terrabite::formats::{Contents, PlySink, Sink};
+use terrabite::formats::{Contents, Header, PlySink, Sink};
 
 use crate::util::{Dem, Folder, Run, made_once, terrabite};
 
@@ -49,13 +49,13 @@ fn trimesh_and_meshio_read_colours_and_other_attributes() {
     let channel = |name: &str, number| Channel { name: name.to_string(), number };
     let mut attributes = ["red", "green", "blue"].map(|name| channel(name, Number::U8)).to_vec();
     attributes.push(channel("heat", Number::F32));
-    let mut sink = PlySink::new(StagedFile::create(&tin, false, &[]).unwrap(), &[]);
-    sink.begin(&Contents { vertices: 4, triangles: 2, attributes: &attributes }).unwrap();
+    let mut sink = PlySink::new(StagedFile::create(&tin, false, &[]).unwrap(), Header::default());
+    sink.begin(&Contents { vertices: 4, triangles: 2, attributes: &attributes, bounds: None }).unwrap();
     let places = [[0.5, -0.5, 1.0], [0.5, -9.5, 2.0], [9.5, -9.5, 3.0], [9.5, -0.5, 4.0]];
     let red: Vec<f64> = (0..4).map(|i| 10.0 * f64::from(i)).collect();
     let heat: Vec<f64> = (0..4).map(|i| 0.5 * f64::from(i)).collect();
     sink.vertices(&places, &[&red, &[0.0; 4], &[255.0; 4], &heat]).unwrap();
-    sink.triangles(&[[0, 1, 2], [0, 2, 3]]).unwrap();
+    sink.triangles(&[[0, 1, 2], [0, 2, 3]], &[]).unwrap();
     Box::new(sink).finish().unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/it/readers.py");
     let arguments = [&folder.at("tin.ply"), "4", "2", "colours"];

@@ -1,3 +1,5 @@
+//! Why an output file cannot be made.
+
 use std::path::PathBuf;
 
 /// Why an output file cannot be made. Every message names the file.
@@ -51,6 +53,14 @@ pub enum OutputError {
         path: PathBuf,
         /// The input.
         input: PathBuf,
+    },
+    /// The output has the extension of a file that belongs beside it.
+    #[error("{}: expected another extension than .{extension}, which is that of a file beside the output", path.display())]
+    Companion {
+        /// The output.
+        path: PathBuf,
+        /// The extension.
+        extension: String,
     },
     /// Whether there is something at the path cannot be told.
     #[error("{}: the output cannot be looked at: {source}", path.display())]

@@ -3,6 +3,7 @@
 //! In comes the path an output shall have; out goes a file to write to, which takes that path only when it is
 //! complete. Whatever can be known to be wrong with the path is found before the long run, not after it.
 
+mod beside;
 mod checks;
 mod error;
 
@@ -14,6 +15,8 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile, TempPath};
+
+use beside::Companion;
 
 use crate::base::durable;
 use crate::base::faults::{self, Point};
@@ -28,6 +31,9 @@ pub struct StagedFile {
     path: PathBuf,
     overwrite: bool,
     permissions: Permissions,
+    /// What the run reads.
+    inputs: Vec<PathBuf>,
+    companions: Vec<Companion>,
 }
 
 impl StagedFile {
@@ -73,7 +79,8 @@ impl StagedFile {
         faults::reach(Point::OutputStaged);
         let permissions = permissions.map_or_else(|| Ok(partial.as_file().metadata()?.permissions()), Ok);
         let permissions = permissions.map_err(unwritable)?;
-        Ok(StagedFile { partial, path: target, overwrite, permissions })
+        let inputs = inputs.iter().map(|input| input.to_path_buf()).collect();
+        Ok(StagedFile { partial, path: target, overwrite, permissions, inputs, companions: Vec::new() })
     }
 
     /// Finds what [`StagedFile::create`] would find wrong with an output, and makes nothing that has a name: whatever ends
@@ -107,25 +114,46 @@ impl StagedFile {
         OutputError::Write { path: self.path.clone(), source }
     }
 
+    /// Has a small file beside this one, of the same name but for its extension, when this one takes its name: with this
+    /// content, or with `None` no such file, as an old one would be taken for one of this file.
+    ///
+    /// One that has this content already stays as it is. Another is replaced or removed only if the output may be
+    /// overwritten, and never if it belongs to an input.
+    ///
+    /// # Errors
+    /// [`OutputError`] if there is a file that must stay, or the output itself has this extension.
+    pub fn beside(&mut self, extension: &str, content: Option<Vec<u8>>) -> Result<(), OutputError> {
+        self.companions.extend(Companion::of(self, extension, content)?);
+        Ok(())
+    }
+
     /// Gives the file its name, in one step: whoever looks finds the old file or the new one, whole. When it returns,
-    /// the bytes and the name are on the disk.
+    /// the bytes and the name are on the disk. Files beside it ([`StagedFile::beside`]) take their names just before, so
+    /// that whoever finds this one finds them too.
     ///
     /// # Errors
     /// [`OutputError::Write`] when the disk does not take the bytes or the name, [`OutputError::Exists`] when a file
-    /// of that name has come up meanwhile and may not be overwritten. Nothing is left behind then.
+    /// of that name has come up meanwhile and may not be overwritten. Nothing is left behind then, and files beside it are
+    /// as they were.
     pub fn commit(self) -> Result<(), OutputError> {
-        let StagedFile { partial, path, overwrite, permissions } = self;
+        let StagedFile { partial, path, overwrite, permissions, companions, .. } = self;
         let failed = |source| OutputError::Write { path: path.clone(), source };
         // By name, not by handle: a writer that was given `partial_path` may have put another file there.
         let partial = partial.into_temp_path();
         OpenOptions::new().append(true).open(&partial).and_then(|f| f.sync_all()).map_err(failed)?;
-        std::fs::set_permissions(&partial, permissions).map_err(failed)?;
+        std::fs::set_permissions(&partial, permissions.clone()).map_err(failed)?;
         faults::reach(Point::OutputWritten);
+        let mut placed = Vec::new();
+        for companion in companions {
+            placed.push(companion.place(&permissions)?);
+            faults::reach(Point::CompanionPlaced);
+        }
         if overwrite {
             partial.persist(&path).map_err(|e| failed(e.error))?;
         } else {
             persist_new(partial, &path)?;
         }
+        placed.into_iter().for_each(beside::Placed::keep);
         faults::reach(Point::OutputRenamed);
         durable::sync_dir(checks::parent(&path)).map_err(failed)
     }

@@ -200,3 +200,76 @@ mod names_that_come_up {
         assert!(matches!(StagedFile::check(&nowhere, false, &[]), Err(OutputError::NoFolder { .. })));
     }
 }
+
+/// What `with` has beside an output of these bytes, which may be overwritten or not; and what is in the folder then.
+fn beside(
+    old: Option<&str>,
+    with: Option<&str>,
+    overwrite: bool,
+) -> (Result<(), OutputError>, Vec<String>, Option<String>) {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, prj) = (folder.path().join("tin.obj"), folder.path().join("tin.prj"));
+    if let Some(old) = old {
+        fs::write(&prj, old).unwrap();
+    }
+    let mut staged = StagedFile::create(&path, overwrite, &[]).unwrap();
+    let placed = staged.beside("prj", with.map(|text| text.as_bytes().to_vec()));
+    assert_eq!(fs::read_to_string(&prj).ok().as_deref(), old, "nothing happens before the commit");
+    let done = placed.and_then(|()| staged.commit());
+    (done, names(folder.path()), fs::read_to_string(&prj).ok())
+}
+
+#[test]
+fn a_file_beside_the_output_comes_and_goes_with_it() {
+    let both = ["tin.obj", "tin.prj"];
+    for (old, with, overwrite, left, text) in [
+        (None, Some("new"), false, &both[..], Some("new")),
+        (Some("new"), Some("new"), false, &both[..], Some("new")),
+        (Some("old"), Some("new"), true, &both[..], Some("new")),
+        (Some("old"), None, true, &both[..1], None),
+        (None, None, false, &both[..1], None),
+    ] {
+        let (done, names, found) = beside(old, with, overwrite);
+        done.unwrap();
+        assert_eq!((names, found.as_deref()), (left.iter().map(|n| n.to_string()).collect(), text), "{old:?} {with:?}");
+    }
+    for with in [Some("new"), None] {
+        let (done, names, found) = beside(Some("old"), with, false);
+        assert!(matches!(done, Err(OutputError::Exists { path }) if path.ends_with("tin.prj")));
+        assert_eq!((names, found.as_deref()), (vec!["tin.prj".to_string()], Some("old")));
+    }
+}
+
+#[test]
+fn a_commit_that_fails_leaves_what_was_beside_the_output() {
+    for old in [None, Some("old")] {
+        for with in [Some("new"), None] {
+            let folder = tempfile::tempdir().unwrap();
+            let (path, prj) = (folder.path().join("tin.obj"), folder.path().join("tin.prj"));
+            if let Some(old) = old {
+                fs::write(&prj, old).unwrap();
+            }
+            let mut staged = StagedFile::create(&path, true, &[]).unwrap();
+            staged.beside("prj", with.map(|text| text.as_bytes().to_vec())).unwrap();
+            // A folder is in the way by now.
+            fs::create_dir(&path).unwrap();
+            assert!(matches!(staged.commit(), Err(OutputError::Write { .. })));
+            assert_eq!(fs::read_to_string(&prj).ok().as_deref(), old, "{with:?}");
+            assert!(!names(folder.path()).iter().any(|name| name.ends_with(".partial")));
+        }
+    }
+}
+
+#[test]
+fn what_lies_beside_an_input_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let (dem, prj) = (folder.path().join("dem.asc"), folder.path().join("dem.prj"));
+    fs::write(&dem, "samples").unwrap();
+    fs::write(&prj, "old").unwrap();
+    for name in ["dem.obj", "dem"] {
+        let mut staged = StagedFile::create(&folder.path().join(name), true, &[&dem]).unwrap();
+        assert!(matches!(staged.beside("prj", None), Err(OutputError::IsInput { .. })));
+    }
+    let mut staged = StagedFile::create(&prj, true, &[]).unwrap();
+    assert!(matches!(staged.beside("prj", None), Err(OutputError::Companion { .. })));
+}

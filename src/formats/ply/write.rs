@@ -1,19 +1,21 @@
+//! PLY's writer.
+
 use std::io::Write;
 
+use super::FORMAT;
 use crate::base::channels::{Channel, Number};
 use crate::base::staged::StagedFile;
-use crate::formats::ply::read::Frame;
-use crate::formats::{Contents, Sink, SinkError};
+use crate::formats::wording::{frame_lines, one_line, placed, run_lines};
+use crate::formats::{Contents, Header, Sink, SinkError};
 
-/// Binary little-endian PLY: vertices as x, y, z (`double`, or `float`, see [`Frame`]) and a number for every attribute
-/// (`uchar`, `float` or `double`), faces as lists of three 32-bit numbers.
+/// Binary little-endian PLY: vertices as x, y, z (`double`, or `float`, as the header's frame says) and a number for every
+/// attribute (`uchar`, `float` or `double`), faces as lists of three 32-bit numbers. The header's facts are comments.
 ///
 /// Vertices are shared, so the mesh is indexed. Memory: one buffer of a megabyte.
 #[derive(Debug)]
 pub struct PlySink {
     staged: StagedFile,
-    comments: Vec<String>,
-    frame: Frame,
+    header: Header,
     /// How far a height may be from what is read again.
     loss: f64,
     numbers: Vec<Number>,
@@ -27,24 +29,15 @@ const BUFFER: usize = 1 << 20;
 const TRIANGLE_BYTES: u64 = 13;
 
 impl PlySink {
-    /// Writes to `staged`, with these lines as comments in the header.
-    pub fn new(staged: StagedFile, comments: &[String]) -> PlySink {
-        // A line break would end the comment and begin a line of the header.
-        let comments = comments.iter().map(|c| c.replace(['\n', '\r'], " ")).collect();
-        PlySink {
-            staged,
-            comments,
-            frame: Frame::PLAIN,
-            loss: 0.0,
-            numbers: Vec::new(),
-            buffer: Vec::with_capacity(BUFFER + 4096),
-        }
+    /// Writes to `staged`, and every height so that it is read again exactly.
+    pub fn new(staged: StagedFile, header: Header) -> PlySink {
+        PlySink { staged, header, loss: 0.0, numbers: Vec::new(), buffer: Vec::with_capacity(BUFFER + 4096) }
     }
 
-    /// Writes coordinates in this frame, and says so in the header. `loss` is how far a height may be from the one that
-    /// is read again ([`Frame::height`]): one that would lose more ends the writing.
-    pub fn in_frame(self, frame: Frame, loss: f64) -> PlySink {
-        PlySink { frame, loss, ..self }
+    /// The same, but a height may be read again within `loss` of what it is
+    /// ([`crate::base::CoordinateFrame::height`]); one that would lose more ends the writing.
+    pub fn with_loss(self, loss: f64) -> PlySink {
+        PlySink { loss, ..self }
     }
 
     fn drain(&mut self, above: usize) -> Result<(), SinkError> {
@@ -56,19 +49,31 @@ impl PlySink {
     }
 }
 
+/// What the file says of itself. Nothing here depends on the machine or the time.
+fn comments(header: &Header) -> Vec<String> {
+    let Header { made_by, source, crs, frame, .. } = header;
+    let mut lines = Vec::new();
+    lines.extend(made_by.iter().map(|program| format!("made by {program}")));
+    lines.extend(source.iter().map(|name| format!("source {name}")));
+    // In the form in which QGIS reads it: no blank after the colon, which would belong to the CRS. Where an origin is taken
+    // off, QGIS would draw the mesh in the wrong place, so then it is not to find one.
+    let key = if frame.has_origin() { "map crs " } else { "crs:" };
+    lines.extend(crs.definition.iter().map(|crs| format!("{key}{crs}")));
+    lines.extend(crs.name.iter().map(|name| format!("crs name {name}")));
+    lines.extend(run_lines(header));
+    lines.extend(frame_lines(frame));
+    lines.iter().map(|line| one_line(line)).collect()
+}
+
 impl Sink for PlySink {
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
-        let Contents { vertices, triangles, attributes } = *contents;
-        let limit = u64::from(u32::MAX);
-        if vertices > limit {
-            let path = self.staged.path().to_path_buf();
-            return Err(SinkError::TooLarge { path, format: "PLY", limit, found: vertices });
-        }
+        let Contents { vertices, triangles, attributes, .. } = *contents;
+        FORMAT.limits.check(FORMAT.title, self.staged.path(), contents)?;
         let mut header = String::from("ply\nformat binary_little_endian 1.0\n");
-        for comment in self.comments.iter().chain(&self.frame.comments()) {
+        for comment in comments(&self.header) {
             header.push_str(&format!("comment {comment}\n"));
         }
-        let number = if self.frame.single { "float" } else { "double" };
+        let number = if self.header.frame.single { "float" } else { "double" };
         header.push_str(&format!("element vertex {vertices}\n"));
         ["x", "y", "z"].iter().for_each(|name| header.push_str(&format!("property {number} {name}\n")));
         for Channel { name, number } in attributes {
@@ -88,16 +93,8 @@ impl Sink for PlySink {
     fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
         assert_eq!(attributes.len(), self.numbers.len(), "attributes");
         for (i, vertex) in vertices.iter().enumerate() {
-            let &[x, y, height] = vertex;
-            let (x, y) = self.frame.written_place((x, y));
-            let z = self.frame.written_height(height);
-            let lost = (self.frame.height(z) - height).abs();
-            if lost > self.loss || lost.is_nan() {
-                let path = self.staged.path().to_path_buf();
-                return Err(SinkError::Lossy { path, height, allowed: self.loss, found: lost });
-            }
-            for value in [x, y, z] {
-                match self.frame.single {
+            for value in placed(&self.header.frame, self.loss, self.staged.path(), *vertex)? {
+                match self.header.frame.single {
                     true => self.buffer.extend_from_slice(&(value as f32).to_le_bytes()),
                     false => self.buffer.extend_from_slice(&value.to_le_bytes()),
                 }
@@ -114,7 +111,7 @@ impl Sink for PlySink {
         Ok(())
     }
 
-    fn triangles(&mut self, triangles: &[[u64; 3]]) -> Result<(), SinkError> {
+    fn triangles(&mut self, triangles: &[[u64; 3]], _: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
         for triangle in triangles {
             let mut face = [3u8; TRIANGLE_BYTES as usize];
             for (bytes, &index) in face[1..].chunks_exact_mut(4).zip(triangle) {
@@ -135,17 +132,18 @@ impl Sink for PlySink {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::ply::read::PlyFile;
+    use crate::base::control::CancelToken;
 
     const VERTICES: [[f64; 3]; 3] = [[0.5, -0.5, 1.25], [2.5, -0.5, -7.0], [0.5, -4.5, 1e-3]];
 
     fn written(attributes: &[Channel], values: &[&[f64]]) -> (tempfile::TempDir, Vec<u8>) {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("tin.ply");
-        let mut sink = PlySink::new(StagedFile::create(&path, false, &[]).expect("staged"), &["by hand".to_string()]);
-        sink.begin(&Contents { vertices: 3, triangles: 1, attributes }).expect("begun");
+        let header = Header { notes: vec!["by hand".to_string()], ..Header::default() };
+        let mut sink = PlySink::new(StagedFile::create(&path, false, &[]).expect("staged"), header);
+        sink.begin(&Contents { vertices: 3, triangles: 1, attributes, bounds: None }).expect("begun");
         sink.vertices(&VERTICES, values).expect("written");
-        sink.triangles(&[[0, 2, 1]]).expect("written");
+        sink.triangles(&[[0, 2, 1]], &[]).expect("written");
         Box::new(sink).finish().expect("finished");
         let bytes = std::fs::read(path).expect("a file");
         (folder, bytes)
@@ -173,11 +171,12 @@ mod tests {
         let lines =
             "property double z\nproperty uchar red\nproperty float near_infrared\nproperty double band_7\nelement face";
         assert!(header.contains(lines), "{header}");
-        let mut mesh = PlyFile::open(&folder.path().join("tin.ply")).expect("a mesh");
+        let path = folder.path().join("tin.ply");
+        let mut mesh = crate::formats::open(&path, None, &CancelToken::default()).expect("a mesh");
         mesh.for_each_vertex_with(&["band_7", "red", "near_infrared"], |index, place, found| {
             let i = index as usize;
             assert_eq!((place, found), (VERTICES[i], &[values[2][i], values[0][i], values[1][i]][..]));
-            Ok::<(), crate::formats::ply::read::PlyError>(())
+            Ok::<(), crate::formats::ReadError>(())
         })
         .expect("vertices");
     }

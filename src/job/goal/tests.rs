@@ -10,7 +10,7 @@ use crate::base::PointSet;
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions};
-use crate::formats::PlySink;
+use crate::formats::{Header, PlySink};
 use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::kernel::triangulate::insertion::{DataDependent, GreedyInsertion, InsertionOptions, Selection, Swap};
 use crate::raster::Raster;
@@ -31,7 +31,7 @@ fn made(width: usize, height: usize, heights: &[f64], params: &Params) -> (Mesh,
     let field = Field::open(&raster.to_band().expect("a band"), &FieldOptions::default(), &Control::default())
         .expect("a field");
     let mesh = triangulate(&field, &testing::in_memory(params), &Control::default()).expect("a mesh");
-    let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
+    let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), Header::default());
     let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
     // What was measured is rounded.
     let max_error = if mesh.outcome().is_some_and(|o| o.ended_by.is_none()) && !params.tolerance.is_open() {

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::base::Band;
 use crate::field::{decoded_bytes, suits_windows};
+use crate::formats::Format;
 
 /// How dense a mesh the estimate assumes where no tolerance is known. What it will be is known only after the run: 5 to
 /// 20 where the tolerance is tight, several hundred where it is wide or the ground is smooth.
@@ -14,8 +15,6 @@ pub const DENSEST: f64 = 0.5;
 
 /// A chunk stores three references to vertices and half a vertex per triangle.
 const SPOOL_BYTES_PER_TRIANGLE: f64 = 20.0;
-/// A face of a PLY file is 13 bytes, and there is half a vertex of 24 bytes to it.
-const OUTPUT_BYTES_PER_TRIANGLE: f64 = 25.0;
 
 /// The disk that a run of `simplify` will need, in bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -32,8 +31,8 @@ pub struct Estimate {
     pub samples_per_triangle: f64,
 }
 
-/// What a channel adds to either, for half a vertex per triangle: 8 bytes in a chunk, up to 8 in the output.
-const CHANNEL_BYTES_PER_TRIANGLE: f64 = 4.0;
+/// What a channel adds to a chunk, for half a vertex per triangle.
+const SPOOL_BYTES_PER_CHANNEL: f64 = 4.0;
 
 /// What a chunk has for its tile, however few triangles there are: how errors are distributed, and angles. Measured 3.1 to
 /// 3.3 KiB.
@@ -46,32 +45,33 @@ impl Estimate {
         Estimate { spool_bytes: once.saturating_mul(passes), ..self }
     }
 
-    /// The same run with these bands as channels; without the heights, if the raster is a planar image.
-    pub fn with_channels(self, channels: &[Band], planar: bool) -> Estimate {
+    /// The same run, into a file of this format, with these bands as channels; without the heights, if the raster is a planar
+    /// image.
+    pub fn with_channels(self, channels: &[Band], planar: bool, format: &Format) -> Estimate {
         let field_bytes = if planar { 0 } else { self.field_bytes };
         channels.iter().fold(Estimate { field_bytes, ..self }, |sum, band| {
-            let of_band = estimate(band, None, self.samples_per_triangle);
+            let of_band = estimate(band, None, self.samples_per_triangle, format);
             let triangles = band.width() as f64 * band.height() as f64 / self.samples_per_triangle;
-            let values = (triangles * CHANNEL_BYTES_PER_TRIANGLE) as u64;
             Estimate {
                 field_bytes: sum.field_bytes.saturating_add(of_band.field_bytes),
-                spool_bytes: sum.spool_bytes.saturating_add(values),
-                output_bytes: sum.output_bytes.saturating_add(values),
+                spool_bytes: sum.spool_bytes.saturating_add((triangles * SPOOL_BYTES_PER_CHANNEL) as u64),
+                output_bytes: sum.output_bytes.saturating_add((triangles * format.bytes.attribute / 2.0) as u64),
                 ..sum
             }
         })
     }
 }
 
-/// Estimates a run over a raster, and its importance raster where it has one, that will have so many samples per triangle.
-pub fn estimate(band: &Band, importance: Option<&Band>, samples_per_triangle: f64) -> Estimate {
+/// Estimates a run over a raster, and its importance raster where it has one, that will have so many samples per triangle in a
+/// file of this format.
+pub fn estimate(band: &Band, importance: Option<&Band>, samples_per_triangle: f64, format: &Format) -> Estimate {
     let samples = band.samples() as f64;
     let triangles = samples / samples_per_triangle;
     Estimate {
         field_bytes: field_bytes(band).saturating_add(importance.map_or(0, field_bytes)),
         spool_bytes: (triangles * SPOOL_BYTES_PER_TRIANGLE) as u64,
         survey_bytes: 0,
-        output_bytes: (triangles * OUTPUT_BYTES_PER_TRIANGLE) as u64,
+        output_bytes: (triangles * format.bytes.per_triangle()) as u64,
         samples_per_triangle,
     }
 }

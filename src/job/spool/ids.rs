@@ -1,5 +1,8 @@
+//! Numbers of vertices across tiles.
+
 use super::{Chunk, ChunkCounts, Spool, SpoolError};
 use crate::base::lattice::Point;
+use crate::base::mesh::Vertex;
 use crate::base::tiling::{TileGrid, TileId};
 use crate::kernel::seam::Foreign;
 
@@ -7,11 +10,13 @@ use crate::kernel::seam::Foreign;
 ///
 /// A number is a prefix sum over the tiles before plus a place among the owner's vertices, which follows from the
 /// owner's counts, or on a shifted grid from the places of those it shares. Only two rows of tiles are held at a time,
-/// with 8 bytes a shared vertex; rows are visited in order.
+/// with 8 bytes a shared vertex; rows are visited in order. With vertices ([`Ids::with_vertices`]) it is 24 bytes more for each
+/// vertex that a tile owns on its rim or shares.
 #[derive(Debug)]
 pub struct Ids<'a> {
     spool: &'a Spool,
     grid: TileGrid,
+    has_vertices: bool,
     row: usize,
     /// Tiles of this row and the next.
     rows: [Vec<Owner>; 2],
@@ -25,6 +30,8 @@ struct Owner {
     counts: ChunkCounts,
     /// Places of the vertices it shares, in their order, which is that of rows and columns.
     shared: Vec<Point>,
+    /// The vertices that others may borrow, with places of the owner; empty where nobody asks for them.
+    lent: Vec<Vertex>,
 }
 
 impl<'a> Ids<'a> {
@@ -33,8 +40,20 @@ impl<'a> Ids<'a> {
     /// # Errors
     /// [`SpoolError`].
     pub fn new(spool: &'a Spool, grid: TileGrid) -> Result<Ids<'a>, SpoolError> {
-        let first = load(spool, grid, 0, 0)?;
-        let mut ids = Ids { spool, grid, row: 0, rows: [first, Vec::new()] };
+        Ids::of_rows(spool, grid, false)
+    }
+
+    /// The same, and the vertices that tiles borrow from each other ([`Ids::borrowed`]). It reads every chunk.
+    ///
+    /// # Errors
+    /// [`SpoolError`].
+    pub fn with_vertices(spool: &'a Spool, grid: TileGrid) -> Result<Ids<'a>, SpoolError> {
+        Ids::of_rows(spool, grid, true)
+    }
+
+    fn of_rows(spool: &'a Spool, grid: TileGrid, has_vertices: bool) -> Result<Ids<'a>, SpoolError> {
+        let first = load(spool, grid, 0, 0, has_vertices)?;
+        let mut ids = Ids { spool, grid, has_vertices, row: 0, rows: [first, Vec::new()] };
         ids.rows[1] = ids.load_after()?;
         Ok(ids)
     }
@@ -65,35 +84,51 @@ impl<'a> Ids<'a> {
         into.extend(first + before..first + all);
     }
 
+    /// A vertex that a tile borrows: its owner, and the vertex with a place of that tile.
+    ///
+    /// # Panics
+    /// If the tile is not in the current row, or vertices were not asked for.
+    pub fn borrowed(&self, tile: TileId, foreign: Foreign) -> (TileId, Vertex) {
+        let (owner, place) = self.find(tile, foreign);
+        (owner, self.owner(owner.column, owner.row).lent[place as usize])
+    }
+
     fn of_foreign(&self, tile: TileId, foreign: Foreign) -> u64 {
+        let (owner, place) = self.find(tile, foreign);
+        self.owner(owner.column, owner.row).first + place
+    }
+
+    /// The owner of a vertex, and its place among the owner's vertices.
+    fn find(&self, tile: TileId, foreign: Foreign) -> (TileId, u64) {
         let (right, below) = (tile.column + 1, tile.row + 1);
+        let at = |column, row, place| (TileId { column, row }, u64::from(place));
         match foreign {
             Foreign::East(ordinal) => {
-                let Owner { first, counts, .. } = self.owner(right, tile.row);
-                first + u64::from(counts.rim.before_west() + ordinal)
+                let counts = self.owner(right, tile.row).counts;
+                at(right, tile.row, counts.rim.before_west() + ordinal)
             }
             Foreign::South(ordinal) => {
-                let Owner { first, counts, .. } = self.owner(tile.column, below);
-                first + u64::from(counts.rim.before_north() + ordinal)
+                let counts = self.owner(tile.column, below).counts;
+                at(tile.column, below, counts.rim.before_north() + ordinal)
             }
             Foreign::NorthEast => self.of_corner(right, tile.row),
             Foreign::SouthWest => self.of_corner(tile.column, below),
             Foreign::SouthEast => self.of_corner(right, below),
-            Foreign::At { across, down, at } => {
-                let owner = self.owner(tile.column.wrapping_add_signed(across as isize), tile.row + down as usize);
-                let found = owner.shared.binary_search_by_key(&(at.y, at.x), |p| (p.y, p.x));
-                owner.first
-                    + found.unwrap_or_else(|_| panic!("tile {tile:?} borrows {at:?}, which is not shared")) as u64
+            Foreign::At { across, down, at: point } => {
+                let (column, row) = (tile.column.wrapping_add_signed(across as isize), tile.row + down as usize);
+                let found = self.owner(column, row).shared.binary_search_by_key(&(point.y, point.x), |p| (p.y, p.x));
+                let place = found.unwrap_or_else(|_| panic!("tile {tile:?} borrows {point:?}, which is not shared"));
+                (TileId { column, row }, place as u64)
             }
         }
     }
 
-    /// The number of the corner between tiles: that of the tile to its lower right, or of the last one there is.
-    fn of_corner(&self, column: usize, row: usize) -> u64 {
+    /// The corner between tiles: it is of the tile to its lower right, or of the last one there is.
+    fn of_corner(&self, column: usize, row: usize) -> (TileId, u64) {
         let (last_column, last_row) = (self.grid.columns() - 1, self.grid.rows() - 1);
-        let Owner { first, counts, .. } = self.owner(column.min(last_column), row.min(last_row));
+        let owner = TileId { column: column.min(last_column), row: row.min(last_row) };
         let bit = 1 << (u32::from(column > last_column) + 2 * u32::from(row > last_row));
-        first + u64::from(counts.rim.corner(bit))
+        (owner, u64::from(self.owner(owner.column, owner.row).counts.rim.corner(bit)))
     }
 
     fn owner(&self, column: usize, row: usize) -> &Owner {
@@ -105,12 +140,12 @@ impl<'a> Ids<'a> {
         if self.row + 1 >= self.grid.rows() {
             return Ok(Vec::new());
         }
-        load(self.spool, self.grid, self.row + 1, last.first + last.counts.vertices)
+        load(self.spool, self.grid, self.row + 1, last.first + last.counts.vertices, self.has_vertices)
     }
 }
 
-/// A row of tiles. Chunks are read only where they share something.
-fn load(spool: &Spool, grid: TileGrid, row: usize, first: u64) -> Result<Vec<Owner>, SpoolError> {
+/// A row of tiles. Chunks are read only where they share something, or vertices are asked for.
+fn load(spool: &Spool, grid: TileGrid, row: usize, first: u64, has_vertices: bool) -> Result<Vec<Owner>, SpoolError> {
     let start = grid.index(TileId { column: 0, row });
     let (mut chunk, mut buffer) = (Chunk::default(), Vec::new());
     let mut next = first;
@@ -118,12 +153,15 @@ fn load(spool: &Spool, grid: TileGrid, row: usize, first: u64) -> Result<Vec<Own
     let owner = |(tile, counts): (usize, ChunkCounts)| {
         let first = next;
         next += counts.vertices;
-        let mut shared = Vec::new();
-        if counts.shared > 0 {
+        let (mut shared, mut lent) = (Vec::new(), Vec::new());
+        if counts.shared > 0 || has_vertices {
             spool.read(tile, &mut chunk, &mut buffer)?;
             shared.extend(chunk.vertices[..counts.shared as usize].iter().map(|v| v.at));
         }
-        Ok(Owner { first, counts, shared })
+        if has_vertices {
+            lent.extend_from_slice(&chunk.vertices[..chunk.before_borrowed()]);
+        }
+        Ok(Owner { first, counts, shared, lent })
     };
     (start..).zip(counts).map(owner).collect()
 }

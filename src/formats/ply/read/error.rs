@@ -1,6 +1,10 @@
+//! What is wrong with a PLY file.
+
 use std::path::PathBuf;
 
 use super::ScalarType;
+use crate::base::control::Cancelled;
+use crate::formats::ReadError;
 
 /// Why a PLY file cannot be used. Every message names the file; elements are counted from 0.
 #[derive(Debug, thiserror::Error)]
@@ -118,4 +122,17 @@ pub enum PlyError {
         /// The index as it is.
         found: i128,
     },
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl From<PlyError> for ReadError {
+    fn from(error: PlyError) -> ReadError {
+        match error {
+            PlyError::Cancelled(stopped) => ReadError::Cancelled(stopped),
+            PlyError::Io { path, source } => ReadError::Io { path, source },
+            damaged => ReadError::Damaged(Box::new(damaged)),
+        }
+    }
 }

@@ -1,3 +1,5 @@
+//! A PLY file, pass by pass.
+
 use std::fs::File;
 use std::io::{BufReader, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -5,9 +7,13 @@ use std::path::{Path, PathBuf};
 use super::header::{Element, Header, Property, read_header};
 use super::values::{ValueError, Values};
 use super::{Encoding, PlyError, ScalarType};
+use crate::base::control::CancelToken;
 
 /// Bytes of the one buffer that a pass reads through.
 const BUFFER_BYTES: usize = 256 << 10;
+
+/// Records between two looks at whether to stop; a power of two.
+const PACE: u64 = 1 << 14;
 
 /// A PLY file with triangles, open for reading.
 ///
@@ -35,6 +41,7 @@ pub struct PlyFile {
     coordinates: [usize; 3],
     faces: usize,
     corners: usize,
+    cancel: CancelToken,
 }
 
 impl PlyFile {
@@ -66,7 +73,13 @@ impl PlyFile {
             .or_else(|| face.position("vertex_index"))
             .filter(|&p| face.properties[p].length.is_some() && face.properties[p].value.is_integer())
             .ok_or_else(|| missing("an integer list vertex_indices (or vertex_index) of element face"))?;
-        Ok(PlyFile { path: path.to_path_buf(), file, header, vertices, coordinates, faces, corners })
+        let (path, cancel) = (path.to_path_buf(), CancelToken::default());
+        Ok(PlyFile { path, file, header, vertices, coordinates, faces, corners, cancel })
+    }
+
+    /// The same file, whose passes end with [`PlyError::Cancelled`] once `cancel` is cancelled.
+    pub fn until(self, cancel: CancelToken) -> PlyFile {
+        PlyFile { cancel, ..self }
     }
 
     /// The path it was opened by.
@@ -150,6 +163,7 @@ impl PlyFile {
         self.coordinates.iter().copied().chain(asked).enumerate().for_each(|(role, p)| roles[p] = Some(role));
         let mut vertex = vec![0.0; 3 + attributes.len()];
         for index in 0..element.count {
+            self.pace(index)?;
             for (property, role) in element.properties.iter().zip(&roles) {
                 match role {
                     None => self.skip(&mut values, element, index, property)?,
@@ -176,6 +190,7 @@ impl PlyFile {
         let mut values = self.seek_to(self.faces)?;
         let element = &self.header.elements[self.faces];
         for index in 0..element.count {
+            self.pace(index)?;
             let mut face = [0; 3];
             for (place, property) in element.properties.iter().enumerate() {
                 if place == self.corners {
@@ -187,6 +202,10 @@ impl PlyFile {
             visit(index, face)?;
         }
         Ok(())
+    }
+
+    fn pace(&self, index: u64) -> Result<(), PlyError> {
+        if index.is_multiple_of(PACE) { Ok(self.cancel.check()?) } else { Ok(()) }
     }
 
     fn triangle(
@@ -259,6 +278,7 @@ impl PlyFile {
         let mut values = Values::new(BufReader::with_capacity(BUFFER_BYTES, file), encoding);
         for element in before[jumped..].iter().filter(|e| !e.properties.is_empty()) {
             for index in 0..element.count {
+                self.pace(index)?;
                 for property in &element.properties {
                     self.skip(&mut values, element, index, property)?;
                 }

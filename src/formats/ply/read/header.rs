@@ -1,3 +1,5 @@
+//! The lines before the values.
+
 use std::io::{BufRead, Read};
 use std::path::Path;
 

@@ -7,17 +7,17 @@
 //!
 //! Taken are `ascii`, `binary_little_endian` and `binary_big_endian` of version 1.0, elements and properties in any
 //! order, any number types, and the 64-bit integers `int64` and `uint64` that the format's description does not know.
-//! Bytes after the last element are ignored. What the header's comments say of coordinates is a [`Frame`].
+//! Bytes after the last element are ignored. [`PlyReader`] is the same file as a [`crate::formats::MeshReader`].
 
 mod error;
 mod file;
-mod frame;
 mod header;
+mod reader;
 #[cfg(test)]
 mod tests;
 mod values;
 
 pub use error::PlyError;
 pub use file::PlyFile;
-pub use frame::Frame;
 pub use header::{Encoding, ScalarType};
+pub use reader::PlyReader;

@@ -1,3 +1,5 @@
+//! The values of a body, in any encoding.
+
 use std::io::{BufRead, ErrorKind};
 
 use super::{Encoding, ScalarType};

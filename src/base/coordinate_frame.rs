@@ -1,14 +1,13 @@
-use crate::base::GeoTransform;
+//! How coordinates stand in a file: less an origin, heights times a factor, perhaps in single precision.
 
-use super::{PlyFile, ScalarType};
+use super::GeoTransform;
 
 /// How places on the map and heights stand in a file: less an origin, heights times a factor, perhaps in single precision.
 ///
-/// The header has it as the comments `offset X Y` (to be added to x and y) and `z_scale F` (z is the height times F), so
-/// that whoever reads the file finds map coordinates, and the sample at which a vertex stands. Both directions are defined
-/// here, operation by operation.
+/// Each format says it in its own words, so that whoever reads the file finds map coordinates, and the sample at which a
+/// vertex stands. Both directions are defined here, operation by operation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
+pub struct CoordinateFrame {
     /// What is taken from x and y.
     pub origin: (f64, f64),
     /// What heights are multiplied by; above 0.
@@ -17,43 +16,19 @@ pub struct Frame {
     pub single: bool,
 }
 
-impl Default for Frame {
+impl Default for CoordinateFrame {
     fn default() -> Self {
-        Frame::PLAIN
+        CoordinateFrame::PLAIN
     }
 }
 
-impl Frame {
+impl CoordinateFrame {
     /// Map coordinates and heights as they are.
-    pub const PLAIN: Frame = Frame { origin: (0.0, 0.0), z_scale: 1.0, single: false };
+    pub const PLAIN: CoordinateFrame = CoordinateFrame { origin: (0.0, 0.0), z_scale: 1.0, single: false };
 
-    /// That of a file: its header's comments, and the type of its coordinates. Comments that are not as terrabite writes
-    /// them mean nothing.
-    pub fn of(mesh: &PlyFile) -> Frame {
-        let numbers = |name: &str| -> Option<Vec<f64>> {
-            let mut words = mesh.comments().iter().filter_map(|c| c.strip_prefix(name)?.strip_prefix(' '));
-            let numbers: Option<Vec<f64>> = words.next()?.split_whitespace().map(|w| w.parse().ok()).collect();
-            numbers.filter(|n| n.iter().all(|n| n.is_finite()))
-        };
-        let origin = numbers("offset").and_then(|n| Some((*n.first()?, *n.get(1)?)).filter(|_| n.len() == 2));
-        let z_scale = numbers("z_scale").and_then(|n| n.first().copied().filter(|&f| f > 0.0 && n.len() == 1));
-        Frame {
-            origin: origin.unwrap_or(Frame::PLAIN.origin),
-            z_scale: z_scale.unwrap_or(Frame::PLAIN.z_scale),
-            single: mesh.coordinate_types()[..2].iter().all(|t| *t == ScalarType::F32),
-        }
-    }
-
-    /// What the header says of it.
-    pub fn comments(&self) -> Vec<String> {
-        let mut comments = Vec::new();
-        if self.origin != Frame::PLAIN.origin {
-            comments.push(format!("offset {} {}", self.origin.0, self.origin.1));
-        }
-        if self.z_scale != Frame::PLAIN.z_scale {
-            comments.push(format!("z_scale {}", self.z_scale));
-        }
-        comments
+    /// Whether x and y in the file are other than on the map but for rounding.
+    pub fn has_origin(&self) -> bool {
+        self.origin != CoordinateFrame::PLAIN.origin
     }
 
     /// What is written of a place: `x − X`, rounded to double, then perhaps to single precision.
@@ -117,35 +92,6 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn of(comments: &str, number: &str) -> Frame {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("tin.ply");
-        let header = format!(
-            "ply\nformat ascii 1.0\n{comments}element vertex 0\nproperty {number} x\nproperty {number} y\nproperty \
-             {number} z\nelement face 0\nproperty list uchar uint vertex_indices\nend_header\n"
-        );
-        std::fs::write(&path, header).expect("written");
-        Frame::of(&PlyFile::open(&path).expect("a mesh"))
-    }
-
-    #[test]
-    fn comments_come_back() {
-        let frame = Frame { origin: (499_990.123_456_789, -1e-7), z_scale: 0.3048, single: true };
-        let comments: String = frame.comments().iter().map(|c| format!("comment {c}\n")).collect();
-        assert_eq!(of(&comments, "float"), frame);
-        assert_eq!(of(&comments, "double"), Frame { single: false, ..frame });
-        assert!(Frame::PLAIN.comments().is_empty());
-    }
-
-    #[test]
-    fn other_comments_mean_nothing() {
-        for comment in
-            ["offset in feet", "offset 1", "offset 1 2 3", "offset 1 nan", "offsets 1 2", "z_scale 0", "z_scale -1"]
-        {
-            assert_eq!(of(&format!("comment {comment}\n"), "double"), Frame::PLAIN, "{comment}");
-        }
-    }
-
     proptest! {
         #[test]
         fn lattice_points_come_back_where_they_are_told_apart(
@@ -156,7 +102,7 @@ mod tests {
             let Ok(transform) = GeoTransform::new([corner.0, cell, cell * turn, corner.1, cell * turn, -cell], size, size)
             else { return Ok(()) };
             let origin = if near { (corner.0.round(), corner.1.round()) } else { (0.0, 0.0) };
-            let frame = Frame { origin, z_scale: 1.0, single };
+            let frame = CoordinateFrame { origin, z_scale: 1.0, single };
             prop_assert!(!near || frame.tells_apart(&transform, size, size));
             if frame.tells_apart(&transform, size, size) {
                 prop_assert_eq!(frame.lattice(&transform, frame.written_place(transform.apply(x, y))), Some((x, y)));

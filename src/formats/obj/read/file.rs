@@ -1,0 +1,264 @@
+//! An OBJ file, pass by pass.
+
+use std::fs::File;
+use std::io::{Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use super::ObjError;
+use super::line::{Kind, LINE_LIMIT, LineError, Lines, counts, kind};
+use crate::base::CoordinateFrame;
+use crate::base::channels::Channel;
+use crate::base::control::CancelToken;
+use crate::formats::{FaceVisitor, Header, MeshReader, ReadError, VertexVisitor, lines};
+
+/// Lines between two looks at whether to stop; a power of two.
+const PACE: u64 = 1 << 14;
+
+/// Bytes of comments at the head of a file that are kept.
+const HEAD_LIMIT: usize = 1 << 20;
+
+/// The last line of what terrabite writes.
+const END: &str = "# end of mesh";
+
+/// The comment that says that every coordinate is a single.
+const SINGLE: &str = "precision float";
+
+/// An OBJ file with triangles, open for reading.
+#[derive(Debug)]
+pub struct ObjReader {
+    path: PathBuf,
+    file: File,
+    header: Header,
+    vertices: u64,
+    faces: u64,
+    cancel: CancelToken,
+}
+
+impl ObjReader {
+    /// Opens a file and reads it once, to count vertices and faces. `cancel` ends that and every pass.
+    ///
+    /// # Errors
+    /// [`ObjError`] when the file cannot be read, has lines that belong to no mesh of triangles, or has not what its first
+    /// line tells, where terrabite has written it.
+    pub fn open(path: &Path, cancel: &CancelToken) -> Result<ObjReader, ObjError> {
+        let file = File::open(path).map_err(|source| ObjError::Io { path: path.to_path_buf(), source })?;
+        let header = Header::default();
+        let mut mesh =
+            ObjReader { path: path.to_path_buf(), file, header, vertices: 0, faces: 0, cancel: cancel.clone() };
+        let head = mesh.count()?;
+        mesh.header = header_of(&head);
+        Ok(mesh)
+    }
+
+    /// Counts, and returns the comments before anything else.
+    fn count(&mut self) -> Result<Vec<String>, ObjError> {
+        let (mut vertices, mut faces) = (0, 0);
+        let (mut head, mut head_bytes, mut is_head) = (Vec::new(), 0, true);
+        let mut has_end = false;
+        let last = self.for_each_line(|lines| {
+            let line = lines.line();
+            match kind(line) {
+                Kind::Vertex => vertices += 1,
+                Kind::Face => faces += 1,
+                Kind::Unknown => return Err(self.line_error(lines, "a line of an OBJ mesh of triangles")),
+                Kind::Unused => is_head = false,
+                Kind::Nothing => {
+                    if is_head && vertices + faces == 0 && !line.is_empty() && head_bytes + line.len() <= HEAD_LIMIT {
+                        head_bytes += line.len();
+                        head.push(String::from_utf8_lossy(line).into_owned());
+                    }
+                }
+            }
+            has_end = line == END.as_bytes() && lines.ended();
+            Ok(true)
+        })?;
+        let declared = head.first().and_then(|line| counts(line));
+        match declared {
+            None if vertices == 0 => return Err(ObjError::NoVertices { path: self.path.clone() }),
+            None => {}
+            Some(_) if !has_end => {
+                return Err(ObjError::Truncated { path: self.path.clone(), expected: END, line: last });
+            }
+            Some((told, told_faces)) => {
+                let counts = [("vertices", told, vertices), ("triangles", told_faces, faces)];
+                if let Some((what, expected, found)) = counts.into_iter().find(|(_, told, found)| told != found) {
+                    return Err(ObjError::Count { path: self.path.clone(), what, expected, found });
+                }
+                head.remove(0);
+            }
+        }
+        (self.vertices, self.faces) = (vertices, faces);
+        Ok(head)
+    }
+
+    /// Hands every line to `visit` until it returns false; returns the number of the last one.
+    fn for_each_line(&self, mut visit: impl FnMut(&Lines<'_>) -> Result<bool, ObjError>) -> Result<u64, ObjError> {
+        let io = |source| ObjError::Io { path: self.path.clone(), source };
+        let mut file = &self.file;
+        file.seek(SeekFrom::Start(0)).map_err(io)?;
+        let mut lines = Lines::new(file);
+        loop {
+            if lines.number().is_multiple_of(PACE) {
+                self.cancel.check()?;
+            }
+            match lines.advance() {
+                Ok(true) if visit(&lines)? => {}
+                Ok(_) => return Ok(lines.number()),
+                Err(LineError::Io(source)) => return Err(io(source)),
+                Err(LineError::TooLong) => {
+                    let (path, line) = (self.path.clone(), lines.number());
+                    return Err(ObjError::LineTooLong { path, line, limit: LINE_LIMIT });
+                }
+            }
+        }
+    }
+
+    fn line_error(&self, lines: &Lines<'_>, expected: &'static str) -> ObjError {
+        let line = lines.line();
+        let found = String::from_utf8_lossy(&line[..line.len().min(400)]).trim().chars().take(80).collect();
+        ObjError::Line { path: self.path.clone(), line: lines.number(), expected, found }
+    }
+
+    fn changed(&self, what: &'static str, expected: u64, found: u64) -> ObjError {
+        ObjError::Changed { path: self.path.clone(), what, expected, found }
+    }
+
+    fn read_vertices(&self, visit: &mut VertexVisitor<'_>) -> Result<(), ObjError> {
+        let (mut index, mut broken) = (0, false);
+        self.for_each_line(|lines| {
+            let line = lines.line();
+            if kind(line) != Kind::Vertex {
+                return Ok(true);
+            }
+            if index == self.vertices {
+                return Err(self.changed("vertices", self.vertices, index + 1));
+            }
+            let vertex = vertex(line).ok_or_else(|| self.line_error(lines, "v and three numbers"))?;
+            broken = visit(index, vertex, &[]).is_break();
+            index += 1;
+            Ok(!broken)
+        })?;
+        if !broken && index != self.vertices {
+            return Err(self.changed("vertices", self.vertices, index));
+        }
+        Ok(())
+    }
+
+    fn read_faces(&self, visit: &mut FaceVisitor<'_>) -> Result<(), ObjError> {
+        let (mut index, mut before, mut broken) = (0, 0, false);
+        self.for_each_line(|lines| {
+            match kind(lines.line()) {
+                Kind::Vertex => before += 1,
+                Kind::Face if index == self.faces => return Err(self.changed("faces", self.faces, index + 1)),
+                Kind::Face => {
+                    broken = visit(index, self.face(lines, before)?).is_break();
+                    index += 1;
+                }
+                _ => {}
+            }
+            Ok(!broken)
+        })?;
+        if !broken && index != self.faces {
+            return Err(self.changed("faces", self.faces, index));
+        }
+        Ok(())
+    }
+
+    /// The vertices of a face, from 0; so many come before it.
+    fn face(&self, lines: &Lines<'_>, before: u64) -> Result<[u64; 3], ObjError> {
+        let wrong = || self.line_error(lines, "f and three numbers of vertices");
+        let text = std::str::from_utf8(lines.line()).map_err(|_| wrong())?;
+        let mut face = [0; 3];
+        let mut corners = 0;
+        for word in text.split_ascii_whitespace().skip(1) {
+            let number = corner(word).ok_or_else(wrong)?;
+            let vertex = match number {
+                1.. => u64::try_from(number - 1).ok(),
+                _ => before.checked_sub(number.unsigned_abs()).filter(|_| number != 0),
+            };
+            let vertex = vertex.filter(|v| *v < self.vertices).ok_or_else(|| ObjError::VertexIndex {
+                path: self.path.clone(),
+                line: lines.number(),
+                vertices: self.vertices,
+                before,
+                found: number,
+            })?;
+            if let Some(slot) = face.get_mut(corners) {
+                *slot = vertex;
+            }
+            corners += 1;
+        }
+        match corners {
+            3 => Ok(face),
+            _ => Err(ObjError::NotATriangle { path: self.path.clone(), line: lines.number(), found: corners as u64 }),
+        }
+    }
+}
+
+/// x, y, z of a vertex; a weight or a colour after them are numbers, too.
+fn vertex(line: &[u8]) -> Option<[f64; 3]> {
+    let mut words = std::str::from_utf8(line).ok()?.split_ascii_whitespace().skip(1);
+    let mut next = || words.next()?.parse::<f64>().ok();
+    let vertex = [next()?, next()?, next()?];
+    let mut further = 0;
+    for word in words {
+        word.parse::<f64>().ok()?;
+        further += 1;
+    }
+    (further <= 4).then_some(vertex)
+}
+
+/// The number of a corner's vertex; those of its texture coordinates and its normal are numbers, too, or nothing.
+fn corner(word: &str) -> Option<i64> {
+    let mut parts = word.split('/');
+    let number = parts.next()?.parse().ok()?;
+    let mut further = 0;
+    for part in parts {
+        further += 1;
+        if !part.is_empty() {
+            part.parse::<i64>().ok()?;
+        }
+    }
+    (further <= 2).then_some(number)
+}
+
+/// What the comments at the head say.
+fn header_of(head: &[String]) -> Header {
+    let mut header = lines::header(head.iter().filter_map(|line| Some(line.trim().strip_prefix('#')?.trim())));
+    let notes = header.notes.len();
+    header.notes.retain(|note| note != SINGLE);
+    header.frame = CoordinateFrame { single: header.notes.len() < notes, ..header.frame };
+    header
+}
+
+impl MeshReader for ObjReader {
+    fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn vertex_count(&self) -> u64 {
+        self.vertices
+    }
+
+    fn face_count(&self) -> u64 {
+        self.faces
+    }
+
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn attributes(&self) -> &[Channel] {
+        &[]
+    }
+
+    fn vertices(&mut self, attributes: &[&str], visit: &mut VertexVisitor<'_>) -> Result<(), ReadError> {
+        let reader: &dyn MeshReader = self;
+        reader.must_have(attributes)?;
+        Ok(self.read_vertices(visit)?)
+    }
+
+    fn faces(&mut self, visit: &mut FaceVisitor<'_>) -> Result<(), ReadError> {
+        Ok(self.read_faces(visit)?)
+    }
+}

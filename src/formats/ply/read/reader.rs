@@ -1,0 +1,100 @@
+//! A PLY file as a mesh of any format.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use super::{PlyError, PlyFile, ScalarType};
+use crate::base::CoordinateFrame;
+use crate::base::channels::{Channel, Number};
+use crate::base::control::CancelToken;
+use crate::formats::{FaceVisitor, Header, MeshReader, ReadError, VertexVisitor, lines};
+
+/// A [`PlyFile`] as a [`MeshReader`]. What terrabite writes in comments is its header; coordinates are single where x and y
+/// are `float`.
+#[derive(Debug)]
+pub struct PlyReader {
+    file: PlyFile,
+    header: Header,
+    attributes: Vec<Channel>,
+}
+
+impl PlyReader {
+    /// Opens a file; `cancel` ends every pass over it.
+    ///
+    /// # Errors
+    /// As [`PlyFile::open`].
+    pub fn open(path: &Path, cancel: &CancelToken) -> Result<PlyReader, PlyError> {
+        let file = PlyFile::open(path)?.until(cancel.clone());
+        let found = lines::header(file.comments().iter().map(String::as_str));
+        let single = file.coordinate_types()[..2].iter().all(|t| *t == ScalarType::F32);
+        let header = Header { frame: CoordinateFrame { single, ..found.frame }, ..found };
+        let attribute = |(name, kind): (&str, ScalarType)| Channel { name: name.to_string(), number: number(kind) };
+        let attributes = file.attributes().map(attribute).collect();
+        Ok(PlyReader { file, header, attributes })
+    }
+}
+
+/// The narrowest type that holds every value, 64-bit integers rounded.
+fn number(kind: ScalarType) -> Number {
+    match kind {
+        ScalarType::U8 => Number::U8,
+        ScalarType::I8 | ScalarType::I16 | ScalarType::U16 | ScalarType::F32 => Number::F32,
+        ScalarType::I32 | ScalarType::U32 | ScalarType::I64 | ScalarType::U64 | ScalarType::F64 => Number::F64,
+    }
+}
+
+/// Why a pass ends: the visitor has had enough, or the file is damaged.
+enum End {
+    Enough,
+    Damaged(PlyError),
+}
+
+impl From<PlyError> for End {
+    fn from(error: PlyError) -> End {
+        End::Damaged(error)
+    }
+}
+
+fn go_on(flow: ControlFlow<()>) -> Result<(), End> {
+    if flow.is_continue() { Ok(()) } else { Err(End::Enough) }
+}
+
+fn ended(pass: Result<(), End>) -> Result<(), ReadError> {
+    match pass {
+        Ok(()) | Err(End::Enough) => Ok(()),
+        Err(End::Damaged(error)) => Err(error.into()),
+    }
+}
+
+impl MeshReader for PlyReader {
+    fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    fn vertex_count(&self) -> u64 {
+        self.file.vertex_count()
+    }
+
+    fn face_count(&self) -> u64 {
+        self.file.face_count()
+    }
+
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn attributes(&self) -> &[Channel] {
+        &self.attributes
+    }
+
+    fn vertices(&mut self, attributes: &[&str], visit: &mut VertexVisitor<'_>) -> Result<(), ReadError> {
+        let reader: &dyn MeshReader = self;
+        reader.must_have(attributes)?;
+        let pass = |index, vertex, values: &[f64]| go_on(visit(index, vertex, values));
+        ended(self.file.for_each_vertex_with(attributes, pass))
+    }
+
+    fn faces(&mut self, visit: &mut FaceVisitor<'_>) -> Result<(), ReadError> {
+        ended(self.file.for_each_face(|index, face| go_on(visit(index, face))))
+    }
+}

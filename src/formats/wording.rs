@@ -1,0 +1,50 @@
+//! What writers of several formats do alike: coordinates in their frame, and headers of one line for each fact.
+
+use std::path::Path;
+
+use super::{Header, SinkError};
+use crate::base::CoordinateFrame;
+
+/// A vertex as the frame writes it: x, y, z.
+///
+/// # Errors
+/// [`SinkError::Lossy`] for a height that would be read again at another height than within `loss`, or is not finite.
+pub(super) fn placed(
+    frame: &CoordinateFrame,
+    loss: f64,
+    path: &Path,
+    [x, y, height]: [f64; 3],
+) -> Result<[f64; 3], SinkError> {
+    let (x, y) = frame.written_place((x, y));
+    let z = frame.written_height(height);
+    let lost = (frame.height(z) - height).abs();
+    if lost > loss || lost.is_nan() {
+        return Err(SinkError::Lossy { path: path.to_path_buf(), height, allowed: loss, found: lost });
+    }
+    Ok([x, y, z])
+}
+
+/// A text in one line: a line break would end the comment it stands in.
+pub(super) fn one_line(text: &str) -> String {
+    text.replace(['\n', '\r'], " ")
+}
+
+/// The lines of a run: window, tolerance, options, notes.
+pub(super) fn run_lines(header: &Header) -> Vec<String> {
+    let window = header.window.map(|window| format!("window {window}"));
+    let tolerance = header.tolerance.map(|tolerance| format!("max_error {tolerance}"));
+    let options = header.options.iter().map(|option| format!("{} {}", option.name.words(), option.value));
+    window.into_iter().chain(tolerance).chain(options).chain(header.notes.iter().cloned()).collect()
+}
+
+/// The lines of a frame that is not plain: `offset X Y`, to be added to x and y, and `z_scale F`: z is the height times F.
+pub(super) fn frame_lines(frame: &CoordinateFrame) -> Vec<String> {
+    let mut lines = Vec::new();
+    if frame.origin != CoordinateFrame::PLAIN.origin {
+        lines.push(format!("offset {} {}", frame.origin.0, frame.origin.1));
+    }
+    if frame.z_scale != CoordinateFrame::PLAIN.z_scale {
+        lines.push(format!("z_scale {}", frame.z_scale));
+    }
+    lines
+}
