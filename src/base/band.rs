@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{Cutline, GeoTransform, Mark, Marks, RasterError, Reference, SampleType, Scaling, Window};
+use super::warning::Warning;
+use super::{Cutline, Encoding, GeoTransform, Mark, Marks, RasterError, Reference, SampleType, Scaling, Window};
 
 /// Reads stored values, wherever they are: GDAL does it for rasters, other programs for what they hold.
 ///
@@ -70,10 +71,14 @@ pub struct Band {
     pub(crate) path: PathBuf,
     pub(crate) size: (usize, usize),
     pub(crate) number: usize,
+    /// How many bands its raster has.
+    pub(crate) bands: usize,
     pub(crate) block: (usize, usize),
     pub(crate) sample_type: SampleType,
     pub(crate) scaling: Scaling,
     pub(crate) marks: Marks,
+    /// Whether somebody has said them, and not only the raster.
+    pub(crate) marks_are_said: bool,
     pub(crate) tag: Option<Mark>,
     /// Where a nodata tag of 0 counts that nobody named: where such tags come from, as the end of a sentence.
     pub(crate) zero_tag: Option<&'static str>,
@@ -85,6 +90,16 @@ pub struct Band {
     pub(crate) reference: Reference,
     pub(crate) crs: Option<String>,
     pub(crate) description: String,
+    /// The description, or else the colour.
+    pub(crate) title: String,
+    /// How its heights are stored as colours, if they are.
+    pub(crate) encoding: Option<Encoding>,
+    /// Which part of its raster it is, if not all.
+    pub(crate) window: Option<Window>,
+    /// The CRS in Esri's dialect of WKT.
+    pub(crate) esri_wkt: Option<String>,
+    /// What a user should know of it, as far as opening it tells.
+    pub(crate) warnings: Vec<Warning>,
     pub(crate) colour: Option<&'static str>,
     /// What else tells this view of the samples from others.
     pub(crate) view: Vec<(&'static str, String)>,
@@ -117,10 +132,12 @@ impl Band {
             path,
             size: (width, height),
             number: 1,
+            bands: 1,
             block: (width.min(256), height.min(256)),
             sample_type,
             scaling: Scaling::NONE,
             marks: Marks::default(),
+            marks_are_said: false,
             tag: None,
             zero_tag: None,
             has_mask: false,
@@ -130,6 +147,11 @@ impl Band {
             reference: Reference::none(),
             crs: None,
             description: String::new(),
+            title: String::new(),
+            encoding: None,
+            window: None,
+            esri_wkt: None,
+            warnings: Vec::new(),
             colour: None,
             view: Vec::new(),
             windows,
@@ -143,7 +165,7 @@ impl Band {
 
     /// The same with these marks of missing samples.
     pub fn with_marks(self, marks: Marks) -> Band {
-        Band { marks, ..self }
+        Band { marks, marks_are_said: true, ..self }
     }
 
     /// The same with a mask, see [`Windows::read_mask`].
@@ -259,6 +281,16 @@ impl Band {
     /// What the band is said to hold, in words; empty where nothing is said.
     pub fn description(&self) -> &str {
         &self.description
+    }
+
+    /// What a user should know of it, as far as opening it tells.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
+    }
+
+    /// The least x and y of the samples, and the largest.
+    pub fn extent(&self) -> [f64; 4] {
+        self.geo_transform().extent(self.width(), self.height())
     }
 
     /// The colour it is said to have.

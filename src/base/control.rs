@@ -1,5 +1,6 @@
 //! How a caller watches and stops a run: a cancellation token and a progress sink that reach every stage.
 
+use super::warning::Warning;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -70,6 +71,8 @@ pub trait Progress: Sync {
     }
     /// The stage is done.
     fn end(&self, stage: Stage);
+    /// Something that a user should know although the run goes on.
+    fn warn(&self, _warning: &Warning) {}
 }
 
 /// Nobody watches.

@@ -2,8 +2,8 @@
 //!
 //! The environment variable `TERRABITE_FAULT=ACTION:POINT:N` makes the process do ACTION when POINT is reached for the
 //! Nth time, counted over all threads: `kill` ends it as a power cut would (SIGKILL: no cleaning up), `stop` halts it
-//! (SIGSTOP) until it is continued or killed. The hooks are part of every build, so that what is tested is what is
-//! shipped; without the variable each costs one load and one branch.
+//! (SIGSTOP) until it is continued or killed. The command looks at the variable ([`arm`]), no other program. The hooks
+//! are part of every build, so that what is tested is what is shipped; without the variable each costs one load and one branch.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -82,18 +82,20 @@ static FAULT: OnceLock<Option<Fault>> = OnceLock::new();
 
 /// Says that the run has come to `point`.
 pub fn reach(point: Point) {
-    let Some(fault) = FAULT.get_or_init(from_environment) else { return };
+    let Some(Some(fault)) = FAULT.get() else { return };
     if fault.point == point && fault.left.fetch_sub(1, Ordering::Relaxed) == 1 {
         // A process may end and halt itself: this fails for signals that do not exist.
         let _ = kill_process(getpid(), fault.signal);
     }
 }
 
-/// Makes sure that the environment variable, if it is set, means something: a test would believe that it tests.
+/// Lets the environment variable work from now on, and makes sure that it means something if it is set: a test would
+/// believe that it tests. For the command; the library by itself ends no process.
 ///
 /// # Errors
 /// What was expected, and what was found.
-pub fn check() -> Result<(), String> {
+pub fn arm() -> Result<(), String> {
+    FAULT.get_or_init(from_environment);
     match std::env::var_os(VARIABLE) {
         Some(text) if text.to_str().and_then(parse).is_none() => {
             Err(format!("{VARIABLE}: expected ACTION:POINT:N in the environment, found {text:?}"))

@@ -36,9 +36,9 @@ pub use files::{FileState, Files, Watch};
 pub use georef::{GeoTransform, Reference};
 pub use identity::{exact_double, exact_marks, identity};
 pub use naming::channels_of;
-pub use points::PointSet;
 #[cfg(feature = "gdal")]
 pub(crate) use points::key;
+pub use points::{PointCounts, PointSet};
 pub use raster_error::RasterError;
 #[cfg(feature = "gdal")]
 pub(crate) use raster_error::SILENT;

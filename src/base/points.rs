@@ -2,6 +2,19 @@
 
 use crate::base::Window;
 
+/// What became of the points of a layer: `read` = `used` + `merged` + `outside`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct PointCounts {
+    /// Points in the layer.
+    pub read: u64,
+    /// Samples they fell to.
+    pub used: u64,
+    /// Points that fell to a sample which another had taken.
+    pub merged: u64,
+    /// Points more than half a cell outside the samples' centres.
+    pub outside: u64,
+}
+
 /// Samples of a raster, each once, in order of rows and of columns within a row.
 ///
 /// Memory: 8 bytes per sample. The set is a function of the samples it was made from, not of their order.

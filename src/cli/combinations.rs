@@ -34,9 +34,9 @@ fn options(feature: Feature) -> Options {
         Feature::VertexBudget => ("--max-points", Replace("--max-error")),
         Feature::TriangleBudget => ("--max-triangles", Replace("--max-error")),
         Feature::RmsGoal => ("--max-rms", Replace("--max-error")),
-        Feature::Attributes => ("--channels", Remove),
-        Feature::Image => ("--planar", Remove),
-        Feature::AttributeWeight => ("--emphasis", Remove),
+        Feature::Attributes => ("--attributes", Remove),
+        Feature::Image => ("--image", Remove),
+        Feature::AttributeWeight => ("--attribute-weight", Remove),
         Feature::Importance => ("--importance", Remove),
         Feature::Points => ("--points", Remove),
         Feature::Trim => ("--trim", Remove),
@@ -122,7 +122,8 @@ impl Asked {
         rules::check_samples(self.features()).map_err(|conflicts| self.refuse(&conflicts))
     }
 
-    fn refuse(&self, incompatible: &Incompatible) -> Failure {
+    /// All conflicts, one a line, with the options that are given: exit code 2.
+    pub(super) fn refuse(&self, incompatible: &Incompatible) -> Failure {
         let lines: Vec<String> = incompatible.conflicts.iter().map(|conflict| conflict.in_words(self)).collect();
         Failure::usage(lines.join("\nerror: "))
     }

@@ -1,8 +1,7 @@
 //! `--cutline` and `--cutline-layer`: the options that `simplify`, `verify` and `preview` share.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use crate::formats::{OptionName, RunOption};
 use crate::raster::CutlineSource;
 
 /// Polygons outside of which there is no ground.
@@ -21,12 +20,5 @@ impl CutlineArgs {
     pub(super) fn source(&self) -> Option<CutlineSource> {
         let path = self.cutline.clone()?;
         Some(CutlineSource { path, layer: self.cutline_layer.clone() })
-    }
-
-    /// What of this stands in the mesh's header: what `verify` has to be told.
-    pub(super) fn options(&self) -> impl Iterator<Item = RunOption> {
-        let name = |path: &PathBuf| path.file_name().map_or(path.as_path(), Path::new).display().to_string();
-        let file = self.cutline.iter().map(move |path| RunOption::new(OptionName::Cutline, name(path)));
-        file.chain(self.cutline_layer.iter().map(|layer| RunOption::new(OptionName::CutlineLayer, layer)))
     }
 }

@@ -1,6 +1,7 @@
 //! How a command ends that does not get through: one message, with the option that mends it, and the exit code.
 
 use std::io::ErrorKind;
+use std::path::Path;
 use std::process::ExitCode;
 
 use crate::base::RasterError;
@@ -14,7 +15,7 @@ use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
 use crate::preview::PreviewError;
 use crate::raster::{CutlineError, PointsError, ViewError};
-use crate::run::look::LookError;
+use crate::run::{Fate, LookError, RunError};
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
 
@@ -174,6 +175,51 @@ impl From<CutlineError> for Failure {
             CutlineError::Crs { .. } => {
                 failure.hint("give --cutline a layer in the raster's CRS, transformed with ogr2ogr -t_srs")
             }
+        }
+    }
+}
+
+impl From<RunError> for Failure {
+    fn from(error: RunError) -> Failure {
+        let failure = Failure::new(&error);
+        match error {
+            RunError::Incompatible(conflicts) => conflicts.into(),
+            RunError::View(error) => error.into(),
+            RunError::Attribute(RasterError::NoSuchBand { .. } | RasterError::SampleType { .. }) => {
+                failure.hint("choose bands with --attributes")
+            }
+            RunError::Attribute(error) => error.into(),
+            RunError::ColourTable(_) => failure.hint(
+                "name the bands with --attributes if their numbers are values; gdal_translate -expand rgb makes colours of them",
+            ),
+            RunError::Importance(RasterError::NoSuchBand { .. }) => failure.hint("choose one with --importance-band"),
+            RunError::Importance(RasterError::SampleType { .. }) => {
+                failure.hint("choose another band with --importance-band")
+            }
+            RunError::Importance(error) => error.into(),
+            RunError::Points(error) => error.into(),
+            RunError::Indistinct { .. } => failure.hint("choose --precision double"),
+            RunError::Loss { single: true, .. } => failure.hint("--precision double loses less"),
+            RunError::Loss { .. } => failure.hint("--z-scale 1 loses nothing"),
+            RunError::Threads { .. } => failure.hint("choose fewer with --threads"),
+            RunError::Verify(error) => error.into(),
+            RunError::Job(error) => (*error).into(),
+            RunError::Kept { error, dir, fate } => Failure::from(*error).hint(&kept(&dir, &fate)),
+            RunError::Format { .. } => failure.hint("use --format"),
+        }
+    }
+}
+
+/// What is to be done with finished tiles.
+fn kept(dir: &Path, fate: &Fate) -> String {
+    let (dir, way_out) = (dir.display(), "delete that folder, or restore the input");
+    match fate {
+        Fate::Continue => format!("finished tiles are kept in {dir}: the same command continues"),
+        Fate::Outdated(files) if files.is_empty() => {
+            format!("the finished tiles in {dir} were made from the old one: {way_out}")
+        }
+        Fate::Outdated(files) => {
+            format!("the finished tiles in {dir} were made before {} changed: {way_out}", files.join(", "))
         }
     }
 }

@@ -1,12 +1,9 @@
 //! `simplify`: when to stop, and how far it came.
 
-use serde::Serialize;
-
 use super::combinations::Asked;
 use super::values;
-use crate::formats::{OptionName, RunOption};
+use crate::job::Goal;
 use crate::job::features::Feature;
-use crate::job::{Budget, Goal, Outcome};
 
 /// The tolerance and what may stand beside it or in its place: one of them is needed.
 #[derive(Debug, Clone, clap::Args)]
@@ -42,52 +39,5 @@ impl GoalArgs {
     /// The tolerance; infinite where none was given.
     pub(super) fn tolerance(&self) -> f64 {
         self.max_error.unwrap_or(f64::INFINITY)
-    }
-
-    /// What of this stands in the mesh's header, the tolerance apart.
-    pub(super) fn options(&self) -> impl Iterator<Item = RunOption> {
-        let rms = self.max_rms.map(|rms| RunOption::new(OptionName::MaxRms, rms));
-        let points = self.max_points.map(|most| RunOption::new(OptionName::MaxPoints, most));
-        let triangles = self.max_triangles.map(|most| RunOption::new(OptionName::MaxTriangles, most));
-        rms.into_iter().chain(points).chain(triangles)
-    }
-}
-
-/// How far a run under a goal came.
-#[derive(Debug, Clone, Serialize)]
-pub(super) struct GoalReport {
-    #[serde(flatten)]
-    goal: Goal,
-    /// Whether a quality was asked for, and all that were are reached.
-    reached: Option<bool>,
-    #[serde(flatten)]
-    outcome: Outcome,
-}
-
-impl GoalReport {
-    pub(super) fn new(goal: Goal, has_tolerance: bool, outcome: Outcome) -> GoalReport {
-        let asked = has_tolerance || goal.max_rms.is_some();
-        GoalReport { goal, reached: asked.then_some(outcome.ended_by.is_none()), outcome }
-    }
-
-    /// Whether a quality was asked for that a budget did not allow.
-    pub(super) fn fell_short(&self) -> bool {
-        self.reached == Some(false)
-    }
-
-    /// In words; `vertices` and `triangles` are what the mesh has.
-    pub(super) fn line(&self, vertices: u64, triangles: u64) -> String {
-        let (what, used, most) = match self.outcome.ended_by {
-            None => return format!("reached with all errors above {} inserted", self.outcome.threshold),
-            Some(Budget::MaxPoints) => ("vertices", vertices, self.goal.max_points),
-            Some(Budget::MaxTriangles) => ("triangles", triangles, self.goal.max_triangles),
-        };
-        let most = most.unwrap_or(used);
-        let short = if self.fell_short() { "; the quality that was asked for is not reached" } else { "" };
-        format!(
-            "ended by the budget: {used} of {most} {what}, {} not spent; errors down to {} inserted{short}",
-            most - used,
-            self.outcome.threshold
-        )
     }
 }

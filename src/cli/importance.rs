@@ -1,12 +1,12 @@
 //! `--importance`: the options that `simplify` and `verify` share.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::combinations::Asked;
-use super::{Failure, values};
-use crate::base::RasterError;
+use super::values;
 use crate::job::features::Feature;
-use crate::raster::Raster;
+use crate::raster::View;
+use crate::run::Input;
 
 /// Where the weights of errors come from.
 #[derive(Debug, clap::Args)]
@@ -28,24 +28,10 @@ impl ImportanceArgs {
         asked.add(Feature::Importance, self.importance.is_some());
     }
 
-    /// Opens the importance raster, if there is one, and makes sure that it lies on the samples of `raster`.
-    pub(super) fn open(&self, raster: &Raster) -> Result<Option<Raster>, Failure> {
-        let Some(path) = &self.importance else { return Ok(None) };
-        let importance = Raster::open_with(path, self.importance_band, &self.importance_options).map_err(|error| {
-            let failure = Failure::new(&error);
-            match error {
-                RasterError::NoSuchBand { .. } => failure.hint("choose one with --importance-band"),
-                RasterError::SampleType { .. } => failure.hint("choose another band with --importance-band"),
-                other => other.into(),
-            }
-        })?;
-        let importance = raster.clip_alike(importance)?;
-        raster.to_band()?.same_grid(&importance.to_band()?)?;
-        Ok(Some(importance))
-    }
-
-    /// What the file is called, without its folders.
-    pub(super) fn file_name(&self) -> Option<&Path> {
-        self.importance.as_deref().map(|path| path.file_name().map_or(path, Path::new))
+    /// The raster, if there is one.
+    pub(super) fn input(&self) -> Option<Input> {
+        let path = self.importance.clone()?;
+        let open_options = self.importance_options.clone();
+        Some(Input::Raster { path, view: View { open_options, ..View::of_band(self.importance_band) } })
     }
 }

@@ -8,16 +8,15 @@ use serde_json::Value;
 
 use super::input::InputArgs;
 use super::progress::Bars;
-use super::simplify_map::{heights as unit_of_heights, place};
-use super::warnings::Shown;
 use super::{Failure, GDAL_CACHE, print, warnings};
 use crate::base::decimal::Decimal;
-use crate::base::warning::{Warning, WarningCode};
+use crate::base::warning::{Warning, WarningCode, Warnings};
 use crate::base::{RasterError, Reference};
 use crate::job::Plan;
 use crate::raster::{Raster, View, bound_gdal_cache};
-use crate::run::info::Info;
-use crate::run::look::look;
+use crate::run::Info;
+use crate::run::look;
+use crate::run::report::{band, heights as unit_of_heights, place};
 
 /// Describe a raster, and what simplifying it will need
 #[derive(Debug, clap::Args)]
@@ -61,7 +60,7 @@ impl LookArg {
 struct Report<'a> {
     #[serde(flatten)]
     info: &'a Info,
-    warnings: Shown,
+    warnings: Warnings,
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
@@ -89,7 +88,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
     if args.json {
         print::json(&Report { info: &info, warnings: warnings::take() })?;
     } else {
-        warnings::take().print();
+        warnings::print(&warnings::take());
         print::report(&print::aligned(&lines(&info)))?;
     }
     Ok(ExitCode::SUCCESS)
@@ -105,7 +104,7 @@ fn picture(raster: &Raster, error: RasterError) -> Warning {
 fn lines(info: &Info) -> Vec<(&'static str, String)> {
     vec![
         ("file", info.file.clone()),
-        ("format", format!("{}, {}", info.driver, print::band(info.band, info.bands, &info.band_description))),
+        ("format", format!("{}, {}", info.driver, band(info.band, info.bands, &info.band_description))),
         ("size", size(info)),
         ("type", info.sample_type.to_string()),
         ("heights", heights(info)),

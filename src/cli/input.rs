@@ -7,10 +7,9 @@ use super::clip::ClipArgs;
 use super::combinations::Asked;
 use super::cutline::CutlineArgs;
 use super::values;
-use crate::base::{Encoding, ValidRange, exact_marks};
-use crate::formats::{OptionName, RunOption};
+use crate::base::{Encoding, ValidRange};
 use crate::job::features::Feature;
-use crate::raster::{Raster, View};
+use crate::raster::View;
 
 /// A view of the raster's heights, in words.
 #[derive(Debug, clap::Args)]
@@ -72,24 +71,5 @@ impl InputArgs {
         asked.add(Feature::ValidRange, self.valid_range.is_some());
         asked.add(Feature::Cutline, self.cutline.cutline.is_some());
         asked
-    }
-
-    /// What decides samples and is not told by the raster's identity, by name: for what identifies a job.
-    pub(super) fn named(&self, raster: &Raster) -> Vec<(&'static str, String)> {
-        let is_said = !self.nodata.is_empty() || self.valid_range.is_some();
-        let marks = is_said.then(|| ("nodata", exact_marks(raster.marks())));
-        let cutline = raster.cutline().map(|c| ("cutline", format!("polygons with checksum {:08x}", c.checksum())));
-        marks.into_iter().chain(cutline).collect()
-    }
-
-    /// What of this stands in the mesh's header: what `verify` must be given, too, but for the window.
-    pub(super) fn options(&self) -> impl Iterator<Item = RunOption> {
-        let encoding = self.encoding.and_then(|e| e.to_possible_value());
-        let encoding = encoding.map(|e| RunOption::new(OptionName::Encoding, e.get_name()));
-        let options = self.open_options.iter().map(|option| RunOption::new(OptionName::OpenOption, option));
-        let nodata = self.nodata.iter().map(|value| RunOption::new(OptionName::Nodata, value));
-        let valid = self.valid_range;
-        let valid = valid.map(|v| RunOption::new(OptionName::ValidRange, format!("{},{}", v.min, v.max)));
-        encoding.into_iter().chain(options).chain(nodata).chain(valid)
     }
 }

@@ -3,10 +3,12 @@
 //! In come the words the user typed; each subcommand checks them (`values`), calls the library, prints a report on
 //! standard output and ends in an exit code. Nothing below this folder prints, exits or knows of options.
 
-mod channels;
+mod attributes;
 mod clip;
 mod combinations;
+mod coordinates;
 mod cutline;
+mod engine;
 mod failure;
 mod goal;
 mod importance;
@@ -15,17 +17,12 @@ mod input;
 #[cfg(test)]
 mod options_page;
 mod output_format;
+mod polish;
 mod preview;
 mod print;
 mod progress;
 mod signals;
 mod simplify;
-mod simplify_channels;
-mod simplify_engine;
-mod simplify_kept;
-mod simplify_map;
-mod simplify_polish;
-mod simplify_report;
 mod synth;
 mod values;
 mod verify;
@@ -105,12 +102,12 @@ pub fn main() -> ExitCode {
             return ExitCode::from(usage.exit_code() as u8);
         }
     };
-    if let Err(failure) = crate::base::faults::check().map_err(Failure::usage).and_then(|()| signals::listen()) {
+    if let Err(failure) = crate::base::faults::arm().map_err(Failure::usage).and_then(|()| signals::listen()) {
         return failure.report();
     }
     cli.command.run().unwrap_or_else(|failure| {
         if !cli.command.is_quiet() {
-            warnings::take().print();
+            warnings::print(&warnings::take());
         }
         failure.report()
     })

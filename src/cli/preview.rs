@@ -87,7 +87,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
     drop(bars);
     warnings::collect(report.warnings);
     if !args.quiet {
-        warnings::take().print();
+        warnings::print(&warnings::take());
         let largest = report.largest_error.map(|e| format!(", largest error {e:.6}")).unwrap_or_default();
         let size = format!("{} × {} pixels", report.width, report.height);
         print::report(&format!("{}: {size}, {} triangles{largest}", args.output.display(), report.triangles))?;

@@ -23,13 +23,6 @@ pub(crate) fn error(message: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{message}");
 }
 
-/// Which of how many bands, and what it is said to hold.
-pub(crate) fn band(number: usize, of: usize, description: &str) -> String {
-    let of = if of > 1 { format!(" of {of}") } else { String::new() };
-    let said = if description.is_empty() { String::new() } else { format!(" ({description})") };
-    format!("band {number}{of}{said}")
-}
-
 /// A report as lines of a name and a value, the values aligned.
 pub(crate) fn aligned(lines: &[(&str, String)]) -> String {
     let width = lines.iter().map(|(name, _)| name.len()).max().unwrap_or(0);

@@ -7,8 +7,9 @@ use std::time::Duration;
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-use super::signals;
+use super::{signals, warnings};
 use crate::base::control::{Control, Progress, Stage};
+use crate::base::warning::Warning;
 
 /// One line per running stage, redrawn a few times a second, and wiped when the stage is done. Silent unless standard
 /// error is a terminal.
@@ -74,6 +75,10 @@ impl Progress for Bars {
             run.bar.set_message(run.message());
             run.bar.inc(samples);
         }
+    }
+
+    fn warn(&self, warning: &Warning) {
+        warnings::collect([warning.clone()]);
     }
 
     fn found(&self, stage: Stage, samples: u64) {

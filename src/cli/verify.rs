@@ -1,17 +1,15 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use super::channels::ChannelArgs;
+use super::attributes::AttributeArgs;
 use super::combinations::Asked;
 use super::importance::ImportanceArgs;
 use super::input::InputArgs;
 use super::progress::Bars;
-use super::warnings::Shown;
 use super::{Failure, GDAL_CACHE, print, values, warnings};
 use crate::job::features::Feature;
-use crate::raster::{Raster, bound_gdal_cache};
-use crate::run::look::look;
-use crate::verify::{GroundOptions, Verdict, VerifyOptions, verify_ground};
+use crate::raster::bound_gdal_cache;
+use crate::run::{Input, VerifyReport, VerifyRequest, verify};
 
 /// Judge a mesh against its raster: vertical errors, coverage, cracks, folds.
 ///
@@ -38,7 +36,7 @@ pub(crate) struct VerifyArgs {
     #[arg(long, value_name = "CELLS", value_parser = clap::value_parser!(u32).range(0..=1000), default_value_t = 0)]
     trim: u32,
     #[command(flatten)]
-    channels: ChannelArgs,
+    attributes: AttributeArgs,
     #[command(flatten)]
     importance: ImportanceArgs,
     /// Where temporary files go (about 200 bytes per triangle)
@@ -56,7 +54,7 @@ impl VerifyArgs {
     /// What the options ask for.
     fn asked(&self) -> Asked {
         let mut asked = self.input.asked();
-        self.channels.ask(&mut asked);
+        self.attributes.ask(&mut asked);
         self.importance.ask(&mut asked);
         asked.add(Feature::Trim, self.trim > 0);
         asked.add(Feature::FilledVoids, self.fill_holes > 0);
@@ -64,45 +62,30 @@ impl VerifyArgs {
     }
 }
 
-/// The verdict as it is printed by `--json`.
-#[derive(serde::Serialize)]
-struct Report<'a> {
-    passed: bool,
-    failures: Vec<String>,
-    warnings: Shown,
-    #[serde(flatten)]
-    verdict: &'a Verdict,
-}
-
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     args.asked().check_samples()?;
     bound_gdal_cache(GDAL_CACHE);
     let bars = Bars::new(args.quiet);
-    let (raster, channels) = args.channels.open(&args.raster, args.input.view(), &bars.control().cancel)?;
-    let importance = args.importance.open(&raster)?;
-    warnings::collect([Some(&raster), importance.as_ref()].into_iter().flatten().flat_map(Raster::warnings).cloned());
-    let band = raster.to_band()?;
-    let importance = importance.as_ref().map(Raster::to_band).transpose()?;
-    let options =
-        VerifyOptions { max_error: args.max_error, importance: importance.as_ref(), temp_dir: args.temp_dir.clone() };
-    let ground = GroundOptions { fill_holes: args.fill_holes, trim: args.trim };
-    let is_flat = channels.as_ref().is_some_and(|w| w.planar);
-    let verdict = verify_ground(&band, &args.mesh, &options, ground, channels.as_ref(), &bars.control())?;
-    if verdict.nodata + verdict.bridged > 0 && !is_flat {
-        warnings::collect(look(&band, &bars.control())?.warnings(&band));
-    }
+    let request = VerifyRequest {
+        attributes: args.attributes.attributes(),
+        importance: args.importance.input(),
+        fill_voids: args.fill_holes,
+        trim: args.trim,
+        temp_dir: args.temp_dir.clone(),
+        ..VerifyRequest::new(
+            Input::Raster { path: args.raster.clone(), view: args.input.view() },
+            &args.mesh,
+            args.max_error,
+        )
+    };
+    let report = verify(&request, &bars.control())?;
     drop(bars);
+    let report = VerifyReport { warnings: warnings::take(), ..report };
     if args.json {
-        let report = Report {
-            passed: verdict.passes(),
-            failures: verdict.failures(),
-            warnings: warnings::take(),
-            verdict: &verdict,
-        };
         print::json(&report)?;
     } else if !args.quiet {
-        warnings::take().print();
-        print::report(&verdict.to_string())?;
+        warnings::print(&report.warnings);
+        print::report(&report.verdict.to_string())?;
     }
-    Ok(if verdict.passes() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if report.passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

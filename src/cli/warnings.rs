@@ -5,8 +5,6 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use serde::Serialize;
-
 use super::print;
 use crate::base::warning::{Warning, WarningCode, Warnings};
 
@@ -19,12 +17,12 @@ pub(super) fn collect(warnings: impl IntoIterator<Item = Warning>) {
 }
 
 /// What has been collected since the last call, with what GDAL has said meanwhile.
-pub(super) fn take() -> Shown {
+pub(super) fn take() -> Warnings {
     let collected = std::mem::take(&mut *COLLECTED.lock().unwrap_or_else(PoisonError::into_inner));
     let mut shown = Warnings::default();
     shown.extend(collected.into_iter().map(worded));
     shown.extend(crate::raster::take_gdal_warnings());
-    Shown(shown)
+    shown
 }
 
 /// What mends it, in the words of the command line; empty where nothing does.
@@ -54,19 +52,11 @@ fn worded(warning: Warning) -> Warning {
     }
 }
 
-/// Warnings that are ready to be shown.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
-#[serde(transparent)]
-pub(super) struct Shown(Warnings);
-
-impl Shown {
-    /// Prints them on standard error, a line each. Not for `--quiet`, and not beside `--json`, where they stand in the JSON.
-    pub(super) fn print(&self) {
-        for Warning { code, file, count, message } in self.0.iter() {
-            // GDAL's messages are events; the others have their count in the sentence.
-            let times =
-                if *code == WarningCode::Gdal && *count > 1 { format!(" ({count} times)") } else { String::new() };
-            print::error(&format!("warning: {}: {message}{times}", file.display()));
-        }
+/// Prints warnings on standard error, a line each. Not for `--quiet`, and not beside `--json`, where they stand in the JSON.
+pub(super) fn print(warnings: &Warnings) {
+    for Warning { code, file, count, message } in warnings.iter() {
+        // GDAL's messages are events; the others have their count in the sentence.
+        let times = if *code == WarningCode::Gdal && *count > 1 { format!(" ({count} times)") } else { String::new() };
+        print::error(&format!("warning: {}: {message}{times}", file.display()));
     }
 }

@@ -81,11 +81,7 @@ impl Raster {
 
     /// The least x and y of samples, and the largest.
     pub fn extent(&self) -> [f64; 4] {
-        let (far_x, far_y) = (4 * (self.width() as i64 - 1), 4 * (self.height() as i64 - 1));
-        let corners = [(0, 0), (far_x, 0), (0, far_y), (far_x, far_y)].map(|(x, y)| self.geo_transform().apply(x, y));
-        corners.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |e, &(x, y)| {
-            [e[0].min(x), e[1].min(y), e[2].max(x), e[3].max(y)]
-        })
+        self.geo_transform().extent(self.width(), self.height())
     }
 }
 

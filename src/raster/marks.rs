@@ -33,12 +33,14 @@ impl Raster {
         values.dedup();
         self.tag_counts = texts.iter().any(|text| text.as_ref() == TAG);
         self.marks.values = values;
+        self.marks_are_said = true;
         Ok(self)
     }
 
     /// The same raster, in which only heights within this range are valid, beside what other marks say.
     pub fn with_valid_range(mut self, valid: ValidRange) -> Raster {
         self.marks.valid = Some(valid);
+        self.marks_are_said = true;
         self
     }
 

@@ -39,6 +39,6 @@ pub(crate) use gdal_messages::About;
 pub use gdal_messages::{keep_gdal_warnings, quiet_gdal, take_gdal_warnings};
 pub(crate) use gdal_name::GdalName;
 pub use open::{Opening, Raster, bound_gdal_cache};
-pub use points::{PointCounts, PointSource, Points, PointsError, read_points};
+pub use points::{PointSource, Points, PointsError, read_points};
 pub use view::{Part, View, ViewError};
 pub use watch::FileWatch;

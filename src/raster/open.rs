@@ -39,6 +39,8 @@ pub struct Raster {
     pub(super) tag: Option<Mark>,
     /// What counts as missing: the tag, unless the caller says otherwise.
     pub(super) marks: Marks,
+    /// Whether somebody has said the marks.
+    pub(super) marks_are_said: bool,
     /// Whether the tag is among the marks because the raster has it, and not because the caller named that value.
     pub(super) tag_counts: bool,
     /// Where heights are stored as colours.
@@ -172,6 +174,7 @@ impl Raster {
             scaling,
             tag,
             marks: Marks { values: tag.into_iter().collect(), valid: None },
+            marks_are_said: false,
             tag_counts: true,
             encoded: None,
             cutline: None,

@@ -21,12 +21,7 @@ impl<'a> Ranged<'a> {
         Ok(Ranged { bands, ranges: find_ranges(band, bands, control)?, channels })
     }
 
-    pub(super) fn open(
-        &self,
-        band: &Band,
-        options: &FieldOptions,
-        control: &Control<'_>,
-    ) -> Result<Field, FieldError> {
+    pub(super) fn open(&self, band: &Band, options: &FieldOptions, control: &Control<'_>) -> Result<Field, FieldError> {
         Field::open_extended(band, options, self.bands, &self.ranges, control)
     }
 

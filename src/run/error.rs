@@ -10,6 +10,7 @@ use crate::job::work_dir::WorkDirError;
 use crate::job::{BudgetTooSmall, Error};
 #[cfg(feature = "gdal")]
 use crate::raster::{PointsError, ViewError};
+use crate::verify::VerifyError;
 
 /// Why a run did not get through. Nothing is left under the output's name then.
 #[derive(Debug, thiserror::Error)]
@@ -86,14 +87,17 @@ pub enum RunError {
         /// What the system says.
         reason: String,
     },
+    /// Judging a mesh.
+    #[error(transparent)]
+    Verify(#[from] VerifyError),
     /// The work.
     #[error(transparent)]
-    Job(#[from] Error),
+    Job(Box<Error>),
     /// The work, where finished tiles are kept.
     #[error("{error}")]
     Kept {
         /// What it ended by.
-        error: Error,
+        error: Box<Error>,
         /// The work dir.
         dir: PathBuf,
         /// What becomes of the tiles.
@@ -124,9 +128,15 @@ macro_rules! of_the_job {
     ($($error:ty),*) => {$(
         impl From<$error> for RunError {
             fn from(error: $error) -> RunError {
-                RunError::Job(error.into())
+                RunError::Job(Box::new(error.into()))
             }
         }
     )*};
 }
 of_the_job!(RasterError, FieldError, OutputError, WorkDirError, BudgetTooSmall);
+
+impl From<Error> for RunError {
+    fn from(error: Error) -> RunError {
+        RunError::Job(Box::new(error))
+    }
+}

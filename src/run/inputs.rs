@@ -39,7 +39,7 @@ impl Inputs {
         let mut begun: Vec<Box<dyn Watch>> = Vec::new();
         let opened = open(&request.input, request.attributes.as_ref(), cancel)?;
         warned.tell_all(opened.band.warnings());
-        let importance = request.importance.as_ref().map(|input| open_importance(input, &opened, cancel)).transpose()?;
+        let importance = request.importance.as_ref().map(|input| open_importance(input, &opened)).transpose()?;
         if let Some(importance) = &importance {
             warned.tell_all(importance.band.warnings());
         }
@@ -60,11 +60,11 @@ impl Inputs {
 }
 
 /// A raster, and what is read of it.
-struct Opened {
+pub(super) struct Opened {
     #[cfg(feature = "gdal")]
     raster: Option<Raster>,
-    band: Band,
-    attributes: Option<ChannelBands>,
+    pub(super) band: Band,
+    pub(super) attributes: Option<ChannelBands>,
 }
 
 impl Opened {
@@ -114,7 +114,7 @@ impl Opened {
 }
 
 /// Opens the heights and the bands beside them.
-fn open(input: &Input, attributes: Option<&Attributes>, cancel: &CancelToken) -> Result<Opened, RunError> {
+pub(super) fn open(input: &Input, attributes: Option<&Attributes>, cancel: &CancelToken) -> Result<Opened, RunError> {
     match input {
         #[cfg(feature = "gdal")]
         Input::Raster { path, view } => {
@@ -127,6 +127,7 @@ fn open(input: &Input, attributes: Option<&Attributes>, cancel: &CancelToken) ->
             Ok(Opened { raster: Some(raster), band, attributes })
         }
         Input::Band(band) => {
+            let _ = cancel;
             #[cfg(feature = "gdal")]
             let attributes = attributes.map(|attributes| channels(attributes, None)).transpose()?;
             #[cfg(not(feature = "gdal"))]
@@ -175,9 +176,7 @@ fn channels(attributes: &Attributes, raster: Option<&Raster>) -> Result<ChannelB
         })),
     };
     let bands = match &attributes.bands {
-        AttributeBands::All => {
-            of(&(1..=raster.map_or(0, Raster::band_count)).collect::<Vec<_>>())?
-        }
+        AttributeBands::All => of(&(1..=raster.map_or(0, Raster::band_count)).collect::<Vec<_>>())?,
         AttributeBands::Numbers(numbers) => of(numbers)?,
         AttributeBands::Bands(bands) => bands.clone(),
     };
@@ -193,11 +192,10 @@ fn channels(attributes: &Attributes) -> ChannelBands {
 }
 
 /// Opens the weights, and makes sure that they lie on the samples of the heights.
-fn open_importance(input: &Input, heights: &Opened, cancel: &CancelToken) -> Result<Opened, RunError> {
+pub(super) fn open_importance(input: &Input, heights: &Opened) -> Result<Opened, RunError> {
     let opened = match input {
         #[cfg(feature = "gdal")]
         Input::Raster { path, view } => {
-            let _ = cancel;
             let number = view.band.unwrap_or(1);
             let raster = Raster::open_with(path, number, &view.open_options).map_err(RunError::Importance)?;
             let raster = match &heights.raster {
@@ -207,10 +205,7 @@ fn open_importance(input: &Input, heights: &Opened, cancel: &CancelToken) -> Res
             let band = raster.to_band()?;
             Opened { raster: Some(raster), band, attributes: None }
         }
-        Input::Band(band) => {
-            let _ = cancel;
-            Opened::of_band(band.clone(), None)
-        }
+        Input::Band(band) => Opened::of_band(band.clone(), None),
     };
     heights.band.same_grid(&opened.band)?;
     Ok(opened)

@@ -12,6 +12,7 @@ mod error;
 #[cfg(feature = "gdal")]
 mod info;
 mod inputs;
+mod judge;
 mod look;
 mod make;
 mod provenance;
@@ -22,6 +23,7 @@ mod resume;
 pub use error::{Fate, RunError};
 #[cfg(feature = "gdal")]
 pub use info::Info;
+pub use judge::{VerifyReport, VerifyRequest, verify};
 pub use look::{Found, Look, LookError, look};
 pub use report::{Needs, Report};
 pub use request::{AttributeBands, Attributes, Coordinates, Guard, Input, PointInput, Request};

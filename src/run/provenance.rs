@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use super::Request;
 use super::attributes::Ranged;
 use super::coordinates::Written;
 #[cfg(feature = "gdal")]
 use super::{Input, PointInput};
-use super::Request;
 use crate::base::{Band, exact_marks};
 use crate::formats::{Crs, Header, Heights, OptionName, RunOption};
 use crate::job::Params;
@@ -27,12 +27,7 @@ pub(super) fn named(
 }
 
 /// What the output says of itself.
-pub(super) fn header(
-    request: &Request<'_>,
-    band: &Band,
-    written: &Written,
-    attributes: Option<&Ranged<'_>>,
-) -> Header {
+pub(super) fn header(request: &Request<'_>, band: &Band, written: &Written, attributes: Option<&Ranged<'_>>) -> Header {
     let reference = band.reference();
     let said = |text: &String| Some(text.clone()).filter(|text| !text.is_empty());
     Header {

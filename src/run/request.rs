@@ -8,12 +8,14 @@ use std::sync::Arc;
 use crate::base::{Band, PointSet};
 use crate::field::Choice;
 use crate::formats::Format;
-use crate::job::Params;
 use crate::job::features::{Feature, FeatureSet};
+use crate::job::{Params, VertexHeights};
 #[cfg(feature = "gdal")]
 use crate::raster::{PointSource, View};
 
 /// Where samples come from.
+// There are two of them in a run.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone)]
 pub enum Input {
     /// A raster that GDAL opens, and how it is looked at.
@@ -194,6 +196,8 @@ impl Request<'_> {
             (Feature::Points, self.points.is_some()),
             (Feature::FilledVoids, self.fill_voids > 0),
             (Feature::InexactScale, !self.coordinates.scales_exactly()),
+            // Fitted heights need all digits of doubles.
+            (Feature::RoundedToSingle, self.coordinates.single && self.params.heights == VertexHeights::Fitted),
         ];
         let wanted: FeatureSet = wanted.into_iter().filter(|(_, is_wanted)| *is_wanted).map(|(f, _)| f).collect();
         wanted.and(self.params.features()).and(self.of_view())

@@ -107,6 +107,6 @@ impl Kept {
             ) => return error.into(),
             _ => Fate::Continue,
         };
-        RunError::Kept { error, dir: self.dir.path().to_path_buf(), fate }
+        RunError::Kept { error: Box::new(error), dir: self.dir.path().to_path_buf(), fate }
     }
 }

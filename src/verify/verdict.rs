@@ -10,19 +10,26 @@ pub struct Verdict {
     /// The vertical distance that was allowed; where errors are weighted, distance × weight.
     pub tolerance: f64,
     /// Whether errors are weighted by an importance raster.
+    #[serde(rename = "importance")]
     pub weighted: bool,
     /// Samples of the raster: of the ground, bridged, without a height, and without ground.
+    #[serde(rename = "raster_samples")]
     pub samples: u64,
     /// Samples with a height in the ground, which is every cell with four heights and half of every cell with three. Each
     /// is to be in a triangle, and within the tolerance.
+    #[serde(rename = "samples")]
     pub checked: u64,
     /// Samples without a height that are not bridged.
+    #[serde(rename = "missing_samples")]
     pub nodata: u64,
     /// Holes that are bridged.
+    #[serde(rename = "filled_voids")]
     pub bridged_holes: u64,
     /// Their samples. Each is to be in a triangle, at any height.
+    #[serde(rename = "filled_samples")]
     pub bridged: u64,
     /// Samples with a height, but in no cell with three. Nothing is asked of a mesh there, so this is no failure.
+    #[serde(rename = "isolated_samples")]
     pub without_ground: Finding<SamplePlace>,
     /// The least and the largest height of the raster; `None` where no sample has one.
     pub height_range: Option<[f64; 2]>,
@@ -33,6 +40,7 @@ pub struct Verdict {
     /// Where a surface is farthest from its sample; `None` where no sample is covered.
     pub worst: Option<WorstSample>,
     /// Where error × weight is largest; `None` where errors are not weighted, or no sample is covered.
+    #[serde(rename = "worst_by_importance")]
     pub weighted_worst: Option<WeightedWorst>,
     /// Root of the mean squared vertical error over the covered samples; 0 where there is none.
     pub rms_error: f64,
@@ -44,6 +52,7 @@ pub struct Verdict {
     /// Samples in the interior of one triangle and also in another.
     pub overlapped: Finding<SamplePlace>,
     /// Samples without a height in a triangle, its edges and corners included.
+    #[serde(rename = "touched_missing")]
     pub touched_nodata: Finding<TouchPlace>,
     /// Faces that turn clockwise, seen from above on the map.
     pub clockwise: Finding<FacePlace>,
@@ -80,7 +89,7 @@ pub struct Verdict {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trim: Option<TrimVerdict>,
     /// What channels come to, where the mesh was judged with some.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "attributes", skip_serializing_if = "Option::is_none")]
     pub extended: Option<WeightedVerdict>,
 }
 
@@ -90,6 +99,7 @@ pub struct TrimVerdict {
     /// The ground may be bare where samples without a height are at most so many columns and rows away.
     pub cells: u32,
     /// Samples of the ground that are bare there. They are not among those checked.
+    #[serde(rename = "trimmed_samples")]
     pub trimmed: u64,
     /// Twice the area of the core, the cells that have no such sample for a corner, in squared quarter cells.
     pub core_double_area: i128,

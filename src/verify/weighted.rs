@@ -24,6 +24,7 @@ use super::valued::ValuedStore;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WeightedVerdict {
     /// w.
+    #[serde(rename = "weight")]
     pub emphasis: f64,
     /// M.
     pub unit: f64,

@@ -50,7 +50,7 @@ fn the_peak_stays_within_the_budget_beside_holes() {
     let report = terrabite(run.iter().chain(&["--quality", "fast", "--tile", tile])).succeeds().json();
     let (peak, budget) = (report["peak_memory_bytes"].as_u64(), report["plan"]["budget_bytes"].as_u64());
     assert!(peak <= budget, "{peak:?} of {budget:?}");
-    assert_eq!(report["bridged_holes"], (side / 2) * (side / 2));
+    assert_eq!(report["filled_voids"], (side / 2) * (side / 2));
 }
 
 #[test]

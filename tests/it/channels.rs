@@ -1,4 +1,4 @@
-//! `--channels`, `--emphasis` and `--planar`: from bands to colours of vertices, what is refused, and what `verify` makes
+//! `--attributes`, `--attribute-weight` and `--image`: from bands to colours of vertices, what is refused, and what `verify` makes
 //! of a mesh with colours.
 
 use std::fs;
@@ -17,7 +17,7 @@ fn coloured_hills() -> Dem {
     plain.bands(4).others(picture)
 }
 
-const COLOURS: [&str; 4] = ["--max-error", "4", "--channels", "2,3,4"];
+const COLOURS: [&str; 4] = ["--max-error", "4", "--attributes", "2,3,4"];
 const INSERTION: [&str; 6] = ["--engine", "greedy-insertion", "--tile", "32", "--quality", "none"];
 
 /// `simplify` with colours, and the engine that keeps them, which is the default then.
@@ -41,16 +41,18 @@ fn header(tin: &str) -> String {
 fn colours_come_along() {
     let folder = Folder::new();
     let (dem, tin) = (coloured_hills().write(&folder, "dem.tif"), folder.at("tin.ply"));
-    for options in [&[][..], &["--swap", "data-dependent"], &["--measure", "global-error"], &["--emphasis", "0.9"]] {
+    for options in
+        [&[][..], &["--swap", "data-dependent"], &["--measure", "global-error"], &["--attribute-weight", "0.9"]]
+    {
         let report = terrabite(simplify(&dem, &tin, options)).succeeds().json();
         let header = header(&tin);
         assert!(header.contains("property uchar red\nproperty uchar green\nproperty uchar blue\n"), "{header}");
         assert!(header.contains("channels 2,3,4, emphasis 0."), "{header}");
-        let emphasis = options.iter().skip_while(|o| **o != "--emphasis");
+        let emphasis = options.iter().skip_while(|o| **o != "--attribute-weight");
         let verify = ["verify", &dem, &tin, "--json"].into_iter().chain(COLOURS).chain(emphasis.copied());
         let verdict = terrabite(verify).succeeds().json();
-        let judged = verdict["extended"]["worst"]["error"].as_f64().unwrap();
-        let measured = report["channels"]["max_weighted_error"].as_f64().unwrap();
+        let judged = verdict["attributes"]["worst"]["error"].as_f64().unwrap();
+        let measured = report["attributes"]["max_error"].as_f64().unwrap();
         assert!(judged <= 4.0 && (judged - measured).abs() < 1e-9, "{judged}, {measured}");
     }
     // Heights alone need fewer vertices, and such a mesh has the colours of none.
@@ -68,13 +70,13 @@ fn a_planar_image_becomes_a_flat_mesh_with_its_colours() {
     let tin = folder.at("tin.ply");
     for swap in ["delaunay", "data-dependent"] {
         let planar =
-            ["simplify", &image, &tin, "--max-error", "10", "--planar", "--swap", swap, "--overwrite", "--json"];
+            ["simplify", &image, &tin, "--max-error", "10", "--image", "--swap", swap, "--overwrite", "--json"];
         let report = terrabite(planar.iter().chain(&INSERTION)).succeeds().json();
         assert_eq!(report["error"]["max"], 0.0);
         assert!(report["vertices"].as_u64() < Some(4000), "{report}");
-        let verdict = terrabite(["verify", &image, &tin, "--max-error", "10", "--planar"]).succeeds();
+        let verdict = terrabite(["verify", &image, &tin, "--max-error", "10", "--image"]).succeeds();
         assert!(verdict.out.contains("max weighted error"), "{verdict:#?}");
-        assert_eq!(terrabite(["verify", &image, &tin, "--max-error", "1", "--planar"]).code, Some(1));
+        assert_eq!(terrabite(["verify", &image, &tin, "--max-error", "1", "--image"]).code, Some(1));
     }
 }
 
@@ -111,7 +113,7 @@ fn a_run_continues_with_the_same_channels_only() {
             .collect::<Vec<_>>()
     };
     assert_eq!(terrabite_with_fault("kill:chunk-renamed:5", kept(&[])).code, None);
-    terrabite(kept(&["--emphasis", "0.25"])).fails(1, &[&work, "emphasis"]);
+    terrabite(kept(&["--attribute-weight", "0.25"])).fails(1, &[&work, "emphasis"]);
     let run = terrabite(kept(&[])).succeeds();
     assert!(run.json()["tiles_found"].as_u64() >= Some(5), "{run:#?}");
     assert!(fs::read(&tin).unwrap() == expected);
@@ -137,13 +139,13 @@ fn points_may_stand_beside_channels() {
 fn weights_goals_and_polishing_do_not_stand_beside_channels() {
     let folder = Folder::new();
     let (dem, tin) = (coloured_hills().write(&folder, "dem.tif"), folder.at("tin.ply"));
-    terrabite(simplify(&dem, &tin, &["--importance", &dem])).fails(2, &["--importance", "--channels"]);
-    terrabite(["verify", &dem, &tin, "--importance", &dem, "--max-error", "1", "--planar"])
-        .fails(2, &["--importance", "--planar"]);
+    terrabite(simplify(&dem, &tin, &["--importance", &dem])).fails(2, &["--importance", "--attributes"]);
+    terrabite(["verify", &dem, &tin, "--importance", &dem, "--max-error", "1", "--image"])
+        .fails(2, &["--importance", "--image"]);
     for goal in ["--max-points", "--max-triangles", "--max-rms"] {
-        terrabite(simplify(&dem, &tin, &[goal, "100"])).fails(2, &["channels", goal]);
+        terrabite(simplify(&dem, &tin, &[goal, "100"])).fails(2, &["--attributes", goal]);
     }
-    terrabite(simplify(&dem, &tin, &["--quality", "fast"])).fails(2, &["channels", "--quality none"]);
+    terrabite(simplify(&dem, &tin, &["--quality", "fast"])).fails(2, &["--attributes", "--quality none"]);
     assert_eq!(folder.names(), ["dem.tif"]);
 }
 
@@ -175,7 +177,7 @@ fn coloured(darker: f64) -> String {
 fn channels_need_an_engine_that_keeps_them() {
     let (folder, image) = with_image();
     let tin = folder.at("tin.ply");
-    for channels in [&["--channels", "2,3"][..], &["--planar"], &["--planar", "--channels", "3"]] {
+    for channels in [&["--attributes", "2,3"][..], &["--image"], &["--image", "--attributes", "3"]] {
         let run = ["simplify", &image, &tin, "--max-error", "1", "--engine", "greedy-cuts"];
         let run = run.into_iter().chain(channels.iter().copied());
         terrabite(run).fails(2, &["greedy cuts", "--engine greedy-insertion"]);
@@ -193,16 +195,16 @@ fn bands_and_emphases_that_are_none() {
             let arguments = command.iter().copied().chain(["--max-error", "1"]).chain(options.iter().copied());
             terrabite(arguments).fails(code, words);
         };
-        refused(&["--channels", "2,4"], 1, &[&image, "band 4", "bands 1 to 3", "--channels"]);
+        refused(&["--attributes", "2,4"], 1, &[&image, "band 4", "bands 1 to 3", "--attributes"]);
         for wrong in ["0", "2,2", "two", "", "2-3"] {
-            refused(&["--channels", wrong], 2, &["--channels", "expected"]);
+            refused(&["--attributes", wrong], 2, &["--attributes", "expected"]);
         }
         for wrong in ["-0.1", "1.5", "nan", "much"] {
-            refused(&["--channels", "2", "--emphasis", wrong], 2, &["--emphasis", "from 0 to 1"]);
+            refused(&["--attributes", "2", "--attribute-weight", wrong], 2, &["--attribute-weight", "from 0 to 1"]);
         }
-        refused(&["--emphasis", "0.5"], 2, &["--channels"]);
-        refused(&["--planar", "--channels", "2", "--emphasis", "0.5"], 2, &["--planar"]);
-        refused(&["--planar", "--band", "2"], 2, &["--planar"]);
+        refused(&["--attribute-weight", "0.5"], 2, &["--attributes"]);
+        refused(&["--image", "--attributes", "2", "--attribute-weight", "0.5"], 2, &["--image"]);
+        refused(&["--image", "--band", "2"], 2, &["--image"]);
     }
     assert_eq!(folder.names(), ["image.tif", "tin.ply"]);
 }
@@ -213,7 +215,7 @@ fn samples_without_a_value_are_refused_by_band() {
     let hole = |c: usize, r: usize| if (c, r) == (7, 5) { f64::NAN } else { 3.0 };
     let strange = Dem::new(20, 10).kind(Kind::Float32).bands(2).heights(hole).write(&folder, "strange.tif");
     let tin = folder.with("tin.ply", coloured(0.0).replace("red", "band_2"));
-    terrabite(["verify", &strange, &tin, "--max-error", "1", "--planar", "--channels", "2"])
+    terrabite(["verify", &strange, &tin, "--max-error", "1", "--image", "--attributes", "2"])
         .fails(1, &[&strange, "row 5"]);
 }
 
@@ -221,21 +223,21 @@ fn samples_without_a_value_are_refused_by_band() {
 fn verify_judges_colours() {
     let (folder, image) = with_image();
     let tin = folder.with("tin.ply", coloured(0.0));
-    let exact = terrabite(["verify", &image, &tin, "--max-error", "1e-9", "--planar"]).succeeds();
+    let exact = terrabite(["verify", &image, &tin, "--max-error", "1e-9", "--image"]).succeeds();
     assert!(exact.out.contains("max weighted error") && exact.out.contains("PASS"), "{exact:#?}");
     let tin = folder.with("tin.ply", coloured(3.0));
-    let judge = |tolerance| terrabite(["verify", &image, &tin, "--max-error", tolerance, "--planar", "--json"]);
+    let judge = |tolerance| terrabite(["verify", &image, &tin, "--max-error", tolerance, "--image", "--json"]);
     let passed = judge("3").json();
-    assert!((passed["extended"]["worst"]["error"].as_f64().unwrap() - 3.0).abs() < 1e-12, "{passed}");
+    assert!((passed["attributes"]["worst"]["error"].as_f64().unwrap() - 3.0).abs() < 1e-12, "{passed}");
     let failed = judge("2.9");
-    assert_eq!((failed.code, &failed.json()["extended"]["above_tolerance"]["count"]), (Some(1), &200.into()));
+    assert_eq!((failed.code, &failed.json()["attributes"]["above_tolerance"]["count"]), (Some(1), &200.into()));
     // Heights alone do not ask for attributes, and a report without channels does not speak of them.
     let plain = terrabite(["verify", &image, &tin, "--max-error", "300", "--json", "--band", "1"]).succeeds().json();
-    assert!(plain.get("extended").is_none());
+    assert!(plain.get("attributes").is_none());
     // With heights: (1 − 0.25)·|Δz| and a quarter of the colours' share of the range of heights, 199.
     let weighted =
-        ["verify", &image, &tin, "--max-error", "300", "--channels", "1,2,3", "--emphasis", "0.25", "--json"];
-    let found = terrabite(weighted).succeeds().json()["extended"]["worst"]["error"].as_f64().unwrap();
+        ["verify", &image, &tin, "--max-error", "300", "--attributes", "1,2,3", "--attribute-weight", "0.25", "--json"];
+    let found = terrabite(weighted).succeeds().json()["attributes"]["worst"]["error"].as_f64().unwrap();
     let expected = 0.75 * 199.0 + 0.25 * 199.0 * 3.0 / 255.0;
     assert!((found - expected).abs() < 1e-9, "{found} against {expected}");
 }
@@ -244,7 +246,7 @@ fn verify_judges_colours() {
 fn attributes_that_are_missing_are_named() {
     let (folder, image) = with_image();
     let tin = folder.with("tin.ply", coloured(0.0).replace("property float green", "property float grün"));
-    terrabite(["verify", &image, &tin, "--max-error", "1", "--planar"]).fails(1, &[&tin, "property green"]);
+    terrabite(["verify", &image, &tin, "--max-error", "1", "--image"]).fails(1, &[&tin, "property green"]);
     terrabite(["preview", &image, &tin, &folder.at("out.png"), "--mode", "colour"]).fails(1, &[&tin, "property green"]);
     assert_eq!(folder.names(), ["image.tif", "tin.ply"]);
 }

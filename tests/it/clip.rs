@@ -146,7 +146,7 @@ fn weights_and_channels_and_points_of_a_window() {
     let weights = Dem::new(90, 70).heights(|c, _| if c < 40 { 1.0 } else { 0.5 }).kind(Kind::Float32).on_the_map();
     let weights = weights.write(&folder, "weights.tif");
     let tin = folder.at("tin.ply");
-    for options in [vec!["--importance", &weights], vec!["--channels", "2"]] {
+    for options in [vec!["--importance", &weights], vec!["--attributes", "2"]] {
         let window = ["--window", "13,7,61,50"];
         simplified(&folder, &dem, &options.iter().copied().chain(window).collect::<Vec<_>>());
         let verify = ["verify", &dem, &tin, "--max-error", "2"];

@@ -69,7 +69,7 @@ fn what_is_outside_is_as_nodata() {
         for access in ["in-place", "windows", "decode"] {
             let told = report(&whole, &tin, &["--tile", tile, "--cutline", &cutline, "--access", access]);
             assert!(without_comments(&tin) == expected, "tiles of {tile}, {access}");
-            assert_eq!(told["nodata_samples"], missing);
+            assert_eq!(told["missing_samples"], missing);
             assert_eq!(told["cutline"], serde_json::json!({"file": cutline, "polygons": 1, "vertices": 7}));
         }
         let verify = ["verify", &whole, &tin, "--max-error", "3"];
@@ -85,9 +85,9 @@ fn images_are_cut_too() {
     let image = dem().kind(Kind::Byte).bands(3).write(&folder, "image.tif");
     let (cutline, tin) = (polygons(&folder), folder.at("tin.ply"));
     let missing = (0..120 * 90).filter(|i| !is_inside(i % 120, i / 120)).count() as u64;
-    let told = report(&image, &tin, &["--planar", "--cutline", &cutline, "--tile", "32"]);
-    assert_eq!(told["nodata_samples"], missing);
-    let verify = ["verify", &image, &tin, "--max-error", "3", "--planar"];
+    let told = report(&image, &tin, &["--image", "--cutline", &cutline, "--tile", "32"]);
+    assert_eq!(told["missing_samples"], missing);
+    let verify = ["verify", &image, &tin, "--max-error", "3", "--image"];
     terrabite(verify.iter().chain(&["--cutline", &cutline])).succeeds();
     assert_eq!(terrabite(verify).code, Some(1));
 }
@@ -135,7 +135,7 @@ fn what_is_written_tells_of_it() {
     let (cutline, tin, dem) = (polygons(&folder), folder.at("tin.ply"), dem().write(&folder, "dem.tif"));
     let command = ["simplify", &dem, &tin, "--max-error", "3", "--cutline", &cutline, "--cutline-layer", "lake"];
     let told = terrabite(command).succeeds().out;
-    assert!(told.contains("1 polygons with 7 vertices, of ") && told.contains("nodata"), "{told}");
+    assert!(told.contains("1 polygon with 7 vertices, of ") && told.contains("missing"), "{told}");
     let header = String::from_utf8_lossy(&fs::read(&tin).unwrap()[..500]).into_owned();
     assert!(header.contains("comment cutline lake.geojson\ncomment cutline layer lake\n"), "{header}");
 }
@@ -158,11 +158,11 @@ fn beside_a_window_weights_and_channels() {
     for (options, missing) in [
         (&["--window", "30,10,70,60"][..], of([30, 10, 70, 60])),
         (&["--importance", &weights], of([0, 0, 120, 90])),
-        (&["--channels", "2"], of([0, 0, 120, 90])),
+        (&["--attributes", "2"], of([0, 0, 120, 90])),
     ] {
         let options = [options, &["--cutline", &cutline]].concat();
         let told = report(&dem, &tin, &[&options[..], &["--tile", "32"]].concat());
-        assert_eq!(told["nodata_samples"], missing, "{options:?}");
+        assert_eq!(told["missing_samples"], missing, "{options:?}");
         terrabite(["verify", &dem, &tin, "--max-error", "3"].iter().chain(&options)).succeeds();
     }
 }

@@ -346,8 +346,8 @@ fn samples_that_are_no_heights_are_refused() {
     let dem = vrt("Byte", colours);
     let words = ["dem.vrt", "numbers of colours in a table", "use --band 1", "gdal_translate -expand rgb"];
     terrabite(["simplify", &dem, &tin, "--max-error", "1"]).fails(1, &words);
-    let words = ["dem.vrt", "numbers of colours in a table", "--channels", "gdal_translate -expand rgb"];
-    terrabite(["simplify", &dem, &tin, "--max-error", "1", "--planar"]).fails(1, &words);
+    let words = ["dem.vrt", "numbers of colours in a table", "--attributes", "gdal_translate -expand rgb"];
+    terrabite(["simplify", &dem, &tin, "--max-error", "1", "--image"]).fails(1, &words);
     terrabite(["simplify", &dem, &tin, "--max-error", "1", "--band", "1"]).succeeds();
     terrabite(["verify", &dem, &tin, "--max-error", "1", "--band", "1"]).succeeds();
 }

@@ -39,12 +39,12 @@ fn what_is_bridged_is_what_verify_asks_for() {
             &["--quality", "none", "--engine", "greedy-cuts"],
         ] {
             let told = report(&dem, &tin, &[&["--fill-holes", most], more].concat());
-            assert_eq!((&told["bridged_holes"], &told["bridged_samples"]), (&holes.into(), &samples.into()), "{most}");
-            assert_eq!(told["nodata_samples"], missing - samples);
+            assert_eq!((&told["filled_voids"], &told["filled_samples"]), (&holes.into(), &samples.into()), "{most}");
+            assert_eq!(told["missing_samples"], missing - samples);
             assert_eq!(told["samples"], 120 * 90 - missing);
             let verify = |most| terrabite(["verify", &dem, &tin, "--max-error", "3", "--fill-holes", most, "--json"]);
             let verdict = verify(most).succeeds().json();
-            assert_eq!((&verdict["bridged_holes"], &verdict["bridged"]), (&holes.into(), &samples.into()));
+            assert_eq!((&verdict["filled_voids"], &verdict["filled_samples"]), (&holes.into(), &samples.into()));
             assert_eq!(verify("0").code, Some(1));
         }
     }
@@ -52,7 +52,7 @@ fn what_is_bridged_is_what_verify_asks_for() {
     assert!(lines.out.contains("3 holes of 12 samples"), "{}", lines.out);
     // Nothing is bridged unless asked for.
     let told = report(&dem, &tin, &[]);
-    assert_eq!((&told["bridged_holes"], &told["nodata_samples"]), (&Value::Null, &missing.into()));
+    assert_eq!((&told["filled_voids"], &told["missing_samples"]), (&Value::Null, &missing.into()));
     let expected = without_comments(&tin);
     report(&dem, &tin, &["--fill-holes", "0"]);
     assert!(without_comments(&tin) == expected);
@@ -90,9 +90,9 @@ fn a_window_has_edges_of_its_own() {
     let (dem, tin) = (dem().nodata(MISSING).tiled(16).write(&folder, "dem.tif"), folder.at("tin.ply"));
     let part = ["--fill-holes", "25", "--window", "5,32,60,52"];
     let told = report(&dem, &tin, &part);
-    assert_eq!((&told["bridged_holes"], &told["bridged_samples"]), (&2.into(), &3.into()));
+    assert_eq!((&told["filled_voids"], &told["filled_samples"]), (&2.into(), &3.into()));
     let verify = ["verify", &dem, &tin, "--max-error", "3", "--json"];
-    assert_eq!(terrabite(verify.iter().chain(&part)).succeeds().json()["bridged"], 3);
+    assert_eq!(terrabite(verify.iter().chain(&part)).succeeds().json()["filled_samples"], 3);
 }
 
 /// Weights and points beside holes, and one point in the largest of them.
@@ -104,8 +104,8 @@ fn beside_weights_and_points() {
     let weights = Dem::new(120, 90).kind(Kind::Float32).heights(weights).write(&folder, "weights.tif");
     let points = folder.with("points.csv", "X,Y\n60.5,-55.5\n33.5,-32.5\n5.5,-5.5\n");
     let told = report(&dem, &tin, &["--fill-holes", "500", "--importance", &weights, "--points", &points]);
-    assert_eq!(told["bridged_holes"], 5);
-    assert!(told["importance"]["weighted_max"].as_f64() <= Some(3.0));
+    assert_eq!(told["filled_voids"], 5);
+    assert!(told["importance"]["max_weighted_error"].as_f64() <= Some(3.0));
     let verify = ["verify", &dem, &tin, "--max-error", "3", "--fill-holes", "500", "--importance", &weights];
     terrabite(verify).succeeds();
     let refused =
@@ -144,7 +144,7 @@ fn what_it_does_not_go_with() {
         let command = ["simplify", &dem, &tin, "--max-error", "3", "--fill-holes", "9"];
         terrabite(command.iter().chain(options))
     };
-    run(&["--channels", "2"]).fails(2, &["--fill-holes", "--channels"]);
+    run(&["--attributes", "2"]).fails(2, &["--fill-holes", "--attributes"]);
     run(&["--max-points", "100"]).fails(2, &["--fill-holes", "--max-points"]);
     let command = ["simplify", &dem, &tin, "--max-error", "3", "--fill-holes", "few"];
     terrabite(command).fails(2, &["whole number"]);
@@ -164,10 +164,10 @@ fn beside_a_rim_that_is_trimmed() {
         terrabite(command.iter().chain(options))
     };
     let verdict = verify(&both).succeeds().json();
-    assert_eq!((&told["bridged_samples"], &verdict["bridged"]), (&12.into(), &12.into()));
+    assert_eq!((&told["filled_samples"], &verdict["filled_samples"]), (&12.into(), &12.into()));
     assert!(told["trimmed_samples"].as_u64() > Some(0), "{told}");
     assert_eq!(told["trimmed_samples"], verdict["trim"]["trimmed"]);
-    let counts = ["samples", "nodata_samples", "stray_samples", "bridged_samples", "trimmed_samples"];
+    let counts = ["samples", "missing_samples", "isolated_samples", "filled_samples", "trimmed_samples"];
     assert_eq!(counts.map(|name| told[name].as_u64().unwrap()).iter().sum::<u64>(), 120 * 90);
     for less in [&["--fill-holes", "9"][..], &["--trim", "2"], &["--fill-holes", "2", "--trim", "2"]] {
         assert_eq!(verify(less).code, Some(1), "{less:?}");

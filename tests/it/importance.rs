@@ -41,7 +41,7 @@ fn what_is_written_keeps_error_times_weight() {
         let run = simplify(&dem, &tin, file);
         let report = terrabite(run.iter().chain(&["--json"])).succeeds().json();
         assert_eq!(report["importance"]["file"], file.as_str());
-        assert!(report["importance"]["weighted_max"].as_f64() <= Some(4.0));
+        assert!(report["importance"]["max_weighted_error"].as_f64() <= Some(4.0));
         assert!(report["error"]["max"].as_f64() > Some(8.0), "where nothing is asked for, nothing is kept");
         terrabite(["verify", &dem, &tin, "--max-error", "4", "--importance", file]).succeeds();
         assert_eq!(terrabite(["verify", &dem, &tin, "--max-error", "4"]).code, Some(1));
@@ -73,8 +73,8 @@ fn verify_judges_by_weights_of_its_own() {
     assert_eq!(failed.code, Some(1), "{failed:#?}");
     assert!(failed.out.contains("an error × weight above 4"), "{failed:#?}");
     let report = terrabite(judge.iter().chain(&[light.as_str(), "--json"])).succeeds().json();
-    assert_eq!(report["weighted"], true);
-    assert!(report["weighted_worst"]["weighted_error"].as_f64() <= Some(4.0));
+    assert_eq!(report["importance"], true);
+    assert!(report["worst_by_importance"]["weighted_error"].as_f64() <= Some(4.0));
 }
 
 #[test]

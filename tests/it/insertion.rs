@@ -154,7 +154,7 @@ fn goals_are_reached_where_samples_are_missing() {
     let gaps = (0..90 * 110).filter(|i| lake(i % 90, i / 90) == -9999.0).count() as u64;
     let run = |goal: &[&str], code| {
         let report = simplified(&dem, &tin, &[goal, &["--tile", "32"]].concat(), code);
-        assert_eq!(report["nodata_samples"], gaps);
+        assert_eq!(report["missing_samples"], gaps);
         assert_eq!(report["samples"], 90 * 110 - gaps);
         verified(&dem, &tin, report["error"]["max"].as_f64().unwrap() + 1e-9);
         report

@@ -48,11 +48,11 @@ fn several_marks_and_infinities() {
         &["--valid-range=-500,9000", "--nodata", "none"],
     ] {
         let report = simplified(&dem, &tin, options);
-        assert_eq!(report["nodata_samples"], VOID_SAMPLES, "{options:?}");
+        assert_eq!(report["missing_samples"], VOID_SAMPLES, "{options:?}");
         let verdict = verified(&dem, &tin, options);
         assert_eq!(
-            (&verdict["nodata"], &verdict["worst"]["error"]),
-            (&report["nodata_samples"].clone(), &report["error"]["max"])
+            (&verdict["missing_samples"], &verdict["worst"]["error"]),
+            (&report["missing_samples"].clone(), &report["error"]["max"])
         );
         assert_eq!(verdict["height_range"], report["height_range"]);
         let (png, info) = (folder.at("tin.png"), ["info", &dem, "--json"]);
@@ -60,7 +60,7 @@ fn several_marks_and_infinities() {
         let info = terrabite(info.iter().chain(options)).succeeds().json();
         assert_eq!(
             (&info["missing_samples"], &info["height_range"]),
-            (&report["nodata_samples"], &report["height_range"])
+            (&report["missing_samples"], &report["height_range"])
         );
     }
     terrabite(["verify", &dem, &tin, "--max-error", "2"]).fails(1, &["-inf", "--nodata", "--valid-range"]);
@@ -90,7 +90,10 @@ fn info_counts_what_is_outside_of_a_cutline() {
     let cutline = folder.with("area.geojson", text);
     let report = simplified(&dem, &tin, &["--cutline", &cutline]);
     let info = terrabite(["info", &dem, "--cutline", &cutline, "--json"]).succeeds().json();
-    assert_eq!((&info["missing_samples"], &info["height_range"]), (&report["nodata_samples"], &report["height_range"]));
+    assert_eq!(
+        (&info["missing_samples"], &info["height_range"]),
+        (&report["missing_samples"], &report["height_range"])
+    );
 }
 
 #[test]
@@ -101,7 +104,7 @@ fn ends_of_the_valid_range_are_valid_and_what_is_no_range_is_refused() {
     let tin = folder.at("tin.ply");
     // Heights, not stored values: from 5 and 20 to 29.5.
     let report = simplified(&dem, &tin, &["--valid-range", "5,29"]);
-    assert_eq!((&report["nodata_samples"], &report["height_range"]), (&30.into(), &serde_json::json!([5.0, 29.0])));
+    assert_eq!((&report["missing_samples"], &report["height_range"]), (&30.into(), &serde_json::json!([5.0, 29.0])));
     for wrong in ["5", "9,5", "nan,5", ""] {
         terrabite(["simplify", &dem, &tin, "--max-error", "1", "--valid-range", wrong]).fails(2, &["MIN,MAX"]);
     }
@@ -155,7 +158,7 @@ fn samples_that_are_missing_by_nearness_are_counted_and_warned_of() {
     let run = terrabite(["simplify", &dem, &tin, "--max-error", "2", "--overwrite", "-q"]).succeeds();
     assert_eq!(run.err, "");
     // They are ground if the caller says so.
-    assert_eq!(simplified(&dem, &tin, &["--nodata", "none"])["nodata_samples"], 0);
+    assert_eq!(simplified(&dem, &tin, &["--nodata", "none"])["missing_samples"], 0);
 }
 
 /// What GDAL does not mask either is refused with both numbers, and no number has 309 digits.
@@ -247,7 +250,7 @@ fn heights_beside_voids_that_lie_far_beyond_all_others_are_warned_of() {
         assert_eq!(verified(&dem, &tin, &[])["warnings"], report["warnings"]);
     }
     let report = simplified(&dem, &tin, &["--valid-range", "0,9000"]);
-    assert_eq!((codes(&report), &report["nodata_samples"]), (vec![], &(12 * 9).into()));
+    assert_eq!((codes(&report), &report["missing_samples"]), (vec![], &(12 * 9).into()));
     let plain = Dem::new(60, 50).heights(|c, r| if in_void(c, r) { -9999.0 } else { hills(c, r) }).nodata(-9999.0);
     assert_eq!(codes(&simplified(&plain.write(&folder, "plain.tif"), &tin, &[])), [""; 0]);
 }
@@ -279,9 +282,9 @@ fn alpha_of_any_type_counts() {
         dataset.close().unwrap();
         for access in ["windows", "decode"] {
             let report = simplified(&path, &tin, &["--access", access, "--band", "1"]);
-            assert_eq!(report["nodata_samples"], VOID_SAMPLES, "{kind:?} {access}");
+            assert_eq!(report["missing_samples"], VOID_SAMPLES, "{kind:?} {access}");
         }
-        assert_eq!(verified(&path, &tin, &["--band", "1"])["nodata"], VOID_SAMPLES);
+        assert_eq!(verified(&path, &tin, &["--band", "1"])["missing_samples"], VOID_SAMPLES);
         assert!(terrabite(["info", &path]).succeeds().out.contains("what a mask or alpha band says"));
         fs::remove_file(&path).unwrap();
         let _ = fs::remove_file(format!("{path}.aux.xml"));
@@ -328,7 +331,7 @@ fn a_picture_is_no_terrain_unless_it_is_said_to_be() {
     let info = terrabite(["info", &terrain_rgb, "--json"]).succeeds().json();
     assert_eq!((codes(&info), &info["bands"], &info["band_description"]), (vec!["picture"], &3.into(), &"red".into()));
     simplified(&terrain_rgb, &tin, &["--band", "1"]);
-    simplified(&terrain_rgb, &tin, &["--planar"]);
+    simplified(&terrain_rgb, &tin, &["--image"]);
 
     let encoded = ["--encoding", "terrain-rgb"];
     let report = simplified(&terrain_rgb, &tin, &encoded);
@@ -342,7 +345,7 @@ fn a_picture_is_no_terrain_unless_it_is_said_to_be() {
     assert!(header.contains("comment encoding terrain-rgb"), "{header}");
     let terrarium = tile(&folder, "terrarium.png", |c, r| (256.0 * (hills(c, r) + 32_768.0)) as u32, true);
     let report = simplified(&terrarium, &tin, &["--encoding", "terrarium"]);
-    assert_eq!(report["nodata_samples"], VOID_SAMPLES);
+    assert_eq!(report["missing_samples"], VOID_SAMPLES);
     verified(&terrarium, &tin, &["--encoding", "terrarium"]);
     let grey = Dem::new(60, 50).kind(Kind::Byte).write(&folder, "grey.tif");
     let refused = terrabite(["simplify", &grey, &tin, "--max-error", "2", "--encoding", "terrarium"]);

@@ -28,8 +28,8 @@ fn what_is_left_out_is_counted() {
     let (dem, tin) = (dem().nodata(-32768.0).write(&folder, "dem.tif"), folder.at("tin.ply"));
     let report = report(&dem, &tin, &[]);
     let missing = (0..120 * 90).filter(|i| holes(i % 120, i / 120) == -32768.0).count() as u64;
-    assert_eq!(report["nodata_samples"], missing);
-    assert_eq!(report["stray_samples"], 1);
+    assert_eq!(report["missing_samples"], missing);
+    assert_eq!(report["isolated_samples"], 1);
     assert_eq!(report["samples"], 120 * 90 - missing - 1);
     let lines = terrabite(["simplify", &dem, &tin, "--max-error", "3", "--overwrite"]).succeeds();
     assert!(lines.out.contains(&format!("{missing} samples, and 1 heights")), "{}", lines.out);
@@ -65,7 +65,7 @@ fn a_tag_is_a_stored_value() {
     let folder = Folder::new();
     let scaled = dem().nodata(-32768.0).scaling(0.5, 7.0).write(&folder, "scaled.tif");
     let scaled = report(&scaled, &folder.at("tin.ply"), &[]);
-    assert_eq!(scaled["stray_samples"], 1);
+    assert_eq!(scaled["isolated_samples"], 1);
 }
 
 #[test]

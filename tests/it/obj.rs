@@ -94,7 +94,7 @@ fn attributes_that_are_left_out_are_told() {
         Dem::new(40, 30).bands(3).others(|band, c, r| (band * 40 + c + r) as f64 % 256.0).write(&folder, "dem.tif");
     let (ply, obj) = (folder.at("tin.ply"), folder.at("tin.obj"));
     for (tin, is_told) in [(&ply, false), (&obj, true)] {
-        let simplify = ["simplify", &dem, tin, "--max-error", "5", "--channels", "2,3"];
+        let simplify = ["simplify", &dem, tin, "--max-error", "5", "--attributes", "2,3"];
         let run = terrabite(simplify).succeeds();
         assert_eq!(run.err.contains("keeps no attributes of vertices: band_2, band_3"), is_told, "{}", run.err);
         let json = terrabite(simplify.iter().chain(&["--json", "--overwrite"])).succeeds().json();
@@ -103,5 +103,5 @@ fn attributes_that_are_left_out_are_told() {
     }
     let verify = ["verify", &dem, &obj, "--max-error", "5"];
     terrabite(verify).succeeds();
-    terrabite(verify.iter().chain(&["--channels", "2,3"])).fails(1, &[&obj, "attribute \"band_2\""]);
+    terrabite(verify.iter().chain(&["--attributes", "2,3"])).fails(1, &[&obj, "attribute \"band_2\""]);
 }

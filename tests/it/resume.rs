@@ -517,7 +517,7 @@ fn no_temporary_name_comes_up_beside_the_noted_one() {
     let folder = Folder::new();
     let dem = Dem::new(60, 50).bands(2).write(&folder, "dem.tif");
     let work = Folder::new();
-    for options in [&[][..], &["--z-scale", "0.3048"], &["--channels", "2"], &["--local", "--overwrite"]] {
+    for options in [&[][..], &["--z-scale", "0.3048"], &["--attributes", "2"], &["--local", "--overwrite"]] {
         let (tin, dir) = (folder.at("tin.ply"), work.at("work"));
         let command = ["simplify", &dem, &tin, "--max-error", "3", "--work-dir", &dir];
         let names = names_that_come_up(folder.path(), || {

@@ -42,7 +42,8 @@ fn fewer_triangles_and_what_is_lost_is_told() {
         let trimmed = report(&dem, &tin, &["--trim", cells]);
         assert!(number(&trimmed, "triangles") < number(&before, "triangles"), "{cells} cells: {trimmed}");
         assert!(number(&trimmed, "trimmed_samples") > number(&before, "trimmed_samples"), "{cells} cells: {trimmed}");
-        let all = ["samples", "nodata_samples", "stray_samples", "trimmed_samples"].map(|name| number(&trimmed, name));
+        let all =
+            ["samples", "missing_samples", "isolated_samples", "trimmed_samples"].map(|name| number(&trimmed, name));
         assert_eq!(all.iter().sum::<u64>(), 120 * 110);
         let verify = |cells: &str| terrabite(["verify", &dem, &tin, "--max-error", "30", "--json", "--trim", cells]);
         let verdict = verify(cells).succeeds().json();

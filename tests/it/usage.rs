@@ -78,7 +78,7 @@ fn all_conflicts_are_reported_at_once_with_exit_code_2() {
     assert!(scaled[0].starts_with("--importance cannot be combined with --z-scale 0.3: "), "{scaled:?}");
     assert!(scaled[0].ends_with("; use --z-scale 1 or another power of two"), "{scaled:?}");
     for (command, options) in [
-        ("verify", &["tin.ply", "--max-error", "1", "--importance", "w.tif", "--channels", "2"][..]),
+        ("verify", &["tin.ply", "--max-error", "1", "--importance", "w.tif", "--attributes", "2"][..]),
         ("info", &["--band", "2", "--encoding", "terrarium"]),
         ("preview", &["tin.ply", "out.png", "--band", "2", "--encoding", "terrarium"]),
     ] {
@@ -95,7 +95,7 @@ fn no_way_out_leads_into_another_refusal() {
         let fixed = ["simplify", &dem, &folder.at("tin.ply"), "--max-error", "1", "--overwrite"];
         terrabite(fixed.iter().chain(options))
     };
-    for option in [["--channels", "2"], ["--max-points", "500"]] {
+    for option in [["--attributes", "2"], ["--max-points", "500"]] {
         let message = format!("{} cannot be combined with --heights fitted: ", option[0]);
         run(&[option[0], option[1], "--heights", "fitted"]).fails(2, &[&message, "; remove --heights fitted\n"]);
         run(&option).succeeds();

@@ -92,8 +92,8 @@ fn holes_up_to_a_size_are_to_be_bridged() {
     };
     let (code, report) = run("2");
     let report = report.unwrap();
-    assert_eq!((code, report["bridged_holes"].as_u64(), report["bridged"].as_u64()), (Some(0), Some(1), Some(2)));
-    assert_eq!((report["checked"].as_u64(), report["nodata"].as_u64()), (Some(10), Some(0)));
+    assert_eq!((code, report["filled_voids"].as_u64(), report["filled_samples"].as_u64()), (Some(0), Some(1), Some(2)));
+    assert_eq!((report["samples"].as_u64(), report["missing_samples"].as_u64()), (Some(10), Some(0)));
     assert_eq!(run("1").0, Some(1));
     assert_eq!(run("0").1.unwrap()["touched_nodata"]["count"].as_u64(), Some(2));
     assert_eq!(run("-1").0, Some(2));
@@ -112,7 +112,10 @@ fn ground_near_samples_without_a_height_may_be_bare() {
     };
     let (code, report, _) = run(&["--trim", "1", "--json"]);
     let report: serde_json::Value = serde_json::from_str(&report).unwrap();
-    assert_eq!((code, report["trim"]["trimmed"].as_u64(), report["checked"].as_u64()), (Some(0), Some(7), Some(3)));
+    assert_eq!(
+        (code, report["trim"]["trimmed_samples"].as_u64(), report["samples"].as_u64()),
+        (Some(0), Some(7), Some(3))
+    );
     assert!(run(&["--trim", "1"]).1.contains("trimmed, bare within 1 cell of nodata: 7"));
     let (code, report, _) = run(&["--json"]);
     let report: serde_json::Value = serde_json::from_str(&report).unwrap();

@@ -108,8 +108,8 @@ fn the_mark_of_nodata_can_be_given() {
         |tin: &str, nodata: &str| terrabite(["verify", &dem, tin, "--max-error", "0", "--nodata", nodata, "--json"]);
     let report = verify(&tin, "-7").succeeds().json();
     let count = |name: &str| report[name].as_u64();
-    assert_eq!((count("samples"), count("checked"), count("nodata")), (Some(12), Some(11), Some(1)));
-    assert_eq!(report["without_ground"]["count"].as_u64(), Some(0));
+    assert_eq!((count("raster_samples"), count("samples"), count("missing_samples")), (Some(12), Some(11), Some(1)));
+    assert_eq!(report["isolated_samples"]["count"].as_u64(), Some(0));
     let text = terrabite(["verify", &dem, &tin, "--max-error", "0", "--nodata=-7"]).succeeds().out;
     assert!(text.contains("ground: 11 samples; nodata: 1\n"), "{text}");
     // By its tag the raster has heights everywhere.
@@ -131,7 +131,7 @@ fn bands_of_bytes_with_alpha_have_ground_where_they_are_opaque() {
     let dem = dem.write(&folder, "dem.tif");
     let (_gap, _, tin) = with_a_gap();
     let report = terrabite(["verify", &dem, &tin, "--max-error", "0", "--json"]).succeeds().json();
-    assert_eq!(report["nodata"].as_u64(), Some(1));
+    assert_eq!(report["missing_samples"].as_u64(), Some(1));
     let text = terrabite(["info", &dem]).succeeds().out;
     assert!(text.contains("nodata        what a mask or alpha band says"), "{text}");
 }

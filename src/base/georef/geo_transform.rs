@@ -101,6 +101,15 @@ impl GeoTransform {
 const ROUNDING_CELLS: f64 = 0.01;
 
 impl GeoTransform {
+    /// The least x and y of the samples of a raster, and the largest.
+    pub fn extent(self, width: usize, height: usize) -> [f64; 4] {
+        let (far_x, far_y) = (4 * (width as i64 - 1), 4 * (height as i64 - 1));
+        let corners = [(0, 0), (far_x, 0), (0, far_y), (far_x, far_y)].map(|(x, y)| self.apply(x, y));
+        corners.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |e, &(x, y)| {
+            [e[0].min(x), e[1].min(y), e[2].max(x), e[3].max(y)]
+        })
+    }
+
     /// Whether the corners of a raster of so many samples come to lie at the same places, up to rounding: then, the maps
     /// being affine, all its samples do.
     pub fn agrees(self, other: GeoTransform, width: usize, height: usize) -> bool {

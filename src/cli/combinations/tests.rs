@@ -117,9 +117,9 @@ impl Scene {
 /// What `verify` has to be given, too.
 const JUDGED: [&str; 12] = [
     "--max-error",
-    "--channels",
-    "--planar",
-    "--emphasis",
+    "--attributes",
+    "--image",
+    "--attribute-weight",
     "--importance",
     "--trim",
     "--fill-holes",
@@ -152,9 +152,9 @@ fn example(feature: Feature) -> (&'static str, &'static str) {
         Feature::VertexBudget => ("--max-points", "1000"),
         Feature::TriangleBudget => ("--max-triangles", "2000"),
         Feature::RmsGoal => ("--max-rms", "1"),
-        Feature::Attributes => ("--channels", "2,3"),
-        Feature::Image => ("--planar", ""),
-        Feature::AttributeWeight => ("--emphasis", "0.3"),
+        Feature::Attributes => ("--attributes", "2,3"),
+        Feature::Image => ("--image", ""),
+        Feature::AttributeWeight => ("--attribute-weight", "0.3"),
         Feature::Importance => ("--importance", "weights.tif"),
         Feature::Points => ("--points", "points.geojson"),
         Feature::Trim => ("--trim", "2"),
@@ -266,8 +266,8 @@ fn messages_name_options_as_they_are_given() {
     let asked = |line: &[(Feature, &str)]| Asked { given: line.iter().map(|(f, o)| (*f, o.to_string())).collect() };
     let message = |line: &[(Feature, &str)]| asked(line).check().expect_err("refused").message().to_string();
     assert_eq!(
-        message(&[(Feature::Attributes, "--channels"), (Feature::Polishing, "--quality balanced")]),
-        "--channels cannot be combined with --quality balanced: polishing tests heights alone; use --quality none"
+        message(&[(Feature::Attributes, "--attributes"), (Feature::Polishing, "--quality balanced")]),
+        "--attributes cannot be combined with --quality balanced: polishing tests heights alone; use --quality none"
     );
     let said = message(&[
         (Feature::RmsGoal, "--max-rms"),
@@ -280,6 +280,6 @@ fn messages_name_options_as_they_are_given() {
         "--max-rms cannot be combined with --quality best, --min-angle, --polish-yield and --polish-steps: "
     ));
     assert!(said.ends_with("; use --quality none and remove --min-angle, --polish-yield and --polish-steps"), "{said}");
-    let said = message(&[(Feature::Attributes, "--channels"), (Feature::VertexBudget, "--max-points")]);
+    let said = message(&[(Feature::Attributes, "--attributes"), (Feature::VertexBudget, "--max-points")]);
     assert!(said.ends_with("; use --max-error instead of --max-points"), "{said}");
 }

@@ -14,6 +14,12 @@ pub enum PointsError {
         /// What GDAL said.
         reason: String,
     },
+    /// Points are placed on a raster that GDAL has opened, and the samples come from elsewhere.
+    #[error("{}: expected a raster to place the points on, found samples of a program", path.display())]
+    NoRaster {
+        /// The file of the points.
+        path: PathBuf,
+    },
     /// The layer asked for is not there, or there is none at all.
     #[error("{}: expected {}, found {}", path.display(), expected(wanted.as_deref()), listed(there))]
     NoSuchLayer {

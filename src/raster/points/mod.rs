@@ -8,7 +8,7 @@ mod place;
 mod read;
 
 pub use error::PointsError;
-pub use read::{PointCounts, PointSource, Points, read_points};
+pub use read::{PointSource, Points, read_points};
 
 #[cfg(test)]
 mod tests;

@@ -6,9 +6,9 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 
 use super::PointsError;
 use super::place::Placer;
-use crate::base::PointSet;
 use crate::base::control::CancelToken;
 use crate::base::key;
+use crate::base::{PointCounts, PointSet};
 use crate::raster::open::crs_name;
 use crate::raster::reason;
 use crate::raster::{About, GdalName, Raster};
@@ -31,19 +31,6 @@ pub struct Points {
     pub layer: String,
     /// What became of the points.
     pub counts: PointCounts,
-}
-
-/// What became of the points of a layer: `read` = `used` + `merged` + `outside`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
-pub struct PointCounts {
-    /// Points in the layer.
-    pub read: u64,
-    /// Samples they fell to.
-    pub used: u64,
-    /// Points that fell to a sample which another had taken.
-    pub merged: u64,
-    /// Points more than half a cell outside the samples' centres.
-    pub outside: u64,
 }
 
 /// Features between two looks at the cancellation token.

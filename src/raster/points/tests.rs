@@ -6,6 +6,7 @@ use gdal::vector::{Geometry, LayerAccess, LayerOptions, OGRwkbGeometryType};
 use tempfile::TempDir;
 
 use super::*;
+use crate::base::PointCounts;
 use crate::base::control::CancelToken;
 use crate::raster::Raster;
 

@@ -33,7 +33,7 @@ use crate::job::{EngineChoice, Goal, Mesh, Outcome, Params, Quality, Summary, Ti
 use crate::kernel::measure::{ErrorStats, ShapeStats, WeightedStats};
 use crate::kernel::triangulate::Feasibility;
 
-pub use text::{BinaryBytes, grouped};
+pub use text::{BinaryBytes, Line, band, grouped, heights, place};
 
 /// The number of the JSON's schema. It grows when a field changes its name or meaning, not when one is added.
 pub const SCHEMA: u32 = 1;

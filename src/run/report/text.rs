@@ -3,7 +3,8 @@
 use std::fmt;
 
 use super::{
-    AttributeReport, CutlineReport, GoalReport, MapReport, Needs, PointsReport, Report, Seconds, ShapeReport, WorkDirState,
+    AttributeReport, CutlineReport, GoalReport, MapReport, Needs, PointsReport, Report, Seconds, ShapeReport,
+    WorkDirState,
 };
 use crate::base::decimal::Decimal;
 use crate::base::{PointCounts, Reference};
@@ -56,7 +57,10 @@ impl Report {
             ]),
             Some(weights) => lines.extend([
                 ("importance", format!("{}, {}", weights.file, access(&weights.access))),
-                ("weighted", format!("error × weight up to {}{}; {shares}", weights.max_weighted_error, self.allowed())),
+                (
+                    "weighted",
+                    format!("error × weight up to {}{}; {shares}", weights.max_weighted_error, self.allowed()),
+                ),
                 ("max error", format!("{}, {place}", e.max)),
                 ("errors", format!("RMS {:.4}", e.rms)),
             ]),
@@ -149,7 +153,8 @@ impl WorkDirState {
 
 impl CutlineReport {
     fn line(&self) -> String {
-        let polygons = if self.polygons == 1 { "1 polygon".to_string() } else { format!("{} polygons", grouped(self.polygons)) };
+        let polygons =
+            if self.polygons == 1 { "1 polygon".to_string() } else { format!("{} polygons", grouped(self.polygons)) };
         let of = if self.file.is_empty() { String::new() } else { format!(", of {}", self.file) };
         format!("{polygons} with {} vertices{of}", grouped(self.vertices))
     }

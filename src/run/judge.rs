@@ -1,0 +1,100 @@
+//! Judging a mesh as a run: `verify` with everything opened, and its report.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::inputs::{open, open_importance};
+use super::look::look;
+use super::report::SCHEMA;
+use super::{Attributes, Input, LookError, RunError, Warned};
+use crate::base::control::Control;
+use crate::base::warning::Warnings;
+use crate::formats::Format;
+use crate::verify::{GroundOptions, Verdict, VerifyError, VerifyOptions, verify_ground};
+
+/// A mesh that is to be judged, and what it was made from: everything that the command `verify` can be asked for.
+#[derive(Debug, Clone)]
+pub struct VerifyRequest {
+    /// The heights.
+    pub input: Input,
+    /// The mesh.
+    pub mesh: PathBuf,
+    /// The format of the mesh; `None` goes by its extension, or else by its content.
+    pub format: Option<&'static Format>,
+    /// The distance allowed at every sample; where there is importance, distance × weight.
+    pub max_error: f64,
+    /// Further bands that are to be attributes of the vertices, within the tolerance together with the heights.
+    pub attributes: Option<Attributes>,
+    /// Weights of errors, on the samples of the input.
+    pub importance: Option<Input>,
+    /// Voids of at most so many samples are to be filled; 0 for none.
+    pub fill_voids: u64,
+    /// So many cells from missing samples the mesh may end short of the ground.
+    pub trim: u32,
+    /// The folder of temporary files; `None` is the system's.
+    pub temp_dir: Option<PathBuf>,
+}
+
+/// What was found out about a mesh.
+#[derive(Debug, Clone, Serialize)]
+pub struct VerifyReport {
+    /// See [`SCHEMA`].
+    pub schema: u32,
+    /// Whether the mesh keeps the promise.
+    pub passed: bool,
+    /// What is wrong, one sentence for each kind of fault.
+    pub failures: Vec<String>,
+    /// What the user should know of the inputs.
+    pub warnings: Warnings,
+    /// Everything else.
+    #[serde(flatten)]
+    pub verdict: Verdict,
+}
+
+impl VerifyRequest {
+    /// A mesh that is to be within this distance of every sample.
+    pub fn new(input: impl Into<Input>, mesh: impl Into<PathBuf>, max_error: f64) -> VerifyRequest {
+        VerifyRequest {
+            input: input.into(),
+            mesh: mesh.into(),
+            format: None,
+            max_error,
+            attributes: None,
+            importance: None,
+            fill_voids: 0,
+            trim: 0,
+            temp_dir: None,
+        }
+    }
+}
+
+/// Judges a mesh, see [`verify_ground`]. A mesh that is merely wrong is a report.
+///
+/// Sorting and comparing run on the threads of the current rayon pool.
+///
+/// # Errors
+/// [`RunError`]: the raster, the mesh or what else is read cannot be used, or the caller asked to stop.
+pub fn verify(request: &VerifyRequest, control: &Control<'_>) -> Result<VerifyReport, RunError> {
+    let warned = Warned::new(control);
+    let opened = open(&request.input, request.attributes.as_ref(), &control.cancel)?;
+    let importance = request.importance.as_ref().map(|input| open_importance(input, &opened)).transpose()?;
+    let (band, attributes) = (opened.band, opened.attributes);
+    let importance = importance.map(|opened| opened.band);
+    warned.tell_all(band.warnings());
+    importance.iter().for_each(|importance| warned.tell_all(importance.warnings()));
+    let (max_error, temp_dir) = (request.max_error, request.temp_dir.clone());
+    let options = VerifyOptions { max_error, importance: importance.as_ref(), temp_dir };
+    let ground = GroundOptions { fill_holes: request.fill_voids, trim: request.trim };
+    let verdict = verify_ground(&band, &request.mesh, &options, ground, attributes.as_ref(), control)?;
+    let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
+    if verdict.nodata + verdict.bridged > 0 && !is_flat {
+        let look = look(&band, control).map_err(|error| match error {
+            LookError::Raster(error) => RunError::from(error),
+            LookError::Cancelled(stopped) => VerifyError::Cancelled(stopped).into(),
+        })?;
+        warned.tell_all(&look.warnings(&band));
+    }
+    let (passed, failures) = (verdict.passes(), verdict.failures());
+    Ok(VerifyReport { schema: SCHEMA, passed, failures, warnings: warned.take(), verdict })
+}
