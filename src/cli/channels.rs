@@ -1,9 +1,13 @@
+//! `--channels`, `--emphasis` and `--planar`: the options that `simplify` and `verify` share.
+
 use std::path::Path;
 
+use super::combinations::Asked;
 use super::{Failure, values};
 use crate::base::RasterError;
 use crate::base::channels::ChannelBands;
 use crate::base::control::CancelToken;
+use crate::job::features::Feature;
 use crate::raster::{Raster, View, ViewError};
 
 /// Further bands beside the heights, as `simplify` and `verify` take them.
@@ -14,18 +18,20 @@ pub(super) struct ChannelArgs {
     channels: Option<values::Bands>,
     /// What the channels count in the error, from 0 (only the heights do) to 1 (only the channels) [default: 0.5]
     #[arg(long, value_name = "W", value_parser = values::share, allow_hyphen_values = true)]
-    #[arg(requires = "channels", conflicts_with = "planar")]
     emphasis: Option<f64>,
     /// The raster is an image without heights: flat, all bands are channels unless --channels says which
-    #[arg(long, conflicts_with_all = ["band", "cutline", "nodata", "valid_range", "encoding"])]
+    #[arg(long)]
     planar: bool,
 }
 
 const DEFAULT_EMPHASIS: f64 = 0.5;
 
 impl ChannelArgs {
-    pub(super) fn are_given(&self) -> bool {
-        self.channels.is_some() || self.planar
+    /// What of this asks for features. In an image --channels only chooses bands.
+    pub(super) fn ask(&self, asked: &mut Asked) {
+        asked.add(Feature::Image, self.planar);
+        asked.add(Feature::Attributes, self.channels.is_some() && !self.planar);
+        asked.add(Feature::AttributeWeight, self.emphasis.is_some());
     }
 
     /// Opens the raster by this view and finds out what the channels are, if any. A planar image is opened by its first

@@ -1,3 +1,5 @@
+//! How a command ends that does not get through: one message, with the option that mends it, and the exit code.
+
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
@@ -65,11 +67,6 @@ impl Failure {
         print::error(&format!("error: {}", self.message));
         ExitCode::from(self.code)
     }
-}
-
-/// What mends an option that cannot be combined with a budget or a root mean square.
-fn without_goal(mend: &str) -> String {
-    format!("{mend}, or use --max-error without --max-points, --max-triangles and --max-rms")
 }
 
 /// A full disk has an exit code of its own.
@@ -189,28 +186,9 @@ impl From<Error> for Failure {
             Error::Cancelled(stopped) | Error::Field(FieldError::Cancelled(stopped)) => stopped.into(),
             Error::Field(FieldError::Raster(error)) => error.into(),
             Error::WorkDir(error) => error.into(),
-            Error::Channels { .. } => {
-                Failure::usage(error).hint("--channels and --planar require --engine greedy-insertion")
-            }
-            Error::PolishWithChannels { .. } => {
-                Failure::usage(error).hint("use --quality none, or remove --channels and --planar")
-            }
-            Error::GoalWithChannels => Failure::usage(error)
-                .hint("remove --max-points, --max-triangles and --max-rms, or remove --channels and --planar"),
-            Error::NoPreinsertion { .. } => Failure::usage(error).hint("--points requires --engine greedy-insertion"),
-            Error::NoGoal { .. } => Failure::usage(error)
-                .hint("--max-points, --max-triangles and --max-rms require --engine greedy-insertion"),
+            Error::Incompatible(conflicts) => conflicts.into(),
             Error::PointOffGround { .. } => Failure::usage(error).hint("remove it from the layer of --points"),
-            Error::GoalWithPasses => Failure::usage(error).hint(&without_goal("remove --selection and --measure")),
-            Error::FittedWithoutPolish => {
-                Failure::usage(error).hint("choose another --quality, or use --heights sampled")
-            }
-            Error::TuningWithoutPolish => {
-                Failure::usage(error).hint("choose another --quality, or remove --min-angle and the options --polish-…")
-            }
-            Error::GoalWithTrim(_) => Failure::usage(error).hint(&without_goal("remove --trim")),
-            Error::GoalWithHoles(_) => Failure::usage(error).hint(&without_goal("remove --fill-holes")),
-            Error::GoalWithPolish { .. } => Failure::usage(error).hint(&without_goal("use --quality none")),
+            Error::Tile { .. } => Failure::new(error).hint("choose a smaller --tile"),
             Error::Goal(_) => Failure::usage(error).hint("choose a larger budget, or a larger --tile"),
             Error::Budget(error) => {
                 Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("set it with --memory")
@@ -258,6 +236,7 @@ impl From<VerifyError> for Failure {
         match error {
             VerifyError::Raster(error) => error.into(),
             VerifyError::Cancelled(stopped) => stopped.into(),
+            VerifyError::Incompatible(conflicts) => conflicts.into(),
             VerifyError::InfiniteSample { .. } => {
                 Failure::new(error).hint("if it marks missing samples, use --nodata, or --valid-range")
             }
@@ -323,18 +302,6 @@ mod tests {
     /// To leave an option is to keep it.
     #[test]
     fn options_are_removed_not_left() {
-        let with_goal = [
-            Error::GoalWithChannels,
-            Error::GoalWithPasses,
-            Error::GoalWithTrim(2),
-            Error::GoalWithHoles(9),
-            Error::PolishWithChannels { quality: "best" },
-            Error::TuningWithoutPolish,
-        ];
-        for error in with_goal {
-            let Failure { message, code } = error.into();
-            assert!(code == 2 && message.contains("remove --"), "{message}");
-        }
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/cli");
         let word = concat!("leave ", "--");
         for entry in folder.read_dir().unwrap() {

@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
+use super::combinations::Asked;
 use super::values;
+use crate::job::features::Feature;
 use crate::job::{Budget, Goal, Outcome};
 
 /// The tolerance and what may stand beside it or in its place: one of them is needed.
@@ -25,6 +27,13 @@ pub(super) struct GoalArgs {
 }
 
 impl GoalArgs {
+    /// What of this asks for features.
+    pub(super) fn ask(&self, asked: &mut Asked) {
+        asked.add(Feature::VertexBudget, self.max_points.is_some());
+        asked.add(Feature::TriangleBudget, self.max_triangles.is_some());
+        asked.add(Feature::RmsGoal, self.max_rms.is_some());
+    }
+
     pub(super) fn goal(&self) -> Goal {
         Goal { max_points: self.max_points, max_triangles: self.max_triangles, max_rms: self.max_rms }
     }

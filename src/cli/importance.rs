@@ -2,15 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
+use super::combinations::Asked;
 use super::{Failure, values};
 use crate::base::RasterError;
+use crate::job::features::Feature;
 use crate::raster::Raster;
 
 /// Where the weights of errors come from.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ImportanceArgs {
     /// A raster of weights on the same grid: distance × weight is within --max-error at every sample; 0 lets it go free
-    #[arg(long, value_name = "RASTER", conflicts_with_all = ["channels", "planar"])]
+    #[arg(long, value_name = "RASTER")]
     pub(super) importance: Option<PathBuf>,
     /// The band of the weights, counted from 1
     #[arg(long, value_name = "N", default_value_t = 1, requires = "importance")]
@@ -21,6 +23,11 @@ pub(crate) struct ImportanceArgs {
 }
 
 impl ImportanceArgs {
+    /// What of this asks for features.
+    pub(super) fn ask(&self, asked: &mut Asked) {
+        asked.add(Feature::Importance, self.importance.is_some());
+    }
+
     /// Opens the importance raster, if there is one, and makes sure that it lies on the samples of `raster`.
     pub(super) fn open(&self, raster: &Raster) -> Result<Option<Raster>, Failure> {
         let Some(path) = &self.importance else { return Ok(None) };

@@ -65,6 +65,7 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
+    args.input.asked().check_samples()?;
     bound_gdal_cache(GDAL_CACHE);
     let bars = Bars::new(args.json);
     let view = View { accept_pictures: true, ..args.input.view() };

@@ -4,9 +4,11 @@
 use clap::ValueEnum;
 
 use super::clip::ClipArgs;
+use super::combinations::Asked;
 use super::cutline::CutlineArgs;
 use super::values;
 use crate::base::{Encoding, ValidRange, exact_marks};
+use crate::job::features::Feature;
 use crate::raster::{Raster, View};
 
 /// A view of the raster's heights, in words.
@@ -16,7 +18,7 @@ pub(crate) struct InputArgs {
     #[arg(long, value_name = "N")]
     pub(super) band: Option<usize>,
     /// How heights are stored as red, green and blue
-    #[arg(long, value_enum, conflicts_with = "band")]
+    #[arg(long, value_enum)]
     encoding: Option<EncodingArg>,
     /// A stored value that marks missing samples, in place of the raster's nodata tag: a number, inf, -inf, nan, or the word
     /// tag for the tag itself. May be given more than once; none means that no value does
@@ -58,6 +60,17 @@ impl InputArgs {
             cutline: self.cutline.source(),
             accept_pictures: false,
         }
+    }
+
+    /// What of this asks for features.
+    pub(super) fn asked(&self) -> Asked {
+        let mut asked = Asked::default();
+        asked.add(Feature::Band, self.band.is_some());
+        asked.add(Feature::Encoding, self.encoding.is_some());
+        asked.add(Feature::NodataMarks, !self.nodata.is_empty());
+        asked.add(Feature::ValidRange, self.valid_range.is_some());
+        asked.add(Feature::Cutline, self.cutline.cutline.is_some());
+        asked
     }
 
     /// What decides samples and is not told by the raster's identity, by name: for what identifies a job.

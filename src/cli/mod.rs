@@ -5,12 +5,15 @@
 
 mod channels;
 mod clip;
+mod combinations;
 mod cutline;
 mod failure;
 mod goal;
 mod importance;
 mod info;
 mod input;
+#[cfg(test)]
+mod options_page;
 mod output_format;
 mod preview;
 mod print;
@@ -84,7 +87,7 @@ const EXIT_CODES: &str = "\
 Exit codes:
   0    done; for a check: passed
   1    failed, with the reason on standard error; for a check: not passed
-  2    the command line cannot be understood
+  2    the command line cannot be understood, or combines what cannot be combined
   3    the memory budget is too small
   4    a disk is too small
   5    done, but a budget ended the refinement before the quality that was asked for

@@ -65,6 +65,7 @@ enum ModeArg {
 
 pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
     output_format::of(&args.output, args.format.as_deref(), output_format::PICTURES)?;
+    args.input.asked().check_samples()?;
     bound_gdal_cache(GDAL_CACHE);
     let options = PreviewOptions {
         mode: match args.mode {

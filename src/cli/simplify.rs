@@ -9,16 +9,17 @@ use std::time::Instant;
 use clap::ValueEnum;
 
 use super::channels::ChannelArgs;
+use super::combinations::Asked;
 use super::goal::GoalArgs;
 use super::importance::ImportanceArgs;
 use super::input::InputArgs;
 use super::progress::Bars;
 use super::simplify_channels::Extended;
 use super::simplify_engine::EngineArgs;
-use super::simplify_kept::Kept;
+use super::simplify_kept::{Kept, finished};
 use super::simplify_map::{MapArgs, MapReport, Written};
 use super::simplify_polish::PolishArgs;
-use super::simplify_report::{Needs, Report, Seconds};
+use super::simplify_report::{Needs, Report, Seconds, WorkDirReport};
 use super::warnings::Shown;
 use super::{Failure, output_format, print, signals, values, warnings};
 use crate::base::RasterError;
@@ -30,9 +31,11 @@ use crate::base::{Band, Watch};
 use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions, may_have_holes};
 use crate::formats::PlySink;
 use crate::formats::ply::read::Frame;
+use crate::job::features::{Feature, FeatureSet};
 use crate::job::plan::{DENSEST, Estimate, estimate};
+use crate::job::rules::{default_engine, default_quality};
 use crate::job::{
-    DEFAULT_TILE, DiskUse, Error, Expected, Goal, Load, Params, Plan, Quality, VertexHeights, check_disk,
+    DEFAULT_TILE, DiskUse, EngineChoice, Error, Expected, Goal, Load, Params, Plan, Quality, VertexHeights, check_disk,
     default_budget, grid, probe, probe_field, triangulate, triangulate_into,
 };
 use crate::kernel::measure::ErrorStats;
@@ -96,8 +99,9 @@ pub(crate) struct SimplifyArgs {
     /// The folder of temporary files [default: the system's]
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
-    /// Keep finished tiles in this folder: after an interrupt, a crash or a power cut the same command continues there
-    #[arg(long, value_name = "DIR", conflicts_with = "dry_run")]
+    /// Keep finished tiles in this folder: after an interrupt, a crash or a power cut the same command continues there. With
+    /// --dry-run: print how many tiles are left to be made
+    #[arg(long, value_name = "DIR")]
     work_dir: Option<PathBuf>,
     /// How samples are read: from the mapped file, in windows through GDAL, or decoded into a temporary file first
     #[arg(long, value_enum, default_value_t = AccessArg::Auto)]
@@ -189,31 +193,14 @@ impl From<FeasibilityArg> for Feasibility {
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     output_format::of(&args.output, args.format.as_deref(), output_format::MESHES)?;
-    let params = args.params()?;
-    params.takes_goal()?;
-    params.takes_heights()?;
-    params.takes_tuning()?;
-    if args.points.is_some() {
-        params.takes_points()?;
-    }
-    if args.fill_holes > 0 && !params.goal.is_none() {
-        return Err(Failure::usage(
-            "--fill-holes cannot be combined with --max-points, --max-triangles or --max-rms: holes have no errors",
-        )
-        .hint("gdal_fillnodata.py can fill them beforehand"));
-    }
+    let mut asked = args.asked();
+    asked.check()?;
+    let params = args.params(asked.features());
     let bars = Bars::new(args.quiet);
     let control = bars.control();
     let (raster, channels) = args.channels.open(&args.input, args.input_args.view(), &control.cancel)?;
-    if channels.is_some() {
-        params.takes_channels()?;
-        if args.fill_holes > 0 {
-            return Err(Failure::usage(
-                "--fill-holes cannot be combined with --channels or --planar: holes have no values",
-            )
-            .hint("gdal_fillnodata.py can fill them beforehand"));
-        }
-    }
+    args.map.ask_of(&raster, &mut asked);
+    asked.check()?;
     warnings::collect(raster.warnings().iter().cloned());
     let importance = args.importance.open(&raster)?;
     warnings::collect(importance.iter().flat_map(Raster::warnings).cloned());
@@ -240,10 +227,6 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build().map_err(|e| {
         Failure::new(format!("{} threads cannot be started: {e}", plan.threads)).hint("choose fewer with --threads")
     })?;
-    let other_errors = match &args.importance.importance {
-        Some(_) => Some("--importance"),
-        None => channels.as_ref().map(|_| "--channels"),
-    };
     let flat = channels.as_ref().is_some_and(|c| c.planar);
     if !args.dry_run && !args.map.is_plain() {
         // Finding out what is lost may take long, so an output that cannot be written is found first.
@@ -251,7 +234,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     }
     // To the pool's threads and back: a raster serves one thread at a time.
     let heights = params.heights;
-    let write = |raster: &Raster| args.map.written(raster, flat, other_errors, &args.goal, heights, &control);
+    let write = |raster: &Raster| args.map.written(raster, flat, &args.goal, heights, &control);
     let (raster, written) = pool.install(move || {
         let written = write(&raster);
         (raster, written)
@@ -262,7 +245,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let job =
         Job { written, args, raster, band, watches, channels, importance, params, points, plan, control: &control };
     if args.dry_run {
-        let needs = pool.install(move || job.needs())?;
+        let needs = pool.install(move || job.dry_run())?;
         let needs = Needs { warnings: warnings::take(), ..needs };
         drop(bars);
         if args.json {
@@ -300,35 +283,61 @@ fn default_threads() -> usize {
 }
 
 impl SimplifyArgs {
-    fn quality(&self) -> Quality {
+    /// What the options ask for, and by which of them. What is not said is as the rule book has it.
+    fn asked(&self) -> Asked {
+        let mut asked = self.input_args.asked();
+        self.goal.ask(&mut asked);
+        self.channels.ask(&mut asked);
+        self.importance.ask(&mut asked);
+        asked.add(Feature::Points, self.points.is_some());
+        asked.add(Feature::Trim, self.trim > 0);
+        asked.add(Feature::FilledVoids, self.fill_holes > 0);
+        asked.add(Feature::FittedHeights, self.heights == HeightsArg::Fitted);
+        asked.add(Feature::MinAngle, self.min_angle > 0.0);
+        asked.add(Feature::StrongFeasibility, self.feasibility == FeasibilityArg::Strong);
+        self.polish.ask(&mut asked);
+        self.engine.ask(&mut asked);
+        self.map.ask(self.heights == HeightsArg::Fitted, &mut asked);
+        let quality = self.quality(asked.features());
+        if quality != Quality::None {
+            asked.add_by(Feature::Polishing, format!("--quality {}", quality.name()));
+        }
+        let engine = self.engine.choice(|| default_engine(asked.features()));
+        asked.add(Feature::GreedyCuts, matches!(engine, EngineChoice::GreedyCuts(_)));
+        asked
+    }
+
+    /// The same once it is known that heights need all digits of doubles.
+    #[cfg(test)]
+    pub(super) fn asked_of_doubles(&self) -> Asked {
+        let mut asked = self.asked();
+        self.map.ask(true, &mut asked);
+        asked
+    }
+
+    /// The quality that is asked for, or the usual one for these features.
+    fn quality(&self, features: FeatureSet) -> Quality {
         match self.quality {
             Some(QualityArg::None) => Quality::None,
             Some(QualityArg::Fast) => Quality::Fast,
             Some(QualityArg::Balanced) => Quality::Balanced,
             Some(QualityArg::Best) => Quality::Best,
-            None if self.goal.goal().is_none() && !self.channels.are_given() => Quality::default(),
-            None => Quality::None,
+            None => default_quality(features),
         }
     }
 
-    fn params(&self) -> Result<Params, Failure> {
-        let quality = self.quality();
-        // Polishing comes to fewer triangles from insertion, and sooner; alone, cuts are faster.
-        let insertion = quality != Quality::None || !self.goal.goal().is_none() || self.points.is_some();
-        let insertion = insertion || self.channels.are_given();
+    /// The parameters, where these features are asked for. They go together.
+    fn params(&self, features: FeatureSet) -> Params {
+        let quality = self.quality(features);
         let heights = match self.heights {
             HeightsArg::Sampled => VertexHeights::Sampled,
             HeightsArg::Fitted => VertexHeights::Fitted,
         };
-        let feasibility = self.feasibility.into();
-        if feasibility == Feasibility::Strong && self.polish.asks_for_weak_edges() {
-            return Err(Failure::usage("--polish-edges weak cannot be combined with --feasibility strong"));
-        }
         let mut params = Params {
-            feasibility,
+            feasibility: self.feasibility.into(),
             tile: self.tile,
             trim: self.trim,
-            engine: self.engine.choice(insertion)?,
+            engine: self.engine.choice(|| default_engine(features)),
             quality,
             heights,
             tuning: self.polish.tuning(quality, heights, self.min_angle),
@@ -338,7 +347,7 @@ impl SimplifyArgs {
         if let Some(dir) = &self.temp_dir {
             params.temp_dir.clone_from(dir);
         }
-        Ok(params)
+        params
     }
 
     /// The points, where there are some.
@@ -390,10 +399,16 @@ struct Job<'a> {
 impl Job<'_> {
     /// What the run will need, from a few tiles or from its budget.
     fn needs(&self) -> Result<Needs, Error> {
-        let expected = match &self.channels {
+        let find = |options| Extended::find(&self.band, options, self.control);
+        let extended = self.channels.as_ref().map(find).transpose()?;
+        self.needs_of(extended.as_ref())
+    }
+
+    /// The same where it is known what channels there are.
+    fn needs_of(&self, extended: Option<&Extended>) -> Result<Needs, Error> {
+        let expected = match extended {
             None => probe(&self.band, self.importance.as_ref(), &self.params, self.control)?,
-            Some(options) => {
-                let extended = Extended::find(&self.band, options, self.control)?;
+            Some(extended) => {
                 let windows =
                     FieldOptions { temp_dir: self.params.temp_dir.clone(), choice: Choice::Windows, maps_files: false };
                 let field = extended.open(&self.band, &windows, self.control)?;
@@ -407,7 +422,30 @@ impl Job<'_> {
             false => "at a few tiles",
         };
         let (estimate, memory) = (self.estimate(expected), self.plan);
-        Ok(Needs { found_by, estimate, memory, warnings: Shown::default() })
+        Ok(Needs { found_by, estimate, memory, work_dir: None, warnings: Shown::default() })
+    }
+
+    /// What a run will need, and what its work dir has of it.
+    fn dry_run(&self) -> Result<Needs, Failure> {
+        let find = |options| Extended::find(&self.band, options, self.control).map_err(Error::from);
+        let extended = self.channels.as_ref().map(find).transpose()?;
+        let needs = self.needs_of(extended.as_ref())?;
+        let Some(dir) = &self.args.work_dir else { return Ok(needs) };
+        let named = self.named(extended.as_ref());
+        let finished = finished(dir, &self.band, self.importance.as_ref(), named)?;
+        let grid = grid(self.band.width(), self.band.height(), &self.params)?;
+        let second = grid.shifted().filter(|_| self.params.passes(grid) == 2);
+        let (tiles, seams) = (grid.len() as u64, second.map_or(0, |grid| grid.len() as u64));
+        Ok(Needs { work_dir: Some(WorkDirReport { tiles, seams, finished }), ..needs })
+    }
+
+    /// What decides the bytes of a tile, by name.
+    fn named(&self, extended: Option<&Extended>) -> Vec<(&'static str, String)> {
+        let mut named = self.params.named();
+        named.extend(self.args.input_args.named(&self.raster));
+        named.extend(self.fill_holes().map(|most| ("fill holes", most.to_string())));
+        named.extend(extended.into_iter().flat_map(Extended::named));
+        named
     }
 
     fn estimate(&self, expected: Expected) -> Estimate {
@@ -438,11 +476,10 @@ impl Job<'_> {
     fn run(&self) -> Result<Report, Failure> {
         let start = Instant::now();
         let extended = self.extended()?;
-        let mut named = self.params.named();
-        named.extend(self.args.input_args.named(&self.raster));
-        named.extend(self.fill_holes().map(|most| ("fill holes", most.to_string())));
-        named.extend(extended.iter().flat_map(Extended::named));
-        let open = |dir: &PathBuf| Kept::open(dir, &self.band, self.importance.as_ref(), &self.watches, named.clone());
+        let open = |dir: &PathBuf| {
+            let named = self.named(extended.as_ref());
+            Kept::open(dir, &self.band, self.importance.as_ref(), &self.watches, named)
+        };
         let kept = self.args.work_dir.as_ref().map(open).transpose()?;
         match (self.make(start, extended.as_ref(), kept.as_ref()), kept) {
             (Ok(report), None) => Ok(report),

@@ -2,8 +2,10 @@
 
 use clap::ValueEnum;
 
-use super::{Failure, values};
+use super::combinations::Asked;
+use super::values;
 use crate::job::EngineChoice;
+use crate::job::features::Feature;
 use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
@@ -119,65 +121,63 @@ const SMOOTHING: f64 = 1.0;
 const FRACTION: f64 = 0.9;
 
 impl EngineArgs {
-    /// The engine that is asked for; where none is, the one that an option is for, else `insertion` says which.
-    ///
-    /// # Errors
-    /// Usage: options of an engine, or of a variant, that is not the one asked for.
-    pub(super) fn choice(&self, insertion: bool) -> Result<EngineChoice, Failure> {
-        let wanted = match (self.cuts.is_some(), self.insertion.first_given().is_some() || insertion) {
-            (true, _) | (false, false) => EngineArg::GreedyCuts,
-            (false, true) => EngineArg::GreedyInsertion,
-        };
-        match self.engine.unwrap_or(wanted) {
-            EngineArg::GreedyInsertion if self.cuts.is_some() => Err(needs("--cuts", "--engine greedy-cuts")),
-            EngineArg::GreedyInsertion => Ok(GreedyInsertion { options: self.insertion.options()? }.into()),
-            EngineArg::GreedyCuts => match self.insertion.first_given() {
-                None => Ok(EngineChoice::from(match self.cuts {
-                    Some(CutsArg::Plain) => GreedyCuts::PLAIN,
-                    Some(CutsArg::Improved) => GreedyCuts::IMPROVED,
-                    // Polishing ends at the same counts, and sooner from here.
-                    None => GreedyCuts::PLAIN,
-                })),
-                Some(option) => Err(needs(option, "--engine greedy-insertion")),
-            },
-        }
+    /// What of this asks for features, but for the engine itself.
+    pub(super) fn ask(&self, asked: &mut Asked) {
+        asked.add(Feature::CutOrder, self.cuts.is_some());
+        self.insertion.ask(asked);
     }
-}
 
-fn needs(option: &str, other: &str) -> Failure {
-    Failure::usage(format!("{option} requires {other}"))
+    /// The engine with what its options say: the one that is asked for, or else `usual`.
+    pub(super) fn choice(&self, usual: impl FnOnce() -> EngineChoice) -> EngineChoice {
+        let by_cuts = match self.engine {
+            Some(engine) => engine == EngineArg::GreedyCuts,
+            None => matches!(usual(), EngineChoice::GreedyCuts(_)),
+        };
+        if !by_cuts {
+            return GreedyInsertion { options: self.insertion.options() }.into();
+        }
+        EngineChoice::from(match self.cuts {
+            Some(CutsArg::Improved) => GreedyCuts::IMPROVED,
+            // Polishing ends at the same counts, and sooner from here.
+            Some(CutsArg::Plain) | None => GreedyCuts::PLAIN,
+        })
+    }
 }
 
 impl InsertionArgs {
-    fn first_given(&self) -> Option<&'static str> {
-        let given = [
-            ("--swap", self.swap.is_some()),
-            ("--quality-threshold", self.quality_threshold.is_some()),
-            ("--shape", self.shape.is_some()),
-            ("--fit", self.fit.is_some()),
-            ("--selection", self.selection.is_some()),
-            ("--fraction", self.fraction.is_some()),
-            ("--measure", self.measure.is_some()),
-            ("--smoothing", self.smoothing.is_some()),
-        ];
-        given.iter().find(|(_, given)| *given).map(|&(name, _)| name)
+    fn ask(&self, asked: &mut Asked) {
+        match self.swap {
+            Some(SwapArg::Delaunay) => asked.add(Feature::DelaunaySwap, true),
+            Some(SwapArg::DataDependent) => asked.add(Feature::DataDependentSwap, true),
+            None => {}
+        }
+        asked.add(Feature::QualityThreshold, self.quality_threshold.is_some());
+        asked.add(Feature::Shape, self.shape.is_some());
+        asked.add(Feature::Fit, self.fit.is_some());
+        match self.selection {
+            Some(SelectionArg::Sequential) => asked.add(Feature::SequentialSelection, true),
+            Some(SelectionArg::Fractional) => asked.add(Feature::FractionalSelection, true),
+            Some(SelectionArg::Constant) => asked.add(Feature::ConstantSelection, true),
+            None => {}
+        }
+        asked.add(Feature::Fraction, self.fraction.is_some());
+        match self.measure {
+            Some(MeasureArg::LocalError) => asked.add(Feature::LocalErrorMeasure, true),
+            Some(MeasureArg::GlobalError) => asked.add(Feature::GlobalErrorMeasure, true),
+            Some(MeasureArg::Curvature) => asked.add_by(Feature::SmoothedMeasure, "--measure curvature"),
+            Some(MeasureArg::Product) => asked.add_by(Feature::SmoothedMeasure, "--measure product"),
+            None => {}
+        }
+        asked.add(Feature::Smoothing, self.smoothing.is_some());
     }
 
-    fn options(&self) -> Result<InsertionOptions, Failure> {
+    fn options(&self) -> InsertionOptions {
         let swap = match self.swap {
             Some(SwapArg::DataDependent) => Swap::DataDependent(self.data_dependent()),
-            Some(SwapArg::Delaunay) | None => {
-                let given = [self.quality_threshold.is_some(), self.shape.is_some(), self.fit.is_some()];
-                let names = ["--quality-threshold", "--shape", "--fit"];
-                if let Some((_, name)) = given.iter().zip(names).find(|(given, _)| **given) {
-                    return Err(needs(name, "--swap data-dependent"));
-                }
-                Swap::Delaunay
-            }
+            Some(SwapArg::Delaunay) | None => Swap::Delaunay,
         };
         let selection = match self.selection {
             Some(SelectionArg::Fractional) => Selection::Fractional(self.fraction.unwrap_or(FRACTION)),
-            _ if self.fraction.is_some() => return Err(needs("--fraction", "--selection fractional")),
             Some(SelectionArg::Constant) => Selection::Constant,
             Some(SelectionArg::Sequential) | None => Selection::Sequential,
         };
@@ -185,13 +185,10 @@ impl InsertionArgs {
         let measure = match self.measure {
             Some(MeasureArg::Curvature) => Measure::Curvature(smoothing),
             Some(MeasureArg::Product) => Measure::Product(smoothing),
-            _ if self.smoothing.is_some() => {
-                return Err(needs("--smoothing", "--measure curvature or --measure product"));
-            }
             Some(MeasureArg::GlobalError) => Measure::GlobalError,
             Some(MeasureArg::LocalError) | None => Measure::LocalError,
         };
-        Ok(InsertionOptions { swap, selection, measure })
+        InsertionOptions { swap, selection, measure }
     }
 
     fn data_dependent(&self) -> DataDependent {

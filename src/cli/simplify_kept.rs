@@ -9,8 +9,29 @@ use crate::base::warning::{Warning, WarningCode};
 use crate::base::{Band, Files, Watch, identity};
 use crate::field::FieldError;
 use crate::job::spool::{Spool, SpoolError};
-use crate::job::work_dir::{Job, WorkDir, WorkDirError};
+use crate::job::work_dir::{Finished, Job, WorkDir, WorkDirError};
 use crate::job::{Error, Pass, PassName};
+
+/// What a work dir belongs to.
+fn job(
+    band: &Band,
+    importance: Option<&Band>,
+    files: Files,
+    parameters: Vec<(&'static str, String)>,
+) -> Result<Job, Failure> {
+    let importance = importance.map(identity).transpose()?.unwrap_or_default();
+    Ok(Job { parameters, raster: identity(band)?, importance, files })
+}
+
+/// What a run of this job would find finished in its work dir, which is left alone.
+pub(super) fn finished(
+    dir: &Path,
+    band: &Band,
+    importance: Option<&Band>,
+    parameters: Vec<(&'static str, String)>,
+) -> Result<Finished, Failure> {
+    Ok(Finished::of(dir, &job(band, importance, Files::none(), parameters)?)?)
+}
 
 /// The work dir of a run.
 pub(super) struct Kept {
@@ -29,9 +50,8 @@ impl Kept {
         watches: &[Box<dyn Watch>],
         parameters: Vec<(&'static str, String)>,
     ) -> Result<Kept, Failure> {
-        let importance = importance.map(identity).transpose()?.unwrap_or_default();
         let files = watches.iter().map(|watch| watch.files()).fold(Files::none(), Files::and);
-        let job = Job { parameters, raster: identity(band)?, importance, files };
+        let job = job(band, importance, files, parameters)?;
         let dir = WorkDir::open(dir, &job)?;
         let changed = dir.files().differences(&job.files);
         Ok(Kept { dir, changed })

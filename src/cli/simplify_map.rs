@@ -3,12 +3,14 @@
 use clap::ValueEnum;
 use serde::Serialize;
 
+use super::combinations::Asked;
 use super::goal::GoalArgs;
 use super::{Failure, values};
 use crate::base::control::Control;
 use crate::base::{Reference, Tolerance};
 use crate::field::height_range;
 use crate::formats::ply::read::Frame;
+use crate::job::features::Feature;
 use crate::job::{Error, Goal, VertexHeights};
 use crate::raster::Raster;
 
@@ -51,25 +53,38 @@ impl MapArgs {
         !self.local && self.z_scale == 1.0 && self.precision == PrecisionArg::Double
     }
 
+    /// What of this asks for features, as far as options alone say: `fitted` heights need all their digits.
+    pub(super) fn ask(&self, fitted: bool, asked: &mut Asked) {
+        if !is_power_of_two(self.z_scale) {
+            asked.add_by(Feature::InexactScale, format!("--z-scale {}", self.z_scale));
+        }
+        if fitted && self.precision == PrecisionArg::Float {
+            asked.add_by(Feature::RoundedToSingle, PRECISION_FLOAT);
+        }
+    }
+
+    /// What of this asks for features once the raster is open.
+    pub(super) fn ask_of(&self, raster: &Raster, asked: &mut Asked) {
+        if self.precision == PrecisionArg::Float && !fits_single(raster) {
+            asked.add_by(Feature::RoundedToSingle, PRECISION_FLOAT);
+        }
+    }
+
     /// The frame of the output, and what of the tolerance and the goal is left for the mesh: what rounding loses of heights
-    /// is found out, which may read the whole raster, and taken from them. `heights` are those of vertices. `other_errors` names the option by which errors count otherwise than as vertical
-    /// distances, if there is one.
+    /// is found out, which may read the whole raster, and taken from them. `heights` are those of vertices. Errors count as
+    /// vertical distances wherever anything is lost.
     pub(super) fn written(
         &self,
         raster: &Raster,
         flat: bool,
-        other_errors: Option<&str>,
         asked: &GoalArgs,
         heights: VertexHeights,
         control: &Control<'_>,
     ) -> Result<Written, Failure> {
         let frame = self.frame(raster)?;
         let (tolerance, goal) = (Tolerance::new(asked.tolerance()), asked.goal());
-        // Multiplied by a power of two, a number stays what it is.
-        let scaled_exactly = frame.z_scale.log2().fract() == 0.0;
-        let sampled = heights == VertexHeights::Sampled;
-        let fits = sampled && raster.sample_type().fits_f32() && raster.scaling().is_none();
-        if flat || (scaled_exactly && (fits || !frame.single)) {
+        let fits = heights == VertexHeights::Sampled && fits_single(raster);
+        if flat || (is_power_of_two(frame.z_scale) && (fits || !frame.single)) {
             return Ok(Written { frame, loss: 0.0, tolerance, goal });
         }
         let range = height_range(&raster.to_band()?, control).map_err(Error::from)?;
@@ -85,10 +100,6 @@ impl MapArgs {
         let loss = loss + largest * f64::EPSILON * 2.0 + f64::from(f32::from_bits(1)) / frame.z_scale;
         let name = raster.path().display();
         let way_out = if frame.single { "--precision double loses less" } else { "--z-scale 1 loses nothing" };
-        if let Some(option) = other_errors {
-            let lost = format!("{name}: expected heights that are written without loss beside {option}");
-            return Err(Failure::new(format!("{lost}, found a loss of up to {loss:e}")).hint(way_out));
-        }
         let less = |what: &str, limit: f64| {
             if loss > limit / 2.0 {
                 let expected =
@@ -118,6 +129,19 @@ impl MapArgs {
         }
         Ok(frame)
     }
+}
+
+/// What asks for single precision.
+const PRECISION_FLOAT: &str = "--precision float";
+
+/// Whether numbers multiplied by this stay what they are.
+fn is_power_of_two(factor: f64) -> bool {
+    factor.log2().fract() == 0.0
+}
+
+/// Whether the heights of samples are numbers of single precision.
+fn fits_single(raster: &Raster) -> bool {
+    raster.sample_type().fits_f32() && raster.scaling().is_none()
 }
 
 /// A round number near the middle of the raster: nothing is left of large coordinates but what the raster spans.

@@ -2,7 +2,9 @@
 
 use clap::ValueEnum;
 
+use super::combinations::Asked;
 use super::values;
+use crate::job::features::Feature;
 use crate::job::{Quality, VertexHeights};
 use crate::kernel::polish::{Caps, Schedule, Tuning};
 
@@ -75,9 +77,11 @@ enum PlacesArg {
 }
 
 impl PolishArgs {
-    /// Whether edges are asked to pass less than triangles.
-    pub(super) fn asks_for_weak_edges(&self) -> bool {
-        self.polish_edges == Some(EdgesArg::Weak)
+    /// What of this asks for features.
+    pub(super) fn ask(&self, asked: &mut Asked) {
+        asked.add(Feature::WeakPolishEdges, self.polish_edges == Some(EdgesArg::Weak));
+        asked.add(Feature::StrongPolishEdges, self.polish_edges == Some(EdgesArg::Strong));
+        self.given().for_each(|option| asked.add_by(Feature::PolishingNumbers, option));
     }
 
     /// What is asked for beside quality and heights.
@@ -110,29 +114,28 @@ impl PolishArgs {
             longest_ring: self.polish_longest_ring.unwrap_or(usual.longest_ring),
             longest_repaired: self.polish_longest_repaired.unwrap_or(usual.longest_repaired),
         };
-        let is_given = schedule != usual || self.is_given() && quality == Quality::None;
-        is_given.then_some(schedule)
+        (schedule != usual).then_some(schedule)
     }
 
-    /// Whether there is any number here.
-    fn is_given(&self) -> bool {
-        let counts = [
-            self.polish_sweeps,
-            self.polish_moves,
-            self.polish_last_sweeps,
-            self.polish_passes,
-            self.polish_yield,
-            self.polish_rounds,
-            self.polish_steps,
-            self.polish_steps_between,
-            self.polish_longest_ring,
-            self.polish_longest_repaired,
+    /// The options whose numbers are given.
+    fn given(&self) -> impl Iterator<Item = &'static str> {
+        let all = [
+            ("--polish-sweeps", self.polish_sweeps.is_some()),
+            ("--polish-moves", self.polish_moves.is_some()),
+            ("--polish-last-sweeps", self.polish_last_sweeps.is_some()),
+            ("--polish-passes", self.polish_passes.is_some()),
+            ("--polish-caps", self.polish_caps.is_some()),
+            ("--polish-retry", self.polish_retry.is_some()),
+            ("--polish-yield", self.polish_yield.is_some()),
+            ("--polish-rounds", self.polish_rounds.is_some()),
+            ("--polish-shrink", self.polish_shrink.is_some()),
+            ("--polish-steps", self.polish_steps.is_some()),
+            ("--polish-steps-between", self.polish_steps_between.is_some()),
+            ("--polish-places", self.polish_places.is_some()),
+            ("--polish-turns", self.polish_turns.is_some()),
+            ("--polish-longest-ring", self.polish_longest_ring.is_some()),
+            ("--polish-longest-repaired", self.polish_longest_repaired.is_some()),
         ];
-        counts.iter().any(Option::is_some)
-            || self.polish_caps.is_some()
-            || self.polish_shrink.is_some()
-            || self.polish_places.is_some()
-            || self.polish_retry.is_some()
-            || self.polish_turns.is_some()
+        all.into_iter().filter(|(_, is_given)| *is_given).map(|(option, _)| option)
     }
 }

@@ -15,6 +15,7 @@ use crate::base::lattice::STEPS;
 use crate::base::{Cutline, Encoding};
 use crate::field::{Access, Field, Holes};
 use crate::job::plan::Estimate;
+use crate::job::work_dir::Finished;
 use crate::job::{EngineChoice, Mesh, Params, Plan, Quality, Summary, TileTimes, VertexHeights};
 use crate::kernel::measure::ShapeStats;
 use crate::kernel::triangulate::Feasibility;
@@ -117,8 +118,36 @@ pub(super) struct Needs {
     pub(super) found_by: &'static str,
     pub(super) estimate: Estimate,
     pub(super) memory: Plan,
+    /// Null without a work dir.
+    pub(super) work_dir: Option<WorkDirReport>,
     /// What the user should know of the inputs.
     pub(super) warnings: Shown,
+}
+
+/// What is left to be done in a work dir.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct WorkDirReport {
+    /// Tiles of the first pass in all.
+    pub(super) tiles: u64,
+    /// Tiles of the second pass in all, over the seams; 0 where there is none.
+    pub(super) seams: u64,
+    /// What is there of both.
+    pub(super) finished: Finished,
+}
+
+impl WorkDirReport {
+    fn line(&self) -> String {
+        let Finished { tiles, seams, bytes } = self.finished;
+        let kept = match bytes {
+            0 => String::new(),
+            bytes => format!("; {} are kept", BinaryBytes(bytes)),
+        };
+        let second = match self.seams {
+            0 => String::new(),
+            all => format!(", {seams} of {all} in the second pass"),
+        };
+        format!("{tiles} of {} tiles are finished{second}{kept}", self.tiles)
+    }
 }
 
 impl Needs {
@@ -127,7 +156,7 @@ impl Needs {
         let Estimate { field_bytes, spool_bytes, survey_bytes, output_bytes, samples_per_triangle } = self.estimate;
         let temporary = field_bytes.saturating_add(spool_bytes).saturating_add(survey_bytes);
         let Plan { budget_bytes, threads, needed_bytes, .. } = self.memory;
-        vec![
+        let mut lines = vec![
             ("density", format!("about {samples_per_triangle:.1} samples per triangle, {}", self.found_by)),
             (
                 "memory",
@@ -135,7 +164,9 @@ impl Needs {
             ),
             ("disk", format!("{} of temporary files", BinaryBytes(temporary))),
             ("output", format!("about {}", BinaryBytes(output_bytes))),
-        ]
+        ];
+        lines.extend(self.work_dir.as_ref().map(|report| ("work dir", report.line())));
+        lines
     }
 }
 

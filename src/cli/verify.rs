@@ -2,11 +2,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::channels::ChannelArgs;
+use super::combinations::Asked;
 use super::importance::ImportanceArgs;
 use super::input::InputArgs;
 use super::progress::Bars;
 use super::warnings::Shown;
 use super::{Failure, GDAL_CACHE, print, values, warnings};
+use crate::job::features::Feature;
 use crate::raster::{Raster, bound_gdal_cache};
 use crate::run::look::look;
 use crate::verify::{GroundOptions, Verdict, VerifyOptions, verify_ground};
@@ -50,6 +52,18 @@ pub(crate) struct VerifyArgs {
     pub(super) quiet: bool,
 }
 
+impl VerifyArgs {
+    /// What the options ask for.
+    fn asked(&self) -> Asked {
+        let mut asked = self.input.asked();
+        self.channels.ask(&mut asked);
+        self.importance.ask(&mut asked);
+        asked.add(Feature::Trim, self.trim > 0);
+        asked.add(Feature::FilledVoids, self.fill_holes > 0);
+        asked
+    }
+}
+
 /// The verdict as it is printed by `--json`.
 #[derive(serde::Serialize)]
 struct Report<'a> {
@@ -61,6 +75,7 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
+    args.asked().check_samples()?;
     bound_gdal_cache(GDAL_CACHE);
     let bars = Bars::new(args.quiet);
     let (raster, channels) = args.channels.open(&args.raster, args.input.view(), &bars.control().cancel)?;

@@ -13,6 +13,7 @@ use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions, find_ranges};
 use crate::formats::PlySink;
 use crate::formats::ply::read::{PlyFile, ScalarType};
+use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::kernel::triangulate::insertion::{DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Swap};
 use crate::testing;
@@ -218,13 +219,13 @@ fn what_does_not_keep_channels_is_not_given_any() {
     let field = field.expect("a field");
     let cuts = Params { engine: EngineChoice::GreedyCuts(GreedyCuts::PLAIN), ..delaunay(Params::new(1.0)) };
     let run = triangulate(&field, &cuts, &Control::default());
-    assert!(matches!(run, Err(Error::Channels { .. })), "{run:?}");
+    assert!(matches!(run, Err(Error::Incompatible(_))), "{run:?}");
     let run =
         triangulate(&field, &Params { quality: Quality::Fast, ..delaunay(Params::new(1.0)) }, &Control::default());
-    assert!(matches!(run, Err(Error::PolishWithChannels { .. })), "{run:?}");
+    assert!(matches!(run, Err(Error::Incompatible(_))), "{run:?}");
     let goal = Goal { max_points: Some(100), ..Goal::default() };
     let run = triangulate(&field, &delaunay(Params { goal, ..Params::new(1.0) }), &Control::default());
-    assert!(matches!(run, Err(Error::GoalWithChannels)), "{run:?}");
+    assert!(matches!(run, Err(Error::Incompatible(_))), "{run:?}");
 }
 
 #[test]

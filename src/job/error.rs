@@ -1,5 +1,8 @@
+//! Why a job cannot be done.
+
 use std::path::PathBuf;
 
+use super::rules::Incompatible;
 use super::{BudgetTooSmall, DiskTooSmall, GoalTooSmall};
 use crate::base::RasterError;
 use crate::base::control::Cancelled;
@@ -45,27 +48,9 @@ pub enum Error {
     /// The tolerance is no usable number.
     #[error("expected a tolerance that is finite and at least 0, found {0}")]
     Tolerance(f64),
-    /// The engine does not keep errors in channels.
-    #[error("engine {engine} does not bound errors in channels")]
-    Channels {
-        /// The engine.
-        engine: &'static str,
-    },
-    /// There are channels, and a budget or a root mean square to end at.
-    #[error("channels cannot be combined with a budget or a root mean square")]
-    GoalWithChannels,
-    /// There are channels, and a mesh is to be polished, which keeps heights alone.
-    #[error("channels cannot be combined with polishing, found quality {quality}")]
-    PolishWithChannels {
-        /// The quality.
-        quality: &'static str,
-    },
-    /// There are points, but the engine cannot make vertices of them.
-    #[error("engine {engine} cannot make vertices of given points")]
-    NoPreinsertion {
-        /// The engine.
-        engine: &'static str,
-    },
+    /// Features that do not go together: all conflicts.
+    #[error(transparent)]
+    Incompatible(#[from] Incompatible),
     /// No cell of the raster has three heights.
     #[error("{}: expected a cell with three heights at least, found none: there is no ground to triangulate", path.display())]
     NoGround {
@@ -80,47 +65,26 @@ pub enum Error {
         /// The sample's row.
         row: usize,
     },
-    /// The engine makes its triangles once and for all: it cannot stop at a budget.
-    #[error("engine {engine} cannot stop at a budget or a root mean square")]
-    NoGoal {
-        /// The engine.
-        engine: &'static str,
-    },
-    /// Passes that insert many samples cannot stop at one of them, and other measures than errors are no thresholds.
-    #[error("a budget or a root mean square requires sequential insertion by local error")]
-    GoalWithPasses,
-    /// A rim under a goal is not there before the insertions are.
-    #[error("a budget or a root mean square cannot be combined with trimming, found {0} cells")]
-    GoalWithTrim(u32),
-    /// What is bridged has no errors to count.
-    #[error("a budget or a root mean square cannot be combined with bridged holes, found holes of up to {0} samples")]
-    GoalWithHoles(u64),
     /// The rim is to be trimmed by more than anybody means.
     #[error("expected to trim 0 to {MAX_CELLS} cells, found {0}")]
     Trim(u32),
-    /// Heights are fitted by polishing.
-    #[error("fitted heights require polishing, found quality none")]
-    FittedWithoutPolish,
-    /// There are numbers for polishing, and none.
-    #[error("options of polishing require polishing, found quality none")]
-    TuningWithoutPolish,
     /// A number of polishing's schedule.
     #[error(transparent)]
     Schedule(#[from] ScheduleError),
     /// The floor for angles.
     #[error("expected a smallest angle from 0 to 60 degrees, found {0}")]
     MinAngle(f64),
-    /// What is polished has other vertices and errors than the engine ended with.
-    #[error("a budget or a root mean square cannot be combined with polishing, found quality {quality}")]
-    GoalWithPolish {
-        /// The quality.
-        quality: &'static str,
+    /// An engine that makes its triangles once and for all, where the rule book has let a goal pass.
+    #[error("expected an engine that can stop at a goal, found {engine}")]
+    NoStop {
+        /// What it is called.
+        engine: &'static str,
     },
     /// The budget of vertices or triangles.
     #[error(transparent)]
     Goal(#[from] GoalTooSmall),
     /// A tile is longer than places in it can be exact.
-    #[error("expected tiles of at most {limit} cells a side, found {found}; choose a smaller --tile")]
+    #[error("expected tiles of at most {limit} cells a side, found {found}")]
     Tile {
         /// The longest side.
         limit: usize,

@@ -18,6 +18,7 @@ use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions};
 use crate::formats::PlySink;
 use crate::kernel::measure::{Bare, Bound, measure};
+use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::insertion::{DataDependent, GreedyInsertion, InsertionOptions, Swap};
 use crate::kernel::triangulate::progressive::Key;
 use crate::raster::Raster;
@@ -51,7 +52,12 @@ impl Scene {
         let (cells, written) = (self.cells(), told(&mesh));
         let ground: BTreeSet<Place> = cells.iter().flatten().copied().collect();
         assert_eq!(summary.errors.samples, ground.len() as u64);
-        self.check_mesh(&written, &cells, &ground, &Params { tolerance: Tolerance::new(max_error), ..params.clone() });
+        self.check_mesh(
+            &written,
+            &cells,
+            &ground,
+            &Params { tolerance: crate::base::Tolerance::new(max_error), ..params.clone() },
+        );
         for threads in [1, 3] {
             let again = self.mesh(params, threads)?;
             assert!(again.outcome() == mesh.outcome() && told(&again) == written, "{threads} threads");

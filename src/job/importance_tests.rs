@@ -10,6 +10,7 @@ use crate::base::Band;
 use crate::base::Heights;
 use crate::base::control::Control;
 use crate::field::{Choice, Field, FieldError, FieldOptions};
+use crate::kernel::triangulate::Feasibility;
 use crate::testing;
 
 fn field(width: usize, height: usize, heights: Heights) -> Field {

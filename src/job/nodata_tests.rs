@@ -15,6 +15,7 @@ use crate::base::control::Control;
 use crate::base::exact;
 use crate::base::lattice::{Point, orient};
 use crate::field::{Choice, Field, FieldError, FieldOptions, HoleOptions};
+use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::raster::{CutlineSource, Raster, read_cutline};
 use crate::testing::{self, cases};

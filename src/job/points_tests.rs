@@ -163,7 +163,8 @@ fn points_are_refused_by_engines_that_take_none_and_identify_a_work_dir() {
     };
     let cuts = Params { engine: EngineChoice::GreedyCuts(GreedyCuts::PLAIN), ..with(&[(3, 3)]) };
     let run = triangulate(&field, &cuts, &Control::default());
-    assert!(matches!(run, Err(Error::NoPreinsertion { engine: "greedy cuts" })), "{run:?}");
+    assert!(matches!(probe_field(&field, &cuts, &Control::default()), Err(Error::Incompatible(_))));
+    assert!(matches!(run, Err(Error::Incompatible(_))), "{run:?}");
     let insertion = EngineChoice::GreedyInsertion(GreedyInsertion::default());
     let mesh = triangulate(&field, &Params { engine: insertion, ..with(&[(3, 3)]) }, &Control::default());
     let chunk = mesh.expect("a mesh").chunks().next().expect("a tile").expect("a chunk");

@@ -16,6 +16,7 @@ use crate::field::{Field, FieldOptions};
 use crate::formats::{Contents, PlySink, Sink, SinkError};
 use crate::job::spool::{Chunk, Spool};
 use crate::kernel::polish::{Effort, Schedule, Tuning};
+use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
@@ -112,7 +113,8 @@ fn what_is_tuned_is_part_of_what_a_work_dir_is_for() {
     named.sort();
     named.dedup();
     assert_eq!(named.len(), 5);
-    let refused = |tuning| Params { tuning, ..usual.clone() }.takes_tuning().is_err();
+    let field = Field::from_heights(2, 2, Heights::F64(vec![0.0; 4])).expect("a field");
+    let refused = |tuning| Params { tuning, ..usual.clone() }.check(&field).is_err();
     assert!(refused(Tuning { min_angle: 61.0, ..Tuning::default() }));
     assert!(refused(Tuning { schedule: Some(Schedule { places: 7, ..schedule }), ..Tuning::default() }));
 }

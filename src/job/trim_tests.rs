@@ -11,6 +11,7 @@ use super::*;
 use crate::base::PointSet;
 use crate::base::exact;
 use crate::base::lattice::{Point, orient};
+use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::testing::{self, cases};
 
@@ -307,7 +308,7 @@ fn nothing_changes_where_nothing_is_missing() {
     assert!(made(0) == made(5));
     let goal = Goal { max_points: Some(500), ..Goal::default() };
     let refused = scene.mesh(&Params { trim: 1, goal, quality: Quality::None, ..Params::new(1.0) }, 1);
-    assert!(matches!(refused, Err(Error::GoalWithTrim(1))), "{refused:?}");
+    assert!(matches!(refused, Err(Error::Incompatible(_))), "{refused:?}");
     let refused = scene.mesh(&Params { trim: 1001, ..Params::new(1.0) }, 1);
     assert!(matches!(refused, Err(Error::Trim(1001))), "{refused:?}");
 }

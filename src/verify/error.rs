@@ -1,9 +1,12 @@
+//! Why a mesh could not be judged.
+
 use std::path::PathBuf;
 
 use crate::base::RasterError;
 use crate::base::control::Cancelled;
 use crate::base::decimal::Decimal;
 use crate::formats::ply::read::PlyError;
+use crate::job::rules::Incompatible;
 
 /// Why a mesh could not be judged. A mesh that was judged and failed is no error but a [`super::Verdict`].
 #[derive(Debug, thiserror::Error)]
@@ -21,6 +24,9 @@ pub enum VerifyError {
         /// The number as it was given.
         found: f64,
     },
+    /// What the mesh is to be judged by does not go together.
+    #[error(transparent)]
+    Incompatible(#[from] Incompatible),
     /// The emphasis is no share.
     #[error("expected an emphasis from 0 to 1, found {found}")]
     Emphasis {

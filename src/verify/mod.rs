@@ -121,6 +121,8 @@ use crate::base::Band;
 use crate::base::channels::ChannelBands;
 use crate::base::control::{Control, Stage};
 use crate::formats::ply::read::PlyFile;
+use crate::job::features::Feature;
+use crate::job::rules;
 
 pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
@@ -187,10 +189,11 @@ pub fn verify(
 /// Does what [`verify`] does, and judges the weighted error of heights and channels as well.
 ///
 /// # Errors
-/// As [`verify`]; [`VerifyError::Emphasis`]; [`VerifyError::Mesh`] if the mesh lacks an attribute.
+/// As [`verify`]; [`VerifyError::Emphasis`]; [`VerifyError::Mesh`] if the mesh lacks an attribute;
+/// [`VerifyError::Incompatible`] if there is an importance raster: the weighted error of channels has no weights of samples.
 ///
 /// # Panics
-/// If there is no channel, or an importance raster: the weighted error of channels has no weights of samples.
+/// If there is no channel.
 pub fn verify_with_channels(
     raster: &Band,
     mesh: &Path,
@@ -218,7 +221,9 @@ pub fn verify_ground(
 ) -> Result<Verdict, VerifyError> {
     if let Some(channels) = channels {
         assert!(!channels.bands.is_empty(), "no channel to judge");
-        assert!(options.importance.is_none(), "channels beside an importance raster");
+        let attributes = if channels.planar { Feature::Image } else { Feature::Attributes };
+        let importance = options.importance.map(|_| Feature::Importance);
+        rules::check_samples(importance.into_iter().chain([attributes]).collect())?;
         if !(0.0..=1.0).contains(&channels.emphasis) {
             return Err(VerifyError::Emphasis { found: channels.emphasis });
         }

@@ -39,7 +39,7 @@ impl<'r> BandReader<'r> {
         BandReader { reader: HeightReader::new(raster), level: false, rows, heights: Vec::new() }
     }
 
-    /// Heights of 0, of the raster's size.
+    /// Heights of 0, of the raster's size; none outside of its cutline.
     pub(super) fn level(raster: &'r Band) -> Self {
         let rows = (Self::SAMPLES / raster.width()).clamp(1, raster.height());
         BandReader { reader: HeightReader::new(raster), level: true, rows, heights: Vec::new() }
@@ -88,6 +88,17 @@ impl<'r> BandReader<'r> {
         self.heights.resize(window.len(), 0.0);
         if !self.level {
             self.reader.read(window, &mut self.heights)?;
+            return Ok(&self.heights);
+        }
+        self.heights.fill(0.0);
+        if let Some(cutline) = self.raster().cutline() {
+            let mut inside = Vec::new();
+            cutline.mask(window, &mut inside);
+            self.heights
+                .iter_mut()
+                .zip(inside)
+                .filter(|(_, inside)| !inside)
+                .for_each(|(height, _)| *height = f64::NAN);
         }
         Ok(&self.heights)
     }

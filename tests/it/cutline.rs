@@ -78,6 +78,20 @@ fn what_is_outside_is_as_nodata() {
     }
 }
 
+/// An image has no heights, and is cut all the same.
+#[test]
+fn images_are_cut_too() {
+    let folder = Folder::new();
+    let image = dem().kind(Kind::Byte).bands(3).write(&folder, "image.tif");
+    let (cutline, tin) = (polygons(&folder), folder.at("tin.ply"));
+    let missing = (0..120 * 90).filter(|i| !is_inside(i % 120, i / 120)).count() as u64;
+    let told = report(&image, &tin, &["--planar", "--cutline", &cutline, "--tile", "32"]);
+    assert_eq!(told["nodata_samples"], missing);
+    let verify = ["verify", &image, &tin, "--max-error", "3", "--planar"];
+    terrabite(verify.iter().chain(&["--cutline", &cutline])).succeeds();
+    assert_eq!(terrabite(verify).code, Some(1));
+}
+
 /// Budgets and a root mean square are for what is inside.
 #[test]
 fn goals_are_for_what_is_inside() {
@@ -224,7 +238,6 @@ fn what_cannot_be_used_is_refused_by_name() {
     refuses(&empty, &[], 1, &["empty.geojson", "expected polygons, found none"]);
     refuses(&good, &["--cutline-layer", "sea"], 1, &["expected layer sea, found lake", "--cutline-layer"]);
     refuses(&far, &[], 1, &["dem.tif", "no ground", "--cutline", "far.geojson"]);
-    refuses(&good, &["--planar"], 2, &["--cutline", "--planar"]);
     let (tin, work) = (folder.at("tin.ply"), folder.at("work"));
     let kept = ["simplify", &dem, &tin, "--max-error", "3", "--cutline", &far, "--work-dir", &work];
     let kept = terrabite(kept).fails(1, &["no ground", "--cutline", "far.geojson"]);

@@ -61,11 +61,17 @@ fn options_that_mean_nothing_are_usage_errors() {
     let cuts = |more: &[&'static str]| cuts.iter().copied().chain(more.iter().copied()).collect::<Vec<_>>();
     fails(&cuts(&["--swap", "delaunay"]), &["--swap", "--engine greedy-insertion"]);
     fails(&cuts(&["--max-points", "9"]), &["greedy cuts", "--engine greedy-insertion"]);
-    fails(&["--max-error", "1", "--quality", "none", "--heights", "fitted"], &["fitted heights", "--heights sampled"]);
+    fails(
+        &["--max-error", "1", "--quality", "none", "--heights", "fitted"],
+        &["--heights fitted requires --quality fast, balanced or best", "use --quality balanced"],
+    );
     fails(&["--max-points", "9", "--quality", "fast"], &["quality fast", "--quality none"]);
     for untuned in [["--min-angle", "9"], ["--polish-rounds", "3"], ["--polish-edges", "strong"]] {
         let none = ["--max-error", "1", "--quality", "none"];
-        fails(&[none.as_slice(), &untuned].concat(), &["quality none", "--polish-…"]);
+        fails(
+            &[none.as_slice(), &untuned].concat(),
+            &[untuned[0], "requires --quality fast, balanced or best", "use --quality balanced"],
+        );
     }
     for [option, value, message] in [
         ["--min-angle", "61", "0 to 60"],
@@ -95,7 +101,7 @@ fn options_that_mean_nothing_are_usage_errors() {
     fails(&with(&["--max-error", "1", "--quality-threshold", "2"]), &["from 0 to 1"]);
     fails(
         &with(&["--max-points", "100", "--selection", "constant"]),
-        &["sequential", "use --max-error without --max-points"],
+        &["--max-points cannot be combined with --selection constant: ", "; remove --selection constant"],
     );
     fails(&with(&["--max-points", "3"]), &["at least 4 vertices", "found 3", "--tile"]);
     fails(&with(&["--max-triangles", "many"]), &["many", "--max-triangles"]);

@@ -210,7 +210,7 @@ fn what_single_precision_loses_is_taken_from_the_tolerance() {
     assert!(verdict["rms_error"].as_f64().unwrap() <= 0.5, "{verdict}");
     let weights = Dem::new(40, 30).heights(|_, _| 1.0).on_the_map().write(&folder, "weights.tif");
     simplify("1", &["--precision", "float", "--importance", &weights])
-        .fails(1, &["beside --importance", "--precision"]);
+        .fails(2, &["--importance cannot be combined with --precision float: ", "; use --precision double\n"]);
     // Heights of 16 bits lose nothing.
     let dem = Dem::new(40, 30).on_the_map().write(&folder, "dem.tif");
     let run = terrabite(["simplify", &dem, &tin, "--max-error", "0", "--precision", "float", "--overwrite", "--json"]);

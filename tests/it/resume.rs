@@ -105,6 +105,49 @@ impl Scene {
 const TILES: u64 = 12;
 
 #[test]
+fn a_dry_run_says_what_is_left_and_leaves_the_work_dir_alone() {
+    let scene = Scene::new();
+    let work_dir = |options: &[&str]| {
+        let run = scene.run(&[&["--dry-run"], options].concat()).succeeds();
+        let report = run.json()["work_dir"].clone();
+        let finished = |name: &str| report["finished"][name].as_u64().unwrap();
+        let all = |name: &str| report[name].as_u64().unwrap();
+        ([finished("tiles"), all("tiles"), finished("seams"), all("seams")], finished("bytes"))
+    };
+    assert_eq!(work_dir(&[]), ([0, TILES, 0, 21], 0));
+    assert_eq!(work_dir(&["--quality", "none"]), ([0, TILES, 0, 0], 0));
+    assert_eq!(scene.folder.names(), ["dem.tif"]);
+    scene.begin(4);
+    let (kept, before) = (scene.chunks(), names_and_times(&scene.folder.join("work")));
+    let bytes: u64 = kept.iter().map(|chunk| chunk.metadata().unwrap().len()).sum();
+    assert_eq!(work_dir(&[]), ([kept.len() as u64, TILES, 0, 21], bytes));
+    assert_eq!(names_and_times(&scene.folder.join("work")), before);
+    // As the run itself would be.
+    scene.run(&["--max-error", "2", "--dry-run"]).fails(1, &["another job", "max error", "--work-dir"]);
+    // While another process works there it can be looked at, too.
+    let run = Halted::at("chunk-renamed", 14, scene.command(&[]));
+    let ([tiles, _, seams, _], _) = work_dir(&[]);
+    assert!(tiles == TILES && seams >= 1, "{tiles} and {seams}");
+    run.go_on().succeeds();
+    assert!(fs::read(scene.tin()).unwrap() == scene.expected);
+    let other = scene.folder.with("other.txt", "not ours");
+    let folder = scene.folder.at("");
+    let command = ["simplify", &scene.dem, &scene.tin(), "--max-error", "3", "--dry-run", "--work-dir", &folder];
+    terrabite(command).fails(1, &["expected a new folder, an empty one or a work dir"]);
+    assert!(Path::new(&other).exists());
+}
+
+/// Everything in a folder, and when it was changed.
+fn names_and_times(folder: &Path) -> Vec<(PathBuf, SystemTime)> {
+    let mut all = vec![(folder.to_path_buf(), folder.metadata().unwrap().modified().unwrap())];
+    if folder.is_dir() {
+        all.extend(folder.read_dir().unwrap().flat_map(|entry| names_and_times(&entry.unwrap().path())));
+    }
+    all.sort();
+    all
+}
+
+#[test]
 fn killed_at_any_moment_it_continues_to_the_same_bytes() {
     let scene = Scene::new();
     for fault in [

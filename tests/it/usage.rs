@@ -2,7 +2,7 @@
 
 use std::process::{Command, Stdio};
 
-use crate::util::{Dem, Folder, terrabite};
+use crate::util::{Dem, Folder, Kind, terrabite};
 
 const NONE: [&str; 0] = [];
 
@@ -50,4 +50,72 @@ fn a_closed_pipe_is_no_failure() {
         command.args(&arguments).stdout(writer.try_clone().unwrap()).stderr(writer).stdin(Stdio::null());
         assert_eq!(command.status().unwrap().code(), Some(code), "{arguments:?}");
     }
+}
+
+/// Options that do not go together are found before anything is opened: the files here are missing.
+#[test]
+fn all_conflicts_are_reported_at_once_with_exit_code_2() {
+    let lines = |options: &[&str]| {
+        let run = terrabite(["simplify", "none.tif", "tin.ply"].iter().chain(options)).fails(2, &["error: "]);
+        run.err.lines().map(|line| line.strip_prefix("error: ").expect("an error").to_string()).collect::<Vec<_>>()
+    };
+    let many =
+        ["--max-points", "9", "--trim", "1", "--quality", "best", "--min-angle", "5", "--shape", "smallest-angle"];
+    let found = lines(&many);
+    let expected = [
+        (
+            "--max-points cannot be combined with --quality best and --min-angle: ",
+            "; use --quality none and remove --min-angle",
+        ),
+        ("--max-points cannot be combined with --trim: ", "; remove --trim"),
+        ("--shape requires --swap data-dependent: ", "; use --swap data-dependent"),
+    ];
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for (line, (begin, end)) in found.iter().zip(expected) {
+        assert!(line.starts_with(begin) && line.ends_with(end), "{line}");
+    }
+    let scaled = lines(&["--max-error", "1", "--importance", "weights.tif", "--z-scale", "0.3"]);
+    assert!(scaled[0].starts_with("--importance cannot be combined with --z-scale 0.3: "), "{scaled:?}");
+    assert!(scaled[0].ends_with("; use --z-scale 1 or another power of two"), "{scaled:?}");
+    for (command, options) in [
+        ("verify", &["tin.ply", "--max-error", "1", "--importance", "w.tif", "--channels", "2"][..]),
+        ("info", &["--band", "2", "--encoding", "terrarium"]),
+        ("preview", &["tin.ply", "out.png", "--band", "2", "--encoding", "terrarium"]),
+    ] {
+        terrabite([command, "none.tif"].iter().chain(options)).fails(2, &[" cannot be combined with ", "; remove --"]);
+    }
+}
+
+/// What a message says is to be done once: it leads to no other one.
+#[test]
+fn no_way_out_leads_into_another_refusal() {
+    let folder = Folder::new();
+    let dem = Dem::new(20, 10).bands(2).write(&folder, "dem.tif");
+    let run = |options: &[&str]| {
+        let fixed = ["simplify", &dem, &folder.at("tin.ply"), "--max-error", "1", "--overwrite"];
+        terrabite(fixed.iter().chain(options))
+    };
+    for option in [["--channels", "2"], ["--max-points", "500"]] {
+        let message = format!("{} cannot be combined with --heights fitted: ", option[0]);
+        run(&[option[0], option[1], "--heights", "fitted"]).fails(2, &[&message, "; remove --heights fitted\n"]);
+        run(&option).succeeds();
+    }
+    run(&["--quality", "none", "--min-angle", "9"]).fails(2, &["--min-angle requires", "; use --quality balanced\n"]);
+    run(&["--quality", "balanced", "--min-angle", "9"]).succeeds();
+}
+
+/// Whether single precision holds the heights is known once the raster is open: an infinite height is not come to.
+#[test]
+fn a_loss_that_is_certain_is_refused_before_samples_are_read() {
+    let folder = Folder::new();
+    let strange = |c: usize, _: usize| if c == 7 { f64::INFINITY } else { 5.0 };
+    let dem = Dem::new(20, 10).kind(Kind::Float64).heights(strange).write(&folder, "dem.tif");
+    let weights = Dem::new(20, 10).write(&folder, "weights.tif");
+    let tin = folder.at("tin.ply");
+    let run = |more: &[&str]| {
+        let fixed = ["simplify", &dem, &tin, "--max-error", "1", "--importance", &weights];
+        terrabite(fixed.iter().chain(more))
+    };
+    run(&["--precision", "float"]).fails(2, &["--importance cannot be combined with --precision float: "]);
+    run(&[]).fails(1, &["inf", "column 7, row 0"]);
 }

@@ -171,7 +171,7 @@ impl Field {
         with_sample_type!(self.sample_type, T => self.copy::<T, f64>(window, scratch, values, missing))
     }
 
-    /// Height 0 everywhere.
+    /// Height 0 everywhere, but outside of the cutline.
     fn level(band: &Band, access: Access) -> Field {
         Field {
             name: band.path().to_path_buf(),
@@ -185,7 +185,7 @@ impl Field {
             geo_transform: band.geo_transform(),
             source: Source::Level,
             mask: None,
-            cutline: None,
+            cutline: band.cutline().cloned(),
             access,
             channels: None,
             importance: None,

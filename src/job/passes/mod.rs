@@ -153,23 +153,7 @@ impl<'a> Job<'a> {
     /// # Errors
     /// [`Error`]: parameters that do not go with the field, or with each other.
     pub fn new(field: &'a Field, params: &'a Params, control: &'a Control<'a>) -> Result<Job<'a>, Error> {
-        // Under a goal the tolerance may be left open.
-        if !params.tolerance.is_usable() || params.tolerance.is_open() && params.goal.is_none() {
-            return Err(Error::Tolerance(params.tolerance.asked()));
-        }
-        if field.channel_error().is_some() {
-            params.takes_channels()?;
-        }
-        if params.points.as_ref().is_some_and(|p| !p.is_empty()) {
-            params.takes_points()?;
-        }
-        params.takes_trim()?;
-        params.takes_goal()?;
-        params.takes_heights()?;
-        params.takes_tuning()?;
-        if let Some(holes) = field.holes().filter(|_| !params.goal.is_none()) {
-            return Err(Error::GoalWithHoles(holes.count()));
-        }
+        params.check(field)?;
         let grid = grid(field.width(), field.height(), params)?;
         Ok(Job { field, params, control, grid, shifted: shifted(grid, params.quality), end: None })
     }

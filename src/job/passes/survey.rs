@@ -62,7 +62,8 @@ struct Survey<'a> {
 impl<'a> Survey<'a> {
     /// A survey of so many tiles; nobody has told anything yet.
     fn new(job: &'a Job<'a>, tiles: usize) -> Result<Survey<'a>, Error> {
-        let engine = job.params.engine.progressive().ok_or(Error::GoalWithPasses)?;
+        let engine =
+            job.params.engine.progressive().ok_or_else(|| Error::NoStop { engine: job.params.engine.name() })?;
         let lowest = lowest(job);
         let curves = Curves::new(&job.params.temp_dir, tiles).map_err(failed(job))?;
         Ok(Survey { job, engine, lowest, floor: Floor::new(&job.params.goal, lowest), curves })
@@ -249,7 +250,8 @@ impl TileMaker {
         }
         let order = Order { rim: &late, tile: place.index as u64, cut: end.cut, most: u64::MAX, squares: None };
         let task = task(&self.shared.tile, &rim, end.lowest, job);
-        let engine = job.params.engine.progressive().ok_or(Error::GoalWithPasses)?;
+        let engine =
+            job.params.engine.progressive().ok_or_else(|| Error::NoStop { engine: job.params.engine.name() })?;
         engine.triangulate_in_order(&task, order, &mut self.engine, &mut self.mesh, &mut |_| ())?;
         Ok((rim, end.bound(job)))
     }

@@ -5,7 +5,7 @@ use crate::base::control::Control;
 use crate::base::tiling::{TileGrid, TileId};
 use crate::field::{Choice, Field, FieldOptions};
 use crate::job::goal::{Curves, Floor, find_cut};
-use crate::job::passes::{Job, TileMaker, check_corners, error_needs, lowest};
+use crate::job::passes::{Job, TileMaker, check_corners, error_needs, grid, lowest};
 use crate::job::spool::SpoolError;
 use crate::job::{Error, Goal, Params};
 use crate::kernel::triangulate::Progressive;
@@ -63,7 +63,8 @@ pub fn probe(
 /// # Errors
 /// As [`probe`].
 pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Result<Expected, Error> {
-    let grid = TileGrid::new(field.width(), field.height(), params.tile);
+    params.check(field)?;
+    let grid = grid(field.width(), field.height(), params)?;
     let samples = field.width() as f64 * field.height() as f64;
     let goal = Goal { max_rms: params.goal.max_rms, ..Goal::default() };
     let few = Params { points: None, goal, ..params.clone() };

@@ -29,10 +29,12 @@ mod error;
 #[cfg(any(test, feature = "fuzzing"))]
 pub(crate) mod fuzzing;
 mod lock;
+mod look;
 mod manifest;
 mod staged_output;
 
 pub use error::{Difference, WorkDirError};
+pub use look::Finished;
 
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};

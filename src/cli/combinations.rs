@@ -1,0 +1,185 @@
+//! Which options ask for which features of a run, and what is said where features do not go together.
+//!
+//! [`options`] is the one table that maps features to options. What does not go together stands in [`crate::job::rules`]
+//! alone; here it gets the names of options.
+
+use super::Failure;
+use crate::job::features::{Feature, FeatureSet};
+use crate::job::rules::{self, Incompatible, Words, list};
+
+/// How a feature is asked for, and how not.
+struct Options {
+    /// The options that ask for it, with their values where others do not.
+    any: &'static str,
+    /// One of them, to be used.
+    one: &'static str,
+    without: Without,
+}
+
+/// How to do without a feature.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Without {
+    /// Remove the option.
+    Remove,
+    /// Use another value.
+    Use(&'static str),
+    /// Use another option in its place.
+    Replace(&'static str),
+}
+
+/// The options for a feature.
+fn options(feature: Feature) -> Options {
+    use Without::{Remove, Replace, Use};
+    let (any, without) = match feature {
+        Feature::VertexBudget => ("--max-points", Replace("--max-error")),
+        Feature::TriangleBudget => ("--max-triangles", Replace("--max-error")),
+        Feature::RmsGoal => ("--max-rms", Replace("--max-error")),
+        Feature::Attributes => ("--channels", Remove),
+        Feature::Image => ("--planar", Remove),
+        Feature::AttributeWeight => ("--emphasis", Remove),
+        Feature::Importance => ("--importance", Remove),
+        Feature::Points => ("--points", Remove),
+        Feature::Trim => ("--trim", Remove),
+        Feature::FilledVoids => ("--fill-holes", Remove),
+        Feature::Band => ("--band", Remove),
+        Feature::Encoding => ("--encoding", Remove),
+        Feature::NodataMarks => ("--nodata", Remove),
+        Feature::ValidRange => ("--valid-range", Remove),
+        Feature::Cutline => ("--cutline", Remove),
+        Feature::Polishing => ("--quality fast, balanced or best", Use("--quality none")),
+        Feature::FittedHeights => ("--heights fitted", Remove),
+        Feature::MinAngle => ("--min-angle", Remove),
+        Feature::PolishingNumbers => ("--polish-sweeps and the other numbers --polish-…", Remove),
+        Feature::StrongPolishEdges => ("--polish-edges strong", Remove),
+        Feature::WeakPolishEdges => ("--polish-edges weak", Remove),
+        Feature::StrongFeasibility => ("--feasibility strong", Remove),
+        Feature::GreedyCuts => ("--engine greedy-cuts", Use("--engine greedy-insertion")),
+        Feature::CutOrder => ("--cuts", Remove),
+        Feature::DelaunaySwap => ("--swap delaunay", Remove),
+        Feature::DataDependentSwap => ("--swap data-dependent", Remove),
+        Feature::QualityThreshold => ("--quality-threshold", Remove),
+        Feature::Shape => ("--shape", Remove),
+        Feature::Fit => ("--fit", Remove),
+        Feature::SequentialSelection => ("--selection sequential", Remove),
+        Feature::FractionalSelection => ("--selection fractional", Remove),
+        Feature::ConstantSelection => ("--selection constant", Remove),
+        Feature::Fraction => ("--fraction", Remove),
+        Feature::LocalErrorMeasure => ("--measure local-error", Remove),
+        Feature::GlobalErrorMeasure => ("--measure global-error", Remove),
+        Feature::SmoothedMeasure => ("--measure curvature or product", Remove),
+        Feature::Smoothing => ("--smoothing", Remove),
+        Feature::InexactScale => ("--z-scale, if it is no power of two", Use("--z-scale 1 or another power of two")),
+        Feature::RoundedToSingle => {
+            ("--precision float, if heights need more digits than it has", Use("--precision double"))
+        }
+    };
+    let one = match feature {
+        Feature::Polishing => "--quality balanced",
+        Feature::SmoothedMeasure => "--measure curvature",
+        _ => any,
+    };
+    Options { any, one, without }
+}
+
+/// What a command line asks for.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Asked {
+    /// Features, and the options by which they are asked for. A feature may be there more than once.
+    given: Vec<(Feature, String)>,
+}
+
+impl Asked {
+    /// The features.
+    pub(super) fn features(&self) -> FeatureSet {
+        self.given.iter().map(|(feature, _)| *feature).collect()
+    }
+
+    /// Adds a feature, if it is wanted.
+    pub(super) fn add(&mut self, feature: Feature, is_wanted: bool) {
+        if is_wanted {
+            self.add_by(feature, options(feature).one);
+        }
+    }
+
+    /// Adds a feature by an option as it is given.
+    pub(super) fn add_by(&mut self, feature: Feature, option: impl Into<String>) {
+        self.given.push((feature, option.into()));
+    }
+
+    /// Makes sure that all of it goes together in a run.
+    ///
+    /// # Errors
+    /// Exit code 2, with all conflicts, one a line.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        rules::check(self.features()).map_err(|conflicts| self.refuse(&conflicts))
+    }
+
+    /// Makes sure that all of it goes together where samples are read and errors judged.
+    ///
+    /// # Errors
+    /// As [`Asked::check`].
+    pub(super) fn check_samples(&self) -> Result<(), Failure> {
+        rules::check_samples(self.features()).map_err(|conflicts| self.refuse(&conflicts))
+    }
+
+    fn refuse(&self, incompatible: &Incompatible) -> Failure {
+        let lines: Vec<String> = incompatible.conflicts.iter().map(|conflict| conflict.in_words(self)).collect();
+        Failure::usage(lines.join("\nerror: "))
+    }
+}
+
+impl Words for Asked {
+    fn name(&self, feature: Feature) -> String {
+        let given = list(self.given.iter().filter(|(f, _)| *f == feature).map(|(_, option)| option.clone()));
+        if given.is_empty() { options(feature).any.to_string() } else { given }
+    }
+
+    fn without(&self, features: &[Feature]) -> String {
+        let mut ways: Vec<Without> = Vec::new();
+        for &feature in features {
+            let way = options(feature).without;
+            if !ways.contains(&way) {
+                ways.push(way);
+            }
+        }
+        let demand = |&way: &Without| {
+            let named = features.iter().filter(|&&f| options(f).without == way).map(|&f| self.name(f));
+            match way {
+                Without::Remove => format!("remove {}", list(named)),
+                Without::Use(other) => format!("use {other}"),
+                Without::Replace(other) => format!("use {other} instead of {}", list(named)),
+            }
+        };
+        list(ways.iter().map(demand))
+    }
+
+    fn with(&self, feature: Feature) -> String {
+        format!("use {}", options(feature).one)
+    }
+}
+
+impl From<Incompatible> for Failure {
+    fn from(incompatible: Incompatible) -> Failure {
+        Asked::default().refuse(&incompatible)
+    }
+}
+
+/// The rule book with the names of options, a row for each rule: the options it is about, how they belong to others,
+/// those, why, and what to do instead.
+#[cfg(test)]
+pub(super) fn table() -> Vec<[String; 5]> {
+    use crate::job::rules::{RULES, Relation};
+    let words = Asked::default();
+    let names = |features: &[Feature]| list(features.iter().map(|&feature| words.name(feature)));
+    let row = |rule: &rules::Rule| {
+        let (relation, others, instead) = match rule.relation {
+            Relation::Excludes(others) => ("not with", names(others), words.without(others)),
+            Relation::Requires(needed) => ("only with", names(&[needed]), words.with(needed)),
+        };
+        [names(rule.features), relation.to_string(), others, rule.why.to_string(), instead]
+    };
+    RULES.iter().map(row).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,285 @@
+//! All pairs of options that ask for features, through the commands themselves: each runs and passes `verify`, or is
+//! refused; and what is done as the refusal says runs.
+
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+use clap::Parser;
+use gdal::DriverManager;
+use gdal::raster::{Buffer, GdalType};
+use gdal::spatial_ref::SpatialRef;
+
+use super::*;
+use crate::cli::{Cli, Command};
+use crate::job::rules::WayOut;
+use crate::testing;
+
+const SIZE: (usize, usize) = (20, 16);
+
+/// The options of a command line: what follows each of them, if anything does.
+type Line = BTreeMap<&'static str, &'static str>;
+
+/// Files for all features.
+struct Scene {
+    folder: tempfile::TempDir,
+}
+
+impl Scene {
+    fn new() -> Scene {
+        let scene = Scene { folder: testing::folder() };
+        let place = |i: usize| (i % SIZE.0, i / SIZE.0);
+        let heights = |i: usize| {
+            let (c, r) = place(i);
+            let is_void = (8..10).contains(&c) && (7..9).contains(&r);
+            if is_void { -9999.0 } else { 0.1 + ((c * c + 3 * r * c + 7 * r) % 23) as f64 * 0.37 }
+        };
+        let red = |i: usize| (place(i).0 * 11 % 256) as f64;
+        let weights = |i: usize| 0.25 * (i % 5) as f64;
+        let high = |_: usize| 128.0;
+        let low = |i: usize| ((place(i).0 + 2 * place(i).1) % 17) as f64;
+        scene.write::<f64>("dem.tif", &[&heights, &red, &low]);
+        scene.write::<f64>("weights.tif", &[&weights]);
+        scene.write::<u8>("rgb.tif", &[&high, &low, &red]);
+        scene.layer("points.geojson", "Point", &scene.at(4.0, 5.0));
+        let ring = [(1.3, 0.7), (17.6, 1.2), (16.1, 14.2), (2.2, 13.6), (1.3, 0.7)].map(|(c, r)| scene.at(c, r));
+        scene.layer("area.geojson", "Polygon", &format!("[[{}]]", ring.join(", ")));
+        scene
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.folder.path().join(name).display().to_string()
+    }
+
+    fn write<T: GdalType + Copy + FromF64>(&self, name: &str, bands: &[&dyn Fn(usize) -> f64]) {
+        let driver = DriverManager::get_driver_by_name("GTiff").expect("GTiff");
+        let dataset = driver.create_with_band_type::<T, _>(self.path(name), SIZE.0, SIZE.1, bands.len());
+        let mut dataset = dataset.expect("a raster");
+        dataset.set_geo_transform(&[500_000.0, 10.0, 0.0, 5_200_000.0, 0.0, -10.0]).expect("a place");
+        dataset.set_spatial_ref(&SpatialRef::from_epsg(32633).expect("a CRS")).expect("a CRS");
+        for (number, value) in bands.iter().enumerate() {
+            let samples: Vec<T> = (0..SIZE.0 * SIZE.1).map(|i| T::from_f64(value(i))).collect();
+            let mut band = dataset.rasterband(number + 1).expect("a band");
+            band.write((0, 0), SIZE, &mut Buffer::new(SIZE, samples)).expect("written");
+        }
+        dataset.close().expect("closed");
+    }
+
+    fn at(&self, column: f64, row: f64) -> String {
+        format!("[{}, {}]", 500_005.0 + column * 10.0, 5_199_995.0 - row * 10.0)
+    }
+
+    fn layer(&self, name: &str, kind: &str, coordinates: &str) {
+        let crs = r#"{"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}}"#;
+        let geometry = format!(r#"{{"type": "{kind}", "coordinates": {coordinates}}}"#);
+        let feature = format!(r#"{{"type": "Feature", "properties": {{}}, "geometry": {geometry}}}"#);
+        let text =
+            format!(r#"{{"type": "FeatureCollection", "name": "layer", "crs": {crs}, "features": [{feature}]}}"#);
+        std::fs::write(self.path(name), text).expect("written");
+    }
+
+    /// Runs a subcommand on the files that the options are for.
+    fn command(&self, name: &str, line: &Line) -> Command {
+        let raster = if line.contains_key("--encoding") { "rgb.tif" } else { "dem.tif" };
+        let mut words = vec!["terrabite".to_string(), name.to_string(), self.path(raster), self.path("tin.ply")];
+        for (option, value) in line {
+            words.push(option.to_string());
+            match *value {
+                "" => {}
+                file if file.contains('.') && file.ends_with(|c: char| c.is_alphabetic()) => {
+                    words.push(self.path(file))
+                }
+                value => words.push(value.to_string()),
+            }
+        }
+        Cli::try_parse_from(&words).unwrap_or_else(|e| panic!("{words:?}: {e}")).command
+    }
+
+    /// Makes a mesh, which must pass.
+    fn run(&self, line: &Line) -> Result<(), Failure> {
+        let mut making = line.clone();
+        making.extend([("--temp-dir", "."), ("--tile", "8"), ("--threads", "1"), ("--access", "windows")]);
+        making.extend([("--overwrite", ""), ("--quiet", "")]);
+        let Command::Simplify(args) = self.command("simplify", &making) else { panic!("simplify") };
+        crate::cli::simplify::run(&args)?;
+        let judging: Line = line.iter().filter(|(option, _)| JUDGED.contains(option)).map(|(o, v)| (*o, *v)).collect();
+        let Command::Verify(args) = self.command("verify", &judging) else { panic!("verify") };
+        let judged = crate::cli::verify::run(&args).unwrap_or_else(|e| panic!("{e:?} for {line:?}"));
+        assert_eq!(format!("{judged:?}"), format!("{:?}", ExitCode::SUCCESS), "{line:?} fails");
+        Ok(())
+    }
+
+    fn asked(&self, line: &Line) -> Asked {
+        let Command::Simplify(args) = self.command("simplify", line) else { panic!("simplify") };
+        args.asked_of_doubles()
+    }
+}
+
+/// What `verify` has to be given, too.
+const JUDGED: [&str; 12] = [
+    "--max-error",
+    "--channels",
+    "--planar",
+    "--emphasis",
+    "--importance",
+    "--trim",
+    "--fill-holes",
+    "--band",
+    "--encoding",
+    "--nodata",
+    "--valid-range",
+    "--cutline",
+];
+
+trait FromF64 {
+    fn from_f64(value: f64) -> Self;
+}
+
+impl FromF64 for f64 {
+    fn from_f64(value: f64) -> f64 {
+        value
+    }
+}
+
+impl FromF64 for u8 {
+    fn from_f64(value: f64) -> u8 {
+        value as u8
+    }
+}
+
+/// The option that asks for a feature, and what follows it. Budgets are large enough for the tolerance to be kept.
+fn example(feature: Feature) -> (&'static str, &'static str) {
+    match feature {
+        Feature::VertexBudget => ("--max-points", "1000"),
+        Feature::TriangleBudget => ("--max-triangles", "2000"),
+        Feature::RmsGoal => ("--max-rms", "1"),
+        Feature::Attributes => ("--channels", "2,3"),
+        Feature::Image => ("--planar", ""),
+        Feature::AttributeWeight => ("--emphasis", "0.3"),
+        Feature::Importance => ("--importance", "weights.tif"),
+        Feature::Points => ("--points", "points.geojson"),
+        Feature::Trim => ("--trim", "2"),
+        Feature::FilledVoids => ("--fill-holes", "9"),
+        Feature::Band => ("--band", "1"),
+        Feature::Encoding => ("--encoding", "terrarium"),
+        Feature::NodataMarks => ("--nodata", "-9999"),
+        Feature::ValidRange => ("--valid-range", "-30,10"),
+        Feature::Cutline => ("--cutline", "area.geojson"),
+        Feature::Polishing => ("--quality", "fast"),
+        Feature::FittedHeights => ("--heights", "fitted"),
+        Feature::MinAngle => ("--min-angle", "10"),
+        Feature::PolishingNumbers => ("--polish-sweeps", "1"),
+        Feature::StrongPolishEdges => ("--polish-edges", "strong"),
+        Feature::WeakPolishEdges => ("--polish-edges", "weak"),
+        Feature::StrongFeasibility => ("--feasibility", "strong"),
+        Feature::GreedyCuts => ("--engine", "greedy-cuts"),
+        Feature::CutOrder => ("--cuts", "improved"),
+        Feature::DelaunaySwap => ("--swap", "delaunay"),
+        Feature::DataDependentSwap => ("--swap", "data-dependent"),
+        Feature::QualityThreshold => ("--quality-threshold", "0.4"),
+        Feature::Shape => ("--shape", "smallest-angle"),
+        Feature::Fit => ("--fit", "l2"),
+        Feature::SequentialSelection => ("--selection", "sequential"),
+        Feature::FractionalSelection => ("--selection", "fractional"),
+        Feature::ConstantSelection => ("--selection", "constant"),
+        Feature::Fraction => ("--fraction", "0.7"),
+        Feature::LocalErrorMeasure => ("--measure", "local-error"),
+        Feature::GlobalErrorMeasure => ("--measure", "global-error"),
+        Feature::SmoothedMeasure => ("--measure", "curvature"),
+        Feature::Smoothing => ("--smoothing", "2"),
+        Feature::InexactScale => ("--z-scale", "0.3"),
+        Feature::RoundedToSingle => ("--precision", "float"),
+    }
+}
+
+/// Does with the options what the way out says.
+fn follow(line: &mut Line, incompatible: &Incompatible) {
+    for conflict in &incompatible.conflicts {
+        let given_up = match conflict.way_out {
+            WayOut::GiveUpThese => conflict.these.as_slice(),
+            WayOut::GiveUpThose => conflict.those.as_slice(),
+            WayOut::Add(feature) => {
+                let (option, value) = example(feature);
+                line.insert(option, value);
+                &[]
+            }
+        };
+        for &feature in given_up {
+            match options(feature).without {
+                // The tolerance is there.
+                Without::Remove | Without::Replace("--max-error") => line.remove(example(feature).0),
+                Without::Replace(other) => panic!("{other} in place of {feature}"),
+                Without::Use(words) => {
+                    let mut words = words.split(' ');
+                    line.insert(words.next().expect("an option"), words.next().expect("a value"))
+                }
+            };
+        }
+    }
+}
+
+#[test]
+fn pairs_of_options_run_or_are_refused_with_a_way_out() {
+    let scene = Scene::new();
+    let (mut run, mut refused) = (0, 0);
+    for (i, &a) in Feature::ALL.iter().enumerate() {
+        for &b in &Feature::ALL[i..] {
+            let ((first, x), (second, y)) = (example(a), example(b));
+            if first == second && a != b {
+                continue;
+            }
+            let mut line = Line::from([("--max-error", "1.5"), (first, x), (second, y)]);
+            let asked = scene.asked(&line);
+            let found = scene.run(&line);
+            let Err(incompatible) = rules::check(asked.features()) else {
+                found.unwrap_or_else(|e| panic!("{e:?} for {line:?}"));
+                run += 1;
+                continue;
+            };
+            refused += 1;
+            let message = found.expect_err("refused").message().to_string();
+            assert_eq!(message, asked.refuse(&incompatible).message(), "{line:?}");
+            assert_eq!(message.lines().count(), incompatible.conflicts.len());
+            assert!(message.contains(first) || message.contains(second), "{message}");
+            follow(&mut line, &incompatible);
+            scene.run(&line).unwrap_or_else(|e| panic!("{e:?} for {line:?} after {message}"));
+        }
+    }
+    assert!(run > 300 && refused > 150, "{run} pairs run, {refused} are refused");
+}
+
+#[test]
+fn each_feature_has_its_option() {
+    for &feature in Feature::ALL {
+        let (option, value) = example(feature);
+        assert!(options(feature).any.starts_with(option), "{feature}: {option}");
+        assert_eq!(options(feature).one.split(' ').next(), Some(option));
+        if let Some(said) =
+            options(feature).one.split(' ').nth(1).filter(|_| options(feature).one == options(feature).any)
+        {
+            assert_eq!(said, value, "{feature}");
+        }
+    }
+}
+
+#[test]
+fn messages_name_options_as_they_are_given() {
+    let asked = |line: &[(Feature, &str)]| Asked { given: line.iter().map(|(f, o)| (*f, o.to_string())).collect() };
+    let message = |line: &[(Feature, &str)]| asked(line).check().expect_err("refused").message().to_string();
+    assert_eq!(
+        message(&[(Feature::Attributes, "--channels"), (Feature::Polishing, "--quality balanced")]),
+        "--channels cannot be combined with --quality balanced: polishing tests heights alone; use --quality none"
+    );
+    let said = message(&[
+        (Feature::RmsGoal, "--max-rms"),
+        (Feature::Polishing, "--quality best"),
+        (Feature::MinAngle, "--min-angle"),
+        (Feature::PolishingNumbers, "--polish-yield"),
+        (Feature::PolishingNumbers, "--polish-steps"),
+    ]);
+    assert!(said.starts_with(
+        "--max-rms cannot be combined with --quality best, --min-angle, --polish-yield and --polish-steps: "
+    ));
+    assert!(said.ends_with("; use --quality none and remove --min-angle, --polish-yield and --polish-steps"), "{said}");
+    let said = message(&[(Feature::Attributes, "--channels"), (Feature::VertexBudget, "--max-points")]);
+    assert!(said.ends_with("; use --max-error instead of --max-points"), "{said}");
+}

@@ -1,0 +1,201 @@
+//! What decides a mesh, as numbers and choices: [`Params`], and which features of a run they ask for.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::features::{Feature, FeatureSet};
+use super::{EngineChoice, Error, Goal, Quality, VertexHeights, passes, rules};
+use crate::base::tiling::TileGrid;
+use crate::base::{PointSet, Tolerance, exact_double};
+use crate::field::Field;
+use crate::kernel::boundary::MAX_CELLS;
+use crate::kernel::polish::{Schedule, Tuning};
+use crate::kernel::triangulate::Feasibility;
+use crate::kernel::triangulate::cuts::{Cuts, GreedyCuts};
+use crate::kernel::triangulate::insertion::{GreedyInsertion, InsertionOptions, Measure, Selection, Swap};
+
+/// What decides the mesh, and where temporary files go.
+#[derive(Debug, Clone)]
+pub struct Params {
+    /// The largest vertical distance allowed between the surface and any sample, in the heights' units; at least 0. Where
+    /// the field has weights ([`crate::field::Field::with_importance`]), the largest distance × weight.
+    pub tolerance: Tolerance,
+    /// Which triangles may be used.
+    pub feasibility: Feasibility,
+    /// What triangulates the tiles.
+    pub engine: EngineChoice,
+    /// How much work goes into fewer triangles once the engine is done. It does not go with all features
+    /// ([`super::rules`]).
+    pub quality: Quality,
+    /// What heights the vertices have that polishing moves.
+    pub heights: VertexHeights,
+    /// What is chosen of polishing beside that.
+    pub tuning: Tuning,
+    /// What ends the refinement beside the tolerance. Only for engines that refine ([`super::rules`]).
+    pub goal: Goal,
+    /// A tile's side in cells; 0 makes one tile of the whole raster.
+    pub tile: usize,
+    /// How many cells the rim of the ground may lose where samples are missing, so that it has fewer vertices: 0 to
+    /// [`crate::kernel::boundary::MAX_CELLS`].
+    pub trim: u32,
+    /// Samples that become vertices of the mesh. Not every engine can take them ([`super::rules`]).
+    pub points: Option<Arc<PointSet>>,
+    /// The folder of temporary files.
+    pub temp_dir: PathBuf,
+}
+
+/// The tile size where none is asked for, in cells. Its samples fit a core's cache, and fixed seams cost little at it.
+pub const DEFAULT_TILE: usize = 512;
+
+impl Params {
+    /// Everything as usual but the tolerance.
+    pub fn new(max_error: f64) -> Params {
+        Params {
+            tolerance: Tolerance::new(max_error),
+            feasibility: Feasibility::default(),
+            engine: EngineChoice::default(),
+            quality: Quality::default(),
+            heights: VertexHeights::default(),
+            tuning: Tuning::default(),
+            goal: Goal::default(),
+            tile: DEFAULT_TILE,
+            trim: 0,
+            points: None,
+            temp_dir: std::env::temp_dir(),
+        }
+    }
+
+    /// What of the features of a run these ask for. Options of an engine count where they are not as usual.
+    pub fn features(&self) -> FeatureSet {
+        let Params { goal, tuning, .. } = self;
+        let wanted = [
+            (Feature::VertexBudget, goal.max_points.is_some()),
+            (Feature::TriangleBudget, goal.max_triangles.is_some()),
+            (Feature::RmsGoal, goal.max_rms.is_some()),
+            (Feature::Points, self.points.as_ref().is_some_and(|p| !p.is_empty())),
+            (Feature::Trim, self.trim > 0),
+            (Feature::Polishing, self.quality != Quality::None),
+            (Feature::FittedHeights, self.heights == VertexHeights::Fitted),
+            (Feature::MinAngle, tuning.min_angle > 0.0),
+            (Feature::PolishingNumbers, tuning.schedule.is_some()),
+            (Feature::StrongPolishEdges, tuning.strong_edges),
+            (Feature::StrongFeasibility, self.feasibility == Feasibility::Strong),
+        ];
+        let wanted: FeatureSet = wanted.into_iter().filter(|(_, is_wanted)| *is_wanted).map(|(f, _)| f).collect();
+        wanted.and(self.engine.features())
+    }
+
+    /// Makes sure that a field can be triangulated with these parameters: that numbers are in their ranges, and that
+    /// features go together, those of the field included.
+    ///
+    /// # Errors
+    /// [`Error::Tolerance`], [`Error::Trim`], [`Error::MinAngle`], [`Error::Schedule`]; [`Error::Incompatible`] with all
+    /// conflicts at once.
+    pub fn check(&self, field: &Field) -> Result<(), Error> {
+        // Under a goal the tolerance may be left open.
+        let may_be_open = !self.goal.is_none();
+        if !self.tolerance.is_usable() || self.tolerance.is_open() && !may_be_open {
+            return Err(Error::Tolerance(self.tolerance.asked()));
+        }
+        if self.trim > MAX_CELLS {
+            return Err(Error::Trim(self.trim));
+        }
+        if !(0.0..=60.0).contains(&self.tuning.min_angle) {
+            return Err(Error::MinAngle(self.tuning.min_angle));
+        }
+        if let Some(schedule) = &self.tuning.schedule {
+            schedule.check()?;
+        }
+        Ok(rules::check(self.features().and(FeatureSet::of_field(field)))?)
+    }
+
+    /// How many passes a run makes over the tiles of a grid, each of which keeps its chunks until the end.
+    pub fn passes(&self, grid: TileGrid) -> u64 {
+        if passes::shifted(grid, self.quality).is_some() { 2 } else { 1 }
+    }
+
+    /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
+    pub fn named(&self) -> Vec<(&'static str, String)> {
+        let feasibility = match self.feasibility {
+            Feasibility::Weak => "weak",
+            Feasibility::Strong => "strong",
+        };
+        let mut named = vec![
+            (
+                "max error",
+                if self.tolerance.is_open() { "open".to_string() } else { exact_double(self.tolerance.kept()) },
+            ),
+            ("feasibility", feasibility.to_string()),
+            ("tile", self.tile.to_string()),
+            ("engine", self.engine.identity()),
+            ("quality", self.quality.name().to_string()),
+        ];
+        if self.heights != VertexHeights::default() {
+            named.push(("heights", format!("{:?}", self.heights).to_lowercase()));
+        }
+        if let Some((schedule, effort)) = self.tuning.schedule.zip(self.quality.effort())
+            && schedule != Schedule::preset(effort, self.heights)
+        {
+            named.push(("polishing", schedule.named()));
+        }
+        if self.tuning.min_angle > 0.0 {
+            named.push(("smallest angle", exact_double(self.tuning.min_angle)));
+        }
+        if self.tuning.strong_edges && self.feasibility == Feasibility::Weak {
+            named.push(("edges in polishing", "strong".to_string()));
+        }
+        if self.trim > 0 {
+            named.push(("trim", format!("{} cells", self.trim)));
+        }
+        if !self.goal.is_none() {
+            named.push(("goal", self.goal.named()));
+        }
+        if let Some(points) = self.points.as_ref().filter(|p| !p.is_empty()) {
+            named.push(("points", format!("{} samples with the checksum {:08x}", points.len(), points.checksum())));
+        }
+        named
+    }
+}
+
+impl EngineChoice {
+    /// What of the features of a run it is.
+    fn features(&self) -> FeatureSet {
+        let InsertionOptions { swap, selection, measure } = match self {
+            EngineChoice::GreedyCuts(GreedyCuts::PLAIN) => return FeatureSet::default().with(Feature::GreedyCuts),
+            EngineChoice::GreedyCuts(GreedyCuts { cuts: Cuts::Improved }) => {
+                return FeatureSet::default().with(Feature::GreedyCuts).with(Feature::CutOrder);
+            }
+            EngineChoice::GreedyInsertion(GreedyInsertion { options }) => options,
+        };
+        let swap = match swap {
+            Swap::Delaunay => None,
+            Swap::DataDependent(_) => Some(Feature::DataDependentSwap),
+        };
+        let selection = match selection {
+            Selection::Sequential => None,
+            Selection::Fractional(_) => Some(Feature::FractionalSelection),
+            Selection::Constant => Some(Feature::ConstantSelection),
+        };
+        let measure = match measure {
+            Measure::LocalError => None,
+            Measure::GlobalError => Some(Feature::GlobalErrorMeasure),
+            Measure::Curvature(_) | Measure::Product(_) => Some(Feature::SmoothedMeasure),
+        };
+        [swap, selection, measure].into_iter().flatten().collect()
+    }
+}
+
+impl FeatureSet {
+    /// What a field has: attributes or an image, importance weights, filled voids.
+    pub fn of_field(field: &Field) -> FeatureSet {
+        let attributes = match field.channels().len() {
+            0 => None,
+            // The level of an image is not read.
+            count if field.each().count() == count => Some(Feature::Image),
+            _ => Some(Feature::Attributes),
+        };
+        let importance = field.importance().map(|_| Feature::Importance);
+        let voids = field.holes().map(|_| Feature::FilledVoids);
+        [attributes, importance, voids].into_iter().flatten().collect()
+    }
+}

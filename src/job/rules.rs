@@ -1,0 +1,374 @@
+//! The rule book: which features of a run do not go together, why, and what to do instead.
+//!
+//! [`RULES`] is the only place that says so. It is asked once by everyone who starts work ([`super::triangulate_into`],
+//! [`super::probe_field`], the command line before it opens anything), [`check`] reports all conflicts at once, and
+//! defaults follow from it ([`default_quality`], [`default_engine`]). The table of combinations in `docs/options.md` is
+//! printed from it. Doing what all conflicts together suggest leads to no further refusal; a test tries all sets of up to
+//! three features, and many larger ones.
+
+use std::fmt;
+
+use super::features::{Feature, FeatureSet};
+use super::{EngineChoice, Quality};
+use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::insertion::GreedyInsertion;
+
+/// Features that do not go with others, or not without another.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Rule {
+    /// The features that it is about: it holds for each of them.
+    pub features: &'static [Feature],
+    /// What they do not go with, or not without.
+    pub relation: Relation,
+    /// Why, as a clause in words.
+    pub why: &'static str,
+    /// Who has to keep it.
+    pub scope: Scope,
+}
+
+/// How the features of a rule and others belong together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Relation {
+    /// They cannot be combined with any of these; the way out is to give these up.
+    Excludes(&'static [Feature]),
+    /// They mean nothing without this one; the way out is to take it, too, or to give them up where it does not go with
+    /// the rest.
+    Requires(Feature),
+}
+
+/// Who has to keep a rule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scope {
+    /// Whoever makes a mesh.
+    Run,
+    /// Whoever looks at samples or judges errors, too: the rule is about what samples and errors are.
+    Samples,
+}
+
+/// What ends a run before all samples are within the tolerance.
+const GOALS: &[Feature] = &[Feature::VertexBudget, Feature::TriangleBudget, Feature::RmsGoal];
+
+/// Values of vertices beside their height, or instead of it.
+const ATTRIBUTES: &[Feature] = &[Feature::Attributes, Feature::Image];
+
+/// What is part of polishing, and means nothing without it.
+const OF_POLISHING: &[Feature] = &[
+    Feature::FittedHeights,
+    Feature::MinAngle,
+    Feature::PolishingNumbers,
+    Feature::StrongPolishEdges,
+    Feature::WeakPolishEdges,
+];
+
+/// Polishing and all that is part of it.
+const ALL_POLISHING: &[Feature] = &[
+    Feature::Polishing,
+    Feature::FittedHeights,
+    Feature::MinAngle,
+    Feature::PolishingNumbers,
+    Feature::StrongPolishEdges,
+    Feature::WeakPolishEdges,
+];
+
+/// The engine of greedy cuts, and what is part of it.
+const CUTS: &[Feature] = &[Feature::GreedyCuts, Feature::CutOrder];
+
+/// What is part of the engine of greedy insertion.
+const OF_INSERTION: &[Feature] = &[
+    Feature::DelaunaySwap,
+    Feature::DataDependentSwap,
+    Feature::QualityThreshold,
+    Feature::Shape,
+    Feature::Fit,
+    Feature::SequentialSelection,
+    Feature::FractionalSelection,
+    Feature::ConstantSelection,
+    Feature::Fraction,
+    Feature::LocalErrorMeasure,
+    Feature::GlobalErrorMeasure,
+    Feature::SmoothedMeasure,
+    Feature::Smoothing,
+];
+
+const fn exclude(features: &'static [Feature], others: &'static [Feature], why: &'static str) -> Rule {
+    Rule { features, relation: Relation::Excludes(others), why, scope: Scope::Run }
+}
+
+const fn require(features: &'static [Feature], needed: Feature, why: &'static str) -> Rule {
+    Rule { features, relation: Relation::Requires(needed), why, scope: Scope::Run }
+}
+
+const fn everywhere(rule: Rule) -> Rule {
+    Rule { scope: Scope::Samples, ..rule }
+}
+
+/// All rules. Where a feature is given up, so is what is part of it: each rule says so by itself.
+pub const RULES: &[Rule] = &[
+    exclude(
+        GOALS,
+        ALL_POLISHING,
+        "polishing changes how many vertices there are, and their errors, after insertion has met the goal",
+    ),
+    exclude(
+        GOALS,
+        &[Feature::Trim],
+        "the rim is simplified before insertion begins, when the error to end at is not known yet",
+    ),
+    exclude(GOALS, &[Feature::FilledVoids], "filled voids have no errors to count"),
+    exclude(
+        GOALS,
+        &[
+            Feature::FractionalSelection,
+            Feature::ConstantSelection,
+            Feature::Fraction,
+            Feature::GlobalErrorMeasure,
+            Feature::SmoothedMeasure,
+            Feature::Smoothing,
+        ],
+        "a goal is met by inserting samples one at a time, the one with the largest error first",
+    ),
+    exclude(GOALS, CUTS, "greedy cuts make their triangles once and for all and cannot stop at a goal"),
+    exclude(ATTRIBUTES, GOALS, "the order of insertions in a whole raster is that of vertical errors"),
+    exclude(ATTRIBUTES, ALL_POLISHING, "polishing tests heights alone"),
+    exclude(ATTRIBUTES, &[Feature::FilledVoids], "filled voids have no attribute values"),
+    exclude(ATTRIBUTES, CUTS, "greedy cuts bound no errors in attributes"),
+    everywhere(exclude(
+        ATTRIBUTES,
+        &[Feature::Importance],
+        "the weighted error of attributes knows no weights of samples",
+    )),
+    everywhere(exclude(
+        &[Feature::Image],
+        &[Feature::NodataMarks, Feature::ValidRange],
+        "an image has no heights that could be missing, and its bands must have a value in every sample",
+    )),
+    everywhere(exclude(&[Feature::Image], &[Feature::AttributeWeight], "nothing but attributes counts in an image")),
+    everywhere(exclude(&[Feature::Image], &[Feature::Band, Feature::Encoding], "an image has no heights")),
+    everywhere(exclude(&[Feature::Encoding], &[Feature::Band], "colours stand for heights in three bands together")),
+    exclude(
+        &[Feature::Attributes, Feature::Importance],
+        &[Feature::InexactScale, Feature::RoundedToSingle],
+        "what rounding loses of heights is taken from the tolerance, and is known as a vertical distance only",
+    ),
+    exclude(&[Feature::Points], CUTS, "greedy cuts cannot make vertices of given points"),
+    exclude(OF_INSERTION, CUTS, "greedy cuts have no edges to swap and no candidates to select"),
+    everywhere(require(&[Feature::AttributeWeight], Feature::Attributes, "it is what attributes count beside heights")),
+    require(&[Feature::CutOrder], Feature::GreedyCuts, "no other engine makes cuts"),
+    require(
+        &[Feature::QualityThreshold, Feature::Shape, Feature::Fit],
+        Feature::DataDependentSwap,
+        "only data-dependent swapping weighs shape against fit",
+    ),
+    require(
+        &[Feature::Fraction],
+        Feature::FractionalSelection,
+        "it is the share of the largest error from which on candidates are selected",
+    ),
+    require(&[Feature::Smoothing], Feature::SmoothedMeasure, "only heights whose curvature is measured are smoothed"),
+    require(OF_POLISHING, Feature::Polishing, "only polishing uses such options"),
+    exclude(
+        &[Feature::StrongFeasibility],
+        &[Feature::WeakPolishEdges],
+        "polishing would undo what strong feasibility asks for",
+    ),
+];
+
+impl Rule {
+    /// How `features` break this rule, if they do.
+    fn broken_by(&'static self, features: FeatureSet) -> Option<Conflict> {
+        let these = features.among(self.features);
+        let those = match self.relation {
+            Relation::Excludes(others) => features.among(others),
+            Relation::Requires(needed) if features.has(needed) => Vec::new(),
+            Relation::Requires(needed) => vec![needed],
+        };
+        let way_out = match self.relation {
+            Relation::Excludes(_) => WayOut::GiveUpThose,
+            Relation::Requires(needed) => WayOut::Add(needed),
+        };
+        (!these.is_empty() && !those.is_empty()).then_some(Conflict { rule: self, these, those, way_out })
+    }
+}
+
+/// A rule that is not kept.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Conflict {
+    /// The rule.
+    pub rule: &'static Rule,
+    /// The features it is about that are wanted; at least one.
+    pub these: Vec<Feature>,
+    /// Those that are wanted although they are excluded, or the one that is required; at least one.
+    pub those: Vec<Feature>,
+    /// What to do instead.
+    pub way_out: WayOut,
+}
+
+/// What to do instead of what does not go together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WayOut {
+    /// Give up [`Conflict::these`].
+    GiveUpThese,
+    /// Give up [`Conflict::those`].
+    GiveUpThose,
+    /// Take another feature, too.
+    Add(Feature),
+}
+
+/// How features are called, and what is done to have them or not.
+pub trait Words {
+    /// What a feature is called.
+    fn name(&self, feature: Feature) -> String {
+        feature.name().to_string()
+    }
+
+    /// How to do without features, at least one, as a demand.
+    fn without(&self, features: &[Feature]) -> String {
+        format!("do without {}", list(features.iter().map(|f| f.name().to_string())))
+    }
+
+    /// How to have a feature, too, as a demand.
+    fn with(&self, feature: Feature) -> String {
+        format!("add {}", feature.name())
+    }
+}
+
+/// Features by their names.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Names;
+
+impl Words for Names {}
+
+impl Conflict {
+    /// The features that the way out gives up.
+    fn given_up(&self) -> &[Feature] {
+        match self.way_out {
+            WayOut::GiveUpThese => &self.these,
+            WayOut::GiveUpThose => &self.those,
+            WayOut::Add(_) => &[],
+        }
+    }
+
+    /// The features as they are once the way out was taken.
+    #[must_use]
+    pub fn resolve(&self, features: FeatureSet) -> FeatureSet {
+        let rest = self.given_up().iter().fold(features, |set, &feature| set.without(feature));
+        match self.way_out {
+            WayOut::Add(needed) => rest.with(needed),
+            WayOut::GiveUpThese | WayOut::GiveUpThose => rest,
+        }
+    }
+
+    /// What does not go together, why, and the way out, in one line.
+    pub fn in_words(&self, words: &dyn Words) -> String {
+        let named = |features: &[Feature]| list(features.iter().map(|&f| words.name(f)));
+        let (these, those, why) = (named(&self.these), named(&self.those), self.rule.why);
+        let relation = match self.rule.relation {
+            Relation::Excludes(_) => "cannot be combined with",
+            Relation::Requires(_) if self.these.len() == 1 => "requires",
+            Relation::Requires(_) => "each require",
+        };
+        let way_out = match self.way_out {
+            WayOut::Add(needed) => words.with(needed),
+            WayOut::GiveUpThese | WayOut::GiveUpThose => words.without(self.given_up()),
+        };
+        format!("{these} {relation} {those}: {why}; {way_out}")
+    }
+}
+
+/// Things in a sentence, each of them once.
+pub fn list(things: impl Iterator<Item = String>) -> String {
+    let mut all: Vec<String> = Vec::new();
+    for thing in things.filter(|thing| !thing.is_empty()) {
+        if !all.contains(&thing) {
+            all.push(thing);
+        }
+    }
+    match all.as_slice() {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// Features that do not go together: every conflict, in the order of [`RULES`].
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub struct Incompatible {
+    /// At least one.
+    pub conflicts: Vec<Conflict>,
+}
+
+impl fmt::Display for Incompatible {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lines: Vec<String> = self.conflicts.iter().map(|c| c.in_words(&Names)).collect();
+        f.write_str(&lines.join("\n"))
+    }
+}
+
+/// Makes sure that features go together in a run.
+///
+/// # Errors
+/// [`Incompatible`], with all conflicts. A feature that is to be given up for one of them is not reported again for what
+/// it requires.
+pub fn check(features: FeatureSet) -> Result<(), Incompatible> {
+    check_for(Scope::Run, features)
+}
+
+/// Makes sure that features go together where samples are read and errors judged, but no mesh is made.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_samples(features: FeatureSet) -> Result<(), Incompatible> {
+    check_for(Scope::Samples, features)
+}
+
+fn check_for(scope: Scope, features: FeatureSet) -> Result<(), Incompatible> {
+    let rules = RULES.iter().filter(|rule| scope == Scope::Run || rule.scope == scope);
+    let mut conflicts: Vec<Conflict> = rules.filter_map(|rule| rule.broken_by(features)).collect();
+    let given_up: FeatureSet = conflicts.iter().flat_map(Conflict::given_up).copied().collect();
+    let mut rest = given_up.iter().fold(features, FeatureSet::without);
+    conflicts.retain_mut(|conflict| {
+        let WayOut::Add(needed) = conflict.way_out else { return true };
+        conflict.these.retain(|&feature| !given_up.has(feature));
+        match rest.with(needed) {
+            more if !more.is_contradictory() => rest = more,
+            _ => conflict.way_out = WayOut::GiveUpThese,
+        }
+        !conflict.these.is_empty()
+    });
+    if conflicts.is_empty() { Ok(()) } else { Err(Incompatible { conflicts }) }
+}
+
+impl FeatureSet {
+    /// Whether features in it exclude others in it.
+    fn is_contradictory(self) -> bool {
+        self.iter().any(|feature| excluded(self, feature))
+    }
+}
+
+/// Whether a feature that is wanted excludes another one.
+fn excluded(features: FeatureSet, other: Feature) -> bool {
+    let excludes = |rule: &Rule| match rule.relation {
+        Relation::Excludes(others) => others.contains(&other) && !features.among(rule.features).is_empty(),
+        Relation::Requires(_) => false,
+    };
+    RULES.iter().any(excludes)
+}
+
+/// How much a mesh is polished where nothing is said: as usual, or not at all where a feature excludes it.
+pub fn default_quality(features: FeatureSet) -> Quality {
+    if excluded(features, Feature::Polishing) { Quality::None } else { Quality::default() }
+}
+
+/// The engine where none is named, once it is known whether meshes are polished: greedy cuts with an order of theirs, or
+/// alone, where they are the fastest; greedy insertion for polishing, which comes to fewer triangles from there, and
+/// sooner, and where a feature excludes greedy cuts.
+pub fn default_engine(features: FeatureSet) -> EngineChoice {
+    let by_cuts = features.has(Feature::CutOrder) || !features.has(Feature::Polishing);
+    if by_cuts && !excluded(features, Feature::GreedyCuts) {
+        return GreedyCuts::PLAIN.into();
+    }
+    GreedyInsertion::default().into()
+}
+
+#[cfg(test)]
+mod tests;
