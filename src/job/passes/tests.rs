@@ -65,7 +65,7 @@ fn ranges(len: usize, cuts: &[usize], order: u64) -> Vec<Range<usize>> {
 }
 
 proptest! {
-    #![proptest_config(cases(24, 400))]
+    #![proptest_config(cases(16, 400))]
 
     /// Each range by a job of its own, which knows of the others no more than another process would.
     #[test]
