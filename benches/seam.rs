@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use terrabite::base::control::CancelToken;
+use terrabite::base::tiling::TilePlace;
 use terrabite::kernel::seam::{MinLink, Rim};
 
 use terrain::{fractal, noise, tile};
@@ -40,8 +41,9 @@ fn links(c: &mut Criterion) {
 fn rim(c: &mut Criterion) {
     let mountains = tile(SIDE, SIDE, fractal);
     let (mut min_link, cancel) = (MinLink::default(), CancelToken::default());
+    let place = TilePlace { last_column: false, last_row: false, ..TilePlace::alone(SIDE, SIDE) };
     let mut count = || {
-        let rim = Rim::new(black_box(&mountains), 5.0, &[], (false, false), &mut min_link, &cancel);
+        let rim = Rim::new(black_box(&mountains), 5.0, &[], &place, &mut min_link, &cancel);
         rim.expect("a rim").domain.vertices.len()
     };
     assert_eq!(count(), 135, "vertices on the rim");

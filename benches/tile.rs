@@ -14,10 +14,11 @@ use terrabite::base::Tile;
 use terrabite::base::control::CancelToken;
 use terrabite::base::lattice::Point;
 use terrabite::base::mesh::{Domain, TileMesh, Vertex};
+use terrabite::base::tiling::TilePlace;
 use terrabite::kernel::measure::{Bare, measure};
 use terrabite::kernel::seam::{MinLink, Rim};
 use terrabite::kernel::triangulate::cuts::GreedyCuts;
-use terrabite::kernel::triangulate::{Engine, Feasibility, Task};
+use terrabite::kernel::triangulate::{Engine, EngineScratch, Feasibility, Task};
 
 use terrain::{fractal, noise, tile, wide};
 
@@ -25,13 +26,14 @@ const SIDE: usize = 513;
 
 fn rim(tile: &Tile, tolerance: f64) -> Rim {
     let cancel = CancelToken::default();
-    Rim::new(tile, tolerance, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels")
+    Rim::new(tile, tolerance, &[], &TilePlace::alone(tile.width(), tile.height()), &mut MinLink::default(), &cancel)
+        .expect("nobody cancels")
 }
 
 /// The engine with its memory, reused from run to run as the program does from tile to tile.
 #[derive(Default)]
 struct Cutter {
-    scratch: <GreedyCuts as Engine>::Scratch,
+    scratch: EngineScratch,
     mesh: TileMesh,
 }
 
@@ -131,8 +133,8 @@ fn errors(c: &mut Criterion) {
         let rim = rim(&mountains, tolerance);
         let mut cutter = Cutter::default();
         cutter.cut(GreedyCuts::PLAIN, &mountains, &rim.domain, tolerance, Feasibility::Weak);
-        let mut count =
-            || measure(black_box(&mountains), &cutter.mesh, tolerance, (0, 0), (true, true), Bare::Nothing).samples;
+        let place = TilePlace::alone(SIDE, SIDE);
+        let mut count = || measure(black_box(&mountains), &cutter.mesh, tolerance, &place, Bare::Nothing).samples;
         assert_eq!(count(), (SIDE * SIDE) as u64);
         group.bench_function(name, |b| b.iter(&mut count));
     }

@@ -178,8 +178,9 @@ fn rms(tile: &Tile, refined: &Refined) -> f64 {
 
 /// Scores of other measures than errors say nothing of errors.
 fn largest_error(tile: &Tile, mesh: &TileMesh) -> f64 {
+    use terrabite::base::tiling::TilePlace;
     use terrabite::kernel::measure::{Bare, Bound, measure};
-    measure(tile, mesh, Bound::Scale(1.0), (0, 0), (true, true), Bare::Nothing).max
+    measure(tile, mesh, Bound::Scale(1.0), &TilePlace::alone(tile.width(), tile.height()), Bare::Nothing).max
 }
 
 /// Figure 22: half the ground is 0, the other half 1.

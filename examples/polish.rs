@@ -48,10 +48,9 @@ fn main() -> Outcome<()> {
     let (mut cuts, mut results) = ((0, 0.0), [(); 3].map(|()| (0, 0.0, ErrorStats::default())));
     let cancel = CancelToken::default();
     for index in 0..grid.len() {
-        let id = grid.tile(index);
-        let last = (grid.is_last_column(id), grid.is_last_row(id));
-        field.load(grid.window(id), &mut samples)?;
-        let rim = Rim::new(&samples, tolerance, &[], last, &mut MinLink::default(), &cancel)?;
+        let place = grid.place(index);
+        field.load(place.window, &mut samples)?;
+        let rim = Rim::new(&samples, tolerance, &[], &place, &mut MinLink::default(), &cancel)?;
         let task = Task { tile: &samples, domain: &rim.domain, tolerance, feasibility, cancel: &cancel };
         let start = cpu_seconds()?;
         if argument(6) == Some("insertion") {
@@ -69,7 +68,7 @@ fn main() -> Outcome<()> {
             polish(&task, &Options { effort, heights, tuning }, &mut scratch, &mut polished)?;
             result.0 += polished.triangles.len();
             result.1 += cpu_seconds()? - start;
-            result.2.add(&measure(&samples, &polished, tolerance, (0, 0), last, Bare::Nothing));
+            result.2.add(&measure(&samples, &polished, tolerance, &place, Bare::Nothing));
         }
     }
     println!("start: {} triangles, {:.3} s", cuts.0, cuts.1);

@@ -1,18 +1,9 @@
 //! Files and folders that are private, and that are still there after a power cut.
 
-use std::ffi::OsString;
-use std::fs::{DirBuilder, File, OpenOptions, Permissions};
-use std::io::{self, ErrorKind, Write};
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
-use std::path::{Path, PathBuf};
-
-/// Makes a file that only its owner may read; one that is there is emptied, but never one that a link leads to.
-///
-/// # Errors
-/// What the system says.
-pub fn create_private(path: &Path) -> io::Result<File> {
-    OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).custom_flags(NO_LINKS).open(path)
-}
+use std::fs::{DirBuilder, File, Permissions};
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
+use std::path::Path;
 
 /// For files in folders where others may have put links.
 pub const NO_LINKS: i32 = rustix::fs::OFlags::NOFOLLOW.bits() as i32;
@@ -60,28 +51,6 @@ pub fn sync_dir(dir: &Path) -> io::Result<()> {
         Err(e) if matches!(e.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => Ok(()),
         other => other,
     }
-}
-
-/// The name a file has until it is complete. It is always the same, so that a file left by a killed run is written over
-/// by the next; the folder must belong to one process at a time.
-pub fn partial_path(path: &Path) -> PathBuf {
-    let mut name = path.file_name().map(OsString::from).unwrap_or_default();
-    name.push(".partial");
-    path.with_file_name(name)
-}
-
-/// Puts `bytes` under `path` in one step, private: after a crash the file is the old one or the new one. The name is
-/// durable when the folder is synced. `written` is called when the bytes are durable and the name is still to come.
-///
-/// # Errors
-/// What the system says.
-pub fn replace(path: &Path, bytes: &[u8], written: impl FnOnce()) -> io::Result<()> {
-    let partial = partial_path(path);
-    let mut file = create_private(&partial)?;
-    file.write_all(bytes)?;
-    file.sync_all()?;
-    written();
-    std::fs::rename(&partial, path)
 }
 
 /// Removes a file that may not be there.

@@ -20,7 +20,7 @@ pub struct Vertex {
 /// of a loop is within the tolerance (their limits, where samples have weights) at the samples it passes.
 ///
 /// Points are vertices inside the ground that the mesh must have, too; no edge of a loop passes one. An engine that can
-/// take them says so ([`crate::kernel::triangulate::Engine::preinserts`]); the others are given none.
+/// take them says so ([`crate::kernel::triangulate::Capabilities::points`]); the others are given none.
 #[derive(Debug, Clone, Default)]
 pub struct Domain {
     /// The vertices of the loops.

@@ -22,6 +22,55 @@ pub struct TileId {
     pub row: usize,
 }
 
+/// A tile of a grid and where it lies: all that follows from the grid alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TilePlace {
+    /// Its number in the grid, counted row by row.
+    pub index: usize,
+    /// Its column and row in the grid.
+    pub id: TileId,
+    /// Its samples, rim included.
+    pub window: Window,
+    /// Whether it is the last tile of its row: then it owns its last column of samples.
+    pub last_column: bool,
+    /// Whether it is in the last row: then it owns its last row of samples.
+    pub last_row: bool,
+}
+
+impl TilePlace {
+    /// The place of a tile that is a whole raster of `width` × `height` samples.
+    pub fn alone(width: usize, height: usize) -> TilePlace {
+        let window = Window { column: 0, row: 0, width, height };
+        TilePlace { index: 0, id: TileId::default(), window, last_column: true, last_row: true }
+    }
+
+    /// Column and row of its first sample in the raster.
+    pub fn origin(&self) -> (u64, u64) {
+        (self.window.column as u64, self.window.row as u64)
+    }
+
+    /// Columns and rows of samples that it owns: all but the last ones, which belong to the next tiles, where there are
+    /// any. Over all tiles of a grid every sample is owned once.
+    pub fn owned(&self) -> (usize, usize) {
+        (self.window.width - usize::from(!self.last_column), self.window.height - usize::from(!self.last_row))
+    }
+
+    /// How many samples it owns.
+    pub fn owned_samples(&self) -> u64 {
+        let (columns, rows) = self.owned();
+        columns as u64 * rows as u64
+    }
+}
+
+/// A tile is longer than places in it can be exact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TileTooLong {
+    /// The longest side that works, in cells.
+    pub limit: usize,
+    /// The longest side of the tile.
+    pub found: usize,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Cut {
     cells: usize,
@@ -72,6 +121,19 @@ impl TileGrid {
     /// Cuts `width` × `height` samples into tiles of `tile` cells; 0 makes one tile.
     pub fn new(width: usize, height: usize, tile: usize) -> TileGrid {
         TileGrid { across: Cut::new(width - 1, tile), down: Cut::new(height - 1, tile) }
+    }
+
+    /// The grid of [`TileGrid::new`], where places in its tiles are exact.
+    ///
+    /// # Errors
+    /// [`TileTooLong`].
+    pub fn exact(width: usize, height: usize, tile: usize) -> Result<TileGrid, TileTooLong> {
+        let grid = TileGrid::new(width, height, tile);
+        if grid.fits_lattice() {
+            return Ok(grid);
+        }
+        let longest = width.max(height) - 1;
+        Err(TileTooLong { limit: MAX_TILE_CELLS, found: if tile == 0 { longest } else { tile.min(longest) } })
     }
 
     /// The grid whose lines run through the middle of these tiles, so that it has their lines inside its own tiles,
@@ -128,14 +190,20 @@ impl TileGrid {
         (self.across.tile + 1) * (self.down.tile + 1)
     }
 
-    /// Whether the tile is the last of its row.
-    pub fn is_last_column(&self, id: TileId) -> bool {
-        id.column + 1 == self.columns()
+    /// Where a tile lies, by its number.
+    pub fn place(&self, index: usize) -> TilePlace {
+        self.place_of(self.tile(index))
     }
 
-    /// Whether the tile is in the last row.
-    pub fn is_last_row(&self, id: TileId) -> bool {
-        id.row + 1 == self.rows()
+    /// Where a tile lies, by its column and row.
+    pub fn place_of(&self, id: TileId) -> TilePlace {
+        TilePlace {
+            index: self.index(id),
+            id,
+            window: self.window(id),
+            last_column: id.column + 1 == self.columns(),
+            last_row: id.row + 1 == self.rows(),
+        }
     }
 }
 
@@ -158,6 +226,20 @@ mod tests {
                 prop_assert!(grid.columns() == 1 || 2 * cells >= tile, "{} cells", cells);
             }
             prop_assert_eq!(right, width - 1);
+        }
+
+        #[test]
+        fn every_sample_is_owned_once(width in 2usize..300, height in 2usize..300, tile in 0usize..70) {
+            let grid = TileGrid::new(width, height, tile);
+            for grid in [Some(grid), grid.shifted()].into_iter().flatten() {
+                let places = || (0..grid.len()).map(|index| grid.place(index));
+                prop_assert_eq!(places().map(|p| p.owned_samples()).sum::<u64>(), (width * height) as u64);
+                for place in places() {
+                    prop_assert_eq!(grid.place_of(place.id), place);
+                    prop_assert_eq!(place.last_column, place.window.column + place.window.width == width);
+                    prop_assert_eq!(place.last_row, place.window.row + place.window.height == height);
+                }
+            }
         }
 
         #[test]

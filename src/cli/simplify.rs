@@ -1,4 +1,4 @@
-//! `simplify`: the command.
+//! `simplify`: its options, and a run from them to the report.
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -195,7 +195,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     output_format::of(&args.output, args.format.as_deref(), output_format::MESHES)?;
     let mut asked = args.asked();
     asked.check()?;
-    let mut params = args.params(asked.features());
+    let params = args.params(asked.features());
     let bars = Bars::new(args.quiet);
     let control = bars.control();
     let (raster, channels) = args.channels.open(&args.input, args.input_args.view(), &control.cancel)?;
@@ -209,7 +209,6 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let importance = importance.as_ref().map(Raster::to_band).transpose()?;
     let grid = grid(raster.width(), raster.height(), &params)?;
     let points = args.read_points(&raster, &control)?;
-    params.points = points.as_ref().map(|p| p.set.clone());
     let wanted = args.threads.map_or_else(default_threads, NonZeroUsize::get);
     let budget = args.memory.unwrap_or_else(default_budget);
     let load = Load {
@@ -220,7 +219,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         engine: params.engine,
         quality: params.quality,
         trim: params.trim,
-        points: params.points.as_ref().map_or(0, |p| p.len()),
+        points: points.as_ref().map_or(0, |p| p.set.len()),
         holes: args.fill_holes > 0 && may_have_holes(&band),
     };
     let plan = Plan::new(budget, &load, wanted).map_err(Error::from)?;
@@ -234,12 +233,15 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         args.first_look()?;
     }
     // To the pool's threads and back: a raster serves one thread at a time.
-    let write = |raster: &Raster, params: &mut Params| args.map.written(raster, flat, params, &control);
-    let (raster, params, written) = pool.install(move || {
-        let written = write(&raster, &mut params);
-        (raster, params, written)
+    let heights = params.heights;
+    let write = |raster: &Raster| args.map.written(raster, flat, &args.goal, heights, &control);
+    let (raster, written) = pool.install(move || {
+        let written = write(&raster);
+        (raster, written)
     });
     let written = written?;
+    let set = points.as_ref().map(|p| p.set.clone());
+    let params = Params { tolerance: written.tolerance, goal: written.goal, points: set, ..params };
     let job =
         Job { written, args, raster, band, watches, channels, importance, params, points, plan, control: &control };
     if args.dry_run {
@@ -415,7 +417,7 @@ impl Job<'_> {
         };
         let Goal { max_rms, .. } = self.params.goal;
         let by_budget = self.params.goal.most_triangles().is_some();
-        let found_by = match by_budget && max_rms.is_none() && self.params.max_error.is_infinite() {
+        let found_by = match by_budget && max_rms.is_none() && self.params.tolerance.is_open() {
             true => "by the budget",
             false => "at a few tiles",
         };
@@ -535,7 +537,7 @@ impl Job<'_> {
         let field = if args.fill_holes > 0 { field.with_holes_bridged(&holes, self.control)? } else { field };
         let opened = Instant::now();
         let mesh = match kept {
-            Some(kept) => triangulate_into(&|grid, pass| kept.spool(grid, pass), &field, &self.params, self.control)?,
+            Some(kept) => triangulate_into(&|pass| kept.spool(pass), &field, &self.params, self.control)?,
             None => triangulate(&field, &self.params, self.control)?,
         };
         self.watches.iter().try_for_each(|watch| watch.check())?;
@@ -572,7 +574,7 @@ impl Job<'_> {
             (Some(file), Some(points)) => report.points(file, points),
             _ => report,
         };
-        let report = report.raster(&self.raster).map(MapReport::new(&self.raster, &self.written), &args.goal);
+        let report = report.raster(&self.raster).map(MapReport::new(&self.raster, &self.written));
         Ok(if kept.is_some() { report.tiles_found(mesh.tiles_found()) } else { report })
     }
 

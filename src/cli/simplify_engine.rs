@@ -6,8 +6,10 @@ use super::combinations::Asked;
 use super::values;
 use crate::job::EngineChoice;
 use crate::job::features::Feature;
-use crate::kernel::triangulate::cuts::Cuts;
-use crate::kernel::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
+use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::insertion::{
+    DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
+};
 
 #[derive(Debug, Clone, clap::Args)]
 pub(super) struct EngineArgs {
@@ -132,12 +134,12 @@ impl EngineArgs {
             None => matches!(usual(), EngineChoice::GreedyCuts(_)),
         };
         if !by_cuts {
-            return EngineChoice::GreedyInsertion(self.insertion.options());
+            return GreedyInsertion { options: self.insertion.options() }.into();
         }
-        EngineChoice::GreedyCuts(match self.cuts {
-            Some(CutsArg::Improved) => Cuts::Improved,
+        EngineChoice::from(match self.cuts {
+            Some(CutsArg::Improved) => GreedyCuts::IMPROVED,
             // Polishing ends at the same counts, and sooner from here.
-            Some(CutsArg::Plain) | None => Cuts::Plain,
+            Some(CutsArg::Plain) | None => GreedyCuts::PLAIN,
         })
     }
 }

@@ -5,13 +5,12 @@ use std::path::Path;
 use super::simplify::SimplifyArgs;
 use super::{Failure, warnings};
 use crate::base::staged::{OutputError, StagedFile};
-use crate::base::tiling::TileGrid;
 use crate::base::warning::{Warning, WarningCode};
 use crate::base::{Band, Files, Watch, identity};
 use crate::field::FieldError;
 use crate::job::spool::{Spool, SpoolError};
 use crate::job::work_dir::{Finished, Job, WorkDir, WorkDirError};
-use crate::job::{Error, Pass};
+use crate::job::{Error, Pass, PassName};
 
 /// What a work dir belongs to.
 fn job(
@@ -74,8 +73,8 @@ impl Kept {
         self.dir.chunk_bytes()
     }
 
-    pub(super) fn spool(&self, grid: TileGrid, pass: Pass) -> Result<Spool, SpoolError> {
-        self.dir.spool(grid, pass == Pass::Seams)
+    pub(super) fn spool(&self, pass: &Pass) -> Result<Spool, SpoolError> {
+        self.dir.spool(pass.grid(), pass.name() == PassName::Seams)
     }
 
     pub(super) fn committing(&self) -> Result<(), Error> {

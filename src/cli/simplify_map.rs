@@ -4,13 +4,14 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use super::combinations::Asked;
+use super::goal::GoalArgs;
 use super::{Failure, values};
-use crate::base::Reference;
 use crate::base::control::Control;
+use crate::base::{Reference, Tolerance};
 use crate::field::height_range;
 use crate::formats::ply::read::Frame;
 use crate::job::features::Feature;
-use crate::job::{Error, Params, VertexHeights};
+use crate::job::{Error, Goal, VertexHeights};
 use crate::raster::Raster;
 
 /// How coordinates are written.
@@ -34,12 +35,16 @@ enum PrecisionArg {
     Float,
 }
 
-/// How a run writes coordinates, and what of the tolerance is kept for it.
+/// How a run writes coordinates, and what that leaves for the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Written {
     pub(super) frame: Frame,
     /// How far a height may be from the one that is read again.
     pub(super) loss: f64,
+    /// The tolerance, less what is lost in writing.
+    pub(super) tolerance: Tolerance,
+    /// What ends the refinement beside the tolerance, likewise.
+    pub(super) goal: Goal,
 }
 
 impl MapArgs {
@@ -65,27 +70,29 @@ impl MapArgs {
         }
     }
 
-    /// The frame of the output. What rounding loses of heights is found out, which may read the whole raster, and taken
-    /// from the tolerance of `params`: errors count as vertical distances wherever anything is lost.
+    /// The frame of the output, and what of the tolerance and the goal is left for the mesh: what rounding loses of heights
+    /// is found out, which may read the whole raster, and taken from them. `heights` are those of vertices. Errors count as
+    /// vertical distances wherever anything is lost.
     pub(super) fn written(
         &self,
         raster: &Raster,
         flat: bool,
-        params: &mut Params,
+        asked: &GoalArgs,
+        heights: VertexHeights,
         control: &Control<'_>,
     ) -> Result<Written, Failure> {
         let frame = self.frame(raster)?;
-        let fits = params.heights == VertexHeights::Sampled && fits_single(raster);
+        let (tolerance, goal) = (Tolerance::new(asked.tolerance()), asked.goal());
+        let fits = heights == VertexHeights::Sampled && fits_single(raster);
         if flat || (is_power_of_two(frame.z_scale) && (fits || !frame.single)) {
-            return Ok(Written { frame, loss: 0.0 });
+            return Ok(Written { frame, loss: 0.0, tolerance, goal });
         }
         let range = height_range(&raster.to_band()?, control).map_err(Error::from)?;
         if range.min > range.max {
             // Not one sample has a height.
             return Err(Error::NoGround { path: raster.path().to_path_buf() }.into());
         }
-        let tolerance = params.max_error;
-        let room = if tolerance.is_finite() { 2.0 * tolerance } else { range.width() };
+        let room = if tolerance.is_open() { range.width() } else { 2.0 * tolerance.asked() };
         // Fitted heights may be beyond those of samples.
         let largest = range.min.abs().max(range.max.abs()) + room;
         let loss = largest * if frame.single { f64::from(f32::EPSILON) / 2.0 } else { 0.0 };
@@ -100,14 +107,13 @@ impl MapArgs {
                 let found = format!("found a loss of up to {loss:e} with heights up to {largest}");
                 return Err(Failure::new(format!("{expected}, {found}")).hint(way_out));
             }
-            Ok((limit - loss).next_down().max(0.0))
+            Ok(Tolerance::new(limit).less(loss))
         };
-        if tolerance.is_finite() {
-            params.max_error = less("tolerance", tolerance)?;
-        }
+        let kept = if tolerance.is_open() { tolerance } else { less("tolerance", tolerance.asked())? };
         // What moves no height by more than this moves the root of the mean square by no more.
-        params.goal.max_rms = params.goal.max_rms.map(|rms| less("--max-rms", rms)).transpose()?;
-        Ok(Written { frame, loss })
+        let max_rms = goal.max_rms.map(|rms| less("--max-rms", rms)).transpose()?;
+        let goal = Goal { max_rms: max_rms.map(|rms| rms.kept()), ..goal };
+        Ok(Written { frame, loss, tolerance: kept, goal })
     }
 
     fn frame(&self, raster: &Raster) -> Result<Frame, Failure> {
@@ -166,7 +172,7 @@ pub(super) struct MapReport {
 
 impl MapReport {
     pub(super) fn new(raster: &Raster, written: &Written) -> MapReport {
-        let Written { frame, loss } = *written;
+        let Written { frame, loss, .. } = *written;
         MapReport {
             reference: raster.reference(),
             offset: frame.origin,

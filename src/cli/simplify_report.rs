@@ -1,9 +1,11 @@
+//! `simplify`: the report, as text and as JSON.
+
 use std::path::Path;
 
 use indicatif::BinaryBytes;
 use serde::Serialize;
 
-use super::goal::{GoalArgs, GoalReport};
+use super::goal::GoalReport;
 use super::print;
 use super::simplify_channels::ChannelReport;
 use super::simplify_map::MapReport;
@@ -274,8 +276,8 @@ impl Report {
             vertices: summary.vertices,
             samples_per_triangle: errors.samples as f64 / summary.triangles as f64,
             height_range: errors.heights.map(|h| h.all()).filter(|e| !e.is_empty()).map(|e| [e.min, e.max]),
-            tolerance: params.max_error.is_finite().then_some(params.max_error),
-            goal: mesh.outcome().map(|outcome| GoalReport::new(params.goal, params.max_error.is_finite(), outcome)),
+            tolerance: Some(params.tolerance.asked()).filter(|t| t.is_finite()),
+            goal: mesh.outcome().map(|outcome| GoalReport::new(params.goal, !params.tolerance.is_open(), outcome)),
             engine: params.engine,
             quality: params.quality,
             heights: params.heights,
@@ -340,9 +342,9 @@ impl Report {
         Report { cutline: Some(CutlineReport { file: file.display().to_string(), polygons, vertices }), ..self }
     }
 
-    /// What coordinates mean and how they are written; and the tolerance as it was asked for.
-    pub(super) fn map(self, map: MapReport, goal: &GoalArgs) -> Report {
-        Report { map: Some(map), tolerance: Some(goal.tolerance()).filter(|t| t.is_finite()), ..self }
+    /// What coordinates mean and how they are written.
+    pub(super) fn map(self, map: MapReport) -> Report {
+        Report { map: Some(map), ..self }
     }
 
     /// Of a run with channels.

@@ -1,3 +1,5 @@
+//! Fuzzing whole runs: bytes choose a field and parameters, and naive code judges the mesh.
+
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock};
 
@@ -17,8 +19,10 @@ use crate::formats::{Contents, PlySink, Sink, SinkError};
 use crate::job::{EngineChoice, Error, Mesh, Params, Quality, VertexHeights, triangulate};
 use crate::kernel::polish::Tuning;
 use crate::kernel::triangulate::Feasibility;
-use crate::kernel::triangulate::cuts::Cuts;
-use crate::kernel::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
+use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::insertion::{
+    DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
+};
 use crate::raster::{Raster, quiet_gdal};
 use crate::verify::{GroundOptions, VerifyOptions, verify_ground};
 
@@ -163,7 +167,7 @@ impl Scene {
         params.trim = from.pick(&[0, 0, 1, 2, 4, 1000]);
         let heights = samples;
         let mut scene = Scene { width, height, single, judged, heights, weights, fill_holes, params: params.clone() };
-        if pointed && engine.preinserts() {
+        if pointed && engine.capabilities().points {
             let ground = scene.ground();
             let places = (0..4).map(|_| (from.within(0, width - 1), from.within(0, height - 1)));
             let points = places.filter(|&(c, r)| ground.is_ground(c as i64, r as i64)).collect::<Vec<_>>();
@@ -182,7 +186,7 @@ impl Scene {
     fn is_sound(&self) -> bool {
         let is_weighed = |i: usize| self.weights.get(i).is_none_or(|w| (0.0..=MAX_WEIGHT).contains(w));
         let is_sample = |(i, z): (usize, &f64)| z.is_nan() || z.abs() <= MAX_HEIGHT && is_weighed(i);
-        let tolerance = self.params.max_error;
+        let tolerance = self.params.tolerance.kept();
         tolerance.is_finite()
             && tolerance >= 0.0
             && self.heights.iter().enumerate().all(is_sample)
@@ -236,8 +240,11 @@ impl Scene {
         self.check(&mesh);
         let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
         let summary = mesh.write(Box::new(sink), &control).expect("written");
-        let options =
-            VerifyOptions { max_error: self.params.max_error, importance, temp_dir: Some(folder.path().to_path_buf()) };
+        let options = VerifyOptions {
+            max_error: self.params.tolerance.kept(),
+            importance,
+            temp_dir: Some(folder.path().to_path_buf()),
+        };
         let ground = GroundOptions { fill_holes: self.fill_holes, trim: self.params.trim };
         let verdict =
             verify_ground(&raster.to_band().expect("a band"), &tin, &options, ground, None, &control).expect("judged");
@@ -263,7 +270,7 @@ impl Scene {
         let told = Arc::new(Mutex::new(Surface::default()));
         mesh.write(Box::new(Listener(told.clone())), &Control::default()).expect("written");
         let surface = told.lock().expect("whole");
-        let found = self.ground().check(&surface, self.params.max_error);
+        let found = self.ground().check(&surface, self.params.tolerance.kept());
         assert!(found.is_ok(), "{found:?} for {self:?}");
         for (column, row) in self.params.points.iter().flat_map(|points| points.iter()) {
             let place = (4 * column as i64, 4 * row as i64);
@@ -287,8 +294,8 @@ fn engine(from: &mut Bytes<'_>) -> EngineChoice {
         |fit, shape, quality_threshold| swap(Swap::DataDependent(DataDependent { fit, shape, quality_threshold }));
     let options = match from.byte() % 13 {
         0 => default,
-        1 => return EngineChoice::GreedyCuts(Cuts::Plain),
-        2 => return EngineChoice::GreedyCuts(Cuts::Improved),
+        1 => return EngineChoice::GreedyCuts(GreedyCuts::PLAIN),
+        2 => return EngineChoice::GreedyCuts(GreedyCuts::IMPROVED),
         3 => swap(Swap::DataDependent(DataDependent::default())),
         4 => dependent(Fit::L2, Shape::SmallestAngle, 0.0),
         5 => dependent(Fit::LInfinity, Shape::AreaOverDiameter, 0.5),
@@ -300,7 +307,7 @@ fn engine(from: &mut Bytes<'_>) -> EngineChoice {
         11 => measure(Measure::Product(2.0)),
         _ => measure(Measure::Curvature(0.0)),
     };
-    EngineChoice::GreedyInsertion(options)
+    EngineChoice::GreedyInsertion(GreedyInsertion { options })
 }
 
 fn write(path: &Path, size: (usize, usize), samples: Vec<f64>, nodata: Option<f64>) {

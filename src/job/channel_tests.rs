@@ -14,13 +14,15 @@ use crate::field::{Field, FieldOptions, find_ranges};
 use crate::formats::PlySink;
 use crate::formats::ply::read::{PlyFile, ScalarType};
 use crate::kernel::triangulate::Feasibility;
-use crate::kernel::triangulate::cuts::Cuts;
-use crate::kernel::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Swap};
+use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::insertion::{DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Swap};
 use crate::testing;
 use crate::verify::{Verdict, VerifyOptions, verify_with_channels};
 
 fn by(swap: Swap, params: Params) -> Params {
-    let engine = EngineChoice::GreedyInsertion(InsertionOptions { swap, ..InsertionOptions::default() });
+    let engine = EngineChoice::GreedyInsertion(GreedyInsertion {
+        options: InsertionOptions { swap, ..InsertionOptions::default() },
+    });
     Params { engine, quality: Quality::None, ..params }
 }
 
@@ -134,7 +136,7 @@ proptest! {
         let channels = Choice { bands: (2..count + 2).collect(), emphasis, planar };
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
         let options = InsertionOptions { swap, measure, ..InsertionOptions::default() };
-        let engine = EngineChoice::GreedyInsertion(options);
+        let engine = EngineChoice::GreedyInsertion(GreedyInsertion { options });
         let made = Made::new(folder, &channels, &Params { tile, feasibility, engine, quality: Quality::None, ..Params::new(max_error) });
         let verdict = made.judge(max_error);
         prop_assert!(verdict.passes(), "{:?}", verdict.failures());
@@ -215,7 +217,7 @@ fn what_does_not_keep_channels_is_not_given_any() {
     let ranges = find_ranges(&raster, &colours, &Control::default()).expect("ranges");
     let field = Field::open_extended(&raster, &FieldOptions::default(), &colours, &ranges, &Control::default());
     let field = field.expect("a field");
-    let cuts = Params { engine: EngineChoice::GreedyCuts(Cuts::Plain), ..delaunay(Params::new(1.0)) };
+    let cuts = Params { engine: EngineChoice::GreedyCuts(GreedyCuts::PLAIN), ..delaunay(Params::new(1.0)) };
     let run = triangulate(&field, &cuts, &Control::default());
     assert!(matches!(run, Err(Error::Incompatible(_))), "{run:?}");
     let run =

@@ -74,6 +74,12 @@ pub enum Error {
     /// The floor for angles.
     #[error("expected a smallest angle from 0 to 60 degrees, found {0}")]
     MinAngle(f64),
+    /// An engine that makes its triangles once and for all, where the rule book has let a goal pass.
+    #[error("expected an engine that can stop at a goal, found {engine}")]
+    NoStop {
+        /// What it is called.
+        engine: &'static str,
+    },
     /// The budget of vertices or triangles.
     #[error(transparent)]
     Goal(#[from] GoalTooSmall),

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use proptest::prelude::*;
 
 use super::goal::{Cost, Floor, Told};
-use super::in_order::End;
 use super::nodata_tests::{Place, Scene, scene};
+use super::passes::End;
+use super::passes::{Job, TileMaker};
 use super::tests::{geotiff, told};
-use super::tiles::{Job, Workspace};
 use super::*;
 use crate::base::PointSet;
 use crate::base::control::Control;
@@ -19,7 +19,8 @@ use crate::field::{Field, FieldOptions};
 use crate::formats::PlySink;
 use crate::kernel::measure::{Bare, Bound, measure};
 use crate::kernel::triangulate::Feasibility;
-use crate::kernel::triangulate::insertion::{DataDependent, InsertionOptions, Key, Swap};
+use crate::kernel::triangulate::insertion::{DataDependent, GreedyInsertion, InsertionOptions, Swap};
+use crate::kernel::triangulate::progressive::Key;
 use crate::raster::Raster;
 use crate::testing::{self, cases};
 use crate::verify::{VerifyOptions, verify};
@@ -28,7 +29,7 @@ use crate::verify::{VerifyOptions, verify};
 const ROUNDING: f64 = 1e-12;
 
 fn params(goal: Goal, max_error: f64, tile: usize) -> Params {
-    let engine = EngineChoice::GreedyInsertion(InsertionOptions::default());
+    let engine = EngineChoice::GreedyInsertion(GreedyInsertion::default());
     Params { engine, goal, tile, quality: Quality::None, ..Params::new(max_error) }
 }
 
@@ -51,7 +52,12 @@ impl Scene {
         let (cells, written) = (self.cells(), told(&mesh));
         let ground: BTreeSet<Place> = cells.iter().flatten().copied().collect();
         assert_eq!(summary.errors.samples, ground.len() as u64);
-        self.check_mesh(&written, &cells, &ground, &Params { max_error, ..params.clone() });
+        self.check_mesh(
+            &written,
+            &cells,
+            &ground,
+            &Params { tolerance: crate::base::Tolerance::new(max_error), ..params.clone() },
+        );
         for threads in [1, 3] {
             let again = self.mesh(params, threads)?;
             assert!(again.outcome() == mesh.outcome() && told(&again) == written, "{threads} threads");
@@ -84,8 +90,8 @@ impl Scene {
 
 /// What the errors of a mesh are within. What was measured is rounded.
 fn allowed(mesh: &Mesh, summary: &Summary, params: &Params) -> f64 {
-    let reached = mesh.outcome().is_some_and(|o| o.ended_by.is_none()) && params.max_error.is_finite();
-    if reached { params.max_error } else { summary.errors.max * (1.0 + ROUNDING) + ROUNDING }
+    let reached = mesh.outcome().is_some_and(|o| o.ended_by.is_none()) && !params.tolerance.is_open();
+    if reached { params.tolerance.kept() } else { summary.errors.max * (1.0 + ROUNDING) + ROUNDING }
 }
 
 fn sizes() -> impl Strategy<Value = (usize, usize)> {
@@ -112,7 +118,7 @@ proptest! {
         let mut params = params(goal, max_error, tile);
         if swap {
             let swap = Swap::DataDependent(DataDependent::default());
-            params.engine = EngineChoice::GreedyInsertion(InsertionOptions { swap, ..InsertionOptions::default() });
+            params.engine = EngineChoice::GreedyInsertion(GreedyInsertion { options: InsertionOptions { swap, ..InsertionOptions::default() } });
         }
         params.feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
         let ground: BTreeSet<Place> = scene.cells().into_iter().flatten().collect();
@@ -182,14 +188,14 @@ proptest! {
         let swap = if swap { Swap::DataDependent(DataDependent::default()) } else { Swap::Delaunay };
         let options = InsertionOptions { swap, ..InsertionOptions::default() };
         let goal = Goal { max_rms: Some(0.0), ..Goal::default() };
-        let params = Params { engine: EngineChoice::GreedyInsertion(options), ..params(goal, f64::INFINITY, tile) };
+        let params = Params { engine: EngineChoice::GreedyInsertion(GreedyInsertion { options }), ..params(goal, f64::INFINITY, tile) };
         let (field, control) = (scene.field(), Control::default());
         let grid = grid(width, height, &params).expect("a grid");
         let mut job = Job { field: &field, params: &params, grid, shifted: None, control: &control, end: None };
-        let mut workspace = Workspace::default();
+        let mut workspace = TileMaker::default();
         let (mut all, mut samples) = (Vec::<Told>::new(), 0);
         for index in 0..grid.len() {
-            samples += workspace.tell(&job, options, index, lowest, &Floor::new(&goal, lowest)).expect("told");
+            samples += workspace.tell(&job, params.engine.progressive().expect("one at a time"), &grid.place(index), lowest, &Floor::new(&goal, lowest)).expect("told");
             prop_assert!(workspace.told.is_sorted_by_key(|t| t.key), "{:?}", workspace.told);
             all.extend(workspace.told.iter().copied());
         }
@@ -206,13 +212,11 @@ proptest! {
         job.end = Some(end);
         let (mut found, mut errors) = (Cost::default(), crate::kernel::measure::ErrorStats::default());
         for index in 0..grid.len() {
-            let (rim, _) = workspace.run_to(&job, index, &end).expect("a mesh");
-            let id = grid.tile(index);
-            let last = (grid.is_last_column(id), grid.is_last_row(id));
+            let (rim, _) = workspace.run_to(&job, &grid.place(index), &end).expect("a mesh");
             let mesh = &workspace.mesh;
             let owned = mesh.vertices.len() + rim.idle.len() - rim.foreign.len();
             found = Cost { points: found.points + owned as u64, triangles: found.triangles + mesh.triangles.len() as u64 };
-            errors.add(&measure(&workspace.tile, mesh, Bound::Scale(1.0), (0, 0), last, Bare::Nothing));
+            errors.add(&measure(&workspace.shared.tile, mesh, Bound::Scale(1.0), &grid.place(index), Bare::Nothing));
         }
         prop_assert_eq!((cost, samples), (found, errors.samples));
         let most = scene.heights.iter().filter(|z| !z.is_nan()).fold(1.0f64, |most, z| most.max(z.abs()));

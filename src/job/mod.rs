@@ -5,31 +5,31 @@
 //! and hands them and the triangles to a sink, tile after tile. The bytes written depend on the samples and on
 //! [`Params`], not on threads or the order of tiles.
 
-mod engine;
 mod error;
 pub mod features;
 mod goal;
-mod in_order;
 mod mesh;
 mod params;
+mod passes;
 pub mod plan;
-mod pool;
+mod quality;
 pub mod rules;
-mod shifted;
 pub mod spool;
-mod tiles;
+mod triangulate;
 pub mod work_dir;
 
 pub use crate::kernel::polish::Heights as VertexHeights;
-pub use engine::{EngineChoice, Quality};
+pub use crate::kernel::triangulate::EngineChoice;
 pub use error::Error;
 pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
 pub use mesh::{Mesh, Summary};
 pub use params::{DEFAULT_TILE, Params};
+pub use passes::{Job, Pass, PassName, PassResult, TileTimes, grid, passes, run_pass};
 pub use plan::{
     BudgetTooSmall, DiskTooSmall, DiskUse, Expected, Load, Plan, check_disk, default_budget, probe, probe_field,
 };
-pub use tiles::{MakeSpool, Pass, TileTimes, grid, triangulate, triangulate_into};
+pub use quality::Quality;
+pub use triangulate::{MakeSpool, triangulate, triangulate_into};
 
 #[cfg(test)]
 mod channel_tests;

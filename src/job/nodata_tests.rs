@@ -16,7 +16,7 @@ use crate::base::exact;
 use crate::base::lattice::{Point, orient};
 use crate::field::{Choice, Field, FieldError, FieldOptions, HoleOptions};
 use crate::kernel::triangulate::Feasibility;
-use crate::kernel::triangulate::cuts::Cuts;
+use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::raster::{CutlineSource, Raster, read_cutline};
 use crate::testing::{self, cases};
 
@@ -178,7 +178,7 @@ impl Scene {
                 let Some(height) = self.at((column, row)) else { panic!("sample {column}, {row} is covered") };
                 let z = [a, b, c].map(|v| told.vertices[v as usize][2]);
                 let terms = [(w[0], z[0]), (w[1], z[1]), (w[2], z[2]), (-o, height)];
-                let limit = self.limit((column, row), params.max_error);
+                let limit = self.limit((column, row), params.tolerance.kept());
                 assert!(exact::within(&terms, o, limit), "sample {column}, {row}");
             }
         }
@@ -280,7 +280,7 @@ proptest! {
             scene.weights = scene.heights.iter().enumerate().map(weight).collect();
         }
         // Points may lie in bridged holes; only insertion takes them.
-        let insertion = engine.preinserts();
+        let insertion = engine.capabilities().points;
         let ground = scene.places().filter(|&p| insertion && (0..4).any(|i| {
             let corner = (p.0 - i % 2, p.1 - i / 2);
             [(0, 0), (1, 0), (0, 1), (1, 1)].iter().filter(|d| scene.is_ground((corner.0 + d.0, corner.1 + d.1))).count() >= 3
@@ -347,7 +347,7 @@ fn what_cannot_be_without_heights_says_so() {
 #[test]
 fn larger_grounds_with_many_holes() {
     for holes in 0..5 {
-        for engine in [EngineChoice::default(), EngineChoice::GreedyCuts(Cuts::Improved)] {
+        for engine in [EngineChoice::default(), EngineChoice::GreedyCuts(GreedyCuts::IMPROVED)] {
             for (quality, heights) in
                 [(Quality::None, VertexHeights::Sampled), (Quality::Balanced, VertexHeights::Fitted)]
             {
@@ -366,7 +366,7 @@ fn every_small_ground() {
         let heights = (0..9).map(height).collect();
         let scene = Scene::new(3, 3, heights);
         for (tile, cuts) in [(0, false), (1, false), (1, true)] {
-            let engine = if cuts { EngineChoice::GreedyCuts(Cuts::Plain) } else { EngineChoice::default() };
+            let engine = if cuts { EngineChoice::GreedyCuts(GreedyCuts::PLAIN) } else { EngineChoice::default() };
             let params = Params { tile, engine, quality: Quality::None, ..Params::new(1.0) };
             scene.check(&params);
         }

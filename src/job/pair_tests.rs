@@ -16,8 +16,10 @@ use crate::field::{Field, FieldOptions, HoleOptions, find_ranges};
 use crate::formats::PlySink;
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
-use crate::kernel::triangulate::cuts::Cuts;
-use crate::kernel::triangulate::insertion::{DataDependent, InsertionOptions, Measure, Selection, Swap};
+use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::insertion::{
+    DataDependent, GreedyInsertion, InsertionOptions, Measure, Selection, Swap,
+};
 use crate::testing;
 use crate::verify::{GroundOptions, VerifyOptions, verify_ground};
 
@@ -151,9 +153,9 @@ fn params(set: FeatureSet, temp_dir: PathBuf) -> Params {
         },
     };
     let engine = match (set.has(Feature::GreedyCuts), set.has(Feature::CutOrder)) {
-        (true, true) => EngineChoice::GreedyCuts(Cuts::Improved),
-        (true, false) => EngineChoice::GreedyCuts(Cuts::Plain),
-        (false, _) => EngineChoice::GreedyInsertion(insertion),
+        (true, true) => GreedyCuts::IMPROVED.into(),
+        (true, false) => GreedyCuts::PLAIN.into(),
+        (false, _) => GreedyInsertion { options: insertion }.into(),
     };
     let heights = if set.has(Feature::FittedHeights) { VertexHeights::Fitted } else { VertexHeights::Sampled };
     let schedule = Schedule { rounds: 2, ..Schedule::preset(Default::default(), heights) };

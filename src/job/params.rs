@@ -4,22 +4,22 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::features::{Feature, FeatureSet};
-use super::{EngineChoice, Error, Goal, Quality, VertexHeights, rules, tiles};
+use super::{EngineChoice, Error, Goal, Quality, VertexHeights, passes, rules};
 use crate::base::tiling::TileGrid;
-use crate::base::{PointSet, exact_double};
+use crate::base::{PointSet, Tolerance, exact_double};
 use crate::field::Field;
 use crate::kernel::boundary::MAX_CELLS;
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
-use crate::kernel::triangulate::cuts::Cuts;
-use crate::kernel::triangulate::insertion::{InsertionOptions, Measure, Selection, Swap};
+use crate::kernel::triangulate::cuts::{Cuts, GreedyCuts};
+use crate::kernel::triangulate::insertion::{GreedyInsertion, InsertionOptions, Measure, Selection, Swap};
 
 /// What decides the mesh, and where temporary files go.
 #[derive(Debug, Clone)]
 pub struct Params {
     /// The largest vertical distance allowed between the surface and any sample, in the heights' units; at least 0. Where
     /// the field has weights ([`crate::field::Field::with_importance`]), the largest distance × weight.
-    pub max_error: f64,
+    pub tolerance: Tolerance,
     /// Which triangles may be used.
     pub feasibility: Feasibility,
     /// What triangulates the tiles.
@@ -51,7 +51,7 @@ impl Params {
     /// Everything as usual but the tolerance.
     pub fn new(max_error: f64) -> Params {
         Params {
-            max_error,
+            tolerance: Tolerance::new(max_error),
             feasibility: Feasibility::default(),
             engine: EngineChoice::default(),
             quality: Quality::default(),
@@ -93,9 +93,9 @@ impl Params {
     /// conflicts at once.
     pub fn check(&self, field: &Field) -> Result<(), Error> {
         // Under a goal the tolerance may be left open.
-        let open = self.max_error == f64::INFINITY && !self.goal.is_none();
-        if !(self.max_error.is_finite() && self.max_error >= 0.0 || open) {
-            return Err(Error::Tolerance(self.max_error));
+        let may_be_open = !self.goal.is_none();
+        if !self.tolerance.is_usable() || self.tolerance.is_open() && !may_be_open {
+            return Err(Error::Tolerance(self.tolerance.asked()));
         }
         if self.trim > MAX_CELLS {
             return Err(Error::Trim(self.trim));
@@ -111,7 +111,7 @@ impl Params {
 
     /// How many passes a run makes over the tiles of a grid, each of which keeps its chunks until the end.
     pub fn passes(&self, grid: TileGrid) -> u64 {
-        if tiles::shifted(grid, self).is_some() { 2 } else { 1 }
+        if passes::shifted(grid, self.quality).is_some() { 2 } else { 1 }
     }
 
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
@@ -121,10 +121,13 @@ impl Params {
             Feasibility::Strong => "strong",
         };
         let mut named = vec![
-            ("max error", exact_double(self.max_error)),
+            (
+                "max error",
+                if self.tolerance.is_open() { "open".to_string() } else { exact_double(self.tolerance.kept()) },
+            ),
             ("feasibility", feasibility.to_string()),
             ("tile", self.tile.to_string()),
-            ("engine", self.engine.named()),
+            ("engine", self.engine.identity()),
             ("quality", self.quality.name().to_string()),
         ];
         if self.heights != VertexHeights::default() {
@@ -158,11 +161,11 @@ impl EngineChoice {
     /// What of the features of a run it is.
     fn features(&self) -> FeatureSet {
         let InsertionOptions { swap, selection, measure } = match self {
-            EngineChoice::GreedyCuts(Cuts::Plain) => return FeatureSet::default().with(Feature::GreedyCuts),
-            EngineChoice::GreedyCuts(Cuts::Improved) => {
+            EngineChoice::GreedyCuts(GreedyCuts::PLAIN) => return FeatureSet::default().with(Feature::GreedyCuts),
+            EngineChoice::GreedyCuts(GreedyCuts { cuts: Cuts::Improved }) => {
                 return FeatureSet::default().with(Feature::GreedyCuts).with(Feature::CutOrder);
             }
-            EngineChoice::GreedyInsertion(options) => options,
+            EngineChoice::GreedyInsertion(GreedyInsertion { options }) => options,
         };
         let swap = match swap {
             Swap::Delaunay => None,

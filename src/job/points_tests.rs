@@ -17,9 +17,9 @@ use crate::formats::PlySink;
 use crate::job::spool::{Chunk, Spool};
 use crate::kernel::measure::{Bare, measure};
 use crate::kernel::seam::{MinLink, Rim};
-use crate::kernel::triangulate::cuts::Cuts;
-use crate::kernel::triangulate::insertion::InsertionOptions;
-use crate::kernel::triangulate::{Engine, Task};
+use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::insertion::GreedyInsertion;
+use crate::kernel::triangulate::{Capabilities, Engine, EngineScratch, Task};
 use crate::raster::Raster;
 use crate::testing;
 use crate::verify::{VerifyOptions, verify};
@@ -28,13 +28,23 @@ use crate::verify::{VerifyOptions, verify};
 struct PointsOnly;
 
 impl Engine for PointsOnly {
-    type Scratch = ();
-
-    fn preinserts(&self) -> bool {
-        true
+    fn name(&self) -> &'static str {
+        "points only"
     }
 
-    fn triangulate(&self, task: &Task<'_>, (): &mut (), mesh: &mut TileMesh) -> Result<(), Cancelled> {
+    fn capabilities(&self) -> Capabilities {
+        Capabilities { points: true, ..Capabilities::default() }
+    }
+
+    fn bytes_per_sample(&self) -> u64 {
+        0
+    }
+
+    fn identity(&self) -> String {
+        self.name().to_string()
+    }
+
+    fn triangulate(&self, task: &Task<'_>, _: &mut EngineScratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
         mesh.clear();
         mesh.vertices.extend(task.domain.fixed());
         let at: Vec<Point> = mesh.vertices.iter().map(|v| v.at).collect();
@@ -77,18 +87,17 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
     let (mut tile, mut forced, mut mesh) = (Tile::default(), Vec::new(), TileMesh::default());
     let cancel = CancelToken::default();
     for index in 0..grid.len() {
-        let id = grid.tile(index);
-        let window = grid.window(id);
-        let last = (grid.is_last_column(id), grid.is_last_row(id));
+        let place = grid.place(index);
+        let window = place.window;
         field.load(window, &mut tile).expect("loaded");
         points.within(window, &mut forced);
-        let tolerance = params.max_error;
-        let rim = Rim::new(&tile, tolerance, &forced, last, &mut MinLink::default(), &cancel).expect("a rim");
+        let tolerance = params.tolerance.kept();
+        let rim = Rim::new(&tile, tolerance, &forced, &place, &mut MinLink::default(), &cancel).expect("a rim");
         let feasibility = params.feasibility;
         let task = Task { tile: &tile, domain: &rim.domain, tolerance, feasibility, cancel: &cancel };
-        PointsOnly.triangulate(&task, &mut (), &mut mesh).expect("a mesh");
+        PointsOnly.triangulate(&task, &mut EngineScratch::default(), &mut mesh).expect("a mesh");
         assert!(mesh.vertices.iter().copied().eq(rim.domain.fixed()));
-        let errors = measure(&tile, &mesh, tolerance, (window.column as u64, window.row as u64), last, Bare::Nothing);
+        let errors = measure(&tile, &mesh, tolerance, &place, Bare::Nothing);
         let mut chunk = Chunk::default();
         chunk.fill(index, &rim, &mesh, errors, tile.checksum());
         spool.append(&chunk, &mut Vec::new()).expect("kept");
@@ -100,8 +109,8 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
         chunks: grid,
         geo_transform,
         channels: Vec::new(),
-        max_error: params.max_error,
-        error_scale: params.max_error,
+        max_error: params.tolerance.kept(),
+        error_scale: params.tolerance.kept(),
         outcome: None,
         times,
         other_bytes: 0,
@@ -152,11 +161,11 @@ fn points_are_refused_by_engines_that_take_none_and_identify_a_work_dir() {
         let points = Some(Arc::new(PointSet::new(points.iter().copied())));
         Params { points, ..Params::new(1.0) }
     };
-    let cuts = Params { engine: EngineChoice::GreedyCuts(Cuts::Plain), ..with(&[(3, 3)]) };
+    let cuts = Params { engine: EngineChoice::GreedyCuts(GreedyCuts::PLAIN), ..with(&[(3, 3)]) };
     let run = triangulate(&field, &cuts, &Control::default());
     assert!(matches!(probe_field(&field, &cuts, &Control::default()), Err(Error::Incompatible(_))));
     assert!(matches!(run, Err(Error::Incompatible(_))), "{run:?}");
-    let insertion = EngineChoice::GreedyInsertion(InsertionOptions::default());
+    let insertion = EngineChoice::GreedyInsertion(GreedyInsertion::default());
     let mesh = triangulate(&field, &Params { engine: insertion, ..with(&[(3, 3)]) }, &Control::default());
     let chunk = mesh.expect("a mesh").chunks().next().expect("a tile").expect("a chunk");
     assert!(chunk.vertices.iter().any(|v| v.at == Point::of_sample(3, 3)));

@@ -10,8 +10,8 @@ use std::fmt;
 
 use super::features::{Feature, FeatureSet};
 use super::{EngineChoice, Quality};
-use crate::kernel::triangulate::cuts::Cuts;
-use crate::kernel::triangulate::insertion::InsertionOptions;
+use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::insertion::GreedyInsertion;
 
 /// Features that do not go with others, or not without another.
 #[derive(Debug, PartialEq, Eq)]
@@ -365,9 +365,9 @@ pub fn default_quality(features: FeatureSet) -> Quality {
 pub fn default_engine(features: FeatureSet) -> EngineChoice {
     let by_cuts = features.has(Feature::CutOrder) || !features.has(Feature::Polishing);
     if by_cuts && !excluded(features, Feature::GreedyCuts) {
-        return EngineChoice::GreedyCuts(Cuts::Plain);
+        return GreedyCuts::PLAIN.into();
     }
-    EngineChoice::GreedyInsertion(InsertionOptions::default())
+    GreedyInsertion::default().into()
 }
 
 #[cfg(test)]

@@ -1,3 +1,5 @@
+//! Whole runs in memory and through files: certified by `verify`, the same for any number of threads, and their golden counts.
+
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
@@ -15,8 +17,10 @@ use crate::formats::{Contents, PlySink, Sink, SinkError};
 use crate::job::spool::{Chunk, Spool};
 use crate::kernel::polish::{Effort, Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
-use crate::kernel::triangulate::cuts::Cuts;
-use crate::kernel::triangulate::insertion::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
+use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::insertion::{
+    DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
+};
 use crate::synth::{Terrain, TerrainOptions};
 use crate::testing;
 use crate::verify::{VerifyOptions, verify};
@@ -64,7 +68,7 @@ pub(super) fn certify_weighted(width: usize, height: usize, heights: &[f64], wei
     let mesh = triangulate(&field, &testing::in_memory(params), &Control::default()).expect("a mesh");
     let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
     let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
-    let options = VerifyOptions { max_error: params.max_error, importance, temp_dir: None };
+    let options = VerifyOptions { max_error: params.tolerance.kept(), importance, temp_dir: None };
     let verdict = verify(&raster, &tin, &options, &Control::default()).expect("judged");
     assert!(verdict.passes(), "{:?} for {params:?}", verdict.failures());
     assert_eq!((verdict.vertices, verdict.triangles), (summary.vertices, summary.triangles));
@@ -84,8 +88,12 @@ pub(super) fn engines() -> Vec<EngineChoice> {
     let swaps = swaps.map(|swap| InsertionOptions { swap, ..default });
     let selections = selections.map(|selection| InsertionOptions { selection, ..default });
     let measures = measures.map(|measure| InsertionOptions { measure, ..default });
-    let insertion = swaps.into_iter().chain(selections).chain(measures).map(EngineChoice::GreedyInsertion);
-    [Cuts::Plain, Cuts::Improved].map(EngineChoice::GreedyCuts).into_iter().chain(insertion).collect()
+    let insertion = swaps
+        .into_iter()
+        .chain(selections)
+        .chain(measures)
+        .map(|options| EngineChoice::GreedyInsertion(GreedyInsertion { options }));
+    [GreedyCuts::PLAIN, GreedyCuts::IMPROVED].map(EngineChoice::GreedyCuts).into_iter().chain(insertion).collect()
 }
 
 #[test]
@@ -255,7 +263,8 @@ fn golden_counts_do_not_go_up() {
     let write = std::env::var_os("TERRABITE_GOLDEN").is_some_and(|v| v == "write");
     for line in &mut golden {
         let feasibility = if line.feasibility == "strong" { Feasibility::Strong } else { Feasibility::Weak };
-        let engine = EngineChoice::GreedyCuts(if line.cuts == "plain" { Cuts::Plain } else { Cuts::Improved });
+        let engine =
+            EngineChoice::GreedyCuts(if line.cuts == "plain" { GreedyCuts::PLAIN } else { GreedyCuts::IMPROVED });
         let all = [Quality::None, Quality::Fast, Quality::Balanced, Quality::Best];
         let quality = all.into_iter().find(|q| q.name() == line.quality).expect("a quality");
         let params = Params { feasibility, engine, quality, tile: line.tile, ..Params::new(line.max_error) };

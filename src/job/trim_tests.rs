@@ -12,7 +12,7 @@ use crate::base::PointSet;
 use crate::base::exact;
 use crate::base::lattice::{Point, orient};
 use crate::kernel::triangulate::Feasibility;
-use crate::kernel::triangulate::cuts::Cuts;
+use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::testing::{self, cases};
 
 /// Everything a trimmed mesh must be. Returns how many triangles it has, and how many samples it leaves bare.
@@ -104,7 +104,7 @@ impl Triangles {
                 // Those of bridged holes have none.
                 if let Some(height) = scene.at((column, row)) {
                     let terms = [(w[0], a.1), (w[1], b.1), (w[2], c.1), (-o, height)];
-                    let limit = scene.limit((column, row), params.max_error);
+                    let limit = scene.limit((column, row), params.tolerance.kept());
                     assert!(exact::within(&terms, o, limit), "sample {column}, {row}");
                 }
                 *covered.entry((column, row)).or_default() += u32::from(w.iter().all(|&w| w > 0));
@@ -255,7 +255,7 @@ fn grounds_that_hang_together_by_a_sample() {
     for rows in grounds {
         let scene = flat(rows);
         for tile in [0, 1, 2, 3] {
-            for engine in [EngineChoice::default(), EngineChoice::GreedyCuts(Cuts::Improved)] {
+            for engine in [EngineChoice::default(), EngineChoice::GreedyCuts(GreedyCuts::IMPROVED)] {
                 for trim in 0..4 {
                     let params = Params { trim, tile, engine, ..Params::new(0.0) };
                     check(&scene, &params);

@@ -1,10 +1,12 @@
+//! What tiles tell of their insertions, on disk.
+
 use std::fs::File;
 use std::io;
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::kernel::triangulate::insertion::Key;
+use crate::kernel::triangulate::progressive::Key;
 
 /// What every tile has told of its insertions, in unlinked temporary files: 56 bytes per insertion. Holds nothing in
 /// memory; tiles tell from any thread, without a lock.

@@ -1,7 +1,9 @@
+//! Where all insertions of a raster end: the last key within the budgets.
+
 use std::io;
 
 use super::{Budget, Cost, Curves, Goal, GoalTooSmall, Outcome, Told};
-use crate::kernel::triangulate::insertion::Key;
+use crate::kernel::triangulate::progressive::Key;
 
 /// Vertices, triangles and squared errors, added up.
 #[derive(Debug, Clone, Copy, Default)]

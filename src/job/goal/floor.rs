@@ -1,7 +1,9 @@
+//! How far tiles need to tell: what those before them have told bounds where the cut can lie.
+
 use std::sync::{Mutex, PoisonError};
 
 use super::{Goal, Told};
-use crate::kernel::triangulate::insertion::Key;
+use crate::kernel::triangulate::progressive::Key;
 
 /// How far tiles need to go when they tell of their insertions. It rises as they tell: once the tiles so far would exceed
 /// a budget by themselves, the cut for all lies no later, and the others need not go beyond. Work is saved, never a

@@ -3,7 +3,7 @@
 //! A budget of vertices or triangles, or a root mean square, is one for all tiles, and none of them can tell by itself
 //! when it is met. So tiles are gone over twice. First every tile tells how its insertion would go ([`Curves`]); then
 //! the place where all of them together have to stop is found ([`find_cut`]); then every tile goes as far as that. An
-//! insertion's place among all is its [`crate::kernel::triangulate::insertion::Key`]. Rims are nested
+//! insertion's place among all is its [`crate::kernel::triangulate::progressive::Key`]. Rims are nested
 //! ([`crate::kernel::seam::levels`]), so a tile can begin before anybody knows a tolerance.
 
 mod curves;

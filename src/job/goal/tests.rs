@@ -1,3 +1,5 @@
+//! Goals over rasters without gaps: budgets and root mean squares are kept, and are the same whatever the tiles.
+
 use std::sync::Arc;
 
 use proptest::prelude::*;
@@ -9,14 +11,14 @@ use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::field::{Field, FieldOptions};
 use crate::formats::PlySink;
-use crate::kernel::triangulate::cuts::Cuts;
-use crate::kernel::triangulate::insertion::{DataDependent, InsertionOptions, Selection, Swap};
+use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::insertion::{DataDependent, GreedyInsertion, InsertionOptions, Selection, Swap};
 use crate::raster::Raster;
 use crate::testing;
 use crate::verify::{VerifyOptions, verify};
 
 fn params(goal: Goal, max_error: f64, tile: usize) -> Params {
-    let engine = EngineChoice::GreedyInsertion(InsertionOptions::default());
+    let engine = EngineChoice::GreedyInsertion(GreedyInsertion::default());
     Params { engine, goal, tile, quality: Quality::None, ..Params::new(max_error) }
 }
 
@@ -32,8 +34,8 @@ fn made(width: usize, height: usize, heights: &[f64], params: &Params) -> (Mesh,
     let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), &[]);
     let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
     // What was measured is rounded.
-    let max_error = if mesh.outcome().is_some_and(|o| o.ended_by.is_none()) && params.max_error.is_finite() {
-        params.max_error
+    let max_error = if mesh.outcome().is_some_and(|o| o.ended_by.is_none()) && !params.tolerance.is_open() {
+        params.tolerance.kept()
     } else {
         summary.errors.max * (1.0 + 1e-12) + 1e-12
     };
@@ -112,7 +114,7 @@ fn the_same_goal_gives_the_same_mesh_on_any_number_of_threads() {
         let mut last = f64::INFINITY;
         for points in [100, 400, 1600] {
             let goal = Goal { max_points: Some(points), ..Goal::default() };
-            let engine = EngineChoice::GreedyInsertion(options);
+            let engine = EngineChoice::GreedyInsertion(GreedyInsertion { options });
             let params = Params { engine, ..params(goal, f64::INFINITY, 32) };
             let on = |threads: usize| {
                 let field = Field::from_heights(150, 130, crate::base::Heights::F64(heights.clone())).expect("a field");
@@ -155,12 +157,12 @@ fn points_are_vertices_under_any_goal() {
 fn only_insertion_one_by_one_can_end_at_a_goal() {
     let field = Field::from_heights(5, 5, crate::base::Heights::F64(vec![0.0; 25])).expect("a field");
     let goal = Goal { max_points: Some(10), ..Goal::default() };
-    let engine = EngineChoice::GreedyCuts(Cuts::Plain);
+    let engine = EngineChoice::GreedyCuts(GreedyCuts::PLAIN);
     let cuts = Params { engine, goal, quality: Quality::None, ..Params::new(1.0) };
     let refused = triangulate(&field, &cuts, &Control::default());
     assert!(matches!(refused, Err(Error::Incompatible(_))), "{refused:?}");
     let options = InsertionOptions { selection: Selection::Constant, ..InsertionOptions::default() };
-    let passes = Params { engine: EngineChoice::GreedyInsertion(options), ..cuts };
+    let passes = Params { engine: EngineChoice::GreedyInsertion(GreedyInsertion { options }), ..cuts };
     let refused = triangulate(&field, &passes, &Control::default());
     assert!(matches!(refused, Err(Error::Incompatible(_))), "{refused:?}");
 }

@@ -5,10 +5,10 @@ use crate::base::control::Control;
 use crate::base::tiling::{TileGrid, TileId};
 use crate::field::{Choice, Field, FieldOptions};
 use crate::job::goal::{Curves, Floor, find_cut};
-use crate::job::in_order::{check_corners, error_needs, lowest};
+use crate::job::passes::{Job, TileMaker, check_corners, error_needs, grid, lowest};
 use crate::job::spool::SpoolError;
-use crate::job::tiles::{Job, Workspace, grid};
-use crate::job::{EngineChoice, Error, Goal, Params};
+use crate::job::{Error, Goal, Params};
+use crate::kernel::triangulate::Progressive;
 
 /// How many tiles each way are tried.
 const TRIED: usize = 3;
@@ -69,11 +69,9 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
     let goal = Goal { max_rms: params.goal.max_rms, ..Goal::default() };
     let few = Params { points: None, goal, ..params.clone() };
     let job = Job { field, params: &few, grid, shifted: None, control, end: None };
-    let rates = match params.engine {
+    let rates = match params.engine.progressive() {
         _ if params.goal.is_none() => Some(made(&job)?),
-        EngineChoice::GreedyInsertion(_) if goal.max_rms.is_some() || params.max_error.is_finite() => {
-            Some(surveyed(&job)?)
-        }
+        Some(engine) if goal.max_rms.is_some() || !params.tolerance.is_open() => Some(surveyed(&job, engine)?),
         _ => None,
     };
     let points = 2.0 * params.points.as_ref().map_or(0, |p| p.len()) as f64;
@@ -105,10 +103,10 @@ fn tried(grid: TileGrid) -> impl Iterator<Item = TileId> {
 
 /// Makes a few tiles.
 fn made(job: &Job<'_>) -> Result<Rates, Error> {
-    let mut workspace = Workspace::default();
+    let mut maker = TileMaker::default();
     let (mut samples, mut triangles) = (0, 0);
     for id in tried(job.grid) {
-        let counted = workspace.probe(job, job.grid.index(id))?;
+        let counted = maker.probe(job, &job.grid.place_of(id))?;
         samples += counted.0;
         triangles += counted.1;
     }
@@ -116,20 +114,20 @@ fn made(job: &Job<'_>) -> Result<Rates, Error> {
 }
 
 /// Has a few tiles tell of their insertions, and finds where they end together.
-fn surveyed(job: &Job<'_>) -> Result<Rates, Error> {
-    let EngineChoice::GreedyInsertion(options) = job.params.engine else { return Ok(Rates::default()) };
+fn surveyed(job: &Job<'_>, engine: &dyn Progressive) -> Result<Rates, Error> {
     let (lowest, goal) = (lowest(job), &job.params.goal);
     let floor = Floor::new(goal, lowest);
     let failed = |source| SpoolError::File { dir: job.params.temp_dir.clone(), source };
     let curves = Curves::new(&job.params.temp_dir, tried(job.grid).count()).map_err(failed)?;
-    let mut workspace = Workspace::default();
-    let (mut samples, mut counted, mut told) = (0, 0, 0);
+    let mut maker = TileMaker::default();
+    let (mut samples, mut counted, mut told, mut encoded) = (0, 0, 0, Vec::new());
     for (i, id) in tried(job.grid).enumerate() {
         job.control.cancel.check()?;
-        counted += workspace.tell(job, options, job.grid.index(id), lowest, &floor)?;
-        samples += job.grid.window(id).len();
-        told += workspace.told.len();
-        curves.tell(i, &workspace.told, &mut workspace.encoded).map_err(failed)?;
+        let place = job.grid.place_of(id);
+        counted += maker.tell(job, engine, &place, lowest, &floor)?;
+        samples += place.window.len();
+        told += maker.told.len();
+        curves.tell(i, &maker.told, &mut encoded).map_err(failed)?;
     }
     let (cut, _) = find_cut(&curves, goal, counted, error_needs(job)).map_err(failed)??;
     let mut triangles = 0;
@@ -153,7 +151,7 @@ fn most_told(goal: &Goal, grid: TileGrid) -> u64 {
         let before = (index as u64).saturating_sub(threads).max(1);
         // The floor rises by steps of 6 % in error.
         let share = most / before + most / before / 8 + 4;
-        share.min(most).min(grid.window(grid.tile(index)).len() as u64)
+        share.min(most).min(grid.place(index).window.len() as u64)
     };
     (0..grid.len()).map(of_tile).sum()
 }

@@ -1,7 +1,7 @@
 //! How a run keeps to a memory budget.
 //!
 //! Memory is held by a fixed number of things, each of a size known beforehand, so the budget is kept by structure, not
-//! by watching: a pool of one `Workspace` per thread, GDAL's block cache of a fixed size, the pages of
+//! by watching: a pool of one `TileMaker` per thread, GDAL's block cache of a fixed size, the pages of
 //! one window per thread, and what the process has anyway. What does not fit lowers the number of threads; the tile
 //! size never follows the budget, because it decides the bytes written.
 

@@ -104,14 +104,14 @@ fn defaults_go_with_what_is_asked_for() {
 /// What the rules say of engines is what engines say of themselves.
 #[test]
 fn engines_are_as_they_say() {
-    let cuts = EngineChoice::GreedyCuts(Cuts::Plain);
-    let insertion = EngineChoice::GreedyInsertion(InsertionOptions::default());
+    let cuts = EngineChoice::from(GreedyCuts::PLAIN);
+    let insertion = EngineChoice::from(GreedyInsertion::default());
     let goes = |feature: Feature, by_cuts: bool| {
         let set = FeatureSet::default().with(feature);
         check(if by_cuts { set.with(Feature::GreedyCuts) } else { set }).is_ok()
     };
     for (engine, by_cuts) in [(cuts, true), (insertion, false)] {
-        assert_eq!(engine.preinserts(), goes(Feature::Points, by_cuts));
-        assert_eq!(engine.keeps_channels(), goes(Feature::Attributes, by_cuts));
+        assert_eq!(engine.capabilities().points, goes(Feature::Points, by_cuts));
+        assert_eq!(engine.capabilities().channels, goes(Feature::Attributes, by_cuts));
     }
 }

@@ -1,18 +1,22 @@
+//! Chunks as files in folders, one folder per row of tiles.
+
 use std::fs::File;
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use crate::base::durable;
 use crate::base::faults::{self, Point};
+use crate::base::private_file::PrivateFile;
 
 /// Chunks as files that outlive the process: `ROW/COLUMN.chunk`, one folder per row of tiles.
 ///
-/// A chunk is written under a temporary name, synced, and then renamed: under its name there is never a part of one,
-/// unless the disk lies; the checksum finds that. A row's folder is synced by the thread that brings its last chunk. A
-/// power cut before that may forget the names of some chunks of rows in work, and those tiles are made again; syncing
-/// after every chunk would double the waiting for nothing but their time. The temporary name is that of the chunk plus
-/// `.partial`: what a killed run has left is written over when its tile is made again.
+/// A chunk is written under a private name, synced, and then renamed ([`PrivateFile`]): under its name there is never a
+/// part of one, unless the disk lies; the checksum finds that. Several processes may bring the same chunk: its bytes are
+/// the same, so it does not matter whose stays. A row's folder is synced by the thread that brings its last chunk, or by
+/// [`Folders::sync`]. A power cut before that may forget the names of some chunks of rows in work, and those tiles are made
+/// again; syncing after every chunk would double the waiting for nothing but their time. What a killed run has left of
+/// chunks, one per thread, goes with the folder.
 ///
 /// There is no lock. Memory: one counter per row.
 #[derive(Debug)]
@@ -31,7 +35,8 @@ impl Folders {
     pub(super) fn new(dir: &Path, columns: usize, tiles: usize, stamp: u32) -> io::Result<Folders> {
         match durable::create_private_dir(dir) {
             Err(e) if e.kind() != ErrorKind::AlreadyExists => return Err(e),
-            _ => {}
+            Err(_) => {}
+            Ok(()) => durable::sync_dir(dir.parent().unwrap_or(Path::new(".")))?,
         }
         let missing = (0..tiles / columns).map(|_| AtomicUsize::new(columns)).collect();
         Ok(Folders { dir: dir.to_path_buf(), columns, stamp: stamp.to_le_bytes(), missing, bytes: AtomicU64::new(0) })
@@ -55,19 +60,14 @@ impl Folders {
     pub(super) fn write(&self, tile: usize, bytes: &mut Vec<u8>) -> io::Result<()> {
         bytes.extend_from_slice(&self.stamp);
         let path = self.path(tile);
-        let partial = durable::partial_path(&path);
-        let mut file = match durable::create_private(&partial) {
+        let file = match PrivateFile::create(&path) {
             Err(e) if e.kind() == ErrorKind::NotFound => {
                 self.make_row(tile)?;
-                durable::create_private(&partial)
+                PrivateFile::create(&path)
             }
             other => other,
         }?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        drop(file);
-        faults::reach(Point::ChunkWritten);
-        std::fs::rename(&partial, &path)?;
+        file.commit(bytes, || faults::reach(Point::ChunkWritten))?;
         faults::reach(Point::ChunkRenamed);
         self.is_there(tile, bytes.len())
     }
@@ -86,6 +86,16 @@ impl Folders {
         self.bytes.fetch_add(bytes as u64, Ordering::Relaxed);
         if self.missing[tile / self.columns].fetch_sub(1, Ordering::Relaxed) == 1 {
             durable::sync_dir(&self.row(tile))?;
+        }
+        Ok(())
+    }
+
+    /// Makes the names of chunks in rows durable that have some, but not all.
+    pub(super) fn sync(&self) -> io::Result<()> {
+        for (row, missing) in self.missing.iter().enumerate() {
+            if (1..self.columns).contains(&missing.load(Ordering::Relaxed)) {
+                durable::sync_dir(&self.row(row * self.columns))?;
+            }
         }
         Ok(())
     }

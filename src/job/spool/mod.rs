@@ -9,6 +9,7 @@
 //! ([`Spool::kept`], [`Spool::find`]).
 
 mod chunk;
+mod chunks;
 mod codec;
 mod error;
 mod folders;
@@ -20,6 +21,7 @@ mod store;
 mod unlinked;
 
 pub use chunk::{Attribute, Chunk, ChunkCounts};
+pub use chunks::Chunks;
 pub use error::SpoolError;
 pub use ids::Ids;
 pub use store::Spool;

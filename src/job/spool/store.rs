@@ -1,3 +1,5 @@
+//! The spool: chunks by the number of their tile.
+
 use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -37,7 +39,7 @@ impl Spool {
     /// A spool for `tiles` chunks, rows of `columns`, that are kept in `dir` and may be there from an earlier run.
     ///
     /// `stamp` tells the jobs apart whose chunks may not be mixed. `check_samples`: the raster may have changed since,
-    /// see [`Spool::check_samples`]. The folder belongs to one process at a time; that is the caller's care.
+    /// see [`Spool::check_samples`]. Other processes may keep chunks of the same job there at the same time.
     ///
     /// # Errors
     /// [`SpoolError::Kept`].
@@ -122,6 +124,18 @@ impl Spool {
             }
         };
         self.index.set(chunk.tile, &Record { offset, length, counts: chunk.counts() }).map_err(|e| self.failed(e))
+    }
+
+    /// Makes the names of all chunks durable that were appended or found so far, where they are kept: a row of tiles that
+    /// is not complete does not do so by itself.
+    ///
+    /// # Errors
+    /// [`SpoolError::Kept`].
+    pub fn sync(&self) -> Result<(), SpoolError> {
+        match &self.chunks {
+            Chunks::Unlinked(_) => Ok(()),
+            Chunks::Folders { folders, .. } => folders.sync().map_err(|e| self.failed(e)),
+        }
     }
 
     /// The counts of a run of tiles that have all been appended or found.

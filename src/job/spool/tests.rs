@@ -1,3 +1,5 @@
+//! Chunks come back as they were kept, and seam vertices have one number.
+
 use std::collections::HashMap;
 
 use proptest::collection::vec;
@@ -150,15 +152,14 @@ fn nonsense_with_a_good_checksum_does_not_panic() {
 fn tiles(grid: TileGrid, points: &PointSet) -> Vec<(Chunk, Vec<Vertex>)> {
     let height = |column: usize, row: usize| ((column * 7919 + row * 104_729) % 31) as f32;
     let tile = |index: usize| {
-        let id = grid.tile(index);
-        let window = grid.window(id);
+        let place = grid.place(index);
+        let window = place.window;
         let places = (0..window.len()).map(|i| (window.column + i % window.width, window.row + i / window.width));
         let heights = Heights::F32(places.map(|(column, row)| height(column, row)).collect());
         let samples = Tile::from_heights(window.width, window.height, heights);
-        let last = (grid.is_last_column(id), grid.is_last_row(id));
         let mut forced = Vec::new();
         points.within(window, &mut forced);
-        let rim = Rim::new(&samples, 9.0, &forced, last, &mut MinLink::default(), &CancelToken::default()).unwrap();
+        let rim = Rim::new(&samples, 9.0, &forced, &place, &mut MinLink::default(), &CancelToken::default()).unwrap();
         let mut mesh = TileMesh { vertices: rim.domain.fixed().collect(), ..TileMesh::default() };
         if !forced.contains(&(1, 1)) {
             mesh.vertices.push(Vertex { at: Point::of_sample(1, 1), height: samples.at(1, 1) });
@@ -269,6 +270,37 @@ fn torn_kept_chunks_count_as_missing() {
     let wrong = Chunk { tile: 0, rim: RimCounts { north: 4, ..small().rim }, ..small() };
     kept(&folder, grid, 7).append(&wrong, &mut buffer).unwrap();
     assert!(!kept(&folder, grid, 7).find(0, &mut chunk, &mut buffer).unwrap());
+}
+
+/// As processes do that work on the same tiles: whoever looks finds a whole chunk or none, and nobody is in another's way.
+#[test]
+fn the_same_chunk_may_be_kept_by_several_at_the_same_time() {
+    let grid = TileGrid::new(37, 34, 12);
+    let folder = tempfile::tempdir().unwrap();
+    let tiles = tiles(grid, &PointSet::default());
+    let (mut chunk, mut buffer) = (Chunk::default(), Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(|| {
+                let spool = kept(&folder, grid, 7);
+                for _ in 0..5 {
+                    tiles.iter().for_each(|(made, _)| spool.append(made, &mut Vec::new()).unwrap());
+                }
+            });
+        }
+        for _ in 0..20 {
+            let spool = kept(&folder, grid, 7);
+            for (made, _) in &tiles {
+                let is_there = folder.path().join(format!("chunks/{}/{}.chunk", made.tile / 3, made.tile % 3)).exists();
+                let found = spool.find(made.tile, &mut chunk, &mut buffer).unwrap();
+                assert!(found || !is_there, "a part of tile {}", made.tile);
+                assert!(!found || chunk == *made);
+            }
+        }
+    });
+    let names = |row: usize| folder.path().join(format!("chunks/{row}")).read_dir().unwrap().count();
+    assert_eq!([0, 1, 2].map(names), [3; 3], "private names are gone");
+    kept(&folder, grid, 7).sync().unwrap();
 }
 
 /// Their sum goes over 32 bits.

@@ -1,3 +1,5 @@
+//! The lock of a work dir: one process at a time.
+
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
@@ -43,6 +45,7 @@ impl Lock {
     fn of(mut file: File, just_made: bool) -> io::Result<Lock> {
         if just_made {
             file.write_all(MADE)?;
+            file.sync_all()?;
         }
         let made_folder = just_made || file.metadata()?.len() == MADE.len() as u64;
         Ok(Lock { _file: file, made_folder })

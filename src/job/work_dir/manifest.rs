@@ -1,3 +1,5 @@
+//! The manifest of a work dir: which job its chunks belong to.
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -8,6 +10,7 @@ use super::{Difference, Job, WorkDirError};
 use crate::base::Files;
 use crate::base::durable;
 use crate::base::faults::{self, Point};
+use crate::base::private_file::PrivateFile;
 
 /// The form of the work dir.
 const FORMAT: u32 = 1;
@@ -52,7 +55,8 @@ impl Manifest {
     /// Makes it durable, name and all: chunks without their manifest would be nobody's.
     pub(super) fn write(&self, dir: &Path) -> io::Result<()> {
         let text = serde_json::to_string_pretty(self)?;
-        durable::replace(&Manifest::path(dir), text.as_bytes(), || faults::reach(Point::ManifestWritten))?;
+        let file = PrivateFile::create(&Manifest::path(dir))?;
+        file.commit(text.as_bytes(), || faults::reach(Point::ManifestWritten))?;
         durable::sync_dir(dir)
     }
 

@@ -12,6 +12,11 @@
 //! | `staged` | where the partial output is, so that a killed run's is found and removed |
 //! | `lock` | locked while a process works here; the system releases it however the process ends |
 //!
+//! Every file but the lock is written under a private name, synced and renamed ([`PrivateFile`]); a lock is on the file
+//! itself, whatever its name, so it stays where it was made, and what it says is one word.
+//!
+//! [`PrivateFile`]: crate::base::private_file::PrivateFile
+//!
 //! **What identifies a raster** is [`crate::base::identity`]: its shape, type, geotransform, nodata and scaling, and a
 //! checksum of some of its samples; never its path, so files may be moved. Beside it the manifest has the lengths and
 //! times of its files ([`crate::base::Files`]). If all files are known and none of them differs, kept chunks are taken
@@ -35,9 +40,9 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use crate::base::Files;
-use crate::base::durable;
 use crate::base::faults::{self, Point};
 use crate::base::tiling::TileGrid;
+use crate::base::{durable, private_file};
 use crate::job::spool::{Spool, SpoolError};
 use lock::Lock;
 use manifest::Manifest;
@@ -89,6 +94,7 @@ impl WorkDir {
             // The lock file says so from here on.
             durable::mark(&dir, false).map_err(failed(&dir))?;
         }
+        remove_leftovers(&dir).map_err(failed(&dir))?;
         // Whoever noted it is dead. Also where the job is another one: the work dir is deleted then, note and all.
         staged_output::remove_partial(&dir).map_err(failed(&dir))?;
         let wanted = Manifest::new(job);
@@ -164,7 +170,7 @@ impl WorkDir {
         let entries = |dir: &Path| dir.read_dir().into_iter().flatten().flatten();
         let rows = entries(&self.dir.join(CHUNKS));
         let second = entries(&self.dir.join(CHUNKS).join(SECOND));
-        rows.chain(second).flat_map(|row| entries(&row.path())).map(size_of_file).sum()
+        rows.chain(second).flat_map(|row| entries(&row.path())).map(size_of_chunk).sum()
     }
 
     /// The job is done: removes what the work dir keeps, and the folder if it was made for this and holds nothing else.
@@ -186,6 +192,7 @@ impl WorkDir {
         durable::remove_if_there(&Manifest::path(&self.dir))?;
         faults::reach(Point::ManifestRemoved);
         staged_output::forget(&self.dir)?;
+        remove_leftovers(&self.dir)?;
         if self.lock.made_folder {
             durable::mark(&self.dir, true)?;
         }
@@ -217,9 +224,10 @@ impl Drop for WorkDir {
     }
 }
 
-/// What a file takes; a folder nothing.
-fn size_of_file(entry: std::fs::DirEntry) -> u64 {
-    entry.metadata().map_or(0, |m| if m.is_file() { m.len() } else { 0 })
+/// What a finished tile takes; a folder, and what a killed run has left of a tile, nothing.
+fn size_of_chunk(entry: std::fs::DirEntry) -> u64 {
+    let is_chunk = entry.path().extension().is_some_and(|e| e == "chunk");
+    entry.metadata().map_or(0, |m| if is_chunk && m.is_file() { m.len() } else { 0 })
 }
 
 /// Makes the folder; false if it is there, unless it was made by a process that was killed before it came to note so.
@@ -236,13 +244,24 @@ fn make(dir: &Path) -> Result<bool, WorkDirError> {
     }
 }
 
+/// The files in a work dir that are written more than once, or that a kill may leave unfinished.
+fn notes(dir: &Path) -> [PathBuf; 2] {
+    [Manifest::path(dir), dir.join(staged_output::NAME)]
+}
+
+/// Removes what killed runs have left of them; nobody else is at work here.
+fn remove_leftovers(dir: &Path) -> io::Result<()> {
+    notes(dir).iter().try_for_each(|note| private_file::remove_leftovers(note))
+}
+
 /// Nothing may be there but what a run leaves that was killed before it had a manifest, or after it had removed it.
 fn must_be_empty(dir: &Path) -> Result<(), WorkDirError> {
-    let partial = durable::partial_path(&Manifest::path(dir));
+    let noted = notes(dir);
     for entry in dir.read_dir().map_err(failed(dir))? {
         let path = entry.map_err(failed(dir))?.path();
-        let ours = path == partial
-            || [lock::NAME, staged_output::NAME, "staged.partial"].iter().any(|name| path == dir.join(name));
+        let is_left = |note| private_file::is_leftover(path.file_name().unwrap_or_default(), note);
+        let ours = [lock::NAME, staged_output::NAME].iter().any(|name| path == dir.join(name))
+            || noted.iter().any(|note| is_left(note));
         if !ours {
             return Err(WorkDirError::NotEmpty { dir: dir.to_path_buf(), found: path });
         }

@@ -12,6 +12,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use crate::base::durable;
+use crate::base::private_file::PrivateFile;
 
 pub(super) const NAME: &str = "staged";
 
@@ -65,7 +66,6 @@ pub(super) fn remove_partial(dir: &Path) -> io::Result<()> {
 }
 
 pub(super) fn forget(dir: &Path) -> io::Result<()> {
-    durable::remove_if_there(&durable::partial_path(&dir.join(NAME)))?;
     durable::remove_if_there(&dir.join(NAME))
 }
 
@@ -86,7 +86,7 @@ impl Note {
         line.push('\n');
         let mut bytes = line.into_bytes();
         bytes.extend_from_slice(self.partial.as_os_str().as_bytes());
-        durable::replace(&dir.join(NAME), &bytes, || {})?;
+        PrivateFile::create(&dir.join(NAME))?.commit(&bytes, || {})?;
         durable::sync_dir(dir)
     }
 

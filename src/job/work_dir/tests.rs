@@ -1,3 +1,5 @@
+//! Work dirs: who may open them, what is left in them, and what goes.
+
 use std::fs;
 use std::path::Path;
 
@@ -5,6 +7,7 @@ use tempfile::{TempDir, tempdir};
 
 use super::{Job, WorkDir, WorkDirError};
 use crate::base::Files;
+use crate::base::private_file::PrivateFile;
 
 fn job(tolerance: &str) -> Job {
     Job {
@@ -148,6 +151,30 @@ fn an_output_that_took_its_name_is_known() {
     let work = begun(&folder);
     assert!(work.has_committed(&output));
     assert!(!work.has_committed(&folder.path().join("other.ply")));
+}
+
+/// A kill between writing a note and naming it leaves the note under its private name.
+#[test]
+fn what_a_killed_run_has_left_of_its_notes_goes() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("work");
+    for note in ["manifest.json", "staged"] {
+        let work = begun(&folder);
+        std::mem::forget(PrivateFile::create(&path.join(note)).unwrap());
+        drop(work);
+        assert_eq!(names(&path).len(), 4, "{:?}", names(&path));
+        let work = begun(&folder);
+        assert_eq!(names(&path), ["chunks", "lock", "manifest.json"]);
+        std::mem::forget(PrivateFile::create(&path.join(note)).unwrap());
+        work.finish().unwrap();
+        assert_eq!(names(folder.path()), [""; 0]);
+        // In a folder that has nothing else, too.
+        fs::create_dir(&path).unwrap();
+        std::mem::forget(PrivateFile::create(&path.join(note)).unwrap());
+        begun(&folder).finish().unwrap();
+        assert_eq!(names(&path), [""; 0]);
+        fs::remove_dir(&path).unwrap();
+    }
 }
 
 /// In a folder that others may write to.

@@ -20,6 +20,7 @@ pub(crate) use self::ground::owns;
 use crate::base::exact::MAX_TOLERANCE;
 use crate::base::lattice::Point;
 use crate::base::mesh::{TileMesh, Vertex};
+use crate::base::tiling::TilePlace;
 use crate::base::{Heights, Tile};
 use crate::kernel::triangulate::feasible::{Plane, Spans};
 
@@ -166,28 +167,24 @@ pub enum Bare {
     StripOfOthers(u32),
 }
 
-/// Measures `mesh` over the samples that the tile owns: all but the last column and the last row, unless `last_column`
-/// and `last_row` say that they are the raster's. `origin` is the place of the tile's first sample in the raster. Where
-/// samples are missing, those on the ground are measured, and the tile also owns what its neighbours to the right and
-/// below have no ground at. Samples that may be bare, and are, are counted only.
+/// Measures `mesh` over the samples that the tile owns by its place ([`TilePlace::owned`]). Where samples are missing,
+/// those on the ground are measured, and the tile also owns what its neighbours to the right and below have no ground at. Samples that may be bare, and are, are counted only.
 ///
 /// # Panics
 /// If the triangles do not cover every sample the tile owns exactly once, but for what may be bare, or one that is missing; or if, where a [`Bound::Within`] says so, one is
 /// farther than its limit (the tolerance, or [`Tile::limit`]) from its triangle, or its weighted error is larger: an engine
 /// is broken, and its mesh must not be written. With channels, if a vertex does not lie on a sample.
-pub fn measure(
-    tile: &Tile,
-    mesh: &TileMesh,
-    bound: impl Into<Bound>,
-    origin: (u64, u64),
-    (last_column, last_row): (bool, bool),
-    bare: Bare,
-) -> ErrorStats {
+pub fn measure(tile: &Tile, mesh: &TileMesh, bound: impl Into<Bound>, place: &TilePlace, bare: Bare) -> ErrorStats {
     let (tolerance, scale) = match bound.into() {
         Bound::Within(tolerance) => (tolerance, tolerance),
         Bound::Scale(scale) => (MAX_TOLERANCE, scale),
     };
-    let owned = (tile.width - usize::from(!last_column), tile.height - usize::from(!last_row));
+    let (owned, origin) = (place.owned(), place.origin());
+    assert_eq!(
+        (place.window.width, place.window.height),
+        (tile.width, tile.height),
+        "samples of the tile at {origin:?}"
+    );
     let bins_per_error = if scale > 0.0 { BINS as f64 / scale } else { 0.0 };
     let by_samples = !tile.validity.is_whole() || bare != Bare::Nothing;
     let ground = by_samples.then(|| Ground::new(tile, owned, bare));
@@ -400,6 +397,7 @@ impl Meter<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::Window;
 
     #[test]
     fn a_plane_over_a_bump() {
@@ -413,25 +411,25 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             relaxed: 0,
         };
-        let all = measure(&tile, &mesh, 4.0, (100, 200), (true, true), Bare::Nothing);
+        let alone = TilePlace::alone(5, 5);
+        let far = TilePlace { window: Window { column: 100, row: 200, ..alone.window }, ..alone };
+        let all = measure(&tile, &mesh, 4.0, &far, Bare::Nothing);
         assert_eq!((all.samples, all.max, all.worst, all.squares), (25, 3.0, (102, 202), 10.0));
         assert_eq!(all.percentile(0.5, 4.0), 4.0 / 256.0);
         assert_eq!(all.percentile(1.0, 4.0), 3.0);
-        let owned = measure(&tile, &mesh, 4.0, (0, 0), (false, true), Bare::Nothing);
+        let owned = measure(&tile, &mesh, 4.0, &TilePlace { last_column: false, ..alone }, Bare::Nothing);
         assert_eq!(owned.samples, 20);
 
         assert_eq!(all.weighted_max, 3.0);
         let mut weights = vec![1.0; 25];
-        let unit =
-            measure(&tile.clone().with_weights(weights.clone()), &mesh, 4.0, (100, 200), (true, true), Bare::Nothing);
+        let unit = measure(&tile.clone().with_weights(weights.clone()), &mesh, 4.0, &far, Bare::Nothing);
         assert_eq!(unit, all);
         (weights[12], weights[13]) = (0.5, 2.0);
-        let weighted =
-            measure(&tile.clone().with_weights(weights.clone()), &mesh, 2.0, (0, 0), (true, true), Bare::Nothing);
+        let weighted = measure(&tile.clone().with_weights(weights.clone()), &mesh, 2.0, &alone, Bare::Nothing);
         assert_eq!((weighted.max, weighted.weighted_max, weighted.worst, weighted.squares), (3.0, 2.0, (2, 2), 10.0));
         assert_eq!(weighted.percentile(1.0, 2.0), 2.0);
         weights[12] = 0.7;
-        let broken = || measure(&tile.with_weights(weights), &mesh, 2.0, (0, 0), (true, true), Bare::Nothing);
+        let broken = || measure(&tile.with_weights(weights), &mesh, 2.0, &alone, Bare::Nothing);
         assert!(std::panic::catch_unwind(broken).is_err());
     }
 }

@@ -1,3 +1,5 @@
+//! The weighted error of heights and channels together, measured.
+
 use crate::base::Tile;
 use crate::base::channels::ChannelError;
 use crate::base::mesh::TileMesh;
@@ -51,7 +53,8 @@ mod tests {
     use crate::base::channels::{ChannelError, Range, Ranges};
     use crate::base::lattice::Point;
     use crate::base::mesh::{TileMesh, Vertex};
-    use crate::base::{Heights, Tile};
+    use crate::base::tiling::TilePlace;
+    use crate::base::{Heights, Tile, Window};
 
     fn tile() -> Tile {
         let range = Range { min: 0.0, max: 10.0 };
@@ -73,7 +76,9 @@ mod tests {
 
     #[test]
     fn heights_and_channels_make_one_error() {
-        let errors = measure(&tile(), &two_triangles(), 1.5, (100, 200), (true, true), Bare::Nothing);
+        let (tile, alone) = (tile(), TilePlace::alone(tile().width(), tile().height()));
+        let far = TilePlace { window: Window { column: 100, row: 200, ..alone.window }, ..alone };
+        let errors = measure(&tile, &two_triangles(), 1.5, &far, Bare::Nothing);
         assert_eq!(errors.max, 0.0);
         let weighted = errors.extended.expect("channels");
         // Half of (4 + 2)/2.
@@ -83,6 +88,7 @@ mod tests {
     #[test]
     #[should_panic(expected = "weighted error 1.5")]
     fn an_engine_that_forgets_the_channels_is_found_out() {
-        measure(&tile(), &two_triangles(), 1.25, (0, 0), (true, true), Bare::Nothing);
+        let alone = TilePlace::alone(tile().width(), tile().height());
+        measure(&tile(), &two_triangles(), 1.25, &alone, Bare::Nothing);
     }
 }

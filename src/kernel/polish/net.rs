@@ -44,6 +44,16 @@ enum Lone {
     BetweenLocked,
 }
 
+/// The vertices that are the domain's, of its loops and its points, or that stay for other reasons: those below a number.
+#[derive(Debug, Clone, Copy, Default)]
+struct Locked(u32);
+
+impl Locked {
+    fn has(self, v: u32) -> bool {
+        v < self.0
+    }
+}
+
 /// A triangulation under change. Slots of triangles and numbers of vertices stay what they are; what is removed leaves
 /// its slot empty, and changes never need more slots than they empty.
 ///
@@ -54,8 +64,7 @@ pub(super) struct Net {
     /// Per vertex a half-edge that begins there; [`NONE`] where there is no vertex any more.
     pub(super) outgoing: Vec<u32>,
     pub(super) triangles: Vec<Triangle>,
-    /// Vertices below this number are the domain's, of its loops and its points, and stay.
-    locked: u32,
+    locked: Locked,
     pub(super) journal: Journal,
     /// While loading: half-edges by the lower number of their ends, and where each number's begin.
     sides: Vec<u32>,
@@ -87,7 +96,7 @@ impl Net {
     }
 
     fn take(&mut self, locked: u32, mesh: &TileMesh) {
-        self.locked = locked;
+        self.locked = Locked(locked);
         self.vertices.clone_from(&mesh.vertices);
         self.triangles.clear();
         self.triangles.extend(mesh.triangles.iter().map(|&corners| Triangle { corners, ..Triangle::GONE }));
@@ -112,7 +121,7 @@ impl Net {
                         triangles[e as usize / 3].twins[e as usize % 3] = f;
                         triangles[f as usize / 3].twins[f as usize % 3] = e;
                     }
-                    [e] if lone == Lone::BetweenLocked && high(triangles, e) < *locked => {}
+                    [e] if lone == Lone::BetweenLocked && locked.has(high(triangles, e)) => {}
                     _ => panic!("{sides} sides of the edge {:?}", ends(triangles, first)),
                 }
                 rest = &rest[sides..];
@@ -128,7 +137,7 @@ impl Net {
                 for i in 0..3 {
                     let (a, b) = (triangle.corners[i], triangle.corners[(i + 1) % 3]);
                     outgoing[a as usize] = 3 * t + i as u32;
-                    let on_rim = a < *locked && b < *locked && rim.binary_search(&(a, b)).is_ok();
+                    let on_rim = locked.has(a) && locked.has(b) && rim.binary_search(&(a, b)).is_ok();
                     if !on_rim {
                         visit(a.min(b) as usize, 3 * t + i as u32);
                     }
@@ -157,7 +166,7 @@ impl Net {
         // The half-edges are of no more use: their place takes the new numbers.
         for (number, vertex) in self.outgoing.iter_mut().zip(&self.vertices) {
             // Those that are locked stay even if no triangle has them: a part of a mesh may be without.
-            if *number != NONE || mesh.vertices.len() < self.locked as usize {
+            if *number != NONE || self.locked.has(mesh.vertices.len() as u32) {
                 *number = mesh.vertices.len() as u32;
                 mesh.vertices.push(*vertex);
             }
@@ -166,13 +175,14 @@ impl Net {
         mesh.triangles.extend(alive.map(|t| t.corners.map(|v| self.outgoing[v as usize])));
     }
 
+    /// Whether a vertex stays what it is.
     pub(super) fn is_locked(&self, v: u32) -> bool {
-        v < self.locked
+        self.locked.has(v)
     }
 
     /// Whether there is a vertex of this number that may go or move.
     pub(super) fn is_free(&self, v: u32) -> bool {
-        v >= self.locked && self.outgoing[v as usize] != NONE
+        !self.is_locked(v) && self.outgoing[v as usize] != NONE
     }
 
     pub(super) fn vertex(&self, v: u32) -> Vertex {

@@ -1,9 +1,12 @@
+//! Polishing keeps its contract, and saves what it is known to save.
+
 use proptest::prelude::*;
 
 use super::fitting::near_surface;
 use super::*;
 use crate::base::control::CancelToken;
 use crate::base::mesh::Domain;
+use crate::base::tiling::TilePlace;
 use crate::base::{Heights, Tile};
 use crate::kernel::seam::{MinLink, Rim};
 use crate::kernel::triangulate::conformance::{check, domain, hole, holes_that_touch, ring, tile, tolerances};
@@ -98,7 +101,7 @@ proptest! {
             tile = tile.with_weights((0..width * height).map(weight).collect());
         }
         let cancel = CancelToken::default();
-        let rim = Rim::new(&tile, tolerance, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+        let rim = Rim::new(&tile, tolerance, &[], &TilePlace::alone(tile.width(), tile.height()), &mut MinLink::default(), &cancel).expect("nobody cancels");
         check_all(&tile, &rim.domain, tolerance);
     }
 }
@@ -117,7 +120,7 @@ proptest! {
         tolerance in tolerances(), min_angle in prop::sample::select(vec![1.0, 10.0, 20.0, 35.0, 60.0]),
     ) {
         let (tile, cancel) = (tile(width, height, seed, kind), CancelToken::default());
-        let rim = Rim::new(&tile, tolerance, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+        let rim = Rim::new(&tile, tolerance, &[], &TilePlace::alone(tile.width(), tile.height()), &mut MinLink::default(), &cancel).expect("nobody cancels");
         let task = task(&tile, &rim.domain, tolerance, Feasibility::Weak, &cancel);
         let start = cut(&task);
         let sine = f64::to_radians(min_angle).sin();
@@ -135,7 +138,9 @@ proptest! {
 fn strong_edges_are_those_of_a_strong_task() {
     let tile = tile(40, 40, 11, 0);
     let cancel = CancelToken::default();
-    let rim = Rim::new(&tile, 2.0, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+    let rim =
+        Rim::new(&tile, 2.0, &[], &TilePlace::alone(tile.width(), tile.height()), &mut MinLink::default(), &cancel)
+            .expect("nobody cancels");
     let [weak, strong] = FEASIBILITIES.map(|f| task(&tile, &rim.domain, 2.0, f, &cancel));
     let start = cut(&weak);
     for options in all_options() {
@@ -170,7 +175,9 @@ fn presets_keep_to_their_ranges_and_others_are_named() {
 fn promises_hold_with_any_schedule() {
     let tile = tile(40, 30, 21, 0);
     let cancel = CancelToken::default();
-    let rim = Rim::new(&tile, 1.0, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+    let rim =
+        Rim::new(&tile, 1.0, &[], &TilePlace::alone(tile.width(), tile.height()), &mut MinLink::default(), &cancel)
+            .expect("nobody cancels");
     let task = task(&tile, &rim.domain, 1.0, Feasibility::Weak, &cancel);
     let start = cut(&task);
     let nothing = Schedule { sweeps: 0, passes: 0, ..Schedule::preset(Effort::Balanced, super::Heights::Sampled) };
@@ -279,7 +286,9 @@ fn flat_ground_at_tolerance_0_keeps_points_and_no_other_interior_vertex() {
 fn a_cancelled_polish_says_so() {
     let tile = tile(20, 20, 3, 0);
     let cancel = CancelToken::default();
-    let rim = Rim::new(&tile, 2.0, &[], (true, true), &mut MinLink::default(), &cancel).expect("not yet");
+    let rim =
+        Rim::new(&tile, 2.0, &[], &TilePlace::alone(tile.width(), tile.height()), &mut MinLink::default(), &cancel)
+            .expect("not yet");
     let task = task(&tile, &rim.domain, 2.0, Feasibility::Weak, &cancel);
     let mut mesh = cut(&task);
     cancel.cancel();
@@ -320,7 +329,9 @@ fn a_journal_takes_back_removals_flips_and_moves_bit_for_bit() {
 fn take_back(fitting: Option<Fitting>) {
     let tile = tile(25, 25, 9, 0);
     let cancel = CancelToken::default();
-    let rim = Rim::new(&tile, 2.0, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+    let rim =
+        Rim::new(&tile, 2.0, &[], &TilePlace::alone(tile.width(), tile.height()), &mut MinLink::default(), &cancel)
+            .expect("nobody cancels");
     let task = task(&tile, &rim.domain, 2.0, Feasibility::Weak, &cancel);
     let (mut judge, mut net) = (Judge::new(&task), Net::default());
     judge.fitting = fitting;
@@ -361,7 +372,9 @@ fn fitted_heights_leave_points_and_rim_alone() {
     let wave = |i: usize| ((i % 40) as f64 * 0.4).sin() * 5.0 + ((i / 40) as f64 * 0.3).cos() * 4.0;
     let tile = Tile::from_heights(40, 40, Heights::F64((0..1600).map(wave).collect()));
     let (cancel, points) = (CancelToken::default(), [(7, 3), (20, 15), (21, 15), (0, 9)]);
-    let rim = Rim::new(&tile, 0.7, &points, (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+    let rim =
+        Rim::new(&tile, 0.7, &points, &TilePlace::alone(tile.width(), tile.height()), &mut MinLink::default(), &cancel)
+            .expect("nobody cancels");
     assert_eq!(rim.domain.points.len(), 3);
     let task = task(&tile, &rim.domain, 0.7, Feasibility::Weak, &cancel);
     let mut start = TileMesh::default();
@@ -385,7 +398,14 @@ fn heights_and_tolerances_beyond_single_precision() {
         let tile = Tile::from_heights(20, 20, Heights::F64(heights(scale)));
         for tolerance in [5e-324, 1e-31, 1e-29, 1.0, 20.0, 1e29] {
             let cancel = CancelToken::default();
-            let rim = Rim::new(&tile, tolerance, &[], (true, true), &mut MinLink::default(), &cancel);
+            let rim = Rim::new(
+                &tile,
+                tolerance,
+                &[],
+                &TilePlace::alone(tile.width(), tile.height()),
+                &mut MinLink::default(),
+                &cancel,
+            );
             check_all(&tile, &rim.expect("nobody cancels").domain, tolerance);
         }
     }
@@ -399,7 +419,9 @@ fn more_effort_leaves_fewer_triangles() {
     };
     let tile = Tile::from_heights(100, 100, Heights::F64((0..10_000).map(bowl).collect()));
     let cancel = CancelToken::default();
-    let rim = Rim::new(&tile, 0.5, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels");
+    let rim =
+        Rim::new(&tile, 0.5, &[], &TilePlace::alone(tile.width(), tile.height()), &mut MinLink::default(), &cancel)
+            .expect("nobody cancels");
     let task = task(&tile, &rim.domain, 0.5, Feasibility::Weak, &cancel);
     let start = cut(&task);
     let count =

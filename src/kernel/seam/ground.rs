@@ -14,10 +14,11 @@ use super::{Foreign, Rim, RimCounts, Side};
 use crate::base::Tile;
 use crate::base::control::Cancelled;
 use crate::base::mesh::Domain;
+use crate::base::tiling::TilePlace;
 
 /// Computes the rim of a tile that is not whole.
-pub(super) fn rim(runs: &mut Runs<'_>, forced: &Forced, last: (bool, bool)) -> Result<Rim, Cancelled> {
-    let named = named(runs, forced, last)?;
+pub(super) fn rim(runs: &mut Runs<'_>, forced: &Forced, place: &TilePlace) -> Result<Rim, Cancelled> {
+    let named = named(runs, forced, place)?;
     let tile = runs.tile;
     let boundary = Boundary::new(tile.validity(), tile.width(), tile.height());
     let sample = |&(column, row): &(usize, usize)| (row * tile.width() + column) as u32;
@@ -77,14 +78,14 @@ struct Named {
 }
 
 /// All of them: those the tile owns first, in the order in which it numbers them.
-fn named(runs: &mut Runs<'_>, forced: &Forced, (last_column, last_row): (bool, bool)) -> Result<Vec<Named>, Cancelled> {
+fn named(runs: &mut Runs<'_>, forced: &Forced, tile_place: &TilePlace) -> Result<Vec<Named>, Cancelled> {
     let tile = runs.tile;
     let (right, bottom) = (tile.width() - 1, tile.height() - 1);
     let mut named = Vec::new();
     for corner in Corner::ALL {
         let place = corner.place(tile);
         if octants(tile.validity(), place.0 as i32, place.1 as i32) != 0 {
-            named.push(Named { place, side: Err(corner), name: corner.name((last_column, last_row)) });
+            named.push(Named { place, side: Err(corner), name: corner.name(tile_place) });
         }
     }
     type Place<'a> = &'a dyn Fn(usize) -> (usize, usize);
@@ -92,8 +93,8 @@ fn named(runs: &mut Runs<'_>, forced: &Forced, (last_column, last_row): (bool, b
     let sides: [(Side, usize, &[usize], Place<'_>, Name); 4] = [
         (Side::North, tile.width(), &forced.north, &|i| (i, 0), None),
         (Side::West, tile.height(), &forced.west, &|i| (0, i), None),
-        (Side::East, tile.height(), &forced.east, &|i| (right, i), (!last_column).then_some(Foreign::East)),
-        (Side::South, tile.width(), &forced.south, &|i| (i, bottom), (!last_row).then_some(Foreign::South)),
+        (Side::East, tile.height(), &forced.east, &|i| (right, i), (!tile_place.last_column).then_some(Foreign::East)),
+        (Side::South, tile.width(), &forced.south, &|i| (i, bottom), (!tile_place.last_row).then_some(Foreign::South)),
     ];
     for (side, len, forced, place, name) in sides {
         let line = if matches!(side, Side::North | Side::South) { LEVEL } else { UPRIGHT };

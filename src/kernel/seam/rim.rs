@@ -1,3 +1,5 @@
+//! The rim of a tile: which of its vertices it owns, and which are its neighbours'.
+
 use std::ops::Range;
 
 use super::runs::Runs;
@@ -6,6 +8,7 @@ use crate::base::Tile;
 use crate::base::control::{CancelToken, Cancelled};
 use crate::base::lattice::Point;
 use crate::base::mesh::{Domain, Vertex};
+use crate::base::tiling::TilePlace;
 
 /// The rim of a tile: its corners and the vertices of its four sides, as the domain of an engine, and where samples are
 /// missing the loops around its ground.
@@ -89,7 +92,7 @@ pub enum Foreign {
 }
 
 impl Rim {
-    /// Computes the rim of `tile`, each side from its own samples alone. `last` says whether the tile lies at the
+    /// Computes the rim of `tile`, each side from its own samples alone. `place` says whether the tile lies at the
     /// raster's right and lower rim.
     ///
     /// Every vertex keeps the height of its sample; every link is within `tolerance` at the samples it passes, where the
@@ -112,11 +115,11 @@ impl Rim {
         tile: &Tile,
         tolerance: f64,
         points: &[(usize, usize)],
-        last: (bool, bool),
+        place: &TilePlace,
         min_link: &mut MinLink,
         cancel: &CancelToken,
     ) -> Result<Rim, Cancelled> {
-        Rim::over(&mut Runs::new(tile, tolerance, min_link, cancel), points, last)
+        Rim::over(&mut Runs::new(tile, tolerance, min_link, cancel), points, place)
     }
 
     /// Computes the rim that `tile` has at any tolerance: where [`Rim::new`] takes the fewest links, it has nested vertices
@@ -134,12 +137,12 @@ impl Rim {
         tile: &Tile,
         tolerance: f64,
         points: &[(usize, usize)],
-        last: (bool, bool),
+        place: &TilePlace,
         keeps: impl Fn(LateVertex) -> bool,
         cancel: &CancelToken,
     ) -> Result<NestedRim, Cancelled> {
         let mut runs = Runs::nested(tile, tolerance, &keeps, cancel);
-        let rim = Rim::over(&mut runs, points, last)?;
+        let rim = Rim::over(&mut runs, points, place)?;
         let by_sample = runs.into_late();
         let find = |vertex: &Vertex| {
             let (column, row) = vertex.at.sample()?;
@@ -151,12 +154,12 @@ impl Rim {
         Ok(NestedRim { rim, late, late_idle })
     }
 
-    fn over(runs: &mut Runs<'_>, points: &[(usize, usize)], last: (bool, bool)) -> Result<Rim, Cancelled> {
+    fn over(runs: &mut Runs<'_>, points: &[(usize, usize)], place: &TilePlace) -> Result<Rim, Cancelled> {
         let tile = runs.tile;
         let (right, bottom) = (tile.width() - 1, tile.height() - 1);
         let forced = Forced::new(points, right, bottom);
         if !tile.validity.is_whole() {
-            return ground::rim(runs, &forced, last);
+            return ground::rim(runs, &forced, place);
         }
         let mut side = |len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
             let between = runs.between(len, forced, place)?;
@@ -166,7 +169,7 @@ impl Rim {
         let south = side(tile.width(), &forced.south, &|i| (i, bottom))?;
         let west = side(tile.height(), &forced.west, &|i| (0, i))?;
         let east = side(tile.height(), &forced.east, &|i| (right, i))?;
-        Ok(Rim::assemble(tile, [north, west, east, south], last, &forced.inside))
+        Ok(Rim::assemble(tile, [north, west, east, south], place, &forced.inside))
     }
 
     /// How many vertices of the domain stand on the sides of the tile: they come first.
@@ -178,12 +181,12 @@ impl Rim {
     fn assemble(
         tile: &Tile,
         [north, west, east, south]: [Vec<Vertex>; 4],
-        (last_column, last_row): (bool, bool),
+        place: &TilePlace,
         inside: &[(usize, usize)],
     ) -> Rim {
         let mine = |_| unreachable!("every tile owns its first corner, its north and its west side");
         let corner = |corner: Corner, name| {
-            let owned = corner.name((last_column, last_row)).is_none();
+            let owned = corner.name(place).is_none();
             Feature { vertices: vec![vertex(tile, corner.place(tile))], owned, name }
         };
         // In the order in which a tile numbers what it owns.
@@ -194,8 +197,8 @@ impl Rim {
             corner(Corner::SouthEast, |_| Foreign::SouthEast),
             Feature { vertices: north, owned: true, name: mine },
             Feature { vertices: west, owned: true, name: mine },
-            Feature { vertices: east, owned: last_column, name: Foreign::East },
-            Feature { vertices: south, owned: last_row, name: Foreign::South },
+            Feature { vertices: east, owned: place.last_column, name: Foreign::East },
+            Feature { vertices: south, owned: place.last_row, name: Foreign::South },
         ];
         let (mut vertices, mut foreign) = (Vec::new(), Vec::new());
         let mut numbers: [Range<u32>; 8] = Default::default();
@@ -210,11 +213,7 @@ impl Rim {
         }
         let owned = |i: usize| if features[i].owned { features[i].vertices.len() as u32 } else { 0 };
         let owned = RimCounts {
-            corners: Corner::ALL
-                .into_iter()
-                .filter(|c| c.name((last_column, last_row)).is_none())
-                .map(Corner::bit)
-                .sum(),
+            corners: Corner::ALL.into_iter().filter(|c| c.name(place).is_none()).map(Corner::bit).sum(),
             north: owned(4),
             west: owned(5),
             east: owned(6),
@@ -293,12 +292,12 @@ impl Corner {
     }
 
     /// What it is called, unless the tile owns it.
-    pub(super) fn name(self, (last_column, last_row): (bool, bool)) -> Option<Foreign> {
+    pub(super) fn name(self, place: &TilePlace) -> Option<Foreign> {
         match self {
             Corner::NorthWest => None,
-            Corner::NorthEast => (!last_column).then_some(Foreign::NorthEast),
-            Corner::SouthWest => (!last_row).then_some(Foreign::SouthWest),
-            Corner::SouthEast => (!(last_column && last_row)).then_some(Foreign::SouthEast),
+            Corner::NorthEast => (!place.last_column).then_some(Foreign::NorthEast),
+            Corner::SouthWest => (!place.last_row).then_some(Foreign::SouthWest),
+            Corner::SouthEast => (!(place.last_column && place.last_row)).then_some(Foreign::SouthEast),
         }
     }
 }
@@ -365,8 +364,9 @@ mod tests {
         Tile::from_heights(width, height, Heights::F32(heights))
     }
 
-    fn rim(tile: &Tile, last: (bool, bool)) -> Rim {
-        Rim::new(tile, 3.0, &[], last, &mut MinLink::default(), &CancelToken::default()).expect("nobody cancels")
+    fn rim(tile: &Tile, (last_column, last_row): (bool, bool)) -> Rim {
+        let place = TilePlace { last_column, last_row, ..TilePlace::alone(tile.width(), tile.height()) };
+        Rim::new(tile, 3.0, &[], &place, &mut MinLink::default(), &CancelToken::default()).expect("nobody cancels")
     }
 
     #[test]

@@ -28,14 +28,14 @@ impl Scene {
     }
 
     fn rim(&self, id: TileId) -> Rim {
-        let window = self.grid.window(id);
+        let at = self.grid.place_of(id);
+        let window = at.window;
         let place = |i: usize| (window.column + i % window.width, window.row + i / window.width);
         let heights = (0..window.len()).map(|i| self.height(place(i).0, place(i).1)).collect();
         let tile = Tile::from_heights(window.width, window.height, Heights::F64(heights));
         let mut points = Vec::new();
         self.points.within(window, &mut points);
-        let last = (self.grid.is_last_column(id), self.grid.is_last_row(id));
-        Rim::new(&tile, 4.0, &points, last, &mut MinLink::default(), &CancelToken::default()).expect("nobody cancels")
+        Rim::new(&tile, 4.0, &points, &at, &mut MinLink::default(), &CancelToken::default()).expect("nobody cancels")
     }
 
     /// Where a vertex of a tile lies in the field.
@@ -108,10 +108,10 @@ type Late = BTreeMap<Place, f64>;
 
 /// The nested rim of a tile of a field with missing samples, as places in the field.
 fn nested(field: &Field, grid: TileGrid, id: TileId) -> (NestedRim, Late) {
-    let (window, mut tile) = (grid.window(id), Tile::default());
+    let (at, mut tile) = (grid.place_of(id), Tile::default());
+    let window = at.window;
     field.load(window, &mut tile).expect("loads");
-    let last = (grid.is_last_column(id), grid.is_last_row(id));
-    let found = Rim::nested(&tile, 0.5, &[], last, |v| v.level > 1.0, &CancelToken::default()).expect("nobody cancels");
+    let found = Rim::nested(&tile, 0.5, &[], &at, |v| v.level > 1.0, &CancelToken::default()).expect("nobody cancels");
     let (right, bottom) = (window.width - 1, window.height - 1);
     let place = |v: &LateVertex| match v.side {
         Some(Side::North) => (v.at, 0),

@@ -7,11 +7,12 @@ use std::collections::HashMap;
 
 use proptest::prelude::*;
 
-use super::{Engine, Feasibility, Task};
+use super::{Engine, EngineScratch, Feasibility, Task};
 use crate::base::control::CancelToken;
 use crate::base::exact;
 use crate::base::lattice::{Point, orient};
 use crate::base::mesh::{Domain, TileMesh, Vertex};
+use crate::base::tiling::TilePlace;
 use crate::base::{Heights, Tile};
 use crate::kernel::seam::{MinLink, Rim};
 
@@ -60,8 +61,8 @@ macro_rules! conformance {
 }
 pub(crate) use conformance;
 
-pub(crate) fn triangulate<E: Engine>(
-    engine: &E,
+pub(crate) fn triangulate(
+    engine: &dyn Engine,
     tile: &Tile,
     domain: &Domain,
     tolerance: f64,
@@ -69,7 +70,7 @@ pub(crate) fn triangulate<E: Engine>(
 ) -> TileMesh {
     let mut mesh = TileMesh::default();
     let task = Task { tile, domain, tolerance, feasibility, cancel: &CancelToken::default() };
-    let mut scratch = E::Scratch::default();
+    let mut scratch = EngineScratch::default();
     engine.triangulate(&task, &mut scratch, &mut mesh).expect("nobody cancels");
     // Memory that has been used makes no difference.
     let mut again = TileMesh::default();
@@ -153,11 +154,12 @@ pub(crate) fn tolerances() -> impl Strategy<Value = f64> {
 /// The rim that a tile of its own has.
 pub(crate) fn rim(tile: &Tile, tolerance: f64) -> Rim {
     let cancel = CancelToken::default();
-    Rim::new(tile, tolerance, &[], (true, true), &mut MinLink::default(), &cancel).expect("nobody cancels")
+    Rim::new(tile, tolerance, &[], &TilePlace::alone(tile.width(), tile.height()), &mut MinLink::default(), &cancel)
+        .expect("nobody cancels")
 }
 
-pub(crate) fn covers<E: Engine>(
-    engine: &E,
+pub(crate) fn covers(
+    engine: &dyn Engine,
     (width, height): (usize, usize),
     seed: u64,
     kind: u8,
@@ -170,10 +172,12 @@ pub(crate) fn covers<E: Engine>(
     points.sort_unstable();
     points.dedup();
     let on_rim = |&(row, column): &_| row == 0 || row + 1 == height || column == 0 || column + 1 == width;
-    points.retain(|point| engine.preinserts() || on_rim(point));
+    points.retain(|point| engine.capabilities().points || on_rim(point));
     let points: Vec<_> = points.into_iter().map(|(row, column)| (column, row)).collect();
     let (cancel, mut min_link) = (CancelToken::default(), MinLink::default());
-    let rim = Rim::new(&tile, tolerance, &points, (true, true), &mut min_link, &cancel).expect("nobody cancels");
+    let rim =
+        Rim::new(&tile, tolerance, &points, &TilePlace::alone(tile.width(), tile.height()), &mut min_link, &cancel)
+            .expect("nobody cancels");
     let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
     let mesh = triangulate(engine, &tile, &rim.domain, tolerance, feasibility);
     check(&tile, &rim.domain, &mesh, tolerance);
@@ -212,7 +216,7 @@ pub(crate) fn domain(tile: &Tile, loops: &[Vec<Place>]) -> Domain {
     }
 }
 
-fn check_all<E: Engine>(engine: &E, tile: &Tile, domain: &Domain) {
+fn check_all(engine: &dyn Engine, tile: &Tile, domain: &Domain) {
     for tolerance in [0.0, 1.0, 3.0, 9.0] {
         for feasibility in [Feasibility::Weak, Feasibility::Strong] {
             check(tile, domain, &triangulate(engine, tile, domain, tolerance, feasibility), tolerance);
@@ -221,7 +225,7 @@ fn check_all<E: Engine>(engine: &E, tile: &Tile, domain: &Domain) {
 }
 
 /// Two squares that share a corner.
-pub(crate) fn pinch<E: Engine>(engine: &E) {
+pub(crate) fn pinch(engine: &dyn Engine) {
     let tile = tile(9, 9, 5, 0);
     let domain = domain(&tile, &[ring((0, 0), 4), ring((4, 4), 4)]);
     assert_eq!(domain.vertices.len(), 31);
@@ -249,7 +253,7 @@ pub(crate) fn holes_that_touch() -> [Vec<Vec<Place>>; 2] {
 }
 
 /// A square hole, and holes that touch one another.
-pub(crate) fn holes<E: Engine>(engine: &E) {
+pub(crate) fn holes(engine: &dyn Engine) {
     let tile = tile(14, 12, 77, 0);
     let one = domain(&tile, &[ring((0, 0), 11), hole((4, 4), 3)]);
     assert_eq!(one.area(), 32 * (121 - 9));

@@ -2,18 +2,26 @@
 //!
 //! In come the samples of a [`Tile`] and a [`Domain`]; out goes a [`TileMesh`] whose surface is within the tolerance at
 //! every sample the domain's ground covers. Engines do no I/O, never assume that the ground is a rectangle, and know
-//! nothing of other tiles. `feasible` answers whether a triangle may be used; `cuts` is the greedy cuts engine, `insertion` the
-//! greedy insertion engine.
+//! nothing of other tiles. `feasible` answers whether a triangle may be used; `cuts` is the greedy cuts engine, `insertion`
+//! the greedy insertion engine. `registry` lists the engines; `progressive` is what those have in common that can end at a
+//! budget.
 
 #[cfg(test)]
 pub(crate) mod conformance;
 pub mod cuts;
 pub mod feasible;
 pub mod insertion;
+pub mod progressive;
+pub mod registry;
+
+use std::any::Any;
 
 use crate::base::Tile;
 use crate::base::control::{CancelToken, Cancelled};
 use crate::base::mesh::{Domain, TileMesh};
+
+pub use self::progressive::Progressive;
+pub use self::registry::EngineChoice;
 
 /// Which triangles may be used (Silva, Mitchell & Kaufman 1995, section 2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -43,26 +51,58 @@ pub struct Task<'a> {
     pub cancel: &'a CancelToken,
 }
 
-/// A way to triangulate a tile.
-pub trait Engine: Sync {
-    /// Memory that the engine reuses from tile to tile; it carries nothing from one to the next.
-    type Scratch: Default + Send;
-
-    /// Whether it keeps the weighted error of tiles with channels within [`ChannelError::limit`]. One that does not is
-    /// never given such a tile.
+/// What an engine can do besides triangulating a tile within the tolerance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Capabilities {
+    /// It makes vertices of the domain's points ([`Domain::points`]). An engine that does not is given none.
+    pub points: bool,
+    /// It keeps the weighted error of tiles with channels within [`ChannelError::limit`]. An engine that does not is never
+    /// given such a tile.
     ///
     /// [`ChannelError::limit`]: crate::base::channels::ChannelError::limit
-    const KEEPS_CHANNELS: bool = false;
+    pub channels: bool,
+    /// It can end at a budget or a root mean square, if its options allow that: see [`Engine::progressive`].
+    pub goals: bool,
+}
 
-    /// Whether the engine makes vertices of the domain's points ([`Domain::points`]). One that does not is given none.
-    fn preinserts(&self) -> bool {
-        false
+/// A way to triangulate a tile. The engines there are stand in [`registry`].
+pub trait Engine: Send + Sync {
+    /// What it is called in messages.
+    fn name(&self) -> &'static str;
+
+    /// What it can do.
+    fn capabilities(&self) -> Capabilities;
+
+    /// What a thread needs for a tile, in bytes per sample, at the most: where every sample is a vertex, and there are
+    /// twice as many triangles. The tile, the mesh, its chunk and the encoded chunk are a part of it: 136 bytes.
+    fn bytes_per_sample(&self) -> u64;
+
+    /// Everything that decides the bytes of a tile, its options among them, as text: equal exactly if the bytes are.
+    fn identity(&self) -> String;
+
+    /// The engine as one that can end anywhere. `None` where it cannot, or its options do not go with that.
+    fn progressive(&self) -> Option<&dyn Progressive> {
+        None
     }
 
     /// Triangulates the task's ground into `mesh`, replacing what is in it and reusing its memory. The same task gives
-    /// the same mesh, always and everywhere.
+    /// the same mesh, always and everywhere; `scratch` lends memory and carries nothing from one tile to the next.
     ///
     /// # Errors
     /// [`Cancelled`], with a mesh of no use.
-    fn triangulate(&self, task: &Task<'_>, scratch: &mut Self::Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled>;
+    fn triangulate(&self, task: &Task<'_>, scratch: &mut EngineScratch, mesh: &mut TileMesh) -> Result<(), Cancelled>;
+}
+
+/// The memory of an engine, reused from tile to tile: whichever engine works with it last.
+#[derive(Default)]
+pub struct EngineScratch(Option<Box<dyn Any + Send>>);
+
+impl EngineScratch {
+    /// The memory of an engine. It is made when the engine first asks, and kept until another one does.
+    pub fn of<S: Default + Send + 'static>(&mut self) -> &mut S {
+        if !self.0.as_ref().is_some_and(|memory| memory.is::<S>()) {
+            self.0 = Some(Box::<S>::default());
+        }
+        self.0.as_mut().and_then(|memory| memory.downcast_mut()).expect("memory of this kind")
+    }
 }

@@ -31,7 +31,7 @@ use self::largest_first::LargestFirst;
 use self::last_resort::LastResort;
 use self::paper::PaperOrder;
 use super::feasible::Tester;
-use super::{Engine, Feasibility, Task};
+use super::{Capabilities, Engine, EngineScratch, Feasibility, Task};
 use crate::base::control::Cancelled;
 use crate::base::mesh::TileMesh;
 
@@ -50,7 +50,8 @@ pub enum Cuts {
 }
 
 /// The greedy cuts engine.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(transparent)]
 pub struct GreedyCuts {
     /// Which cut comes next.
     pub cuts: Cuts,
@@ -91,11 +92,30 @@ pub struct Scratch {
 }
 
 impl Engine for GreedyCuts {
-    type Scratch = Scratch;
+    fn name(&self) -> &'static str {
+        "greedy cuts"
+    }
 
-    fn triangulate(&self, task: &Task<'_>, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
+    fn capabilities(&self) -> Capabilities {
+        Capabilities::default()
+    }
+
+    /// Beside the mesh and its copies the nodes of the front and its queues, about 40: tiles of half a million triangles
+    /// took 163 in all.
+    fn bytes_per_sample(&self) -> u64 {
+        180
+    }
+
+    fn identity(&self) -> String {
+        match self.cuts {
+            Cuts::Plain => "greedy cuts, plain".to_string(),
+            Cuts::Improved => "greedy cuts, improved".to_string(),
+        }
+    }
+
+    fn triangulate(&self, task: &Task<'_>, scratch: &mut EngineScratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
         assert!(task.domain.points.is_empty(), "{} points for an engine that takes none", task.domain.points.len());
-        let Scratch { front, plain, improved, last_resort } = scratch;
+        let Scratch { front, plain, improved, last_resort } = scratch.of();
         front.reset(task.domain, task.tile.far_corner(), std::mem::take(mesh));
         match self.cuts {
             Cuts::Plain => eat(task, front, plain, last_resort),

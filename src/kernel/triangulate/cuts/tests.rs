@@ -1,3 +1,5 @@
+//! Greedy cuts in the conformance suite, and what sweeps cost.
+
 use super::*;
 use crate::base::control::CancelToken;
 use crate::kernel::triangulate::conformance::{conformance, rim, tile};
@@ -13,10 +15,10 @@ fn every_edge_is_swept_at_most_once() {
         let tile = tile(90, 80, 11, kind);
         let rim = rim(&tile, 1.0);
         for feasibility in [Feasibility::Weak, Feasibility::Strong] {
-            let (mut mesh, mut scratch) = (TileMesh::default(), Scratch::default());
+            let (mut mesh, mut scratch) = (TileMesh::default(), EngineScratch::default());
             let task = Task { tile: &tile, domain: &rim.domain, tolerance: 1.0, feasibility, cancel: &cancel };
             GreedyCuts::IMPROVED.triangulate(&task, &mut scratch, &mut mesh).expect("nobody cancels");
-            let swept = scratch.improved.seen.len();
+            let swept = scratch.of::<Scratch>().improved.seen.len();
             assert!(swept > 0 && swept < 3 * mesh.triangles.len(), "{swept} of {}", mesh.triangles.len());
         }
     }

@@ -5,7 +5,7 @@ use super::options::{DataDependent, Fit, Shape};
 use super::refine::Refinement;
 use super::scan::{Candidate, Farthest, Scan};
 use super::surface::Surface;
-use super::topology::{NONE, next, prev};
+use super::topology::{next, prev};
 use crate::base::lattice::{Point, distance2, orient};
 use crate::base::mesh::Vertex;
 use crate::base::{Heights, Tile};
@@ -179,7 +179,7 @@ fn check_swap(
     let [b, d, a] = corners_from(refinement.surface, e);
     let mut abd = abd.unwrap_or_else(|| FitPlane::new(tile, [a, b, d]));
     let f = refinement.surface.topology.twin(e);
-    if f == NONE || !refinement.surface.is_convex(e) {
+    if refinement.surface.topology.is_locked(e) || !refinement.surface.is_convex(e) {
         if !abd.done {
             scan_triangle(tile, choice.fit, &mut abd);
         }

@@ -120,8 +120,9 @@ fn first_crossed(surface: &Surface, start: u32, a: u32, b: u32) -> Option<u32> {
             return Some(next(e));
         }
         // All around: vertices of the domain are inside the frame.
+        assert!(!surface.topology.is_locked(prev(e)), "no way from vertex {a} to {b}");
         e = surface.topology.twin(prev(e));
-        assert!(e != start && e != NONE, "no way from vertex {a} to {b}");
+        assert!(e != start, "no way from vertex {a} to {b}");
     }
 }
 
@@ -130,13 +131,12 @@ fn find_edge(surface: &Surface, near: u32, x: u32, y: u32) -> u32 {
     let topology = &surface.topology;
     let leads_to_y = |e: &u32| topology.origin(next(*e)) == y;
     let start = half_edge_from(surface, near, x);
-    let there = |&e: &u32| e != NONE;
     // One way around, then, should the rim of the frame be in the way, the other.
-    let onwards =
-        std::iter::successors(Some(start), |&e| Some(topology.twin(prev(e))).filter(there).filter(|&e| e != start));
+    let onwards = std::iter::successors(Some(start), |&e| {
+        (!topology.is_locked(prev(e))).then(|| topology.twin(prev(e))).filter(|&e| e != start)
+    });
     let backwards = std::iter::successors(Some(start), |&e| {
-        let f = topology.twin(e);
-        (f != NONE).then(|| next(f)).filter(|&e| e != start)
+        (!topology.is_locked(e)).then(|| next(topology.twin(e))).filter(|&e| e != start)
     });
     onwards.chain(backwards).find(leads_to_y).unwrap_or_else(|| panic!("an edge from vertex {x} to {y}"))
 }
@@ -153,7 +153,7 @@ fn keep_ground(surface: &mut Surface, edges: &[(u32, u32)], count: u32) {
         }
         for e in 3 * t..3 * t + 3 {
             let f = surface.topology.twin(e);
-            if f != NONE && !is_loop(e) && !is_loop(f) {
+            if !surface.topology.is_locked(e) && !is_loop(e) && !is_loop(f) {
                 pending.push(f / 3);
             }
         }
@@ -165,7 +165,7 @@ fn keep_ground(surface: &mut Surface, edges: &[(u32, u32)], count: u32) {
     }
     for e in (0..3 * all).filter(|&e| ground[e as usize / 3]) {
         let f = surface.topology.twin(e);
-        if f != NONE && e < f && ground[f as usize / 3] && !is_loop(e) && !is_loop(f) {
+        if !surface.topology.is_locked(e) && e < f && ground[f as usize / 3] && !is_loop(e) && !is_loop(f) {
             kept.pair(3 * number[e as usize / 3] + e % 3, 3 * number[f as usize / 3] + f % 3);
         }
     }

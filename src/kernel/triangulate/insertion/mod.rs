@@ -27,15 +27,14 @@ use self::scan::{Candidate, Scanner};
 use self::squares::Squares;
 use self::surface::Surface;
 use super::feasible::Tester;
-use super::{Engine, Feasibility, Task};
+use super::progressive::{Event, Order, Share};
+use super::{Capabilities, Engine, EngineScratch, Feasibility, Progressive, Task};
 use crate::base::Tile;
 use crate::base::control::Cancelled;
 use crate::base::mesh::{Domain, TileMesh};
 
 pub use self::options::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
-pub use self::progressive::{Event, Key, Order};
 pub use self::refine::Step;
-pub use self::squares::Share;
 
 #[cfg(test)]
 mod tests;
@@ -45,7 +44,8 @@ mod tests;
 /// Every sample of a triangle that is farther than the tolerance, exactly, is a candidate until it is a vertex or the
 /// triangle is gone; no vertex is put on a locked edge, because the domain's loops are within the tolerance at the
 /// samples they pass. Cost: expected O((m + n) log m) for n samples and m vertices (section 4.4.1).
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+#[serde(transparent)]
 pub struct GreedyInsertion {
     /// Which variant.
     pub options: InsertionOptions,
@@ -114,19 +114,55 @@ impl Scratch {
 }
 
 impl Engine for GreedyInsertion {
-    type Scratch = Scratch;
-
-    const KEEPS_CHANNELS: bool = true;
-
-    fn preinserts(&self) -> bool {
-        true
+    fn name(&self) -> &'static str {
+        "greedy insertion"
     }
 
-    fn triangulate(&self, task: &Task<'_>, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
+    fn capabilities(&self) -> Capabilities {
+        Capabilities { points: true, channels: true, goals: true }
+    }
+
+    /// Beside the mesh and its copies 24 bytes of half-edges and 24 of candidates and their heap a triangle, and the
+    /// vertices; data-dependent swapping keeps 8 more a triangle.
+    fn bytes_per_sample(&self) -> u64 {
+        270
+    }
+
+    fn identity(&self) -> String {
+        format!("greedy insertion: {}", self.options.named())
+    }
+
+    /// Where samples are inserted one at a time, the farthest first: passes that insert many cannot end at one of them, and
+    /// other measures than errors are no thresholds.
+    fn progressive(&self) -> Option<&dyn Progressive> {
+        if self.options == self.options.in_order() { Some(self) } else { None }
+    }
+
+    fn triangulate(&self, task: &Task<'_>, scratch: &mut EngineScratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
         task.cancel.check()?;
-        let mut refinement = scratch.begin(self.options, task, task.domain, mesh);
+        let mut refinement = scratch.of::<Scratch>().begin(self.options, task, task.domain, mesh);
         refinement.scan_all()?;
         refinement.run()?;
+        refinement.finish(mesh);
+        Ok(())
+    }
+}
+
+impl Progressive for GreedyInsertion {
+    fn triangulate_in_order(
+        &self,
+        task: &Task<'_>,
+        order: Order<'_>,
+        scratch: &mut EngineScratch,
+        mesh: &mut TileMesh,
+        told: &mut dyn FnMut(Event),
+    ) -> Result<(), Cancelled> {
+        task.cancel.check()?;
+        let beginning = progressive::beginning(task.domain, order.rim);
+        let mut refinement = scratch.of::<Scratch>().begin(self.options, task, &beginning, mesh);
+        refinement.rim_comes = true;
+        refinement.scan_all()?;
+        refinement.run_in_order(task.domain, order, told)?;
         refinement.finish(mesh);
         Ok(())
     }
@@ -159,29 +195,5 @@ impl GreedyInsertion {
         let steps = refinement.steps.take();
         refinement.finish(mesh);
         Ok(steps.unwrap_or_default())
-    }
-
-    /// Triangulates as far as a cut in the order of all insertions of a raster, see [`Order`]: the vertices of the rim
-    /// whose keys lie before it are inserted each in its turn, and `told` hears of every insertion. The tolerance is one that
-    /// all may come down to, not one that all do.
-    ///
-    /// # Errors
-    /// [`Cancelled`], with a mesh of no use.
-    pub fn triangulate_in_order(
-        &self,
-        task: &Task<'_>,
-        order: Order<'_>,
-        scratch: &mut Scratch,
-        mesh: &mut TileMesh,
-        told: impl FnMut(Event),
-    ) -> Result<(), Cancelled> {
-        task.cancel.check()?;
-        let beginning = progressive::beginning(task.domain, order.rim);
-        let mut refinement = scratch.begin(self.options, task, &beginning, mesh);
-        refinement.rim_comes = true;
-        refinement.scan_all()?;
-        refinement.run_in_order(task.domain, order, told)?;
-        refinement.finish(mesh);
-        Ok(())
     }
 }

@@ -1,3 +1,5 @@
+//! The variants of greedy insertion.
+
 use serde::Serialize;
 
 /// Which of the paper's variants of greedy insertion is run.
@@ -92,7 +94,7 @@ pub enum Measure {
 }
 
 impl InsertionOptions {
-    /// The same with what insertion in order needs ([`super::GreedyInsertion::triangulate_in_order`]): one at a time, the
+    /// The same with what insertion in order needs ([`crate::kernel::triangulate::Progressive`]): one at a time, the
     /// farthest first.
     pub fn in_order(self) -> InsertionOptions {
         InsertionOptions { selection: Selection::Sequential, measure: Measure::LocalError, ..self }

@@ -1,15 +1,18 @@
+//! Refinement: the best candidate is inserted, and what changed is scanned again, until none is left.
+
 use super::candidates::Candidates;
 use super::data_dependent::{self, Fits};
 use super::importance::{self, Importance};
 use super::options::{InsertionOptions, Selection, Swap};
 use super::scan::{Candidate, Scanner};
-use super::squares::{Share, Squares};
+use super::squares::Squares;
 use super::surface::{Site, Surface};
-use super::topology::{NONE, next};
+use super::topology::next;
 use crate::base::control::{CancelToken, Cancelled};
 use crate::base::lattice::Point;
 use crate::base::mesh::{TileMesh, Vertex};
 use crate::kernel::triangulate::feasible::Tester;
+use crate::kernel::triangulate::progressive::Share;
 
 /// A surface that is refined by inserting candidates, and all that has to follow each insertion.
 pub(super) struct Refinement<'a> {
@@ -67,7 +70,7 @@ impl Refinement<'_> {
                 self.fits.rescan(self.surface, self.scanner.tile, choice.fit, t);
             }
             for e in 0..3 * self.surface.topology.len() {
-                if e < self.surface.topology.twin(e) && self.surface.topology.twin(e) != NONE {
+                if e < self.surface.topology.twin(e) && !self.surface.topology.is_locked(e) {
                     data_dependent::swap_initial(self, choice, e);
                 }
             }
@@ -156,7 +159,7 @@ impl Refinement<'_> {
     fn insert_at(&mut self, site: Site, sample: u64) -> Option<u32> {
         let at = self.place(sample);
         if let Site::Edge(e) = site {
-            let locked = self.surface.topology.twin(e) == NONE;
+            let locked = self.surface.topology.is_locked(e);
             assert!(
                 self.rim_is_free || !locked,
                 "a candidate at {at:?} on a locked edge, which is within the tolerance of it"
@@ -217,7 +220,7 @@ impl Refinement<'_> {
     }
 
     pub(super) fn locked(&self, t: u32) -> [bool; 3] {
-        [0, 1, 2].map(|i| self.surface.topology.twin(3 * t + i) == NONE)
+        [0, 1, 2].map(|i| self.surface.topology.is_locked(3 * t + i))
     }
 
     /// Where the strong test is asked for and an edge of a triangle does not pass it: the sample of the triangle that is
@@ -253,7 +256,7 @@ impl Refinement<'_> {
         let fails = |e: u32| {
             let topology = &self.surface.topology;
             let [p, q] = [topology.origin(e), topology.origin(next(e))].map(|v| self.surface.vertices[v as usize]);
-            topology.twin(e) != NONE && !tester.strong_edge(p, q)
+            !topology.is_locked(e) && !tester.strong_edge(p, q)
         };
         (0..self.surface.topology.len()).filter(|t| (3 * t..3 * t + 3).any(fails)).count() as u64
     }

@@ -5,6 +5,7 @@ use crate::base::Tile;
 use crate::base::lattice::{Point, orient};
 use crate::base::mesh::Vertex;
 use crate::kernel::triangulate::feasible::Spans;
+use crate::kernel::triangulate::progressive::Share;
 
 /// The sum of squares of every triangle. Memory: 8 bytes per triangle.
 #[derive(Debug, Default)]
@@ -24,25 +25,6 @@ impl Squares {
         }
         std::mem::replace(&mut self.of[t as usize], now)
     }
-}
-
-/// Which samples of a tile count, so that over all tiles each does once.
-#[derive(Debug, Clone, Copy)]
-pub enum Share<'a> {
-    /// All but those in the last column and row, unless the tile has them.
-    Rectangle {
-        /// Whether it has the last column.
-        last_column: bool,
-        /// Whether it has the last row.
-        last_row: bool,
-    },
-    /// These, row by row, of a tile where samples are missing: all on the ground but some on its sides.
-    Ground(&'a [bool]),
-}
-
-impl Share<'_> {
-    /// All of a tile without gaps.
-    pub const ALL: Share<'static> = Share::Rectangle { last_column: true, last_row: true };
 }
 
 /// The sum of squared errors of those samples that are a triangle's own (a sample on an edge belongs to one of its

@@ -1,3 +1,5 @@
+//! The triangulation in the plane: where places are, and which edges are Delaunay.
+
 use super::topology::{NONE, Topology, next, prev};
 use crate::base::lattice::{Point, dot, in_circle, orient};
 use crate::base::mesh::Vertex;
@@ -63,7 +65,7 @@ impl Surface {
     /// So that an edge is split in one way, whichever of its triangles led to it.
     fn canonical(&self, e: u32) -> u32 {
         let twin = self.topology.twin(e);
-        if twin != NONE && self.topology.origin(twin) < self.topology.origin(e) { twin } else { e }
+        if !self.topology.is_locked(e) && self.topology.origin(twin) < self.topology.origin(e) { twin } else { e }
     }
 
     /// Finds a place by walking from triangle `from` (Guibas & Stolfi's walk; section 4.1.1). Between holes, and in
@@ -76,10 +78,10 @@ impl Surface {
         while steps > 0 {
             let leave = (0..3).map(|i| 3 * t + i).find(|&e| e != entered && self.is_right_of(e, p));
             let Some(e) = leave else { return self.site_in(t, p) };
-            entered = self.topology.twin(e);
-            if entered == NONE {
+            if self.topology.is_locked(e) {
                 break;
             }
+            entered = self.topology.twin(e);
             t = entered / 3;
             steps -= 1;
         }
@@ -141,10 +143,10 @@ impl Surface {
     /// Flips suspect edges until all pass the circle test (Lawson): Delaunay, but for locked edges.
     pub(super) fn legalize(&mut self) {
         while let Some(e) = self.suspects.pop() {
-            let f = self.topology.twin(e);
-            if f == NONE {
+            if self.topology.is_locked(e) {
                 continue;
             }
+            let f = self.topology.twin(e);
             let [x, y, p, q] = self.quadrilateral(e, f).map(|v| self.at(v));
             if in_circle(x, y, p, q) {
                 self.flip(e);
@@ -156,10 +158,10 @@ impl Surface {
     pub(super) fn legalize_all(&mut self) {
         let mut pending: Vec<u32> = (0..3 * self.topology.len()).rev().collect();
         while let Some(e) = pending.pop() {
-            let f = self.topology.twin(e);
-            if f == NONE {
+            if self.topology.is_locked(e) {
                 continue;
             }
+            let f = self.topology.twin(e);
             let [x, y, p, q] = self.quadrilateral(e, f).map(|v| self.at(v));
             if in_circle(x, y, p, q) {
                 let [t, u] = self.topology.flip(e);

@@ -40,8 +40,10 @@ impl Topology {
     pub(super) fn track_locked(&mut self, vertices: usize) {
         self.leaving.clear();
         self.leaving.resize(vertices, NONE);
-        for e in (0..3 * self.len()).filter(|&e| self.twins[e as usize] == NONE) {
-            self.leaving[self.origins[e as usize] as usize] = e;
+        for e in 0..3 * self.len() {
+            if self.is_locked(e) {
+                self.leaving[self.origins[e as usize] as usize] = e;
+            }
         }
     }
 
@@ -74,9 +76,16 @@ impl Topology {
         self.origins[e as usize]
     }
 
+    /// The same edge as a half-edge of the neighbour; [`NONE`] where it is locked.
     #[inline(always)]
     pub(super) fn twin(&self, e: u32) -> u32 {
         self.twins[e as usize]
+    }
+
+    /// Whether an edge has a triangle on one side only, so that it stays what it is.
+    #[inline(always)]
+    pub(super) fn is_locked(&self, e: u32) -> bool {
+        self.twin(e) == NONE
     }
 
     /// A triangle of its own, all edges locked so far.
@@ -133,7 +142,7 @@ impl Topology {
     ///        d                 d
     /// ```
     pub(super) fn split_edge(&mut self, e: u32, v: u32) -> ([u32; 4], usize) {
-        let f = self.twin(e);
+        let (f, is_locked) = (self.twin(e), self.is_locked(e));
         let (a, b, c) = (self.origin(e), self.origin(next(e)), self.origin(prev(e)));
         let (bc, ca) = (self.twin(next(e)), self.twin(prev(e)));
         let t = e / 3;
@@ -142,7 +151,7 @@ impl Topology {
         self.pair(3 * t, ca);
         self.pair(3 * t1, bc);
         self.pair(3 * t + 2, 3 * t1 + 1);
-        if f == NONE {
+        if is_locked {
             self.pair(3 * t + 1, NONE);
             self.pair(3 * t1 + 2, NONE);
             return ([t, t1, NONE, NONE], 2);
@@ -194,22 +203,20 @@ impl Topology {
         let mut at = t;
         loop {
             into.push(at);
-            let e = self.twin(3 * at + 2);
-            if e == NONE {
+            if self.is_locked(3 * at + 2) {
                 break;
             }
-            at = e / 3;
+            at = self.twin(3 * at + 2) / 3;
             if at == t {
                 return;
             }
         }
         at = t;
         loop {
-            let e = self.twin(3 * at + 1);
-            if e == NONE {
+            if self.is_locked(3 * at + 1) {
                 return;
             }
-            at = e / 3;
+            at = self.twin(3 * at + 1) / 3;
             into.push(at);
         }
     }
@@ -219,7 +226,7 @@ impl Topology {
     pub(super) fn check(&self) {
         for e in 0..self.origins.len() as u32 {
             let f = self.twin(e);
-            if f != NONE {
+            if !self.is_locked(e) {
                 assert_eq!(self.twin(f), e, "twin of the twin of {e}");
                 assert_eq!((self.origin(e), self.origin(next(e))), (self.origin(next(f)), self.origin(f)), "edge {e}");
             }

@@ -1,3 +1,5 @@
+//! Workspaces that threads take turns with.
+
 use std::sync::{Mutex, PoisonError};
 
 /// Things that are costly to make and used by one thread at a time: there are never more than threads that use one at

@@ -1,10 +1,12 @@
+//! The part of a mesh in one tile of the shifted grid, put together from chunks and made a chunk again.
+
 use std::collections::HashMap;
 
 use super::lines::Lines;
 use crate::base::Window;
 use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::{TileMesh, Vertex};
-use crate::base::tiling::{TileGrid, TileId};
+use crate::base::tiling::{TileGrid, TileId, TilePlace};
 use crate::job::spool::Chunk;
 use crate::kernel::seam::{Foreign, RimCounts};
 
@@ -66,9 +68,9 @@ const NONE: u32 = u32::MAX;
 
 impl Region {
     /// Begins with a region of no triangles.
-    pub(super) fn begin(&mut self, id: TileId, window: Window) {
-        self.id = id;
-        self.window = window;
+    pub(super) fn begin(&mut self, place: &TilePlace) {
+        self.id = place.id;
+        self.window = place.window;
         self.mesh.clear();
         self.owned.clear();
         self.passing.clear();
@@ -80,9 +82,9 @@ impl Region {
 
     /// Adds what the region has of a tile.
     pub(super) fn add(&mut self, grid: TileGrid, shifted: TileGrid, chunk: &Chunk) {
-        let tile = grid.tile(chunk.tile);
-        let window = grid.window(tile);
-        let lines = Lines::new(shifted, tile, window);
+        let place = grid.place(chunk.tile);
+        let window = place.window;
+        let lines = Lines::new(shifted, &place);
         let [dx, dy] = [(window.column, self.window.column), (window.row, self.window.row)]
             .map(|(from, to)| (from as i64 - to as i64) as i32 * STEPS);
         let (rim, borrowed) = (chunk.before_borrowed(), chunk.borrowed.len());

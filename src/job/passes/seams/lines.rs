@@ -1,6 +1,7 @@
-use crate::base::Window;
+//! Which tile of the shifted grid a place or a triangle lies in.
+
 use crate::base::lattice::{Point, STEPS};
-use crate::base::tiling::{TileGrid, TileId};
+use crate::base::tiling::{TileGrid, TileId, TilePlace};
 
 /// The lines of the shifted grid through one tile.
 #[derive(Debug, Clone, Copy)]
@@ -13,7 +14,8 @@ pub(crate) struct Lines {
 
 impl Lines {
     /// Those through a tile of the grid that is shifted.
-    pub(crate) fn new(shifted: TileGrid, tile: TileId, window: Window) -> Lines {
+    pub(crate) fn new(shifted: TileGrid, place: &TilePlace) -> Lines {
+        let TilePlace { id: tile, window, .. } = *place;
         let last = TileId { column: shifted.columns() - 1, row: shifted.rows() - 1 };
         let after = TileId { column: last.column.min(tile.column + 1), row: last.row.min(tile.row + 1) };
         let begins = shifted.window(after);

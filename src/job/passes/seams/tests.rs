@@ -1,3 +1,5 @@
+//! Polishing with the seams: what tiles cost, and that points stay.
+
 use std::sync::Arc;
 
 use crate::base::PointSet;

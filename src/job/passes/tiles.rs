@@ -1,0 +1,146 @@
+//! The first pass: a tile from its samples to a polished mesh whose rim is locked, because its neighbours have the same
+//! vertices there.
+
+use super::seams::Lines;
+use super::workspace::Workspace;
+use super::{Job, Maker, Run};
+use crate::base::control::Cancelled;
+use crate::base::lattice;
+use crate::base::mesh::TileMesh;
+use crate::base::tiling::TilePlace;
+use crate::base::{Tile, Window};
+use crate::job::goal::Told;
+use crate::job::{Error, Quality, quality};
+use crate::kernel::boundary;
+use crate::kernel::measure::{Bare, Bound, ErrorStats, HeightStats, measure, shape};
+use crate::kernel::polish::{self, count_relaxed};
+use crate::kernel::seam::{MinLink, Rim};
+use crate::kernel::triangulate::{EngineScratch, Task};
+
+/// What one thread needs to take a tile from its samples to its chunk.
+#[derive(Default)]
+pub(in crate::job) struct TileMaker {
+    pub(in crate::job) shared: Workspace,
+    min_link: MinLink,
+    /// Samples that trimming has taken from the ground of the tile.
+    trimmed: u64,
+    pub(super) engine: EngineScratch,
+    polish: polish::Scratch,
+    pub(in crate::job) mesh: TileMesh,
+    pub(in crate::job) told: Vec<Told>,
+}
+
+impl Maker for TileMaker {
+    fn shared(&mut self) -> &mut Workspace {
+        &mut self.shared
+    }
+
+    fn make(&mut self, run: &Run<'_>, place: &TilePlace) -> Result<(), Error> {
+        let Run { job, clocks, .. } = *run;
+        let (rim, bound) = match &job.end {
+            None => {
+                clocks.load.time(|| self.shared.load(job.field, place.window))?;
+                let rim = clocks.seams.time(|| self.rim(job, place))?;
+                clocks.engine.time(|| self.cut(job, &rim))?;
+                clocks.polish.time(|| self.polish(job, &rim))?;
+                (rim, Bound::Within(job.params.tolerance.kept()))
+            }
+            Some(end) => clocks.engine.time(|| self.run_to(job, place, end))?,
+        };
+        let errors = clocks.measure.time(|| self.measure(job, place, bound));
+        clocks.spool.time(|| {
+            let Workspace { tile, chunk, .. } = &mut self.shared;
+            chunk.fill(place.index, &rim, &self.mesh, errors, tile.checksum());
+            let names = job.field.channels().iter().map(|c| c.name.as_str());
+            chunk.set_attributes(names, |channel, vertex| tile.channel_at_vertex(channel, vertex));
+        });
+        Ok(())
+    }
+}
+
+impl TileMaker {
+    /// Measures the mesh, and looks at its shape. If there is a second pass, only at the shape of what it will not change:
+    /// it measures every sample itself.
+    fn measure(&mut self, job: &Job<'_>, place: &TilePlace, bound: Bound) -> ErrorStats {
+        let Job { params, .. } = *job;
+        if let Some(shifted) = job.shifted {
+            let lines = Lines::new(shifted, place);
+            let stays = |corners: [lattice::Point; 3]| lines.straddles(corners);
+            let seen = shape(&self.shared.tile, &self.mesh, params.tolerance.kept(), stays);
+            if self.mesh.relaxed > 0 {
+                self.mesh.relaxed = count_relaxed(&self.shared.tile, &self.mesh, params.tolerance.kept(), stays);
+            }
+            let (trimmed, shape) = (self.trimmed, Some(Box::new(seen)));
+            return ErrorStats { samples: place.owned_samples() - trimmed, trimmed, shape, ..ErrorStats::default() };
+        }
+        let may_be_bare = params.trim > 0 && !self.shared.tile.validity().is_whole();
+        let bare = if may_be_bare { Bare::Strip(params.trim) } else { Bare::Nothing };
+        let mut errors = measure(&self.shared.tile, &self.mesh, bound, place, bare);
+        errors.heights = Some(HeightStats::of(&self.shared.tile));
+        assert_eq!(errors.trimmed, self.trimmed, "bare samples of the tile at {:?}", place.origin());
+        // Whoever has no time for polishing has none for looking at it.
+        if params.quality != Quality::None {
+            errors.shape = Some(Box::new(shape(&self.shared.tile, &self.mesh, params.tolerance.kept(), |_| true)));
+        }
+        errors
+    }
+
+    /// Triangulates one tile and returns how many samples and triangles it has.
+    pub(in crate::job) fn probe(&mut self, job: &Job<'_>, place: &TilePlace) -> Result<(usize, usize), Error> {
+        // As if it were a raster of its own.
+        let place = TilePlace { last_column: true, last_row: true, ..*place };
+        self.shared.load(job.field, place.window)?;
+        let rim = self.rim(job, &place)?;
+        self.cut(job, &rim)?;
+        self.polish(job, &rim)?;
+        Ok((self.shared.tile.width() * self.shared.tile.height(), self.mesh.triangles.len()))
+    }
+
+    /// The rim of the tile that is loaded, and the points inside it.
+    fn rim(&mut self, job: &Job<'_>, place: &TilePlace) -> Result<Rim, Error> {
+        self.find_points(job, place.window)?;
+        let (Workspace { tile, points, .. }, cancel) = (&self.shared, &job.control.cancel);
+        let (tolerance, cells) = (job.params.tolerance.kept(), job.params.trim);
+        let mut rim = Rim::new(tile, tolerance, points, place, &mut self.min_link, cancel)?;
+        let fixed = rim.on_sides();
+        let task = boundary::Task { tile, cells, tolerance, points, cancel };
+        self.trimmed = boundary::trim(&task, &mut rim.domain, fixed)?;
+        Ok(rim)
+    }
+
+    /// Finds the points of the tile that is loaded, and makes sure that they are on the ground.
+    pub(super) fn find_points(&mut self, job: &Job<'_>, window: Window) -> Result<(), Error> {
+        self.shared.find_points(job.params, window);
+        let validity = self.shared.tile.validity();
+        let off_ground = |&&(column, row): &&(usize, usize)| !validity.is_ground(column as i32, row as i32);
+        match self.shared.points.iter().find(off_ground).filter(|_| !validity.is_whole()) {
+            Some(&(column, row)) => {
+                Err(Error::PointOffGround { column: window.column + column, row: window.row + row })
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn cut(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {
+        if rim.domain.loops.is_empty() {
+            self.mesh.clear();
+            return Ok(());
+        }
+        let task = task(&self.shared.tile, rim, job.params.tolerance.kept(), job);
+        job.params.engine.triangulate(&task, &mut self.engine, &mut self.mesh)
+    }
+
+    fn polish(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {
+        let Some(options) = quality::polishing(job.params).filter(|_| !rim.domain.loops.is_empty()) else {
+            return Ok(());
+        };
+        let task = task(&self.shared.tile, rim, job.params.tolerance.kept(), job);
+        polish::polish(&task, &options, &mut self.polish, &mut self.mesh)
+    }
+}
+
+/// What engines and polishing are given of a tile.
+pub(super) fn task<'a>(tile: &'a Tile, rim: &'a Rim, tolerance: f64, job: &Job<'a>) -> Task<'a> {
+    let (feasibility, cancel) = (job.params.feasibility, &job.control.cancel);
+    Task { tile, domain: &rim.domain, tolerance, feasibility, cancel }
+}

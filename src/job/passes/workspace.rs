@@ -1,0 +1,46 @@
+//! What one thread needs for a tile, whatever the pass.
+
+use crate::base::{RasterError, Tile, Window};
+use crate::field::{Field, LoadScratch};
+use crate::job::spool::Chunk;
+use crate::job::{Error, Params};
+
+/// The samples of a tile and its chunk; reused from tile to tile.
+#[derive(Default)]
+pub(in crate::job) struct Workspace {
+    pub(in crate::job) tile: Tile,
+    loading: LoadScratch,
+    /// Samples of the tile that are to be vertices, by rows, then by columns.
+    pub(super) points: Vec<(usize, usize)>,
+    pub(super) chunk: Chunk,
+    pub(super) encoded: Vec<u8>,
+}
+
+impl Workspace {
+    /// Loads the samples of a window.
+    pub(super) fn load(&mut self, field: &Field, window: Window) -> Result<(), Error> {
+        Ok(field.load_with(window, &mut self.tile, &mut self.loading)?)
+    }
+
+    /// Finds the points in a window.
+    pub(super) fn find_points(&mut self, params: &Params, window: Window) {
+        self.points.clear();
+        if let Some(points) = &params.points {
+            points.within(window, &mut self.points);
+        }
+    }
+
+    /// Loads the samples of a window and compares them with those that the chunk was made from.
+    pub(super) fn check_samples(&mut self, field: &Field, window: Window) -> Result<(), Error> {
+        self.load(field, window)?;
+        let (expected, found) = (self.chunk.samples_checksum, self.tile.checksum());
+        if expected == found {
+            return Ok(());
+        }
+        let Window { column, row, width, height } = window;
+        let samples = if field.importance().is_some() { "samples and weights" } else { "samples" };
+        let what = format!("{width} × {height} {samples} at column {column}, row {row} with the checksum");
+        let [expected, found] = [expected, found].map(|checksum| format!("{checksum:08x}"));
+        Err(RasterError::Changed { path: field.name().to_path_buf(), what, expected, found }.into())
+    }
+}

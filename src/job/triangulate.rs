@@ -1,0 +1,88 @@
+//! All passes over all tiles: from a field to a mesh.
+
+use super::passes::{Job, Pass, PassResult, run_pass};
+use super::spool::{Chunks, Spool, SpoolError};
+use super::{Error, Mesh, Params};
+use crate::base::control::Control;
+use crate::base::tiling::TileGrid;
+use crate::field::Field;
+
+/// Triangulates a field on the threads of the current rayon pool.
+///
+/// Memory: one workspace per busy thread (a tile's samples, its front and its mesh), whatever the size of the field.
+/// Temporary disk: about 20 bytes per triangle, and 2 KiB per tile for the histogram of its errors.
+///
+/// # Errors
+/// [`Error`]; nothing is left behind.
+pub fn triangulate(field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
+    triangulate_into(&|pass| Spool::new(&params.temp_dir, pass.grid().len()), field, params, control)
+}
+
+/// Makes the spool for a pass.
+pub type MakeSpool<'a> = dyn Fn(&Pass) -> Result<Spool, SpoolError> + 'a;
+
+/// Does what [`triangulate`] does, into spools of the caller's. A tile whose chunk a spool has already is not made again.
+///
+/// # Errors
+/// [`Error`]; what becomes of the finished tiles is the spools' matter.
+///
+/// # Panics
+/// If a spool is for another number of tiles.
+pub fn triangulate_into(
+    make_spool: &MakeSpool<'_>,
+    field: &Field,
+    params: &Params,
+    control: &Control<'_>,
+) -> Result<Mesh, Error> {
+    let job = Job::new(field, params, control)?;
+    let passes = job.passes();
+    let [first, others @ ..] = passes.as_slice() else { unreachable!("there is a first pass") };
+    // Before the survey, which may take long.
+    let mut spool = make_spool(first)?;
+    let job = job.surveyed()?;
+    let mut result = whole(&job, first, None, &spool)?;
+    let found = result.found;
+    if !has_ground(&spool, first.grid())? {
+        return Err(Error::NoGround { path: field.name().to_path_buf() });
+    }
+    let (mut chunks, mut other_bytes) = (first.grid(), job.end.map_or(0, |end| end.survey_bytes));
+    for pass in others {
+        let next = make_spool(pass)?;
+        result = result.plus(whole(&job, pass, Some(&spool), &next)?);
+        other_bytes += spool.bytes();
+        (spool, chunks) = (next, pass.grid());
+    }
+    let kept = params.tolerance.kept();
+    Ok(Mesh {
+        spool,
+        grid: first.grid(),
+        chunks,
+        geo_transform: field.geo_transform(),
+        channels: field.channels().to_vec(),
+        max_error: if params.tolerance.is_open() { f64::INFINITY } else { kept },
+        error_scale: job.end.map_or(kept, |end| end.scale(&job)),
+        outcome: job.end.map(|end| end.outcome),
+        times: result.times,
+        other_bytes,
+        found,
+    })
+}
+
+/// All tiles of a pass.
+fn whole(job: &Job<'_>, pass: &Pass, inputs: Option<&Spool>, out: &Spool) -> Result<PassResult, Error> {
+    let inputs = inputs.map(|spool| spool as &dyn Chunks);
+    let result = run_pass(job, pass, 0..pass.grid().len(), inputs, out)?;
+    result.check_bare();
+    Ok(result)
+}
+
+/// Whether any tile has a triangle.
+fn has_ground(spool: &Spool, grid: TileGrid) -> Result<bool, Error> {
+    let columns = grid.columns();
+    for row in 0..grid.rows() {
+        if spool.counts(row * columns..(row + 1) * columns)?.iter().any(|c| c.triangles > 0) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
