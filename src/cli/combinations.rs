@@ -49,7 +49,7 @@ fn options(feature: Feature) -> Options {
         Feature::Polishing => ("--quality fast, balanced or best", Use("--quality none")),
         Feature::FittedHeights => ("--heights fitted", Remove),
         Feature::MinAngle => ("--min-angle", Remove),
-        Feature::PolishingNumbers => ("--polish-sweeps and the other numbers --polish-…", Remove),
+        Feature::PolishingNumbers => ("--polish-…", Remove),
         Feature::StrongPolishEdges => ("--polish-edges strong", Remove),
         Feature::WeakPolishEdges => ("--polish-edges weak", Remove),
         Feature::StrongFeasibility => ("--feasibility strong", Remove),
@@ -130,9 +130,11 @@ impl Asked {
 }
 
 impl Words for Asked {
-    fn name(&self, feature: Feature) -> String {
-        let given = list(self.given.iter().filter(|(f, _)| *f == feature).map(|(_, option)| option.clone()));
-        if given.is_empty() { options(feature).any.to_string() } else { given }
+    fn names(&self, feature: Feature) -> Vec<String> {
+        let mut given: Vec<String> =
+            self.given.iter().filter(|(f, _)| *f == feature).map(|(_, option)| option.clone()).collect();
+        given.dedup();
+        if given.is_empty() { vec![options(feature).any.to_string()] } else { given }
     }
 
     fn without(&self, features: &[Feature]) -> String {
@@ -144,7 +146,7 @@ impl Words for Asked {
             }
         }
         let demand = |&way: &Without| {
-            let named = features.iter().filter(|&&f| options(f).without == way).map(|&f| self.name(f));
+            let named = features.iter().filter(|&&f| options(f).without == way).flat_map(|&f| self.names(f));
             match way {
                 Without::Remove => format!("remove {}", list(named)),
                 Without::Use(other) => format!("use {other}"),
@@ -166,20 +168,52 @@ impl From<Incompatible> for Failure {
 }
 
 /// The rule book with the names of options, a row for each rule: the options it is about, how they belong to others,
-/// those, why, and what to do instead.
+/// those, why, and what to do instead. Options are code, in backticks.
 #[cfg(test)]
 pub(super) fn table() -> Vec<[String; 5]> {
     use crate::job::rules::{RULES, Relation};
-    let words = Asked::default();
-    let names = |features: &[Feature]| list(features.iter().map(|&feature| words.name(feature)));
+    let code = |feature: Feature| match options(feature).any.split_once(", if ") {
+        Some((option, condition)) => format!("`{option}` (if {condition})"),
+        None => format!("`{}`", options(feature).any),
+    };
+    let names = |features: &[Feature]| features.iter().map(|&feature| code(feature)).collect::<Vec<_>>().join(", ");
+    let instead = |others: &[Feature]| {
+        let mut ways: Vec<String> = Vec::new();
+        for &other in others {
+            let way = match options(other).without {
+                Without::Remove if others.len() == 1 => "remove it".to_string(),
+                Without::Remove if others.iter().all(|&o| options(o).without == Without::Remove) => {
+                    "remove them".to_string()
+                }
+                Without::Remove => "remove the others".to_string(),
+                Without::Use(value) => format!("use {}", value_as_code(value)),
+                Without::Replace(option) => format!("use `{option}` instead"),
+            };
+            if !ways.contains(&way) {
+                ways.push(way);
+            }
+        }
+        ways.join("; ")
+    };
     let row = |rule: &rules::Rule| {
         let (relation, others, instead) = match rule.relation {
-            Relation::Excludes(others) => ("not with", names(others), words.without(others)),
-            Relation::Requires(needed) => ("only with", names(&[needed]), words.with(needed)),
+            Relation::Excludes(others) => ("not with", names(others), instead(others)),
+            Relation::Requires(needed) => {
+                ("only with", names(&[needed]), format!("use {}", value_as_code(options(needed).one)))
+            }
         };
         [names(rule.features), relation.to_string(), others, rule.why.to_string(), instead]
     };
     RULES.iter().map(row).collect()
+}
+
+/// An option and its value as code, and what else is said of it.
+#[cfg(test)]
+fn value_as_code(text: &str) -> String {
+    match text.split_once(" or ") {
+        Some((option, others)) => format!("`{option}` or {others}"),
+        None => format!("`{text}`"),
+    }
 }
 
 #[cfg(test)]

@@ -51,7 +51,7 @@ fn page() -> String {
         describe(command, &mut page);
     }
     page.push_str(COMBINATIONS);
-    page.push_str("\n| these | | those | why | instead |\n|---|---|---|---|---|\n");
+    page.push_str("\n| option | | other options | why | what to do instead |\n|---|---|---|---|---|\n");
     for row in table() {
         let cells: Vec<String> = row.iter().map(|cell| escape(cell)).collect();
         writeln!(page, "| {} |", cells.join(" | ")).expect("a string");

@@ -42,7 +42,7 @@ mod importance_tests;
 #[cfg(test)]
 mod nodata_tests;
 #[cfg(test)]
-mod pair_tests;
+pub(crate) mod pair_tests;
 #[cfg(test)]
 mod points_tests;
 #[cfg(test)]

@@ -25,7 +25,7 @@ use crate::verify::{GroundOptions, VerifyOptions, verify_ground};
 
 /// What parameters and fields can have. The others are matters of options, of samples or of the output; the command line
 /// walks all.
-const OF_A_RUN: [Feature; 22] = [
+pub(crate) const OF_A_RUN: [Feature; 22] = [
     Feature::VertexBudget,
     Feature::TriangleBudget,
     Feature::RmsGoal,

@@ -216,14 +216,14 @@ pub enum WayOut {
 
 /// How features are called, and what is done to have them or not.
 pub trait Words {
-    /// What a feature is called.
-    fn name(&self, feature: Feature) -> String {
-        feature.name().to_string()
+    /// What a feature is called; it may be asked for in several ways.
+    fn names(&self, feature: Feature) -> Vec<String> {
+        vec![feature.name().to_string()]
     }
 
     /// How to do without features, at least one, as a demand.
     fn without(&self, features: &[Feature]) -> String {
-        format!("do without {}", list(features.iter().map(|f| f.name().to_string())))
+        format!("do without {}", list(features.iter().flat_map(|&f| self.names(f))))
     }
 
     /// How to have a feature, too, as a demand.
@@ -260,11 +260,11 @@ impl Conflict {
 
     /// What does not go together, why, and the way out, in one line.
     pub fn in_words(&self, words: &dyn Words) -> String {
-        let named = |features: &[Feature]| list(features.iter().map(|&f| words.name(f)));
+        let named = |features: &[Feature]| list(features.iter().flat_map(|&f| words.names(f)));
         let (these, those, why) = (named(&self.these), named(&self.those), self.rule.why);
         let relation = match self.rule.relation {
             Relation::Excludes(_) => "cannot be combined with",
-            Relation::Requires(_) if self.these.len() == 1 => "requires",
+            Relation::Requires(_) if self.these.iter().map(|&f| words.names(f).len()).sum::<usize>() == 1 => "requires",
             Relation::Requires(_) => "each require",
         };
         let way_out = match self.way_out {

@@ -1,7 +1,7 @@
 //! All pairs of options that ask for features, through the commands themselves: each runs and passes `verify`, or is
 //! refused; and what is done as the refusal says runs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -11,10 +11,11 @@ use gdal::spatial_ref::SpatialRef;
 
 use super::*;
 use crate::cli::{Cli, Command};
+use crate::job::pair_tests::OF_A_RUN;
 use crate::job::rules::WayOut;
 use crate::testing;
 
-const SIZE: (usize, usize) = (20, 16);
+const SIZE: (usize, usize) = (14, 12);
 
 /// The options of a command line: what follows each of them, if anything does.
 type Line = BTreeMap<&'static str, &'static str>;
@@ -30,8 +31,12 @@ impl Scene {
         let place = |i: usize| (i % SIZE.0, i / SIZE.0);
         let heights = |i: usize| {
             let (c, r) = place(i);
-            let is_void = (8..10).contains(&c) && (7..9).contains(&r);
-            if is_void { -9999.0 } else { 0.1 + ((c * c + 3 * r * c + 7 * r) % 23) as f64 * 0.37 }
+            match (c, r) {
+                (8..10, 6..8) => f64::NAN,
+                (3, 9) => -9999.0,
+                // Few digits: exact tests are quick.
+                _ => ((c * c + 3 * r * c + 7 * r) % 23) as f64 * 0.375,
+            }
         };
         let red = |i: usize| (place(i).0 * 11 % 256) as f64;
         let weights = |i: usize| 0.25 * (i % 5) as f64;
@@ -41,7 +46,7 @@ impl Scene {
         scene.write::<f64>("weights.tif", &[&weights]);
         scene.write::<u8>("rgb.tif", &[&high, &low, &red]);
         scene.layer("points.geojson", "Point", &scene.at(4.0, 5.0));
-        let ring = [(1.3, 0.7), (17.6, 1.2), (16.1, 14.2), (2.2, 13.6), (1.3, 0.7)].map(|(c, r)| scene.at(c, r));
+        let ring = [(1.3, 0.7), (12.6, 1.2), (11.1, 10.2), (2.2, 9.6), (1.3, 0.7)].map(|(c, r)| scene.at(c, r));
         scene.layer("area.geojson", "Polygon", &format!("[[{}]]", ring.join(", ")));
         scene
     }
@@ -101,7 +106,9 @@ impl Scene {
         making.extend([("--overwrite", ""), ("--quiet", "")]);
         let Command::Simplify(args) = self.command("simplify", &making) else { panic!("simplify") };
         crate::cli::simplify::run(&args)?;
-        let judging: Line = line.iter().filter(|(option, _)| JUDGED.contains(option)).map(|(o, v)| (*o, *v)).collect();
+        let mut judging: Line =
+            line.iter().filter(|(option, _)| JUDGED.contains(option)).map(|(o, v)| (*o, *v)).collect();
+        judging.extend([("--quiet", "")]);
         let Command::Verify(args) = self.command("verify", &judging) else { panic!("verify") };
         let judged = crate::cli::verify::run(&args).unwrap_or_else(|e| panic!("{e:?} for {line:?}"));
         assert_eq!(format!("{judged:?}"), format!("{:?}", ExitCode::SUCCESS), "{line:?} fails");
@@ -162,7 +169,7 @@ fn example(feature: Feature) -> (&'static str, &'static str) {
         Feature::Band => ("--band", "1"),
         Feature::Encoding => ("--encoding", "terrarium"),
         Feature::NodataMarks => ("--nodata", "-9999"),
-        Feature::ValidRange => ("--valid-range", "-30,10"),
+        Feature::ValidRange => ("--valid-range", "-9999,100"),
         Feature::Cutline => ("--cutline", "area.geojson"),
         Feature::Polishing => ("--quality", "fast"),
         Feature::FittedHeights => ("--heights", "fitted"),
@@ -221,6 +228,14 @@ fn follow(line: &mut Line, incompatible: &Incompatible) {
 fn pairs_of_options_run_or_are_refused_with_a_way_out() {
     let scene = Scene::new();
     let (mut run, mut refused) = (0, 0);
+    let mut passed: BTreeSet<Line> = BTreeSet::new();
+    // Many a way out leads to the same line.
+    let mut must_run = |line: &Line, why: &str| {
+        if passed.insert(line.clone()) {
+            scene.run(line).unwrap_or_else(|e| panic!("{e:?} for {line:?}{why}"));
+        }
+    };
+    let tried_by_the_library = |feature| OF_A_RUN.contains(&feature);
     for (i, &a) in Feature::ALL.iter().enumerate() {
         for &b in &Feature::ALL[i..] {
             let ((first, x), (second, y)) = (example(a), example(b));
@@ -229,19 +244,20 @@ fn pairs_of_options_run_or_are_refused_with_a_way_out() {
             }
             let mut line = Line::from([("--max-error", "1.5"), (first, x), (second, y)]);
             let asked = scene.asked(&line);
-            let found = scene.run(&line);
             let Err(incompatible) = rules::check(asked.features()) else {
-                found.unwrap_or_else(|e| panic!("{e:?} for {line:?}"));
+                if a == b || !tried_by_the_library(a) || !tried_by_the_library(b) {
+                    must_run(&line, "");
+                }
                 run += 1;
                 continue;
             };
             refused += 1;
-            let message = found.expect_err("refused").message().to_string();
+            let message = scene.run(&line).expect_err("refused").message().to_string();
             assert_eq!(message, asked.refuse(&incompatible).message(), "{line:?}");
             assert_eq!(message.lines().count(), incompatible.conflicts.len());
             assert!(message.contains(first) || message.contains(second), "{message}");
             follow(&mut line, &incompatible);
-            scene.run(&line).unwrap_or_else(|e| panic!("{e:?} for {line:?} after {message}"));
+            must_run(&line, &format!(" after {message}"));
         }
     }
     assert!(run > 300 && refused > 150, "{run} pairs run, {refused} are refused");
@@ -251,13 +267,15 @@ fn pairs_of_options_run_or_are_refused_with_a_way_out() {
 fn each_feature_has_its_option() {
     for &feature in Feature::ALL {
         let (option, value) = example(feature);
-        assert!(options(feature).any.starts_with(option), "{feature}: {option}");
-        assert_eq!(options(feature).one.split(' ').next(), Some(option));
-        if let Some(said) =
-            options(feature).one.split(' ').nth(1).filter(|_| options(feature).one == options(feature).any)
-        {
-            assert_eq!(said, value, "{feature}");
+        let Options { any, one, .. } = options(feature);
+        if feature == Feature::PolishingNumbers {
+            assert_eq!((any, one), ("--polish-…", "--polish-…"));
+            continue;
         }
+        assert!(any.starts_with(option) && one.starts_with(option), "{feature}: {option}");
+        // Where values ask for different features, the one that is named asks for this.
+        let said = any.strip_prefix(option).expect("the option").trim_start();
+        assert!(said.is_empty() || said.contains(value) || value.parse::<f64>().is_ok(), "{any}: {value}");
     }
 }
 
