@@ -58,7 +58,7 @@ fn colours_come_along() {
     let heights = ["simplify", &dem, &tin, "--max-error", "4", "--overwrite", "--json"];
     let without = terrabite(heights.iter().chain(&INSERTION)).succeeds().json()["vertices"].as_u64();
     assert!(without < with, "{without:?}, {with:?}");
-    terrabite(["verify", &dem, &tin].iter().chain(&COLOURS)).fails(1, &["property red"]);
+    terrabite(["verify", &dem, &tin].iter().chain(&COLOURS)).fails(1, &["attribute \"red\""]);
 }
 
 #[test]
