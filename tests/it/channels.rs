@@ -245,6 +245,7 @@ fn attributes_that_are_missing_are_named() {
     let (folder, image) = with_image();
     let tin = folder.with("tin.ply", coloured(0.0).replace("property float green", "property float grün"));
     terrabite(["verify", &image, &tin, "--max-error", "1", "--planar"]).fails(1, &[&tin, "attribute \"green\""]);
-    terrabite(["preview", &image, &tin, &folder.at("out.png"), "--mode", "colour"]).fails(1, &[&tin, "property green"]);
+    terrabite(["preview", &image, &tin, &folder.at("out.png"), "--mode", "colour"])
+        .fails(1, &[&tin, "attribute \"green\""]);
     assert_eq!(folder.names(), ["image.tif", "tin.ply"]);
 }
