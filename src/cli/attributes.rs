@@ -9,13 +9,13 @@ use crate::run::{AttributeBands, Attributes};
 #[derive(Debug, clap::Args)]
 pub(super) struct AttributeArgs {
     /// Bands to carry along as colours or other values of the vertices, such as 2,3,4, each counted in the error
-    #[arg(long, alias = "channels", value_name = "BANDS", value_parser = values::bands)]
+    #[arg(long, help_heading = "Input", alias = "channels", value_name = "BANDS", value_parser = values::bands)]
     attributes: Option<values::Bands>,
     /// What the attributes count in the error, from 0 (only the heights do) to 1 (only the attributes) [default: 0.5]
-    #[arg(long, alias = "emphasis", value_name = "W", value_parser = values::share, allow_hyphen_values = true)]
+    #[arg(long, help_heading = "Input", hide_short_help = true, alias = "emphasis", value_name = "W", value_parser = values::share, allow_hyphen_values = true)]
     attribute_weight: Option<f64>,
     /// The raster is an image without heights: flat, all bands are attributes unless --attributes says which
-    #[arg(long, alias = "planar")]
+    #[arg(long, help_heading = "Input", hide_short_help = true, alias = "planar")]
     image: bool,
 }
 

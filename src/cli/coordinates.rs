@@ -12,13 +12,13 @@ use crate::run::Coordinates;
 #[command(next_help_heading = "Coordinates")]
 pub(super) struct CoordinateArgs {
     /// Write x and y less an origin near the middle of the raster, which the header names
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     local: bool,
     /// Multiply heights by this in the output, as the header says; --max-error is about the heights of the raster
-    #[arg(long, value_name = "F", default_value_t = 1.0, value_parser = values::factor, allow_hyphen_values = true)]
+    #[arg(long, hide_short_help = true, value_name = "F", default_value_t = 1.0, value_parser = values::factor, allow_hyphen_values = true)]
     z_scale: f64,
     /// Number type of coordinates; float implies --local, and what heights lose in it is taken from --max-error
-    #[arg(long, value_enum, default_value_t = PrecisionArg::Double)]
+    #[arg(long, hide_short_help = true, value_enum, default_value_t = PrecisionArg::Double)]
     precision: PrecisionArg,
 }
 

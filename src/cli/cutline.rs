@@ -8,10 +8,10 @@ use crate::raster::CutlineSource;
 #[derive(Debug, clap::Args)]
 pub(crate) struct CutlineArgs {
     /// A layer of polygons, in any format OGR reads: samples outside of them count as samples without a height
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = "Input", value_name = "FILE")]
     pub(super) cutline: Option<PathBuf>,
     /// The layer of --cutline [default: the first]
-    #[arg(long, value_name = "NAME", requires = "cutline")]
+    #[arg(long, help_heading = "Input", hide_short_help = true, value_name = "NAME", requires = "cutline")]
     cutline_layer: Option<String>,
 }
 

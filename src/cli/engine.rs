@@ -14,11 +14,11 @@ use crate::kernel::triangulate::insertion::{
 #[derive(Debug, Clone, clap::Args)]
 pub(super) struct EngineArgs {
     /// How tiles are triangulated [default: greedy-insertion; greedy-cuts with --quality none]
-    #[arg(long, value_enum)]
+    #[arg(long, hide_short_help = true, value_enum)]
     engine: Option<EngineArg>,
     /// The order of greedy cuts: the paper's own, or the largest first, which is slower and takes fewer triangles. Polishing
     /// comes to about the same from both [default: plain]
-    #[arg(long, value_enum, help_heading = "Options of --engine greedy-cuts")]
+    #[arg(long, hide_short_help = true, value_enum, help_heading = "Options of --engine greedy-cuts")]
     cuts: Option<CutsArg>,
     #[command(flatten)]
     insertion: InsertionArgs,
@@ -44,28 +44,28 @@ enum CutsArg {
 #[command(next_help_heading = "Options of --engine greedy-insertion")]
 struct InsertionArgs {
     /// By what edges are swapped: the circle test, or how well the surface fits the samples [default: delaunay]
-    #[arg(long, value_enum)]
+    #[arg(long, hide_short_help = true, value_enum)]
     swap: Option<SwapArg>,
     /// Data-dependent: shape decides where one is at most so large a share of the other; 0 never, 1 always [default: 0.5]
-    #[arg(long, value_name = "Q", value_parser = values::share)]
+    #[arg(long, hide_short_help = true, value_name = "Q", value_parser = values::share)]
     quality_threshold: Option<f64>,
     /// Data-dependent: what a good shape is [default: area-over-diameter]
-    #[arg(long, value_enum)]
+    #[arg(long, hide_short_help = true, value_enum)]
     shape: Option<ShapeArg>,
     /// Data-dependent: the error that a swap is to lower [default: max-sum]
-    #[arg(long, value_enum)]
+    #[arg(long, hide_short_help = true, value_enum)]
     fit: Option<FitArg>,
     /// How many candidates a pass inserts [default: sequential]
-    #[arg(long, value_enum)]
+    #[arg(long, hide_short_help = true, value_enum)]
     selection: Option<SelectionArg>,
     /// Fractional: all candidates with at least this share of the largest error [default: 0.9]
-    #[arg(long, value_name = "A", value_parser = values::share)]
+    #[arg(long, hide_short_help = true, value_name = "A", value_parser = values::share)]
     fraction: Option<f64>,
     /// What makes a sample that is beyond the tolerance important [default: local-error]
-    #[arg(long, value_enum)]
+    #[arg(long, hide_short_help = true, value_enum)]
     measure: Option<MeasureArg>,
     /// Curvature and product: the standard deviation of the Gaussian the field is smoothed with, in cells [default: 1]
-    #[arg(long, value_name = "CELLS", value_parser = values::smoothing)]
+    #[arg(long, hide_short_help = true, value_name = "CELLS", value_parser = values::smoothing)]
     smoothing: Option<f64>,
 }
 

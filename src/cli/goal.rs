@@ -10,17 +10,17 @@ use crate::job::features::Feature;
 #[group(required = true, multiple = true)]
 pub(super) struct GoalArgs {
     /// The largest vertical distance allowed between mesh and samples, in the units of the heights; 0 is exact
-    #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
+    #[arg(long, help_heading = "Mesh", value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     pub(super) max_error: Option<f64>,
-    /// The root mean square of the distances that is to be reached
-    #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
+    /// The root mean square of the distances to reach, by greedy insertion alone
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_rms: Option<f64>,
-    /// A budget of vertices: as close as they can come. Greedy insertion only, without polishing, like the next one
-    /// and --max-rms
-    #[arg(long, value_name = "N", value_parser = values::count)]
+    /// A budget of vertices: the smallest error that they allow. By greedy insertion alone, without polishing, as with
+    /// --max-triangles and --max-rms
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "N", value_parser = values::count)]
     max_points: Option<u64>,
-    /// A budget of triangles, likewise
-    #[arg(long, value_name = "N", value_parser = values::count)]
+    /// A budget of triangles: the smallest error that they allow, without polishing
+    #[arg(long, help_heading = "Mesh", value_name = "N", value_parser = values::count)]
     max_triangles: Option<u64>,
 }
 

@@ -12,13 +12,20 @@ use crate::run::Input;
 #[derive(Debug, clap::Args)]
 pub(crate) struct ImportanceArgs {
     /// A raster of weights on the same grid: distance × weight is within --max-error at every sample; 0 lets it go free
-    #[arg(long, value_name = "RASTER")]
+    #[arg(long, help_heading = "Input", hide_short_help = true, value_name = "RASTER")]
     pub(super) importance: Option<PathBuf>,
     /// The band of the weights, counted from 1
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "importance")]
+    #[arg(
+        long,
+        help_heading = "Input",
+        hide_short_help = true,
+        value_name = "N",
+        default_value_t = 1,
+        requires = "importance"
+    )]
     importance_band: usize,
     /// An open option of the importance raster's format. May be given more than once
-    #[arg(long = "importance-oo", value_name = "NAME=VALUE", value_parser = values::open_option, requires = "importance")]
+    #[arg(long = "importance-oo", help_heading = "Input", hide_short_help = true, value_name = "NAME=VALUE", value_parser = values::open_option, requires = "importance")]
     importance_options: Vec<String>,
 }
 
@@ -28,10 +35,15 @@ impl ImportanceArgs {
         asked.add(Feature::Importance, self.importance.is_some());
     }
 
-    /// The raster, if there is one.
-    pub(super) fn input(&self) -> Option<Input> {
+    /// The raster, if there is one, and how it is looked at.
+    pub(super) fn source(&self) -> Option<(PathBuf, View)> {
         let path = self.importance.clone()?;
         let open_options = self.importance_options.clone();
-        Some(Input::Raster { path, view: View { open_options, ..View::of_band(self.importance_band) } })
+        Some((path, View { open_options, ..View::of_band(self.importance_band) }))
+    }
+
+    /// The same for a run.
+    pub(super) fn input(&self) -> Option<Input> {
+        self.source().map(|(path, view)| Input::Raster { path, view })
     }
 }

@@ -1,22 +1,27 @@
-use std::path::PathBuf;
+//! `info`: what is known of a raster, and what simplifying it will need.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-
-use indicatif::BinaryBytes;
 use serde_json::Value;
 
+use super::attributes::AttributeArgs;
+use super::combinations::Asked;
+use super::importance::ImportanceArgs;
 use super::input::InputArgs;
 use super::progress::Bars;
-use super::{Failure, GDAL_CACHE, print, warnings};
+use super::{Failure, GDAL_CACHE, print, values, warnings};
 use crate::base::decimal::Decimal;
 use crate::base::warning::{Warning, WarningCode, Warnings};
 use crate::base::{RasterError, Reference};
-use crate::job::Plan;
-use crate::raster::{Raster, View, bound_gdal_cache};
-use crate::run::Info;
-use crate::run::look;
-use crate::run::report::{band, heights as unit_of_heights, place};
+use crate::job::features::Feature;
+use crate::job::rules::{default_engine, default_quality};
+use crate::job::{DEFAULT_TILE, Params, Plan, Quality};
+use crate::raster::bound_gdal_cache;
+use crate::run::report::{BinaryBytes, band, heights as unit_of_heights, place};
+use crate::run::{Description, Info, Input, Request, describe};
 
 /// Describe a raster, and what simplifying it will need
 #[derive(Debug, clap::Args)]
@@ -26,6 +31,22 @@ pub(crate) struct InfoArgs {
     raster: PathBuf,
     #[command(flatten)]
     input: InputArgs,
+    #[command(flatten)]
+    attributes: AttributeArgs,
+    #[command(flatten)]
+    importance: ImportanceArgs,
+    /// As simplify has it: the largest voids that are filled, in samples
+    #[arg(long, value_name = "SAMPLES", value_parser = values::count, default_value_t = 0)]
+    fill_holes: u64,
+    /// As simplify has it: the side of the tiles
+    #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
+    tile: usize,
+    /// As simplify has it: the most memory to use [default: a quarter of the machine's, at most 2 GiB]
+    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    memory: Option<u64>,
+    /// As simplify has it: threads to work with [default: as many as the machine has cores]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
+    threads: Option<NonZeroUsize>,
     /// Whether to look at all samples, for the range of heights and for warnings about them
     #[arg(long, value_enum, default_value_t = LookArg::Auto)]
     look: LookArg,
@@ -63,28 +84,42 @@ struct Report<'a> {
     warnings: Warnings,
 }
 
+impl InfoArgs {
+    /// What the options ask for.
+    fn asked(&self) -> Asked {
+        let mut asked = self.input.asked();
+        self.attributes.ask(&mut asked);
+        self.importance.ask(&mut asked);
+        asked
+    }
+
+    /// The run that is meant.
+    fn request(&self) -> Request<'static> {
+        let input = Input::Raster { path: self.raster.clone(), view: self.input.view() };
+        let features = self.asked().features();
+        let quality = default_quality(features);
+        let features = if quality == Quality::None { features } else { features.with(Feature::Polishing) };
+        let params = Params { tile: self.tile, quality, engine: default_engine(features), ..Params::new(0.0) };
+        Request {
+            params,
+            attributes: self.attributes.attributes(),
+            importance: self.importance.input(),
+            fill_voids: self.fill_holes,
+            memory: self.memory,
+            threads: self.threads,
+            ..Request::new(input, "", 0.0)
+        }
+    }
+}
+
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
-    args.input.asked().check_samples()?;
+    args.asked().check_samples()?;
     bound_gdal_cache(GDAL_CACHE);
     let bars = Bars::new(args.json);
-    let view = View { accept_pictures: true, ..args.input.view() };
-    let raster = view.open(&args.raster, &bars.control().cancel)?;
-    if view.band.is_none() {
-        warnings::collect(raster.expect_heights().err().map(|error| picture(&raster, error)));
-    }
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let info = Info::of(&raster, threads)?;
-    let samples = info.width as u64 * info.height as u64;
-    let info = if !args.look.is_wanted(samples) {
-        info
-    } else {
-        let band = raster.to_band()?;
-        let look = look(&band, &bars.control())?;
-        warnings::collect(look.warnings(&band));
-        info.with_look(&look)
-    };
+    let Description { info, picture, .. } =
+        describe(&args.request(), |samples| args.look.is_wanted(samples), &bars.control())?;
+    warnings::collect(picture.map(|error| picture_warning(&args.raster, error)));
     drop(bars);
-    warnings::collect(raster.warnings().iter().cloned());
     if args.json {
         print::json(&Report { info: &info, warnings: warnings::take() })?;
     } else {
@@ -95,10 +130,9 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
 }
 
 /// That `simplify` refuses the raster, as a warning.
-fn picture(raster: &Raster, error: RasterError) -> Warning {
-    let (file, name) = (raster.path().to_path_buf(), raster.path().display().to_string());
-    let message = Failure::from(error).message().trim_start_matches(&format!("{name}: ")).to_string();
-    Warning { code: WarningCode::Picture, file, count: 1, message }
+fn picture_warning(file: &Path, error: RasterError) -> Warning {
+    let message = Failure::from(error).message().trim_start_matches(&format!("{}: ", file.display())).to_string();
+    Warning { code: WarningCode::Picture, file: file.to_path_buf(), count: 1, message }
 }
 
 fn lines(info: &Info) -> Vec<(&'static str, String)> {

@@ -15,20 +15,20 @@ use crate::raster::View;
 #[derive(Debug, clap::Args)]
 pub(crate) struct InputArgs {
     /// The band, counted from 1 [default: 1, which must not be a colour then]
-    #[arg(long, value_name = "N")]
+    #[arg(long, help_heading = "Input", hide_short_help = true, value_name = "N")]
     pub(super) band: Option<usize>,
     /// How heights are stored as red, green and blue
-    #[arg(long, value_enum)]
+    #[arg(long, help_heading = "Input", hide_short_help = true, value_enum)]
     encoding: Option<EncodingArg>,
     /// A stored value that marks missing samples, in place of the raster's nodata tag: a number, inf, -inf, nan, or the word
     /// tag for the tag itself. May be given more than once; none means that no value does
-    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    #[arg(long, help_heading = "Input", value_name = "VALUE", allow_hyphen_values = true)]
     nodata: Vec<String>,
     /// The heights that are valid, both ends included; samples beyond them count as missing
-    #[arg(long, value_name = "MIN,MAX", value_parser = values::valid_range, allow_hyphen_values = true)]
+    #[arg(long, help_heading = "Input", hide_short_help = true, value_name = "MIN,MAX", value_parser = values::valid_range, allow_hyphen_values = true)]
     valid_range: Option<ValidRange>,
     /// An open option of the raster's format, such as GDAL's -oo takes it. May be given more than once
-    #[arg(long = "oo", value_name = "NAME=VALUE", value_parser = values::open_option)]
+    #[arg(long = "oo", help_heading = "Input", hide_short_help = true, value_name = "NAME=VALUE", value_parser = values::open_option)]
     open_options: Vec<String>,
     #[command(flatten)]
     pub(super) clip: ClipArgs,

@@ -13,52 +13,52 @@ use crate::kernel::polish::{Caps, Schedule, Tuning};
 pub(super) struct PolishArgs {
     /// Edges that polishing makes: tested at samples alone (weak), or as --feasibility strong does (strong) [default: as
     /// --feasibility says]
-    #[arg(long, value_enum, value_name = "TEST")]
+    #[arg(long, hide_short_help = true, value_enum, value_name = "TEST")]
     polish_edges: Option<EdgesArg>,
     /// Sweeps of removal in the beginning, or all: until nothing goes
-    #[arg(long, value_name = "N", value_parser = values::sweeps)]
+    #[arg(long, hide_short_help = true, value_name = "N", value_parser = values::sweeps)]
     polish_sweeps: Option<u32>,
     /// Rounds of moves after those
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
+    #[arg(long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
     polish_moves: Option<u32>,
     /// Sweeps of removal in the end, or all
-    #[arg(long, value_name = "N", value_parser = values::sweeps)]
+    #[arg(long, hide_short_help = true, value_name = "N", value_parser = values::sweeps)]
     polish_last_sweeps: Option<u32>,
     /// Passes of remove-and-repair, at most
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
+    #[arg(long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
     polish_passes: Option<u32>,
     /// By how much the energy may rise when a vertex goes: for the first passes, the last is the rest's
-    #[arg(long, value_name = "CAP,…", value_parser = values::caps)]
+    #[arg(long, hide_short_help = true, value_name = "CAP,…", value_parser = values::caps)]
     polish_caps: Option<Caps>,
     /// Whether every pass tries all vertices, or only those at which something has changed
-    #[arg(long, value_name = "BOOL")]
+    #[arg(long, hide_short_help = true, value_name = "BOOL")]
     polish_retry: Option<bool>,
     /// Passes beyond the caps end when fewer than one in so many vertices go; 0 never
-    #[arg(long, value_name = "N")]
+    #[arg(long, hide_short_help = true, value_name = "N")]
     polish_yield: Option<u32>,
     /// Rounds of repair after a vertex has gone, at most
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     polish_rounds: Option<u32>,
     /// To what share a round must bring down the energy of violating triangles for another to follow
-    #[arg(long, value_name = "SHARE", value_parser = values::shrink)]
+    #[arg(long, hide_short_help = true, value_name = "SHARE", value_parser = values::shrink)]
     polish_shrink: Option<f32>,
     /// Steps of a vertex that moves in a round of repair
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
+    #[arg(long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     polish_steps: Option<u32>,
     /// Steps of a vertex that moves between passes
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
+    #[arg(long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     polish_steps_between: Option<u32>,
     /// Places looked at around a vertex that stands on a sample
-    #[arg(long, value_enum, value_name = "N")]
+    #[arg(long, hide_short_help = true, value_enum, value_name = "N")]
     polish_places: Option<PlacesArg>,
     /// Whether edges turn between passes, too
-    #[arg(long, value_name = "BOOL")]
+    #[arg(long, hide_short_help = true, value_name = "BOOL")]
     polish_turns: Option<bool>,
     /// Removal fills holes with at most so many corners by dynamic programming, longer ones ear by ear
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=128))]
+    #[arg(long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=128))]
     polish_longest_ring: Option<u32>,
     /// Remove-and-repair leaves vertices with more neighbours alone
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=64))]
+    #[arg(long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=64))]
     polish_longest_repaired: Option<u32>,
 }
 

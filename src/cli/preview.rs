@@ -1,12 +1,16 @@
+//! `preview`: a picture of a mesh above its raster.
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
+use super::importance::ImportanceArgs;
 use super::input::InputArgs;
 use super::progress::Bars;
 use super::values::Size;
 use super::{Failure, GDAL_CACHE, output_format, print, values, warnings};
+use crate::job::features::Feature;
 use crate::preview::{Mode, PreviewOptions};
 use crate::raster::{View, bound_gdal_cache};
 
@@ -35,6 +39,11 @@ pub(crate) struct PreviewArgs {
     size: Size,
     #[command(flatten)]
     input: InputArgs,
+    #[command(flatten)]
+    importance: ImportanceArgs,
+    /// The raster is an image without heights: they are 0
+    #[arg(long, alias = "planar")]
+    image: bool,
     /// The tolerance: the end of the colour scale of `--mode error`
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_error: Option<f64>,
@@ -65,7 +74,10 @@ enum ModeArg {
 
 pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
     output_format::of(&args.output, args.format.as_deref(), output_format::PICTURES)?;
-    args.input.asked().check_samples()?;
+    let mut asked = args.input.asked();
+    args.importance.ask(&mut asked);
+    asked.add(Feature::Image, args.image);
+    asked.check_samples()?;
     bound_gdal_cache(GDAL_CACHE);
     let options = PreviewOptions {
         mode: match args.mode {
@@ -76,7 +88,9 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
             ModeArg::Colour => Mode::Colour,
         },
         // The colours of a mesh may be all that there is.
-        view: View { accept_pictures: matches!(args.mode, ModeArg::Colour), ..args.input.view() },
+        view: View { accept_pictures: args.image || matches!(args.mode, ModeArg::Colour), ..args.input.view() },
+        importance: args.importance.source(),
+        image: args.image,
         size: (args.size.width, args.size.height),
         max_error: args.max_error,
         exaggeration: args.vertical_exaggeration,

@@ -35,76 +35,74 @@ pub(crate) struct SimplifyArgs {
     #[arg(value_name = "OUTPUT")]
     pub(super) output: PathBuf,
     /// The format of the mesh, whatever OUTPUT is called [default: what its extension says]
-    #[arg(long, value_parser = output_format::names(output_format::MESHES))]
+    #[arg(long, help_heading = "Run", hide_short_help = true, value_parser = output_format::names(output_format::MESHES))]
     format: Option<String>,
     #[command(flatten)]
     pub(super) goal: GoalArgs,
     /// Test triangles at the samples under them (weak), or also where their edges cross the grid (strong)
-    #[arg(long, value_enum, default_value_t = FeasibilityArg::Weak)]
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_enum, default_value_t = FeasibilityArg::Weak)]
     feasibility: FeasibilityArg,
     /// How much work goes into fewer triangles [default: balanced; none under --max-points, --max-triangles, --max-rms]
-    #[arg(long, value_enum)]
+    #[arg(long, help_heading = "Mesh", value_enum)]
     quality: Option<QualityArg>,
-    /// What heights vertices have where polishing has moved them: those of samples, or fitted to the samples around
-    #[arg(long, value_enum, default_value_t = HeightsArg::Sampled)]
+    /// The heights of vertices that polishing has moved: those of samples, or fitted to the samples around them
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_enum, default_value_t = HeightsArg::Sampled)]
     heights: HeightsArg,
-    /// Polishing makes no triangle with a smaller angle, seen from above, unless it takes the place of a sharper one; 0 sets
-    /// no floor
-    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, hide_default_value = true, value_parser = values::angle,
+    /// The smallest angle, seen from above, of triangles that polishing makes, unless they replace sharper ones; 0 is no limit
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "DEGREES", default_value_t = 0.0, hide_default_value = true, value_parser = values::angle,
         allow_hyphen_values = true)]
     min_angle: f64,
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
-    #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
     /// Simplify the rim of voids: ground within CELLS columns and rows of a missing sample may be removed. Removed samples are
     /// counted, and not covered; `verify` needs the same option
-    #[arg(long, value_name = "CELLS", default_value_t = 0, hide_default_value = true, value_parser = values::trim,
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "CELLS", default_value_t = 0, hide_default_value = true, value_parser = values::trim,
         allow_hyphen_values = true)]
     trim: u32,
     #[command(flatten)]
     pub(super) input_args: InputArgs,
-    /// Bridge holes of at most so many samples without a height: the mesh goes on over them, bound by no tolerance there. A
-    /// hole is a group of such samples, diagonal neighbours included, with none in the first or last row or column; 0 bridges
-    /// none
-    #[arg(long, value_name = "SAMPLES", value_parser = values::count, default_value_t = 0)]
+    /// Fill voids of at most this many samples: the mesh covers them, at any height. A void is a group of missing samples,
+    /// diagonal neighbours included, with none in the first or last row or column; 0 fills none
+    #[arg(long, help_heading = "Mesh", value_name = "SAMPLES", value_parser = values::count, default_value_t = 0)]
     fill_holes: u64,
     #[command(flatten)]
     attributes: AttributeArgs,
     #[command(flatten)]
     pub(super) importance: ImportanceArgs,
     /// A layer of points, in any format OGR reads: the samples nearest to them become vertices of the mesh.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "FILE")]
     pub(super) points: Option<PathBuf>,
     /// The layer of --points [default: the first]
-    #[arg(long, value_name = "NAME", requires = "points")]
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "NAME", requires = "points")]
     points_layer: Option<String>,
     /// The folder of temporary files [default: the system's]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, help_heading = "Run", hide_short_help = true, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
     /// Keep finished tiles in this folder: after an interrupt, a crash or a power cut the same command continues there. With
     /// --dry-run: print how many tiles are left to be made
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, help_heading = "Run", value_name = "DIR")]
     work_dir: Option<PathBuf>,
     /// How samples are read: from the mapped file, in windows through GDAL, or decoded into a temporary file first
-    #[arg(long, value_enum, default_value_t = AccessArg::Auto)]
+    #[arg(long, help_heading = "Run", hide_short_help = true, value_enum, default_value_t = AccessArg::Auto)]
     access: AccessArg,
     /// The most memory to use, such as 256MiB [default: a quarter of the machine's, at most 2 GiB]
-    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    #[arg(long, help_heading = "Run", value_name = "BYTES", value_parser = values::bytes)]
     memory: Option<u64>,
     /// Print what the run would need, from a few tiles, and stop
-    #[arg(long)]
+    #[arg(long, help_heading = "Run", hide_short_help = true)]
     dry_run: bool,
     /// Threads to work with, fewer if the memory is for fewer [default: as many as the machine has cores]
-    #[arg(long, value_name = "N", value_parser = values::threads)]
+    #[arg(long, help_heading = "Run", hide_short_help = true, value_name = "N", value_parser = values::threads)]
     threads: Option<NonZeroUsize>,
     /// Replace an existing output
-    #[arg(long)]
+    #[arg(long, help_heading = "Run")]
     pub(super) overwrite: bool,
     /// Print nothing but errors
-    #[arg(long, short, conflicts_with = "json")]
+    #[arg(long, help_heading = "Run", hide_short_help = true, short, conflicts_with = "json")]
     pub(super) quiet: bool,
     /// Print the report as JSON
-    #[arg(long)]
+    #[arg(long, help_heading = "Run", hide_short_help = true)]
     json: bool,
     // The last: their headings would be those of what follows.
     #[command(flatten)]

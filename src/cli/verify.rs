@@ -27,8 +27,8 @@ pub(crate) struct VerifyArgs {
     max_error: f64,
     #[command(flatten)]
     input: InputArgs,
-    /// Holes of at most so many samples without a height are to be bridged: covered, at any height. A hole is a group of
-    /// such samples, diagonal neighbours included, with none in the first or last row or column; 0 bridges none
+    /// The mesh must cover voids of at most this many samples, at any height. A void is a group of missing samples, diagonal
+    /// neighbours included, with none in the first or last row or column; 0 means that no void is filled
     #[arg(long, value_name = "SAMPLES", value_parser = values::count, default_value_t = 0)]
     fill_holes: u64,
     /// The mesh may end short of the ground within CELLS columns and rows of a missing sample (up to 1000). Cells with such a

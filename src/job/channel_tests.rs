@@ -205,7 +205,7 @@ fn attributes_that_are_not_in_the_file_are_named() {
     let weighted = colours().open(made.raster.path());
     let options = VerifyOptions { max_error: 300.0, importance: None, temp_dir: None };
     let found = verify_with_channels(&made.raster, &made.tin, &options, &weighted, &Control::default());
-    assert!(found.expect_err("no red").to_string().contains("property red of element vertex"));
+    assert!(found.expect_err("no red").to_string().contains("attribute \"red\" of vertices"));
 }
 
 #[test]

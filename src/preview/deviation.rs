@@ -46,7 +46,8 @@ impl Deviation {
         let wide = self.samples.across;
         points_inside([at, place(1), place(2)], 0..wide, 0..self.samples.down, |i, j| {
             let surface = origin.height + across * (i as f64 - at.0) * stride + down * (j as f64 - at.1) * stride;
-            let error = (surface - self.samples.heights[j * wide + i]).abs();
+            let weight = self.samples.weights.get(j * wide + i).copied().unwrap_or(1.0);
+            let error = (surface - self.samples.heights[j * wide + i]).abs() * weight;
             // A sample without a height has no error: NaN is never larger.
             if error > self.errors[j * wide + i] {
                 self.errors[j * wide + i] = error;

@@ -1,3 +1,7 @@
+//! What is drawn, and how.
+
+use std::path::PathBuf;
+
 use crate::raster::View;
 
 /// What is drawn.
@@ -23,6 +27,10 @@ pub struct PreviewOptions {
     pub mode: Mode,
     /// Which samples are drawn, and what they are.
     pub view: View,
+    /// Weights of errors, on the samples of the raster: [`Mode::Error`] draws error × weight.
+    pub importance: Option<(PathBuf, View)>,
+    /// The raster is an image without heights: they are 0.
+    pub image: bool,
     /// The picture is as large as fits in so many pixels across and down; a legend comes on top of it.
     pub size: (usize, usize),
     /// The tolerance: the end of the colour scale, beyond which samples are marked. `None` scales to the largest error.
@@ -38,6 +46,8 @@ impl Default for PreviewOptions {
         PreviewOptions {
             mode: Mode::default(),
             view: View::default(),
+            importance: None,
+            image: false,
             size: (1024, 1024),
             max_error: None,
             exaggeration: 1.0,

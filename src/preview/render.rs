@@ -50,12 +50,20 @@ pub fn preview(
 ) -> Result<PreviewReport, PreviewError> {
     check(options)?;
     let cutline = options.view.cutline.as_ref();
-    let inputs: Vec<&Path> = [raster, mesh].into_iter().chain(cutline.map(|c| c.path.as_path())).collect();
+    let others = cutline
+        .map(|c| c.path.as_path())
+        .into_iter()
+        .chain(options.importance.as_ref().map(|(path, _)| path.as_path()));
+    let inputs: Vec<&Path> = [raster, mesh].into_iter().chain(others).collect();
     // Found before the work; the file itself is made after it, so that a killed run leaves nothing.
     StagedFile::check(out, options.overwrite, &inputs)?;
     let raster = options.view.open(raster, &control.cancel)?;
     let warnings = raster.warnings().to_vec();
     let band = raster.to_band()?;
+    let importance = match &options.importance {
+        Some((path, view)) => Some(raster.open_on_its_grid(path, view)?.to_band()?),
+        None => None,
+    };
     band.holds_rows(band.width())?;
     let window = Window { column: 0, row: 0, width: band.width(), height: band.height() };
     let mut job = Job {
@@ -63,6 +71,7 @@ pub fn preview(
         view: View::fit(window, options.size),
         mesh: formats::open(mesh, None, &control.cancel)?,
         band,
+        importance,
         options,
         control,
     };
@@ -94,6 +103,7 @@ fn check(options: &PreviewOptions) -> Result<(), PreviewError> {
 
 struct Job<'a> {
     band: Band,
+    importance: Option<Band>,
     mesh: Box<dyn MeshReader>,
     view: View,
     light: Light,
@@ -105,6 +115,11 @@ struct Job<'a> {
 type Drawn = (Canvas, u64, Option<f64>);
 
 impl Job<'_> {
+    fn samples(&self) -> Result<Samples, PreviewError> {
+        let samples = Samples::read(&self.band, self.importance.as_ref(), &self.view, self.control)?;
+        Ok(if self.options.image { samples.levelled() } else { samples })
+    }
+
     fn shaded(&mut self, with_edges: bool) -> Result<Drawn, PreviewError> {
         let mut shading = Shading::new(self.view);
         let mut edges = if with_edges { Edges::new(self.view) } else { None };
@@ -132,7 +147,7 @@ impl Job<'_> {
     }
 
     fn errors(&mut self) -> Result<Drawn, PreviewError> {
-        let samples = Samples::read(&self.band, &self.view, self.control)?;
+        let samples = self.samples()?;
         let mut deviation = Deviation::new(self.view, samples);
         let transform = self.band.geo_transform();
         let triangles =
@@ -149,7 +164,7 @@ impl Job<'_> {
 
     fn side_by_side(&mut self) -> Result<Drawn, PreviewError> {
         const GAP: usize = 6;
-        let samples = Samples::read(&self.band, &self.view, self.control)?;
+        let samples = self.samples()?;
         let left = shaded_samples(&samples, self.view, &self.light);
         let (right, triangles, _) = self.shaded(true)?;
         let mut both = Canvas::filled(2 * left.width + GAP, left.height, [250, 250, 248]);

@@ -11,31 +11,32 @@ pub(super) struct Samples {
     pub(super) down: usize,
     /// Row by row; NaN where there is no height, or no ground.
     pub(super) heights: Vec<f64>,
+    /// What errors weigh, row by row; empty where all weigh the same.
+    pub(super) weights: Vec<f64>,
 }
 
 impl Samples {
-    /// Reads one row of the raster at a time.
-    pub(super) fn read(band: &Band, view: &View, control: &Control) -> Result<Samples, PreviewError> {
+    /// Reads the samples of a band, and what errors weigh there.
+    pub(super) fn read(
+        band: &Band,
+        importance: Option<&Band>,
+        view: &View,
+        control: &Control,
+    ) -> Result<Samples, PreviewError> {
         let (across, down) = view.looked_at();
-        let mut heights = Vec::with_capacity(across * down);
-        let mut reader = HeightReader::new(band);
-        let mut line = vec![0.0; view.window.width];
-        control.progress.begin(Stage::Rows, down as u64, view.window.len() as u64);
-        for j in 0..down {
-            control.cancel.check()?;
-            let row = Window { row: view.window.row + j * view.stride, height: 1, ..view.window };
-            reader.read(row, &mut line)?;
-            // Nothing can be drawn of an infinite height.
-            let drawn = |&h: &f64| if h.is_finite() { h } else { f64::NAN };
-            heights.extend(line.iter().step_by(view.stride).map(drawn));
-            control.progress.step(Stage::Rows, view.window.width as u64);
-        }
-        control.progress.end(Stage::Rows);
-        let mut samples = Samples { across, down, heights };
+        let heights = rows(band, view, control)?;
+        let weights = importance.map(|band| rows(band, view, control)).transpose()?.unwrap_or_default();
+        let mut samples = Samples { across, down, heights, weights };
         if view.stride == 1 {
             samples.leave_out_those_without_ground();
         }
         Ok(samples)
+    }
+
+    /// The same where samples are colours: heights are 0 wherever there is one.
+    pub(super) fn levelled(mut self) -> Samples {
+        self.heights.iter_mut().filter(|h| !h.is_nan()).for_each(|h| *h = 0.0);
+        self
     }
 
     /// A sample in no cell with three heights is to have no surface. At the rim of the window its cells are not all known.
@@ -58,4 +59,24 @@ impl Samples {
     pub(super) fn at(&self, i: usize, j: usize) -> f64 {
         self.heights[j * self.across + i]
     }
+}
+
+/// The looked-at samples, one row of the raster at a time.
+fn rows(band: &Band, view: &View, control: &Control) -> Result<Vec<f64>, PreviewError> {
+    let (across, down) = view.looked_at();
+    let mut values = Vec::with_capacity(across * down);
+    let mut reader = HeightReader::new(band);
+    let mut line = vec![0.0; view.window.width];
+    control.progress.begin(Stage::Rows, down as u64, view.window.len() as u64);
+    for j in 0..down {
+        control.cancel.check()?;
+        let row = Window { row: view.window.row + j * view.stride, height: 1, ..view.window };
+        reader.read(row, &mut line)?;
+        // Nothing can be drawn of an infinite height.
+        let drawn = |&h: &f64| if h.is_finite() { h } else { f64::NAN };
+        values.extend(line.iter().step_by(view.stride).map(drawn));
+        control.progress.step(Stage::Rows, view.window.width as u64);
+    }
+    control.progress.end(Stage::Rows);
+    Ok(values)
 }

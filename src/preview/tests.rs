@@ -246,7 +246,7 @@ fn colours_are_blended_between_vertices() {
     }
     let plain = scene.mesh("plain.ply", grid(8));
     let refused = scene.draw(&plain, "none.png", &options).expect_err("no colours");
-    assert!(refused.to_string().contains("property red"), "{refused}");
+    assert!(refused.to_string().contains("attribute \"red\""), "{refused}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::LookError;
 use crate::base::RasterError;
 use crate::base::staged::OutputError;
 use crate::field::FieldError;
@@ -115,6 +116,13 @@ pub enum Fate {
 }
 
 impl RunError {
+    pub(super) fn of_look(error: LookError) -> RunError {
+        match error {
+            LookError::Raster(error) => error.into(),
+            LookError::Cancelled(stopped) => Error::from(stopped).into(),
+        }
+    }
+
     /// What the work ended by, if it had begun.
     pub fn of_job(&self) -> Option<&Error> {
         match self {

@@ -6,18 +6,26 @@
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::base::tiling::TileGrid;
-use crate::base::{Encoding, Mark, RasterError, Reference, SampleType, ValidRange};
-use crate::field::suits_windows;
+use super::inputs::{open, open_importance};
+use super::look::look;
+use super::make::all_cores;
+use super::report::SCHEMA;
+use super::{Input, Request, RunError, Warned};
+use crate::base::channels::ChannelBands;
+use crate::base::control::Control;
+use crate::base::warning::Warnings;
+use crate::base::{Band, Encoding, Mark, RasterError, Reference, SampleType, ValidRange};
+use crate::field::{may_have_holes, suits_windows};
 use crate::formats::FORMATS;
-use crate::job::DEFAULT_TILE;
 use crate::job::plan::{Estimate, Load, Plan, SAMPLES_PER_TRIANGLE, default_budget, estimate};
-use crate::raster::Raster;
-use crate::run::look::Look;
+use crate::job::{Params, grid};
+use crate::raster::{Raster, View};
 
 /// A raster's description.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Info {
+    /// See [`SCHEMA`].
+    pub schema: u32,
     /// The path it was opened by.
     pub file: String,
     /// GDAL's name of the format.
@@ -81,63 +89,127 @@ pub struct Info {
     pub read_by_windows: bool,
     /// The disk a run will need.
     pub estimate: Estimate,
-    /// The memory a run will need, with the default budget and tile size; null where it takes a larger budget.
+    /// The memory a run will need, as the request has budget and tile size; null where it takes a larger budget.
     pub memory: Option<Plan>,
 }
 
+/// Describes the raster of a request, and what the run will need as far as that can be told without making tiles: as the
+/// request says, so with its importance raster, attributes, tile size, memory and so on. Its output is not looked at.
+///
+/// All samples are looked at, for the range of heights and for warnings about them, where `looks` says so of their number.
+///
+/// # Errors
+/// [`RunError`]: something cannot be opened, or the caller asked to stop.
+pub fn describe(
+    request: &Request<'_>,
+    looks: impl FnOnce(u64) -> bool,
+    control: &Control<'_>,
+) -> Result<Description, RunError> {
+    let warned = Warned::new(control);
+    let Input::Raster { path, view } = &request.input else {
+        let path = request.input.path().to_path_buf();
+        return Err(RasterError::Open { path, reason: "its samples come from a program".to_string() }.into());
+    };
+    // A raster of colours is described, too.
+    let input = Input::Raster { path: path.clone(), view: View { accept_pictures: true, ..view.clone() } };
+    let opened = open(&input, request.attributes.as_ref(), &control.cancel)?;
+    let importance = request.importance.as_ref().map(|input| open_importance(input, &opened)).transpose()?;
+    let (band, attributes) = (&opened.band, &opened.attributes);
+    let importance = importance.as_ref().map(|opened| &opened.band);
+    let raster = opened.raster.as_ref().expect("a raster is opened as one");
+    let info = Info::of(raster, band, importance, attributes.as_ref(), request)?;
+    warned.tell_all(band.warnings());
+    importance.iter().for_each(|importance| warned.tell_all(importance.warnings()));
+    let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
+    let info = if !is_flat && looks(band.samples()) {
+        let look = look(band, control).map_err(RunError::of_look)?;
+        warned.tell_all(&look.warnings(band));
+        Info { height_range: look.range.map(|(min, max)| [min, max]), missing_samples: Some(look.missing), ..info }
+    } else {
+        info
+    };
+    let is_refused = view.band.is_none() && request.attributes.is_none();
+    let picture = if is_refused { raster.expect_heights().err() } else { None };
+    Ok(Description { info, picture, warnings: warned.take() })
+}
+
+/// What [`describe`] has found out.
+#[derive(Debug)]
+pub struct Description {
+    /// The raster.
+    pub info: Info,
+    /// Why a run refuses it: it holds colours, and no band is named.
+    pub picture: Option<RasterError>,
+    /// What the user should know of it.
+    pub warnings: Warnings,
+}
+
 impl Info {
-    /// Describes a raster; `threads` is the number of threads the estimate is for.
-    ///
-    /// # Errors
-    /// [`RasterError`] when GDAL cannot tell whether there is a mask.
-    pub fn of(raster: &Raster, threads: usize) -> Result<Info, RasterError> {
-        let band = raster.to_band()?;
+    fn of(
+        raster: &Raster,
+        band: &Band,
+        importance: Option<&Band>,
+        attributes: Option<&ChannelBands>,
+        request: &Request<'_>,
+    ) -> Result<Info, RunError> {
         let not_in_place_because = band.plain_layout().err();
         let mapped_in_place = not_in_place_because.is_none();
-        let grid = TileGrid::new(raster.width(), raster.height(), DEFAULT_TILE);
-        let scaling = raster.scaling();
+        let grid = grid(band.width(), band.height(), &request.params)?;
+        let scaling = band.scaling();
+        let format = request.format.unwrap_or(FORMATS[0]);
+        let heights = estimate(band, importance, SAMPLES_PER_TRIANGLE, format);
+        let estimate = match attributes {
+            None => heights,
+            Some(a) => heights.with_channels(&a.bands, a.planar, format),
+        };
+        let Params { engine, quality, trim, .. } = request.params;
+        let load = Load {
+            band,
+            importance,
+            channels: attributes.map_or(&[], |a| &a.bands),
+            grid,
+            engine,
+            quality,
+            trim,
+            points: 0,
+            holes: request.fill_voids > 0 && may_have_holes(band),
+        };
+        let threads = request.threads.map_or_else(all_cores, usize::from);
         Ok(Info {
-            file: raster.path().display().to_string(),
+            schema: SCHEMA,
+            file: band.path().display().to_string(),
             driver: raster.driver(),
-            band: raster.band(),
-            bands: raster.band_count(),
-            band_description: raster.band_description(),
-            width: raster.width(),
-            height: raster.height(),
-            window: raster.window().map(|w| [w.column, w.row, w.width, w.height]),
+            band: band.number(),
+            bands: band.bands,
+            band_description: band.title.clone(),
+            width: band.width(),
+            height: band.height(),
+            window: band.window.map(|w| [w.column, w.row, w.width, w.height]),
             whole_size: raster.whole_size(),
-            sample_type: raster.sample_type().name(),
-            nodata: raster.tag().map_or(Value::Null, nodata),
-            marks: raster.marks().values.iter().map(|mark| nodata(*mark)).collect(),
-            valid_range: raster.marks().valid,
-            encoding: raster.encoding(),
+            sample_type: band.sample_type().name(),
+            nodata: band.tag().map_or(Value::Null, nodata),
+            marks: band.marks().values.iter().map(|mark| nodata(*mark)).collect(),
+            valid_range: band.marks().valid,
+            encoding: band.encoding,
             scale: scaling.scale,
             offset: scaling.offset,
-            nan_possible: matches!(raster.sample_type(), SampleType::F32 | SampleType::F64),
+            nan_possible: matches!(band.sample_type(), SampleType::F32 | SampleType::F64),
             mask: band.has_mask(),
             height_range: None,
             missing_samples: None,
             crs: raster.crs_name(),
-            reference: raster.reference(),
+            reference: band.reference().clone(),
             crs_wkt: raster.crs_wkt(),
-            georeferenced: raster.is_georeferenced(),
-            geotransform: raster.geo_transform().coefficients(),
-            block: raster.block_size(),
+            georeferenced: band.is_georeferenced(),
+            geotransform: band.geo_transform().coefficients(),
+            block: band.block_size(),
             compression: raster.compression(),
             mapped_in_place,
             not_in_place_because,
-            read_by_windows: !mapped_in_place && suits_windows(&band),
-            estimate: estimate(&band, None, SAMPLES_PER_TRIANGLE, FORMATS[0]),
-            memory: Plan::new(default_budget(), &Load::of(&band, grid), threads).ok(),
+            read_by_windows: !mapped_in_place && suits_windows(band),
+            estimate,
+            memory: Plan::new(request.memory.unwrap_or_else(default_budget), &load, threads).ok(),
         })
-    }
-}
-
-impl Info {
-    /// With what a look at all samples has found.
-    pub fn with_look(self, look: &Look) -> Info {
-        let height_range = look.range.map(|(min, max)| [min, max]);
-        Info { height_range, missing_samples: Some(look.missing), ..self }
     }
 }
 

@@ -62,7 +62,7 @@ impl Inputs {
 /// A raster, and what is read of it.
 pub(super) struct Opened {
     #[cfg(feature = "gdal")]
-    raster: Option<Raster>,
+    pub(super) raster: Option<Raster>,
     pub(super) band: Band,
     pub(super) attributes: Option<ChannelBands>,
 }

@@ -7,11 +7,11 @@ use serde::Serialize;
 use super::inputs::{open, open_importance};
 use super::look::look;
 use super::report::SCHEMA;
-use super::{Attributes, Input, LookError, RunError, Warned};
+use super::{Attributes, Input, RunError, Warned};
 use crate::base::control::Control;
 use crate::base::warning::Warnings;
 use crate::formats::Format;
-use crate::verify::{GroundOptions, Verdict, VerifyError, VerifyOptions, verify_ground};
+use crate::verify::{GroundOptions, Verdict, VerifyOptions, verify_ground};
 
 /// A mesh that is to be judged, and what it was made from: everything that the command `verify` can be asked for.
 #[derive(Debug, Clone)]
@@ -89,10 +89,7 @@ pub fn verify(request: &VerifyRequest, control: &Control<'_>) -> Result<VerifyRe
     let verdict = verify_ground(&band, &request.mesh, &options, ground, attributes.as_ref(), control)?;
     let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
     if verdict.nodata + verdict.bridged > 0 && !is_flat {
-        let look = look(&band, control).map_err(|error| match error {
-            LookError::Raster(error) => RunError::from(error),
-            LookError::Cancelled(stopped) => VerifyError::Cancelled(stopped).into(),
-        })?;
+        let look = look(&band, control).map_err(RunError::of_look)?;
         warned.tell_all(&look.warnings(&band));
     }
     let (passed, failures) = (verdict.passes(), verdict.failures());

@@ -339,7 +339,7 @@ fn first_look(request: &Request<'_>) -> Result<(), RunError> {
     Ok(StagedFile::check(&request.output, overwrite, &request.inputs())?)
 }
 
-fn all_cores() -> usize {
+pub(super) fn all_cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 

@@ -22,7 +22,7 @@ mod resume;
 
 pub use error::{Fate, RunError};
 #[cfg(feature = "gdal")]
-pub use info::Info;
+pub use info::{Description, Info, describe};
 pub use judge::{VerifyReport, VerifyRequest, verify};
 pub use look::{Found, Look, LookError, look};
 pub use report::{Needs, Report};

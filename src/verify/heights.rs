@@ -216,7 +216,10 @@ mod tests {
     const WINDOW: Window = Window { column: 0, row: 0, width: 3, height: 2 };
 
     /// Reads samples back, with a mark for those without a height.
-    fn read<T: GdalType + Copy>(samples: [T; 6], adorn: impl FnOnce(&mut gdal::Dataset)) -> (Raster, [f64; 6]) {
+    fn read<T: GdalType + Copy>(
+        samples: [T; 6],
+        adorn: impl FnOnce(&mut gdal::Dataset),
+    ) -> (tempfile::TempDir, Raster, [f64; 6]) {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("raster.tif");
         let driver = DriverManager::get_driver_by_name("GTiff").expect("the driver");
@@ -228,7 +231,7 @@ mod tests {
         let raster = Raster::open(&path, 1).expect("opened");
         let mut out = [0.0; 6];
         HeightReader::new(&raster.to_band().expect("told")).read(WINDOW, &mut out).expect("read");
-        (raster, out)
+        (folder, raster, out)
     }
 
     fn valid(heights: [f64; 6]) -> [bool; 6] {
@@ -244,20 +247,20 @@ mod tests {
                 band.set_scale(0.5).expect("scaled");
             }
         };
-        let (_, heights) = read([1i16, -9999, 3, 4, 5, -9998], tag(-9999.0));
+        let (_, _, heights) = read([1i16, -9999, 3, 4, 5, -9998], tag(-9999.0));
         assert_eq!((heights[0], heights[5]), (0.5, -4999.0));
         assert_eq!(valid(heights), [true, false, true, true, true, true]);
         // −3.4028234663852886e38 has more digits than a single.
-        let (_, heights) = read([f32::MIN, 1.0, f32::NAN, 2.0, 0.1, 0.0], tag(f64::from(f32::MIN) * (1.0 - 1e-12)));
+        let (_, _, heights) = read([f32::MIN, 1.0, f32::NAN, 2.0, 0.1, 0.0], tag(f64::from(f32::MIN) * (1.0 - 1e-12)));
         assert_eq!(valid(heights), [false, true, false, true, true, true]);
-        let (_, heights) = read([1u8, 2, 255, 0, 5, 6], tag(-1.0));
+        let (_, _, heights) = read([1u8, 2, 255, 0, 5, 6], tag(-1.0));
         assert_eq!(valid(heights), [true; 6]);
     }
 
     #[test]
     fn large_whole_numbers_are_told_apart() {
         let mark = (1i64 << 53) + 1;
-        let (_, heights) = read([mark - 1, mark, 0, 1, 2, mark + 1], |d| {
+        let (_, _, heights) = read([mark - 1, mark, 0, 1, 2, mark + 1], |d| {
             d.rasterband(1).and_then(|mut b| b.set_no_data_value_i64(Some(mark))).expect("tagged");
         });
         assert_eq!(valid(heights), [true, false, true, true, true, true]);
@@ -265,7 +268,7 @@ mod tests {
 
     #[test]
     fn one_mark_for_each_band_together_counts() {
-        let (raster, heights) = read([1i16, -9999, 3, 4, 5, -9998], |d| {
+        let (_folder, raster, heights) = read([1i16, -9999, 3, 4, 5, -9998], |d| {
             d.set_metadata_item("NODATA_VALUES", "-9999", "").expect("marked");
         });
         assert!(raster.has_mask().expect("told"));
@@ -274,7 +277,7 @@ mod tests {
 
     #[test]
     fn another_mark_takes_the_place_of_the_tag_and_the_mask_stays() {
-        let (raster, heights) = read([1u8, 2, 3, 2, 1, 0], |d| {
+        let (_folder, raster, heights) = read([1u8, 2, 3, 2, 1, 0], |d| {
             let mut band = d.rasterband(1).expect("the band");
             band.create_mask_band(false).expect("a mask");
             let mut mask = Buffer::new((3, 2), vec![255u8, 255, 255, 255, 255, 0]);

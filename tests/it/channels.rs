@@ -60,7 +60,7 @@ fn colours_come_along() {
     let heights = ["simplify", &dem, &tin, "--max-error", "4", "--overwrite", "--json"];
     let without = terrabite(heights.iter().chain(&INSERTION)).succeeds().json()["vertices"].as_u64();
     assert!(without < with, "{without:?}, {with:?}");
-    terrabite(["verify", &dem, &tin].iter().chain(&COLOURS)).fails(1, &["property red"]);
+    terrabite(["verify", &dem, &tin].iter().chain(&COLOURS)).fails(1, &["attribute \"red\""]);
 }
 
 #[test]
@@ -246,7 +246,8 @@ fn verify_judges_colours() {
 fn attributes_that_are_missing_are_named() {
     let (folder, image) = with_image();
     let tin = folder.with("tin.ply", coloured(0.0).replace("property float green", "property float grün"));
-    terrabite(["verify", &image, &tin, "--max-error", "1", "--image"]).fails(1, &[&tin, "property green"]);
-    terrabite(["preview", &image, &tin, &folder.at("out.png"), "--mode", "colour"]).fails(1, &[&tin, "property green"]);
+    terrabite(["verify", &image, &tin, "--max-error", "1", "--image"]).fails(1, &[&tin, "attribute \"green\""]);
+    terrabite(["preview", &image, &tin, &folder.at("out.png"), "--mode", "colour"])
+        .fails(1, &[&tin, "attribute \"green\""]);
     assert_eq!(folder.names(), ["image.tif", "tin.ply"]);
 }

@@ -52,7 +52,9 @@ impl Companion {
         checks::is_no_input(&path, &existing, &inputs)?;
         for input in inputs {
             // What lies beside an input belongs to it.
-            checks::is_no_input(&path, &existing, &[&input.with_extension(extension)])?;
+            let beside = input.with_extension(extension);
+            checks::is_no_input(&path, &existing, &[&beside])
+                .map_err(|_| OutputError::BesideInput { path: path.clone(), input: input.to_path_buf() })?;
         }
         let old = std::fs::read(&path).map_err(|source| OutputError::Look { path: path.clone(), source })?;
         let old = Some(Old { content: old, permissions: existing.permissions() });

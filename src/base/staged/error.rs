@@ -54,6 +54,18 @@ pub enum OutputError {
         /// The input.
         input: PathBuf,
     },
+    /// The output would replace or remove a file that lies beside an input of the same name, and may belong to it.
+    #[error(
+        "{}: the output needs a file of its own under this name, and this one may belong to the input {}; give the output \
+         another name, or move this file",
+        path.display(), input.display()
+    )]
+    BesideInput {
+        /// The file.
+        path: PathBuf,
+        /// The input.
+        input: PathBuf,
+    },
     /// The output has the extension of a file that belongs beside it.
     #[error("{}: expected another extension than .{extension}, which is that of a file beside the output", path.display())]
     Companion {

@@ -268,8 +268,10 @@ fn what_lies_beside_an_input_stays() {
     fs::write(&prj, "old").unwrap();
     for name in ["dem.obj", "dem"] {
         let mut staged = StagedFile::create(&folder.path().join(name), true, &[&dem]).unwrap();
-        assert!(matches!(staged.beside("prj", None), Err(OutputError::IsInput { .. })));
+        assert!(matches!(staged.beside("prj", None), Err(OutputError::BesideInput { .. })));
     }
+    let mut staged = StagedFile::create(&folder.path().join("dem.obj"), true, &[&dem, &prj]).unwrap();
+    assert!(matches!(staged.beside("prj", None), Err(OutputError::IsInput { .. })));
     let mut staged = StagedFile::create(&prj, true, &[]).unwrap();
     assert!(matches!(staged.beside("prj", None), Err(OutputError::Companion { .. })));
 }

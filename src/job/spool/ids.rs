@@ -84,7 +84,7 @@ impl<'a> Ids<'a> {
         into.extend(first + before..first + all);
     }
 
-    /// A vertex that a tile borrows: its owner, and the vertex with a place of that tile.
+    /// A vertex that a tile borrows: its owner, and the vertex with a place of the owner.
     ///
     /// # Panics
     /// If the tile is not in the current row, or vertices were not asked for.

@@ -113,7 +113,7 @@ impl<'a> Lines<'a> {
     /// Goes on to the next line; false if there is none. Of an overlong comment the beginning is kept.
     pub(super) fn advance(&mut self) -> Result<bool, LineError> {
         self.line.clear();
-        self.first = self.read + 1;
+        let first = self.read + 1;
         loop {
             let room = (LINE_LIMIT - self.line.len()) as u64;
             let bytes = self.reader.by_ref().take(room).read_until(b'\n', &mut self.line).map_err(LineError::Io)?;
@@ -121,6 +121,7 @@ impl<'a> Lines<'a> {
                 return Ok(false);
             }
             self.read += 1;
+            self.first = first;
             self.ended = self.line.last() == Some(&b'\n');
             let is_comment = self.line.trim_ascii_start().first() == Some(&b'#');
             if !self.ended && self.line.len() == LINE_LIMIT {
