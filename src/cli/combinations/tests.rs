@@ -43,6 +43,7 @@ impl Scene {
         let high = |_: usize| 128.0;
         let low = |i: usize| ((place(i).0 + 2 * place(i).1) % 17) as f64;
         scene.write::<f64>("dem.tif", &[&heights, &red, &low]);
+        scene.write::<f64>("image.tif", &[&low, &red, &low]);
         scene.write::<f64>("weights.tif", &[&weights]);
         scene.write::<u8>("rgb.tif", &[&high, &low, &red]);
         scene.layer("points.geojson", "Point", &scene.at(4.0, 5.0));
@@ -84,7 +85,11 @@ impl Scene {
 
     /// Runs a subcommand on the files that the options are for.
     fn command(&self, name: &str, line: &Line) -> Command {
-        let raster = if line.contains_key("--encoding") { "rgb.tif" } else { "dem.tif" };
+        let raster = match (line.contains_key("--encoding"), line.contains_key("--image")) {
+            (true, _) => "rgb.tif",
+            (false, true) => "image.tif",
+            (false, false) => "dem.tif",
+        };
         let mut words = vec!["terrabite".to_string(), name.to_string(), self.path(raster), self.path("tin.ply")];
         for (option, value) in line {
             words.push(option.to_string());
