@@ -8,8 +8,6 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use rustix::process::{Signal, getpid, kill_process};
-
 /// The moments of a run that can be chosen, in the order of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Point {
@@ -71,31 +69,42 @@ impl Point {
     ];
 }
 
+/// What is done to the process at the chosen moment. It must take effect before whoever does it returns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Action {
+    /// It ends as by a power cut.
+    Kill,
+    /// It halts until it is continued or killed.
+    Stop,
+}
+
 #[derive(Debug)]
 struct Fault {
-    signal: Signal,
+    action: Action,
     point: Point,
     left: AtomicU64,
 }
 
-static FAULT: OnceLock<Option<Fault>> = OnceLock::new();
+/// Does to the process what is asked for.
+pub type Act = fn(Action);
+
+static ARMED: OnceLock<(Act, Option<Fault>)> = OnceLock::new();
 
 /// Says that the run has come to `point`.
 pub fn reach(point: Point) {
-    let Some(Some(fault)) = FAULT.get() else { return };
+    let Some((act, Some(fault))) = ARMED.get() else { return };
     if fault.point == point && fault.left.fetch_sub(1, Ordering::Relaxed) == 1 {
-        // A process may end and halt itself: this fails for signals that do not exist.
-        let _ = kill_process(getpid(), fault.signal);
+        act(fault.action);
     }
 }
 
 /// Lets the environment variable work from now on, and makes sure that it means something if it is set: a test would
-/// believe that it tests. For the command; the library by itself ends no process.
+/// believe that it tests. `act` does what is asked for. For the command; the library by itself ends no process.
 ///
 /// # Errors
 /// What was expected, and what was found.
-pub fn arm() -> Result<(), String> {
-    FAULT.get_or_init(from_environment);
+pub fn arm(act: Act) -> Result<(), String> {
+    ARMED.get_or_init(|| (act, from_environment()));
     match std::env::var_os(VARIABLE) {
         Some(text) if text.to_str().and_then(parse).is_none() => {
             Err(format!("{VARIABLE}: expected ACTION:POINT:N in the environment, found {text:?}"))
@@ -112,15 +121,15 @@ fn from_environment() -> Option<Fault> {
 
 fn parse(text: &str) -> Option<Fault> {
     let mut words = text.split(':');
-    let signal = match words.next()? {
-        "kill" => Signal::KILL,
-        "stop" => Signal::STOP,
+    let action = match words.next()? {
+        "kill" => Action::Kill,
+        "stop" => Action::Stop,
         _ => return None,
     };
     let name = words.next()?;
     let (_, point) = *Point::ALL.iter().find(|(n, _)| *n == name)?;
     let count: u64 = words.next()?.parse().ok().filter(|&n| n > 0)?;
-    words.next().is_none().then_some(Fault { signal, point, left: AtomicU64::new(count) })
+    words.next().is_none().then_some(Fault { action, point, left: AtomicU64::new(count) })
 }
 
 #[cfg(test)]
@@ -130,7 +139,7 @@ mod tests {
     #[test]
     fn actions_points_and_counts() {
         let fault = parse("kill:chunk-written:7").unwrap();
-        assert_eq!((fault.signal, fault.point, fault.left.into_inner()), (Signal::KILL, Point::ChunkWritten, 7));
+        assert_eq!((fault.action, fault.point, fault.left.into_inner()), (Action::Kill, Point::ChunkWritten, 7));
         for wrong in ["", "kill", "kill:tile-begun", "kill:tile-begun:0", "kill:nowhere:1", "stop:tile-begun:1:2"] {
             assert!(parse(wrong).is_none(), "{wrong}");
         }

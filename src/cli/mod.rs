@@ -102,7 +102,9 @@ pub fn main() -> ExitCode {
             return ExitCode::from(usage.exit_code() as u8);
         }
     };
-    if let Err(failure) = crate::base::faults::arm().map_err(Failure::usage).and_then(|()| signals::listen()) {
+    if let Err(failure) =
+        crate::base::faults::arm(signals::act).map_err(Failure::usage).and_then(|()| signals::listen())
+    {
         return failure.report();
     }
     cli.command.run().unwrap_or_else(|failure| {

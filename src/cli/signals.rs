@@ -8,12 +8,13 @@ use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicI32, Ordering};
 
-use signal_hook::consts::{SIGBUS, SIGINT, SIGTERM};
+use signal_hook::consts::{SIGBUS, SIGINT, SIGKILL, SIGSTOP, SIGTERM};
 use signal_hook::iterator::Signals;
-use signal_hook::low_level::emulate_default_handler;
+use signal_hook::low_level::{emulate_default_handler, raise};
 
 use super::Failure;
 use crate::base::control::CancelToken;
+use crate::base::faults::Action;
 
 static SIGNAL: AtomicI32 = AtomicI32::new(0);
 static TOKEN: OnceLock<CancelToken> = OnceLock::new();
@@ -40,6 +41,15 @@ pub(super) fn listen() -> Result<(), Failure> {
     };
     std::thread::Builder::new().name("signals".to_string()).spawn(wait).map_err(cannot)?;
     Ok(())
+}
+
+/// What tests ask for at a moment of their choice. The thread that comes to it goes no further.
+pub(super) fn act(action: Action) {
+    // A process may end and halt itself: this fails for signals that do not exist.
+    let _ = raise(match action {
+        Action::Kill => SIGKILL,
+        Action::Stop => SIGSTOP,
+    });
 }
 
 /// What a shell reports of a process that the signal ended: 128 + its number.

@@ -309,7 +309,12 @@ impl SimplifyArgs {
     fn explain(&self, error: RunError, asked: &Asked) -> Failure {
         let no_ground = matches!(error.of_job(), Some(Error::NoGround { .. }));
         let failure = match error {
-            RunError::Incompatible(conflicts) => asked.refuse(&conflicts),
+            RunError::Incompatible(conflicts) => {
+                // The raster's heights need all their digits.
+                let mut asked = asked.clone();
+                self.coordinates.ask(true, &mut asked);
+                asked.refuse(&conflicts)
+            }
             error => error.into(),
         };
         match &self.input_args.cutline.cutline {

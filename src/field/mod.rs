@@ -1,12 +1,12 @@
 //! The height field: samples of a whole raster, out of memory, ready to be copied out tile by tile.
 //!
-//! In comes a [`crate::raster::Raster`] (or an array); out go [`Tile`]s. An uncompressed GeoTIFF is mapped where it
+//! In comes a [`crate::base::Band`] (or an array); out go [`crate::base::Tile`]s. An uncompressed GeoTIFF is mapped where it
 //! lies; a raster in blocks of a moderate size is read through GDAL window by window; anything else is decoded once, in
 //! parallel, into an unlinked temporary file of square blocks, which is then mapped. This is the only module that maps
-//! files, and `map.rs` holds the crate's only `unsafe`.
+//! files.
 //!
 //! A second raster may come with the first, an importance raster: the weights of errors at the same samples. It is a
-//! field of its own, read in the same ways, and its numbers become the weights of a [`Tile`].
+//! field of its own, read in the same ways, and its numbers become the weights of a tile.
 //!
 //! Small holes of a raster may be bridged ([`Field::with_holes_bridged`], `holes`): tiles then have their samples as ground
 //! that no tolerance binds.

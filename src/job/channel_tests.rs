@@ -192,7 +192,7 @@ fn a_mesh_that_keeps_heights_alone_is_found_out() {
     made.channels = colours().open(made.raster.path());
     let verdict = made.judge(5.0);
     assert_eq!(verdict.failures().len(), 1, "{verdict}");
-    assert!(verdict.failures()[0].contains("weighted error"), "{verdict}");
+    assert!(verdict.failures()[0].contains("heights and attributes"), "{verdict}");
     let weighted = verdict.extended.expect("judged");
     assert!(weighted.above_tolerance.count > 100 && weighted.worst.expect("covered").error > 5.0);
 }

@@ -161,12 +161,12 @@ impl Verdict {
             list(&mut out, &self.above_tolerance, "sample is", "samples are", &format!("farther than {tolerance}"));
         }
         if let Some(extended) = &self.extended {
-            let what = format!("above {tolerance} in the weighted error of heights and channels");
+            let what = format!("above {tolerance} in the error of heights and attributes together");
             list(&mut out, &extended.above_tolerance, "sample is", "samples are", &what);
         }
         list(&mut out, &self.uncovered, "sample is", "samples are", "in no triangle");
         list(&mut out, &self.overlapped, "sample is", "samples are", "in several triangles");
-        list(&mut out, &self.touched_nodata, "nodata sample is", "nodata samples are", "in a triangle");
+        list(&mut out, &self.touched_nodata, "missing sample is", "missing samples are", "in a triangle");
         list(&mut out, &self.clockwise, "face turns", "faces turn", "clockwise seen from above");
         list(&mut out, &self.degenerate, "face has", "faces have", "no area");
         list(&mut out, &self.unplaced, "face has", "faces have", "a corner nowhere near the raster");
@@ -210,7 +210,7 @@ impl TrimVerdict {
     fn list_failures(&self, out: &mut Vec<String>) {
         let cells = self.distance();
         let (one, many) = ("stretch of a quarter row is", "stretches of quarter rows are");
-        list(out, &self.bare_core, one, many, &format!("bare more than {cells} from nodata"));
+        list(out, &self.bare_core, one, many, &format!("uncovered more than {cells} from missing samples"));
         list(out, &self.beyond_ground, one, many, "covered beyond the ground");
         let what = "a face on one side only and on or across another such edge (crack, T-junction, overlap)";
         list(out, &self.crossed_edges, "edge has", "edges have", what);
@@ -221,7 +221,7 @@ impl TrimVerdict {
             "edges have",
             "several faces upon each other beside it (overlap)",
         );
-        let (one, many) = ("bare region of the ground is", "bare regions of the ground are");
+        let (one, many) = ("uncovered region of the ground is", "uncovered regions of the ground are");
         list(out, &self.enclosed, one, many, "enclosed by faces (crack, hole)");
     }
 }
@@ -244,13 +244,13 @@ impl std::fmt::Display for Verdict {
         }
         if self.nodata + self.bridged > 0 {
             let Verdict { checked, nodata, bridged, bridged_holes, without_ground, .. } = self;
-            write!(f, "ground: {checked} samples; nodata: {nodata}")?;
+            write!(f, "ground: {checked} samples; missing: {nodata}")?;
             if *bridged > 0 {
-                let holes = if *bridged_holes == 1 { "hole" } else { "holes" };
-                write!(f, "; bridged: {bridged} in {bridged_holes} {holes}")?;
+                let voids = if *bridged_holes == 1 { "void" } else { "voids" };
+                write!(f, "; filled: {bridged} in {bridged_holes} {voids}")?;
             }
             if let Some(trim) = &self.trim {
-                write!(f, "; trimmed, bare within {} of nodata: {}", trim.distance(), trim.trimmed)?;
+                write!(f, "; trimmed, uncovered within {} of missing samples: {}", trim.distance(), trim.trimmed)?;
             }
             match without_ground.first {
                 None => writeln!(f)?,
@@ -273,7 +273,7 @@ impl std::fmt::Display for Verdict {
             writeln!(f, "RMS error {}", self.rms_error)?;
         }
         if let Some(w) = self.extended.as_ref().and_then(|w| w.worst) {
-            writeln!(f, "max weighted error {} at {}", w.error, w.place)?;
+            writeln!(f, "max error of heights and attributes {} at {}", w.error, w.place)?;
         }
         let failures = self.failures();
         if failures.is_empty() {

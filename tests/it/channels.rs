@@ -75,7 +75,7 @@ fn a_planar_image_becomes_a_flat_mesh_with_its_colours() {
         assert_eq!(report["error"]["max"], 0.0);
         assert!(report["vertices"].as_u64() < Some(4000), "{report}");
         let verdict = terrabite(["verify", &image, &tin, "--max-error", "10", "--image"]).succeeds();
-        assert!(verdict.out.contains("max weighted error"), "{verdict:#?}");
+        assert!(verdict.out.contains("max error of heights and attributes"), "{verdict:#?}");
         assert_eq!(terrabite(["verify", &image, &tin, "--max-error", "1", "--image"]).code, Some(1));
     }
 }
@@ -224,7 +224,7 @@ fn verify_judges_colours() {
     let (folder, image) = with_image();
     let tin = folder.with("tin.ply", coloured(0.0));
     let exact = terrabite(["verify", &image, &tin, "--max-error", "1e-9", "--image"]).succeeds();
-    assert!(exact.out.contains("max weighted error") && exact.out.contains("PASS"), "{exact:#?}");
+    assert!(exact.out.contains("max error of heights and attributes") && exact.out.contains("PASS"), "{exact:#?}");
     let tin = folder.with("tin.ply", coloured(3.0));
     let judge = |tolerance| terrabite(["verify", &image, &tin, "--max-error", tolerance, "--image", "--json"]);
     let passed = judge("3").json();

@@ -129,7 +129,9 @@ fn the_report_tells_what_coordinates_mean() {
     assert!(comments.contains(&"crs:EPSG:32633".to_string()), "{comments:?}");
     let degrees = [350.0, 0.5, 0.0, 47.0, 0.0, -0.5];
     let (report, comments) = said(Dem::new(20, 20).geo_transform(degrees), Some("EPSG:4326"), "");
-    for words in ["EPSG:4326 (WGS 84): degrees across", "longitudes beyond 180 kept", "gdalwarp -t_srs"] {
+    for words in
+        ["EPSG:4326 (WGS 84): degrees across", "longitudes beyond 180 kept", "a projected CRS makes them alike"]
+    {
         assert!(report.contains(words), "{report}");
     }
     assert!(comments.contains(&"crs:EPSG:4326".to_string()), "{comments:?}");
@@ -204,7 +206,7 @@ fn what_single_precision_loses_is_taken_from_the_tolerance() {
         let options = ["--max-rms", rms, "--precision", "float", "--overwrite"];
         terrabite(["simplify", &dem, &tin].into_iter().chain(options))
     };
-    goal("0.1").fails(1, &["at most half of the --max-rms 0.1"]);
+    goal("0.1").fails(1, &["at most half of the root mean square 0.1"]);
     goal("0.5").succeeds();
     let verdict = terrabite(["verify", &dem, &tin, "--max-error", "9", "--json"]).succeeds().json();
     assert!(verdict["rms_error"].as_f64().unwrap() <= 0.5, "{verdict}");

@@ -32,7 +32,7 @@ fn what_is_left_out_is_counted() {
     assert_eq!(report["isolated_samples"], 1);
     assert_eq!(report["samples"], 120 * 90 - missing - 1);
     let lines = terrabite(["simplify", &dem, &tin, "--max-error", "3", "--overwrite"]).succeeds();
-    assert!(lines.out.contains(&format!("{missing} samples, and 1 heights")), "{}", lines.out);
+    assert!(lines.out.contains(&format!("{missing} samples, and 1 isolated")), "{}", lines.out);
 }
 
 #[test]

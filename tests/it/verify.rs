@@ -95,7 +95,7 @@ fn holes_up_to_a_size_are_to_be_bridged() {
     assert_eq!((code, report["filled_voids"].as_u64(), report["filled_samples"].as_u64()), (Some(0), Some(1), Some(2)));
     assert_eq!((report["samples"].as_u64(), report["missing_samples"].as_u64()), (Some(10), Some(0)));
     assert_eq!(run("1").0, Some(1));
-    assert_eq!(run("0").1.unwrap()["touched_nodata"]["count"].as_u64(), Some(2));
+    assert_eq!(run("0").1.unwrap()["touched_missing"]["count"].as_u64(), Some(2));
     assert_eq!(run("-1").0, Some(2));
 }
 

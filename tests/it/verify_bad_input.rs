@@ -111,13 +111,13 @@ fn the_mark_of_nodata_can_be_given() {
     assert_eq!((count("raster_samples"), count("samples"), count("missing_samples")), (Some(12), Some(11), Some(1)));
     assert_eq!(report["isolated_samples"]["count"].as_u64(), Some(0));
     let text = terrabite(["verify", &dem, &tin, "--max-error", "0", "--nodata=-7"]).succeeds().out;
-    assert!(text.contains("ground: 11 samples; nodata: 1\n"), "{text}");
+    assert!(text.contains("ground: 11 samples; missing: 1\n"), "{text}");
     // By its tag the raster has heights everywhere.
     let failed = verify(&tin, "99");
     assert_eq!((failed.code, failed.json()["uncovered"]["count"].as_u64()), (Some(1), Some(1)));
     let whole = folder.with("whole.ply", flat(4, 3, 3.0));
     let failed = verify(&whole, "-7");
-    assert_eq!((failed.code, failed.json()["touched_nodata"]["count"].as_u64()), (Some(1), Some(1)));
+    assert_eq!((failed.code, failed.json()["touched_missing"]["count"].as_u64()), (Some(1), Some(1)));
     verify(&tin, "nothing").fails(2, &["--nodata", "expected a nodata value"]);
     let png = folder.at("out.png");
     terrabite(["preview", &dem, &tin, &png, "--mode", "error", "--nodata", "-7"]).succeeds();

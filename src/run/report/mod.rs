@@ -1,6 +1,6 @@
 //! What a run tells in the end, and what it will need: one vocabulary for the JSON of all commands.
 //!
-//! [`Report`] and [`Needs`] serialise to JSON; their fields' names are the schema, whose number is [`SCHEMA`]. [`text`] has
+//! [`Report`] and [`Needs`] serialise to JSON; their fields' names are the schema, whose number is [`SCHEMA`]. Their `lines` are
 //! the same for people. Counts of samples mean the same everywhere, in a verdict of `verify` too:
 //!
 //! | name | samples |

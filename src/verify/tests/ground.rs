@@ -138,7 +138,7 @@ fn a_rectangle_over_a_hole_touches_nodata() {
     let verdict = spoilt(pattern("hole"), |s| s.mesh = Mesh::rectangle(5, 5));
     let first = verdict.touched_nodata.first.unwrap();
     assert_eq!((verdict.touched_nodata.count, first.sample.column, first.sample.row, first.face), (1, 2, 2, 0));
-    assert!(verdict.to_string().contains("1 nodata sample is in a triangle: column 2, row 2"), "{verdict}");
+    assert!(verdict.to_string().contains("1 missing sample is in a triangle: column 2, row 2"), "{verdict}");
     // Four diagonals around the hole.
     assert_eq!(verdict.boundary_gaps.count, 4);
     assert_eq!(verdict.double_area - verdict.expected_double_area, 4 * 16);

@@ -39,7 +39,7 @@ fn a_mesh_over_bridged_holes_passes_whatever_its_heights_there() {
         let verdict = judge(&scene, 2);
         assert!(verdict.passes(), "{verdict}");
         assert_eq!((verdict.bridged_holes, verdict.bridged, verdict.nodata, verdict.rms_error), (1, 2, 4, 0.0));
-        assert!(verdict.to_string().contains("nodata: 4; bridged: 2 in 1 hole"), "{verdict}");
+        assert!(verdict.to_string().contains("missing: 4; filled: 2 in 1 void"), "{verdict}");
         let verdict = judge(&Scene { transform, ..bridged(GAPS, &all) }, 3);
         assert!(verdict.passes(), "{verdict}");
         assert_eq!((verdict.bridged_holes, verdict.bridged, verdict.nodata, verdict.checked), (2, 5, 1, 34));

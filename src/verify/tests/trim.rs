@@ -58,7 +58,7 @@ fn the_strip_may_be_bare_as_far_as_it_goes() {
     });
     assert!(verdict.passes(), "{verdict}");
     assert_eq!((trim.trimmed, verdict.checked, verdict.double_area), (14, 42, trim.core_double_area));
-    assert!(verdict.to_string().contains("trimmed, bare within 2 cells of nodata: 14"), "{verdict}");
+    assert!(verdict.to_string().contains("trimmed, uncovered within 2 cells of missing samples: 14"), "{verdict}");
     // A face after another from the rim on.
     let (verdict, trim) = changed(|mesh| mesh.remove(&cell(1, 3)));
     assert!(verdict.passes() && trim.trimmed == 0, "{verdict}");
@@ -82,7 +82,9 @@ fn the_core_may_not_be_bare() {
     let (verdict, trim) = changed(|mesh| mesh.remove(&[(8, 3), (8, 4), (7, 3)]));
     assert_eq!((trim.bare_core.count, trim.enclosed.count), (4, 0), "{verdict}");
     assert!(
-        verdict.to_string().contains("4 stretches of quarter rows are bare more than 2 cells from nodata"),
+        verdict
+            .to_string()
+            .contains("4 stretches of quarter rows are uncovered more than 2 cells from missing samples"),
         "{verdict}"
     );
     // One that the strip of two leaves out is in that of three.
