@@ -1,3 +1,5 @@
+//! Fuzz target: PLY files.
+
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| terrabite::fuzzing::ply(bytes));

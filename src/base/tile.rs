@@ -1,3 +1,5 @@
+//! The samples of one tile.
+
 use std::sync::Arc;
 
 use super::Validity;

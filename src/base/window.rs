@@ -1,3 +1,5 @@
+//! A rectangle of samples.
+
 /// A rectangle of samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Window {

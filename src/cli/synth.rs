@@ -1,3 +1,5 @@
+//! `synth`: makes a raster.
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 

@@ -1,3 +1,5 @@
+//! `verify`: judges a mesh.
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 

@@ -1,3 +1,5 @@
+//! Why samples cannot be used.
+
 use std::path::PathBuf;
 
 use crate::base::control::Cancelled;

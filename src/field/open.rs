@@ -1,3 +1,5 @@
+//! Making samples readable: the choice of a way to them, and the field that comes of it.
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

@@ -1,3 +1,5 @@
+//! Blocks of samples in memory or mapped, and the runs of a window in them.
+
 use std::fs::File;
 use std::ops::Range;
 

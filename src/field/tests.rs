@@ -1,3 +1,5 @@
+//! Fields of every way to the samples give the same tiles.
+
 use gdal::DriverManager;
 use gdal::raster::{Buffer, RasterCreationOptions};
 use proptest::prelude::*;

@@ -1,3 +1,5 @@
+//! Numbers and choices from the bytes of a fuzzer.
+
 /// Decisions from bytes; behind the last one there are zeros.
 pub(super) struct Bytes<'a> {
     rest: &'a [u8],

@@ -1,3 +1,5 @@
+//! Fuzzing: chunks that are torn or made up.
+
 use super::bytes::Bytes;
 use super::temp_dir;
 use crate::base::lattice::Point;

@@ -1,3 +1,5 @@
+//! Fuzzing: PLY files, judged.
+
 use std::path::Path;
 use std::sync::OnceLock;
 

@@ -1,3 +1,5 @@
+//! Fuzzing: GeoTIFFs, mapped and read.
+
 use super::temp_dir;
 use crate::base::Tile;
 use crate::base::Window;

@@ -1,3 +1,5 @@
+//! A picture, and writing it as PNG.
+
 use std::io::Write;
 
 use super::PreviewError;

@@ -1,3 +1,5 @@
+//! Colours.
+
 /// Samples beyond the tolerance.
 pub(super) const EXCEEDED: [u8; 3] = [255, 0, 60];
 /// Samples of the ground without a surface.

@@ -1,3 +1,5 @@
+//! How far the surface is from the samples, in colours.
+
 use super::canvas::Canvas;
 use super::colours::{EXCEEDED, NO_GROUND, UNCOVERED, scale};
 use super::mesh::Triangle;

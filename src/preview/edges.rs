@@ -1,3 +1,5 @@
+//! The edges of triangles.
+
 use tiny_skia::{Paint, PathBuilder, Pixmap, Stroke, Transform};
 
 use super::canvas::Canvas;

@@ -1,3 +1,5 @@
+//! Why there is no picture.
+
 use std::path::{Path, PathBuf};
 
 use crate::base::RasterError;

@@ -1,3 +1,5 @@
+//! Captions and the scale of colours.
+
 use super::canvas::Canvas;
 use super::colours::{EXCEEDED, NO_GROUND, UNCOVERED, scale};
 use super::deviation::Summary;

@@ -1,3 +1,5 @@
+//! From a raster and a mesh to a picture.
+
 use std::path::Path;
 
 use super::deviation::Deviation;

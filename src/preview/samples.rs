@@ -1,3 +1,5 @@
+//! The samples that are looked at.
+
 use super::PreviewError;
 use super::view::View;
 use crate::base::Band;

@@ -1,3 +1,5 @@
+//! The places of a grid inside a triangle.
+
 use std::ops::Range;
 
 /// A corner of a triangle in the plane.

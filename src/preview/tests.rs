@@ -1,3 +1,5 @@
+//! Pictures: what is drawn where.
+
 use std::path::{Path, PathBuf};
 
 use super::colours::{EXCEEDED, NO_GROUND, UNCOVERED};

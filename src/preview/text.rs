@@ -1,3 +1,5 @@
+//! Letters.
+
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
 use super::canvas::Canvas;

@@ -1,3 +1,5 @@
+//! How samples fall on pixels.
+
 use crate::base::Window;
 
 /// Of a larger window only every second, third, … sample is looked at.

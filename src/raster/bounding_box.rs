@@ -1,3 +1,5 @@
+//! The window of a box on the map.
+
 use gdal::spatial_ref::SpatialRef;
 
 use super::crs::{transform, transformed};

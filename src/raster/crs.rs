@@ -1,3 +1,5 @@
+//! Ways from one CRS to another.
+
 use gdal::errors::GdalError;
 use gdal::spatial_ref::{AxisMappingStrategy, CoordTransform, CoordTransformOptions, SpatialRef};
 

@@ -1,3 +1,5 @@
+//! A name in UTF-8 for any path, as GDAL needs one.
+
 use std::io;
 use std::path::{Path, PathBuf};
 

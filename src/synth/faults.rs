@@ -1,3 +1,5 @@
+//! Fault lines: vertical steps.
+
 use super::noise::{Octave, fbm, octaves, smoothstep};
 use super::options::TerrainOptions;
 use super::patch::Patch;

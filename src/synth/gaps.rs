@@ -1,3 +1,5 @@
+//! Samples without a height.
+
 use super::noise::{Octave, fbm, octaves};
 use super::patch::{Patch, quantile};
 use crate::base::Window;

@@ -1,3 +1,5 @@
+//! Lakes: level water in hollows.
+
 use super::hash::{hash, high, key, low};
 use super::landscape::Landscape;
 use super::noise::{Octave, fbm, floor, octaves, smoothstep};

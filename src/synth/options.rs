@@ -1,3 +1,5 @@
+//! What a terrain is to be like.
+
 /// What the ground looks like. The height at a place depends on these numbers and the place alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TerrainOptions {

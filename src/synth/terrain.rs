@@ -1,3 +1,5 @@
+//! The height at any place.
+
 use super::erosion::Gullies;
 use super::faults::Faults;
 use super::gaps::Gaps;

@@ -1,3 +1,5 @@
+//! Made terrain: the same bits everywhere, and what is refused.
+
 use std::path::Path;
 
 use super::*;

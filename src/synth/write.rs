@@ -1,3 +1,5 @@
+//! Streaming a terrain into a GeoTIFF.
+
 use std::path::Path;
 
 use gdal::errors::GdalError;

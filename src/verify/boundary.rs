@@ -1,3 +1,5 @@
+//! The mesh's boundary against that of the ground.
+
 use std::iter::Peekable;
 
 use super::VerifyError;

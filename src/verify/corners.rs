@@ -1,3 +1,5 @@
+//! Vertices: duplicate, unused, off the lattice.
+
 use crate::formats::MeshReader;
 
 use super::VerifyError;

@@ -1,3 +1,5 @@
+//! Where edges cross a quarter row.
+
 use std::cmp::Ordering;
 
 /// Where an edge crosses a quarter row, in lattice steps, exactly: `whole` + `part` / `of`, `part` below `of`.

@@ -1,3 +1,5 @@
+//! Edges: matched, overused, folded.
+
 use super::VerifyError;
 use super::boundary::{BoundaryEdge, EDGE_WORDS};
 use super::finding::{EdgePlace, Finding};

@@ -1,3 +1,5 @@
+//! Faces: clockwise, without an area, nowhere near the raster.
+
 use crate::formats::MeshReader;
 
 use super::VerifyError;

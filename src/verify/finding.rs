@@ -1,3 +1,5 @@
+//! A kind of fault: how often, and where first.
+
 use serde::Serialize;
 
 /// How often something is wrong, and where first.

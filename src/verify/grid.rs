@@ -1,3 +1,5 @@
+//! The rectangle of samples, on the lattice and on the map.
+
 use crate::base::{Band, CoordinateFrame, GeoTransform};
 use crate::formats::MeshReader;
 

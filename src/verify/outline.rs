@@ -1,3 +1,5 @@
+//! The two ways to judge the mesh's outline.
+
 use super::VerifyError;
 use super::boundary::Boundary;
 use super::finding::{EdgePlace, Finding};

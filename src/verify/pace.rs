@@ -1,3 +1,5 @@
+//! Progress and cancellation of passes over files.
+
 use crate::base::control::{Control, Stage};
 
 use super::VerifyError;

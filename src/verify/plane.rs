@@ -1,3 +1,5 @@
+//! The plane of a face at samples, exact.
+
 use super::exact::{rounded_error, within, within_weighted};
 use super::grid::STEPS;
 use super::samples::Samples;

@@ -1,3 +1,5 @@
+//! The ranges that attributes are scaled by.
+
 use crate::base::channels::ChannelBands;
 use crate::base::control::{Control, Stage};
 use crate::base::{Band, SampleType};

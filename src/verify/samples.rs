@@ -1,3 +1,5 @@
+//! Rows of samples, band by band.
+
 use crate::base::Band;
 use crate::base::Window;
 use crate::base::decimal::Decimal;

@@ -1,3 +1,5 @@
+//! Temporary files, in pieces.
+
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};

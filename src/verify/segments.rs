@@ -1,3 +1,5 @@
+//! Stretches of a line that edges follow, added up.
+
 use super::finding::{Finding, MapPlace};
 use super::grid::{Grid, STEPS};
 

@@ -1,3 +1,5 @@
+//! The surfaces of attributes over a face.
+
 use num_bigint::BigInt;
 use num_rational::BigRational;
 

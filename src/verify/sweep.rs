@@ -1,3 +1,5 @@
+//! Comparing the mesh with the samples, row by row.
+
 use rayon::prelude::*;
 
 use crate::base::control::{Control, Stage};

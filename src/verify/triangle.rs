@@ -1,3 +1,5 @@
+//! A face, as rows of samples meet it.
+
 use super::grid::{Grid, STEPS, orientation};
 
 /// A triangle that has an area, its corners ordered so that [`orientation`] is positive.

@@ -1,3 +1,5 @@
+//! Vertices with values of attributes, on disk.
+
 use std::fs::File;
 
 use crate::formats::MeshReader;

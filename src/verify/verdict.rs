@@ -1,3 +1,5 @@
+//! Everything that was found out about a mesh.
+
 use serde::Serialize;
 
 use super::WeightedVerdict;

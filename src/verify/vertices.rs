@@ -1,3 +1,5 @@
+//! Vertices on disk, found by number.
+
 use std::fs::File;
 
 use super::VerifyError;

@@ -1,3 +1,5 @@
+//! A polygon over a raster, and the samples of rows inside it.
+
 use crate::base::Window;
 
 /// A polygon with holes, in columns and rows with fractions, as its sides in no order: the even-odd rule needs none.

@@ -1,3 +1,5 @@
+//! From columns and rows to the map: the one definition.
+
 /// The affine map from the lattice of quarter cells to map coordinates.
 ///
 /// The sample at column `c`, row `r` lies on lattice point (4c, 4r) and at the centre of its pixel on the map. Both

@@ -1,3 +1,5 @@
+//! Files that take their name when they are complete, under races and faults.
+
 use std::fs;
 use std::io::Write;
 use std::path::Path;

@@ -1,3 +1,5 @@
+//! Fields with attributes: values, names, ranges.
+
 use std::path::{Path, PathBuf};
 
 use gdal::raster::{Buffer, GdalType, RasterCreationOptions};

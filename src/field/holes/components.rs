@@ -1,3 +1,5 @@
+//! Joining runs of missing samples to voids, row by row.
+
 use super::{Beside, Run};
 
 /// Missing samples joined to holes, row by row, from top to bottom.

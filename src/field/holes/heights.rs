@@ -1,3 +1,5 @@
+//! Heights for the samples of filled voids.
+
 use super::components::Hole;
 
 /// Heights for the samples of a hole, run by run.

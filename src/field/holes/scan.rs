@@ -1,3 +1,5 @@
+//! What a window has of missing samples, as runs.
+
 use super::{Beside, Run};
 use crate::base::Validity;
 use crate::base::Window;

@@ -1,3 +1,5 @@
+//! Filled voids on disk, found again by window.
+
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;

@@ -1,3 +1,5 @@
+//! Filled voids against naive ones.
+
 use std::collections::BTreeMap;
 
 use proptest::prelude::*;

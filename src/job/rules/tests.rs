@@ -1,3 +1,5 @@
+//! The rule book: ways out lead out, and engines are as it says.
+
 use proptest::prelude::*;
 
 use super::*;

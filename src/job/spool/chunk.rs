@@ -1,3 +1,5 @@
+//! The mesh of one tile, as it is kept until all are there.
+
 use crate::base::mesh::{TileMesh, Vertex};
 use crate::kernel::measure::ErrorStats;
 use crate::kernel::seam::{Foreign, Rim, RimCounts};

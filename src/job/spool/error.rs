@@ -1,3 +1,5 @@
+//! Why finished tiles cannot be kept.
+
 use std::path::PathBuf;
 
 /// Why chunks cannot be kept or read back.

@@ -1,3 +1,5 @@
+//! Where chunks are, and what they count.
+
 use std::fs::File;
 use std::io;
 use std::ops::Range;

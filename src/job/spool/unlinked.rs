@@ -1,3 +1,5 @@
+//! Chunks in one temporary file that nobody else sees.
+
 use std::fs::File;
 use std::io;
 use std::os::unix::fs::FileExt;

@@ -1,3 +1,5 @@
+//! Why a work dir cannot be used.
+
 use std::fmt;
 use std::path::PathBuf;
 

@@ -1,3 +1,5 @@
+//! Ears of the ground, and whether one may go.
+
 use std::ops::RangeInclusive;
 
 use super::{Strip, sample};

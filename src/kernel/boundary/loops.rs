@@ -1,3 +1,5 @@
+//! The loops of a tile's ground while ears are cut off.
+
 use super::ear::{Ear, Occupied};
 use super::{Strip, Task, sample};
 use crate::base::lattice::dot;

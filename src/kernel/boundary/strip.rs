@@ -1,3 +1,5 @@
+//! The samples near missing ones: what may be lost.
+
 use crate::base::{Tile, Validity};
 
 /// The samples of a tile that are at most so many columns and rows from one without a height, as far as the tile knows: of

@@ -1,3 +1,5 @@
+//! Simplified rims of voids against naive ones.
+
 use proptest::prelude::*;
 
 use super::ear::{Ear, Occupied};

@@ -1,3 +1,5 @@
+//! Measuring where samples are missing: what has been seen, once.
+
 use std::ops::RangeInclusive;
 
 use super::{Bare, ErrorStats};

@@ -1,3 +1,5 @@
+//! Angles of triangles, and how far edges stray between samples.
+
 use crate::base::Tile;
 use crate::base::lattice::{Point, distance2, orient};
 use crate::base::mesh::TileMesh;

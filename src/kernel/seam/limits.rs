@@ -1,3 +1,5 @@
+//! What errors are allowed along a line: the same everywhere, or one for each sample.
+
 /// The largest vertical error allowed at each sample of a line.
 #[derive(Debug, Clone, Copy)]
 pub enum Limits<'a> {

@@ -1,3 +1,5 @@
+//! Paths of the fewest links along a line of samples.
+
 use std::cmp::Ordering;
 
 use super::limits::{Allowed, Capped, Limits};

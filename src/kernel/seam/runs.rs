@@ -1,3 +1,5 @@
+//! Straight runs between fixed vertices of a side.
+
 use super::{LateVertex, Level, Limits, MinLink, Side, WeightedLine, levels};
 use crate::base::Tile;
 use crate::base::control::{CancelToken, Cancelled};

@@ -1,3 +1,5 @@
+//! The further test of a link where there are attributes.
+
 use crate::base::channels::ChannelError;
 
 /// The channels along a line, and what their errors count: the second half of the test of a link where there are some.

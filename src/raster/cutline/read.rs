@@ -1,3 +1,5 @@
+//! Reading the polygons of a layer.
+
 use std::path::PathBuf;
 
 use gdal::spatial_ref::CoordTransform;

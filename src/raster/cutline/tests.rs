@@ -1,3 +1,5 @@
+//! Cutlines against naive ones, and what is refused.
+
 use proptest::prelude::*;
 
 use super::*;

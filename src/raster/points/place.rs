@@ -1,3 +1,5 @@
+//! The sample nearest to a point.
+
 use gdal::errors::GdalError;
 use gdal::spatial_ref::{CoordTransform, SpatialRef};
 

@@ -1,3 +1,5 @@
+//! Reading the points of a layer.
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

@@ -1,3 +1,5 @@
+//! Points of layers as samples, and what is refused.
+
 use std::path::{Path, PathBuf};
 
 use gdal::DriverManager;

@@ -1,3 +1,5 @@
+//! Rasters for tests.
+
 use std::path::Path;
 
 use gdal::raster::{Buffer, GdalDataType, GdalType, RasterCreationOptions};

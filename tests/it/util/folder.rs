@@ -1,3 +1,5 @@
+//! A folder of a test.
+
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;

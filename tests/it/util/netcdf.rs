@@ -1,3 +1,5 @@
+//! netCDF files for tests.
+
 use super::Folder;
 
 /// The coordinates of the columns or rows of a [`Cube`].

@@ -1,3 +1,5 @@
+//! Reading the meshes of tests.
+
 use std::io::Write;
 
 /// A binary little-endian PLY as the project writes it: doubles, triangles of unsigned integers.

@@ -1,3 +1,5 @@
+//! Running the program, and what it says.
+
 use std::ffi::OsStr;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};

@@ -1,3 +1,5 @@
+//! Reading PLY files of any origin, and refusing damaged ones.
+
 use std::io::Write;
 
 use proptest::prelude::*;

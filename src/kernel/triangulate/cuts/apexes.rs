@@ -1,3 +1,5 @@
+//! Where bites may grow to: places on rays, and vertices of the front.
+
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 

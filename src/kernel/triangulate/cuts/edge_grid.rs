@@ -1,3 +1,5 @@
+//! A grid of buckets that finds the front's edges near a place.
+
 use std::ops::ControlFlow;
 
 use crate::base::lattice::{Point, STEPS};

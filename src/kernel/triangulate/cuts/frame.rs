@@ -1,3 +1,5 @@
+//! Coordinates of an edge: along it and away from it.
+
 use crate::base::lattice::{Point, STEPS, distance2, dot, orient};
 use crate::base::mesh::Vertex;
 

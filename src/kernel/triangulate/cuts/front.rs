@@ -1,3 +1,5 @@
+//! The rim of the ground yet untriangulated, as corner nodes, and the three cuts.
+
 use super::Edge;
 use super::edge_grid::EdgeGrid;
 use crate::base::lattice::Point;

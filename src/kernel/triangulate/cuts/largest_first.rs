@@ -1,3 +1,5 @@
+//! The improved order: the largest ear first, then the best bite.
+
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 

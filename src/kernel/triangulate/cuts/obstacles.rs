@@ -1,3 +1,5 @@
+//! Vertices of the front that bites may grow to or run into.
+
 use super::Edge;
 use super::frame::Frame;
 use super::front::Front;

@@ -1,3 +1,5 @@
+//! The samples that rays of a sweep read.
+
 use super::frame::Frame;
 
 /// The samples of a triangle over an edge, as a span of columns for each row. Its apex need not be on the lattice, so

@@ -1,3 +1,5 @@
+//! The order of cuts of the paper (Silva, Mitchell & Kaufman 1995, section 2).
+
 use std::collections::VecDeque;
 
 use super::front::{Apex, Fresh, Front};

@@ -1,3 +1,5 @@
+//! Places along a ray from an edge.
+
 use super::frame::Frame;
 
 /// A ray from an edge's middle into the ground. In units of the edge's length, its place at `away` from the edge's line

@@ -1,3 +1,5 @@
+//! What a bite is worth.
+
 use super::Edge;
 use super::frame::Frame;
 use super::front::Front;

@@ -1,3 +1,5 @@
+//! Cuts at edges that no bite fits: the thinnest of triangles.
+
 use std::collections::BinaryHeap;
 
 use super::Edge;

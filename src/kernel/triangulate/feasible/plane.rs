@@ -1,3 +1,5 @@
+//! The plane of a triangle at samples, exact where it matters.
+
 use crate::base::lattice::{Point, STEPS, orient};
 use crate::base::mesh::Vertex;
 

@@ -1,3 +1,5 @@
+//! Scan conversion of triangles, exact.
+
 use std::ops::RangeInclusive;
 
 use crate::base::lattice::{Point, STEPS};

@@ -1,3 +1,5 @@
+//! The surfaces of a triangle's attributes, and their error.
+
 use crate::base::Tile;
 use crate::base::channels::ChannelError;
 use crate::base::lattice::{Point, orient};

@@ -1,3 +1,5 @@
+//! Whether a triangle may be used: the fast filter before the exact test.
+
 use std::cell::Cell;
 use std::ops::{Add, Mul, Sub};
 

@@ -1,3 +1,5 @@
+//! The fast tests of triangles against naive ones.
+
 use proptest::prelude::*;
 
 use super::*;

@@ -1,3 +1,5 @@
+//! Greedy insertion against its oracles.
+
 mod oracles;
 
 use proptest::prelude::*;

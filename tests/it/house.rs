@@ -1,4 +1,4 @@
-//! The library without its default features.
+//! The house from outside: the library without its default features, and what its files begin with.
 
 use std::process::Command;
 
@@ -18,4 +18,23 @@ fn the_core_needs_no_gdal_no_command_line_and_no_pictures() {
     for name in outside {
         assert!(named(&whole, name) && !named(&core, name), "{name}");
     }
+}
+
+/// A visitor of a file is told what it is for.
+#[test]
+fn every_source_file_begins_with_a_line_that_says_what_it_is_for() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut folders: Vec<_> = ["src", "tests", "benches", "examples", "fuzz/fuzz_targets"].map(|f| root.join(f)).into();
+    let mut files = 0;
+    while let Some(folder) = folders.pop() {
+        for path in folder.read_dir().unwrap().map(|entry| entry.unwrap().path()) {
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                files += 1;
+                assert!(std::fs::read_to_string(&path).unwrap().starts_with("//! "), "{}", path.display());
+            }
+        }
+    }
+    assert!(files > 200, "{files} files");
 }
