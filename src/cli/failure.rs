@@ -251,6 +251,11 @@ impl From<Error> for Failure {
                     "if it marks missing samples, use --nodata {stored}, or --valid-range for the heights that are valid"
                 ))
             }
+            Error::Field(FieldError::Nodata { .. }) => Failure::new(error).hint("gdal_fillnodata can give it one"),
+            Error::Field(FieldError::NotAWeight { .. }) => {
+                Failure::new(error).hint("gdal_calc.py, or gdal_fillnodata, can give them a weight")
+            }
+            Error::Spool(SpoolError::TooLarge { .. }) => Failure::new(error).hint("use a smaller --tile"),
             Error::Field(FieldError::Inexact { found, .. }) => {
                 Failure::new(&error).hint(&format!("if it marks missing samples, use --nodata {found}"))
             }
@@ -326,6 +331,7 @@ impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Failure {
         let failure = Failure::new(&error);
         match error {
+            OutputError::Exists { .. } => failure.hint("--overwrite replaces it"),
             OutputError::Write { source, .. } if source.kind() == ErrorKind::StorageFull => {
                 Failure { code: DISK_TOO_SMALL, ..failure }.hint("free some space, or write to another disk")
             }

@@ -75,8 +75,8 @@ pub enum FieldError {
     },
     /// A sample of a channel has no value where there is a height.
     #[error(
-        "{}: expected a value wherever there is a height, found a nodata sample ({found}) at column {column}, row {row}; \
-         gdal_fillnodata can give it one",
+        "{}: expected a value wherever there is a height, found a missing sample ({found}) at column {column}, \
+         row {row}",
         path.display()
     )]
     Nodata {
@@ -94,8 +94,8 @@ pub enum FieldError {
     NotAHeight(Box<NotAHeight>),
     /// A sample of an importance raster is missing, no number, negative, or beyond 10³⁰.
     #[error(
-        "{}: expected a weight from 0 to 1e30 everywhere, found {found} at column {column}, row {row}; an importance \
-         raster has no missing samples: gdal_calc.py, or gdal_fillnodata, can give them a weight",
+        "{}: expected a weight from 0 to 1e30 everywhere, found {found} at column {column}, row {row}: an \
+         importance raster has no missing samples",
         path.display()
     )]
     NotAWeight {

@@ -78,7 +78,7 @@ impl Field {
         assert!(inside, "{window:?} of a field of {} × {}", self.width, self.height);
         tile.width = window.width;
         tile.height = window.height;
-        let Tile { heights, weights, validity, .. } = &mut *tile;
+        let Tile { heights, weights, validity, channels, .. } = &mut *tile;
         let LoadScratch { stored, bridged } = scratch;
         bridged.clear();
         if let Some(holes) = &self.holes {
@@ -87,6 +87,14 @@ impl Field {
         // Of a hole beside the window nothing but the validity is seen.
         let is_bridged = bridged.iter().any(|sample| sample.place_in(window).is_some());
         validity.reset(window, (self.width, self.height));
+        channels.resize_with(self.channels().len(), Vec::new);
+        let fields = self.channels.iter().flat_map(|c| &c.fields);
+        if self.is_image() {
+            // A sample of an image is there if every attribute is.
+            for (field, values) in fields.clone().zip(&mut *channels) {
+                field.load_values(window, values, stored, Missing::Marked(validity))?;
+            }
+        }
         let missing = Missing::Marked(validity);
         if self.fits_f32() && !is_bridged {
             let heights = heights.as_f32(window.len());
@@ -101,13 +109,13 @@ impl Field {
             None => weights.clear(),
         }
         self.bridge(window, tile, bridged);
-        let Tile { channels, validity, .. } = &mut *tile;
-        let fields = self.channels.iter().flat_map(|c| &c.fields);
-        channels.resize_with(self.channels().len(), Vec::new);
-        let validity = &*validity;
-        fields.zip(channels).try_for_each(|(field, values)| {
-            field.load_values(window, values, stored, Missing::RefusedWhere(validity))
-        })?;
+        if !self.is_image() {
+            let Tile { channels, validity, .. } = &mut *tile;
+            let validity = &*validity;
+            fields.zip(channels).try_for_each(|(field, values)| {
+                field.load_values(window, values, stored, Missing::RefusedWhere(validity))
+            })?;
+        }
         tile.channel_error = self.channels.as_ref().map(|c| c.error.clone());
         Ok(())
     }
@@ -138,7 +146,8 @@ impl Field {
     /// Whether any sample may be without a height, by all that is known without reading them.
     pub(crate) fn may_have_gaps(&self) -> bool {
         let by_value = with_sample_type!(self.sample_type, T => T::HAS_NAN || !self.sieve::<T>().is_empty());
-        by_value || self.mask.is_some() || self.cutline.is_some()
+        let by_attribute = self.is_image() && self.channels.iter().flat_map(|c| &c.fields).any(Field::may_have_gaps);
+        by_value || by_attribute || self.mask.is_some() || self.cutline.is_some()
     }
 
     /// What of its stored values is missing.

@@ -137,11 +137,7 @@ pub const RULES: &[Rule] = &[
         &[Feature::Importance],
         "the weighted error of attributes knows no weights of samples",
     )),
-    everywhere(exclude(
-        &[Feature::Image],
-        &[Feature::NodataMarks, Feature::ValidRange],
-        "an image has no heights that could be missing, and its bands must have a value in every sample",
-    )),
+    everywhere(exclude(&[Feature::Image], &[Feature::ValidRange], "an image has no heights")),
     everywhere(exclude(&[Feature::Image], &[Feature::AttributeWeight], "nothing but attributes counts in an image")),
     everywhere(exclude(&[Feature::Image], &[Feature::Band, Feature::Encoding], "an image has no heights")),
     everywhere(exclude(&[Feature::Encoding], &[Feature::Band], "colours stand for heights in three bands together")),

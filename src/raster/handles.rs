@@ -118,11 +118,12 @@ impl Raster {
         })
     }
 
-    /// Opens these bands of the same file, from 1, in the same window, see [`Opening::open_band`].
+    /// Opens these bands of the same file, from 1, in the same window, see [`Opening::open_band`], with these marks of missing
+    /// values ([`Raster::with_nodata`]).
     ///
     /// # Errors
     /// [`RasterError`], for a band that is not there among others.
-    pub fn other_bands(&self, numbers: &[usize]) -> Result<Vec<Band>, RasterError> {
-        numbers.iter().map(|&number| self.opening().open_band(number)?.to_band()).collect()
+    pub fn other_bands(&self, numbers: &[usize], nodata: &[String]) -> Result<Vec<Band>, RasterError> {
+        numbers.iter().map(|&number| self.opening().open_band(number)?.with_nodata(nodata)?.to_band()).collect()
     }
 }

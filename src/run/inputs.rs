@@ -122,14 +122,16 @@ pub(super) fn open(input: &Input, attributes: Option<&Attributes>, cancel: &Canc
                 None => view.open(path, cancel)?,
                 Some(attributes) => open_beside(path, view, attributes, cancel)?,
             };
-            let attributes = attributes.map(|attributes| channels(attributes, Some(&raster))).transpose()?;
+            // What marks samples of an image marks those of all its bands.
+            let marks = if attributes.is_some_and(|a| a.image) { view.nodata.as_slice() } else { &[] };
+            let attributes = attributes.map(|attributes| channels(attributes, Some(&raster), marks)).transpose()?;
             let band = raster.to_band()?;
             Ok(Opened { raster: Some(raster), band, attributes })
         }
         Input::Band(band) => {
             let _ = cancel;
             #[cfg(feature = "gdal")]
-            let attributes = attributes.map(|attributes| channels(attributes, None)).transpose()?;
+            let attributes = attributes.map(|attributes| channels(attributes, None, &[])).transpose()?;
             #[cfg(not(feature = "gdal"))]
             let attributes = attributes.map(channels);
             Ok(Opened::of_band(band.clone(), attributes))
@@ -165,9 +167,9 @@ fn open_beside(
 
 /// The bands that are attributes, opened, so that those are found at once that cannot be used.
 #[cfg(feature = "gdal")]
-fn channels(attributes: &Attributes, raster: Option<&Raster>) -> Result<ChannelBands, RunError> {
+fn channels(attributes: &Attributes, raster: Option<&Raster>, nodata: &[String]) -> Result<ChannelBands, RunError> {
     let of = |numbers: &[usize]| match raster {
-        Some(raster) => raster.other_bands(numbers).map_err(RunError::Attribute),
+        Some(raster) => raster.other_bands(numbers, nodata).map_err(RunError::Attribute),
         // A band by itself has no others.
         None => Err(RunError::Attribute(crate::base::RasterError::NoSuchBand {
             path: "the input".into(),

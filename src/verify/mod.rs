@@ -268,9 +268,11 @@ fn judge(
     drop(store);
     pace.end()?;
 
-    let planar = channels.is_some_and(|c| c.planar);
     let reader = || {
-        let reader = if planar { BandReader::level(raster) } else { BandReader::new(raster) };
+        let reader = match channels.filter(|c| c.planar) {
+            Some(image) => BandReader::level(raster, &image.bands),
+            None => BandReader::new(raster),
+        };
         match band_rows {
             Some(rows) => reader.by(rows),
             None => reader,

@@ -23,8 +23,8 @@ pub(super) mod flag {
 #[derive(Debug)]
 pub(super) struct BandReader<'r> {
     reader: HeightReader<'r>,
-    /// The raster has no heights: all are 0.
-    level: bool,
+    /// The raster has no heights: all are 0 where each of these bands has a value.
+    level: Option<Vec<HeightReader<'r>>>,
     rows: usize,
     heights: Vec<f64>,
 }
@@ -38,13 +38,14 @@ impl<'r> BandReader<'r> {
         // Whole blocks, where some fit: a block that two bands share is decoded twice.
         let block = raster.block_size().1.max(1);
         let rows = if rows > block { rows - rows % block } else { rows };
-        BandReader { reader: HeightReader::new(raster), level: false, rows, heights: Vec::new() }
+        BandReader { reader: HeightReader::new(raster), level: None, rows, heights: Vec::new() }
     }
 
-    /// Heights of 0, of the raster's size; none outside of its cutline.
-    pub(super) fn level(raster: &'r Band) -> Self {
+    /// Heights of 0, of the raster's size, where each of `bands` has a value; none outside of its cutline.
+    pub(super) fn level(raster: &'r Band, bands: &'r [Band]) -> Self {
         let rows = (Self::SAMPLES / raster.width()).clamp(1, raster.height());
-        BandReader { reader: HeightReader::new(raster), level: true, rows, heights: Vec::new() }
+        let level = Some(bands.iter().map(HeightReader::new).collect());
+        BandReader { reader: HeightReader::new(raster), level, rows, heights: Vec::new() }
     }
 
     /// The same in bands of so many rows.
@@ -88,12 +89,17 @@ impl<'r> BandReader<'r> {
         let height = self.rows.min(self.raster().height() - row);
         let window = Window { column: 0, row, width: self.raster().width(), height };
         self.heights.resize(window.len(), 0.0);
-        if !self.level {
+        let Some(bands) = &mut self.level else {
             self.reader.read(window, &mut self.heights)?;
             return Ok(&self.heights);
-        }
+        };
         self.heights.fill(0.0);
-        if let Some(cutline) = self.raster().cutline() {
+        let mut values = vec![0.0; window.len()];
+        for band in bands {
+            band.read(window, &mut values)?;
+            self.heights.iter_mut().zip(&values).filter(|(_, v)| v.is_nan()).for_each(|(height, _)| *height = f64::NAN);
+        }
+        if let Some(cutline) = self.reader.band().cutline() {
             let mut inside = Vec::new();
             cutline.mask(window, &mut inside);
             self.heights

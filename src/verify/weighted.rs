@@ -131,7 +131,7 @@ struct Readers<'r>(Vec<BandReader<'r>>);
 
 impl<'r> Readers<'r> {
     fn new(raster: &'r Band, options: &'r ChannelBands) -> Self {
-        let heights = if options.planar { BandReader::level(raster) } else { BandReader::new(raster) };
+        let heights = if options.planar { BandReader::level(raster, &options.bands) } else { BandReader::new(raster) };
         let readers: Vec<_> = std::iter::once(heights).chain(options.bands.iter().map(BandReader::new)).collect();
         let rows = (readers[0].rows() / readers.len()).max(1);
         Readers(readers.into_iter().map(|r| r.by(rows)).collect())

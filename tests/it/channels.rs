@@ -211,12 +211,44 @@ fn bands_and_emphases_that_are_none() {
 
 #[test]
 fn samples_without_a_value_are_refused_by_band() {
-    let (folder, _) = with_image();
-    let hole = |c: usize, r: usize| if (c, r) == (7, 5) { f64::NAN } else { 3.0 };
-    let strange = Dem::new(20, 10).kind(Kind::Float32).bands(2).heights(hole).write(&folder, "strange.tif");
-    let tin = folder.with("tin.ply", coloured(0.0).replace("red", "band_2"));
-    terrabite(["verify", &strange, &tin, "--max-error", "1", "--image", "--attributes", "2"])
-        .fails(1, &[&strange, "row 5"]);
+    let folder = Folder::new();
+    let hole = |_: usize, c: usize, r: usize| if (c, r) == (7, 5) { f64::NAN } else { 3.0 };
+    let strange = Dem::new(20, 10).kind(Kind::Float32).bands(2).others(hole).write(&folder, "strange.tif");
+    let tin = folder.at("tin.ply");
+    terrabite(["simplify", &strange, &tin, "--max-error", "1", "--attributes", "2"])
+        .fails(1, &[&strange, "band 2", "column 7, row 5", "gdal_fillnodata"]);
+}
+
+/// A sample of an image is there if every band has a value.
+#[test]
+fn images_have_voids() {
+    fn collar(c: usize, r: usize) -> f64 {
+        if c < 9 || r + c > 95 { 0.0 } else { ((3 * c + 2 * r) % 200 + 1) as f64 }
+    }
+    fn others(band: usize, c: usize, r: usize) -> f64 {
+        if (c, r) == (40, 20 + band) { 0.0 } else { collar(c + band, r) }
+    }
+    let folder = Folder::new();
+    let image = Dem::new(70, 60).kind(Kind::Byte).bands(3).heights(collar).others(others);
+    let missing = (0..70 * 60).filter(|i| {
+        let (c, r) = (i % 70, i / 70);
+        collar(c, r) == 0.0 || (1..3).any(|band| others(band, c, r) == 0.0)
+    });
+    let missing = missing.count() as u64;
+    let (plain, tin) = (image.write(&folder, "plain.tif"), folder.at("tin.ply"));
+    let tagged = image.nodata(0.0).write(&folder, "tagged.tif");
+    for (image, marks) in [(&tagged, &[][..]), (&plain, &["--nodata", "0"])] {
+        for access in ["windows", "decode"] {
+            let run =
+                ["simplify", image, &tin, "--max-error", "20", "--image", "--tile", "32", "--overwrite", "--json"];
+            let told = terrabite(run.iter().chain(&["--access", access]).chain(marks)).succeeds().json();
+            assert_eq!(told["missing_samples"], missing, "{access} {marks:?}");
+        }
+        let verify = ["verify", image, &tin, "--max-error", "20", "--image", "--json"];
+        assert_eq!(terrabite(verify.iter().chain(marks)).succeeds().json()["missing_samples"], missing);
+    }
+    // Without the mark the mesh leaves ground out.
+    assert_eq!(terrabite(["verify", &plain, &tin, "--max-error", "20", "--image"]).code, Some(1));
 }
 
 #[test]

@@ -33,7 +33,7 @@ pub enum OutputError {
         source: std::io::Error,
     },
     /// There is a file already, and it may not be replaced.
-    #[error("{}: the output exists already; --overwrite replaces it", path.display())]
+    #[error("{}: the output exists already", path.display())]
     Exists {
         /// The output.
         path: PathBuf,

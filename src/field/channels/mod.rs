@@ -40,7 +40,8 @@ pub fn find_ranges(heights: &Band, options: &ChannelBands, control: &Control<'_>
     });
     control.progress.begin(Stage::Ranges, steps, samples);
     let range = if options.planar { Range { min: 0.0, max: 0.0 } } else { search(heights, heights, control)? };
-    let range_of = |band: &Band| type_range(band).map_or_else(|| search(heights, band, control), Ok);
+    let own = |band: &Band| search(if options.planar { band } else { heights }, band, control);
+    let range_of = |band: &Band| type_range(band).map_or_else(|| own(band), Ok);
     let channels = bands.iter().map(range_of).collect::<Result<Vec<_>, FieldError>>()?;
     control.progress.end(Stage::Ranges);
     let unit = if options.planar { PLANAR_UNIT } else { range.width() };
@@ -153,9 +154,14 @@ impl Field {
         self.channels.as_ref().map(|c| c.error.as_ref())
     }
 
+    /// Whether it has no heights, but is an image of its channels.
+    pub(super) fn is_image(&self) -> bool {
+        matches!(self.source, Source::Level)
+    }
+
     /// The fields that are read: that of the heights, unless they are 0, and those of the channels.
     pub fn each(&self) -> impl Iterator<Item = &Field> {
-        let heights = (!matches!(self.source, Source::Level)).then_some(self);
+        let heights = (!self.is_image()).then_some(self);
         heights.into_iter().chain(self.channels.iter().flat_map(|c| &c.fields))
     }
 

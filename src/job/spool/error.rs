@@ -35,7 +35,7 @@ pub enum SpoolError {
         found: String,
     },
     /// More than 2³² vertices or 2³² triangles in one tile.
-    #[error("tile {tile} has {count} {what}, more than a chunk can number; use a smaller --tile")]
+    #[error("tile {tile} has {count} {what}, more than a chunk can number")]
     TooLarge {
         /// The tile's number.
         tile: usize,
