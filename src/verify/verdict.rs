@@ -258,7 +258,7 @@ impl std::fmt::Display for Verdict {
                 None => writeln!(f)?,
                 Some(first) => {
                     let count = without_ground.count;
-                    writeln!(f, "; without ground, in no cell with three heights: {count}, the first: {first}")?;
+                    writeln!(f, "; isolated, in no cell with three heights: {count}, the first: {first}")?;
                 }
             }
         }

@@ -44,7 +44,7 @@ fn an_existing_file_needs_overwrite() {
     let path = folder.path().join("tin.ply");
     fs::write(&path, "old").unwrap();
     let refused = StagedFile::create(&path, false, &[]).unwrap_err();
-    assert!(matches!(refused, OutputError::Exists { .. }) && refused.to_string().contains("--overwrite"));
+    assert!(matches!(refused, OutputError::Exists { .. }) && refused.to_string().contains("exists already"));
     StagedFile::create(&path, true, &[]).unwrap().commit().unwrap();
     assert_eq!(fs::read(&path).unwrap(), b"");
 }

@@ -110,7 +110,7 @@ fn the_verdict_tells_what_was_asked_of_the_mesh() {
     let text = verdict.to_string();
     assert!(
         text.contains(
-            "ground: 4 samples; nodata: 7; without ground, in no cell with three heights: 1, the first: column 3, row 2"
+            "ground: 4 samples; missing: 7; isolated, in no cell with three heights: 1, the first: column 3, row 2"
         ),
         "{text}"
     );
