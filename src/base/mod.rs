@@ -10,6 +10,7 @@ pub mod decimal;
 pub mod durable;
 pub mod exact;
 pub mod faults;
+pub mod features;
 mod files;
 mod georef;
 mod identity;

@@ -2,7 +2,7 @@
 
 use super::combinations::Asked;
 use super::values;
-use crate::job::features::Feature;
+use crate::base::features::Feature;
 use crate::run::{AttributeBands, Attributes};
 
 /// Further bands beside the heights.

@@ -4,7 +4,7 @@
 //! alone; here it gets the names of options.
 
 use super::Failure;
-use crate::job::features::{Feature, FeatureSet};
+use crate::base::features::{Feature, FeatureSet};
 use crate::job::rules::{self, Incompatible, Words, list};
 
 /// How a feature is asked for, and how not.

@@ -4,7 +4,7 @@ use clap::ValueEnum;
 
 use super::combinations::Asked;
 use super::values;
-use crate::job::features::Feature;
+use crate::base::features::Feature;
 use crate::run::Coordinates;
 
 /// How coordinates are written.

@@ -2,8 +2,8 @@
 
 use super::combinations::Asked;
 use super::values;
+use crate::base::features::Feature;
 use crate::job::Goal;
-use crate::job::features::Feature;
 
 /// The tolerance and what may stand beside it or in its place: one of them is needed.
 #[derive(Debug, Clone, clap::Args)]

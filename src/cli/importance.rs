@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::combinations::Asked;
 use super::values;
-use crate::job::features::Feature;
+use crate::base::features::Feature;
 use crate::raster::View;
 use crate::run::Input;
 

@@ -7,8 +7,8 @@ use super::clip::ClipArgs;
 use super::combinations::Asked;
 use super::cutline::CutlineArgs;
 use super::values;
+use crate::base::features::Feature;
 use crate::base::{Encoding, ValidRange};
-use crate::job::features::Feature;
 use crate::raster::View;
 
 /// A view of the raster's heights, in words.

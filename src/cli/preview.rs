@@ -10,7 +10,7 @@ use super::input::InputArgs;
 use super::progress::Bars;
 use super::values::Size;
 use super::{Failure, GDAL_CACHE, output_format, print, values, warnings};
-use crate::job::features::Feature;
+use crate::base::features::Feature;
 use crate::preview::{Mode, PreviewOptions};
 use crate::raster::{View, bound_gdal_cache};
 

@@ -9,7 +9,7 @@ use super::importance::ImportanceArgs;
 use super::input::InputArgs;
 use super::progress::Bars;
 use super::{Failure, GDAL_CACHE, print, values, warnings};
-use crate::job::features::Feature;
+use crate::base::features::Feature;
 use crate::raster::bound_gdal_cache;
 use crate::run::{Input, VerifyReport, VerifyRequest, verify};
 

@@ -6,7 +6,6 @@
 //! [`Params`], not on threads or the order of tiles.
 
 mod error;
-pub mod features;
 mod goal;
 mod mesh;
 mod params;

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use gdal::DriverManager;
 use gdal::raster::Buffer;
 
-use super::features::{Feature, FeatureSet};
 use super::*;
 use crate::base::channels::ChannelBands;
 use crate::base::control::Control;
+use crate::base::features::{Feature, FeatureSet};
 use crate::base::staged::StagedFile;
 use crate::base::{Band, PointSet};
 use crate::field::{Field, FieldOptions, HoleOptions, find_ranges};

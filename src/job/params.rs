@@ -3,16 +3,14 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::features::{Feature, FeatureSet};
 use super::{EngineChoice, Error, Goal, Quality, VertexHeights, passes, rules};
+use crate::base::features::{Feature, FeatureSet};
 use crate::base::tiling::TileGrid;
 use crate::base::{PointSet, Tolerance, exact_double};
 use crate::field::Field;
 use crate::kernel::boundary::MAX_CELLS;
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
-use crate::kernel::triangulate::cuts::{Cuts, GreedyCuts};
-use crate::kernel::triangulate::insertion::{GreedyInsertion, InsertionOptions, Measure, Selection, Swap};
 
 /// What decides the mesh, and where temporary files go.
 #[derive(Debug, Clone)]
@@ -154,34 +152,6 @@ impl Params {
             named.push(("points", format!("{} samples with the checksum {:08x}", points.len(), points.checksum())));
         }
         named
-    }
-}
-
-impl EngineChoice {
-    /// What of the features of a run it is.
-    fn features(&self) -> FeatureSet {
-        let InsertionOptions { swap, selection, measure } = match self {
-            EngineChoice::GreedyCuts(GreedyCuts::PLAIN) => return FeatureSet::default().with(Feature::GreedyCuts),
-            EngineChoice::GreedyCuts(GreedyCuts { cuts: Cuts::Improved }) => {
-                return FeatureSet::default().with(Feature::GreedyCuts).with(Feature::CutOrder);
-            }
-            EngineChoice::GreedyInsertion(GreedyInsertion { options }) => options,
-        };
-        let swap = match swap {
-            Swap::Delaunay => None,
-            Swap::DataDependent(_) => Some(Feature::DataDependentSwap),
-        };
-        let selection = match selection {
-            Selection::Sequential => None,
-            Selection::Fractional(_) => Some(Feature::FractionalSelection),
-            Selection::Constant => Some(Feature::ConstantSelection),
-        };
-        let measure = match measure {
-            Measure::LocalError => None,
-            Measure::GlobalError => Some(Feature::GlobalErrorMeasure),
-            Measure::Curvature(_) | Measure::Product(_) => Some(Feature::SmoothedMeasure),
-        };
-        [swap, selection, measure].into_iter().flatten().collect()
     }
 }
 

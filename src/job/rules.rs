@@ -8,8 +8,8 @@
 
 use std::fmt;
 
-use super::features::{Feature, FeatureSet};
 use super::{EngineChoice, Quality};
+use crate::base::features::{Feature, FeatureSet};
 use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::kernel::triangulate::insertion::GreedyInsertion;
 

@@ -13,11 +13,11 @@ use super::resume::{Kept, finished};
 use super::{Request, RunError, Warned, provenance};
 use crate::base::Band;
 use crate::base::control::Control;
+use crate::base::features::Feature;
 use crate::base::staged::StagedFile;
 use crate::base::warning::{Warning, WarningCode};
 use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions, may_have_holes};
 use crate::formats::{self, Attributes, FORMATS, Format};
-use crate::job::features::Feature;
 use crate::job::plan::{
     DENSEST, DiskUse, Estimate, Expected, Load, Plan, check_disk, default_budget, estimate, probe, probe_field,
 };

@@ -5,10 +5,10 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::base::features::{Feature, FeatureSet};
 use crate::base::{Band, PointSet};
 use crate::field::Choice;
 use crate::formats::Format;
-use crate::job::features::{Feature, FeatureSet};
 use crate::job::{Params, VertexHeights};
 #[cfg(feature = "gdal")]
 use crate::raster::{PointSource, View};

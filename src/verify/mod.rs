@@ -120,8 +120,8 @@ use std::path::{Path, PathBuf};
 use crate::base::Band;
 use crate::base::channels::ChannelBands;
 use crate::base::control::{Control, Stage};
+use crate::base::features::Feature;
 use crate::formats;
-use crate::job::features::Feature;
 use crate::job::rules;
 
 pub use error::VerifyError;

@@ -49,6 +49,7 @@ enum Lone {
 struct Locked(u32);
 
 impl Locked {
+    #[inline]
     fn has(self, v: u32) -> bool {
         v < self.0
     }
@@ -176,6 +177,7 @@ impl Net {
     }
 
     /// Whether a vertex stays what it is.
+    #[inline]
     pub(super) fn is_locked(&self, v: u32) -> bool {
         self.locked.has(v)
     }

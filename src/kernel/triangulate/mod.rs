@@ -18,6 +18,7 @@ use std::any::Any;
 
 use crate::base::Tile;
 use crate::base::control::{CancelToken, Cancelled};
+use crate::base::features::FeatureSet;
 use crate::base::mesh::{Domain, TileMesh};
 
 pub use self::progressive::Progressive;
@@ -79,6 +80,12 @@ pub trait Engine: Send + Sync {
 
     /// Everything that decides the bytes of a tile, its options among them, as text: equal exactly if the bytes are.
     fn identity(&self) -> String;
+
+    /// What of the features of a run it is, options that are not as usual among them: what does not go together with others
+    /// stands in [`crate::job::rules`].
+    fn features(&self) -> FeatureSet {
+        FeatureSet::default()
+    }
 
     /// The engine as one that can end anywhere. `None` where it cannot, or its options do not go with that.
     fn progressive(&self) -> Option<&dyn Progressive> {

@@ -33,6 +33,7 @@ use self::paper::PaperOrder;
 use super::feasible::Tester;
 use super::{Capabilities, Engine, EngineScratch, Feasibility, Task};
 use crate::base::control::Cancelled;
+use crate::base::features::{Feature, FeatureSet};
 use crate::base::mesh::TileMesh;
 
 #[cfg(test)]
@@ -110,6 +111,14 @@ impl Engine for GreedyCuts {
         match self.cuts {
             Cuts::Plain => "greedy cuts, plain".to_string(),
             Cuts::Improved => "greedy cuts, improved".to_string(),
+        }
+    }
+
+    fn features(&self) -> FeatureSet {
+        let engine = FeatureSet::default().with(Feature::GreedyCuts);
+        match self.cuts {
+            Cuts::Plain => engine,
+            Cuts::Improved => engine.with(Feature::CutOrder),
         }
     }
 

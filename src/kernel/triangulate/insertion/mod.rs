@@ -31,6 +31,7 @@ use super::progressive::{Event, Order, Share};
 use super::{Capabilities, Engine, EngineScratch, Feasibility, Progressive, Task};
 use crate::base::Tile;
 use crate::base::control::Cancelled;
+use crate::base::features::{Feature, FeatureSet};
 use crate::base::mesh::{Domain, TileMesh};
 
 pub use self::options::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
@@ -130,6 +131,25 @@ impl Engine for GreedyInsertion {
 
     fn identity(&self) -> String {
         format!("greedy insertion: {}", self.options.named())
+    }
+
+    fn features(&self) -> FeatureSet {
+        let InsertionOptions { swap, selection, measure } = &self.options;
+        let swap = match swap {
+            Swap::Delaunay => None,
+            Swap::DataDependent(_) => Some(Feature::DataDependentSwap),
+        };
+        let selection = match selection {
+            Selection::Sequential => None,
+            Selection::Fractional(_) => Some(Feature::FractionalSelection),
+            Selection::Constant => Some(Feature::ConstantSelection),
+        };
+        let measure = match measure {
+            Measure::LocalError => None,
+            Measure::GlobalError => Some(Feature::GlobalErrorMeasure),
+            Measure::Curvature(_) | Measure::Product(_) => Some(Feature::SmoothedMeasure),
+        };
+        [swap, selection, measure].into_iter().flatten().collect()
     }
 
     /// Where samples are inserted one at a time, the farthest first: passes that insert many cannot end at one of them, and

@@ -1,48 +1,18 @@
-//! `simplify`: which engine, and its own options.
+//! The options of greedy insertion.
 
 use clap::ValueEnum;
 
-use super::combinations::Asked;
-use super::values;
-use crate::job::EngineChoice;
-use crate::job::features::Feature;
-use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::base::features::Feature;
+use crate::cli::combinations::Asked;
+use crate::cli::values;
 use crate::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
 };
 
-#[derive(Debug, Clone, clap::Args)]
-pub(super) struct EngineArgs {
-    /// How tiles are triangulated [default: greedy-insertion; greedy-cuts with --quality none]
-    #[arg(long, hide_short_help = true, value_enum)]
-    engine: Option<EngineArg>,
-    /// The order of greedy cuts: the paper's own, or the largest first, which is slower and takes fewer triangles. Polishing
-    /// comes to about the same from both [default: plain]
-    #[arg(long, hide_short_help = true, value_enum, help_heading = "Options of --engine greedy-cuts")]
-    cuts: Option<CutsArg>,
-    #[command(flatten)]
-    insertion: InsertionArgs,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum EngineArg {
-    /// Eats the ground from its rim inward, triangle by triangle
-    GreedyCuts,
-    /// Inserts the farthest sample, again and again
-    GreedyInsertion,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum CutsArg {
-    /// Ears and bites in the order in which they appear
-    Plain,
-    /// The largest ears and bites first, bites searched along rays
-    Improved,
-}
-
+/// What is chosen of greedy insertion.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Options of --engine greedy-insertion")]
-struct InsertionArgs {
+pub(super) struct InsertionArgs {
     /// By what edges are swapped: the circle test, or how well the surface fits the samples [default: delaunay]
     #[arg(long, hide_short_help = true, value_enum)]
     swap: Option<SwapArg>,
@@ -120,32 +90,8 @@ enum MeasureArg {
 const SMOOTHING: f64 = 1.0;
 const FRACTION: f64 = 0.9;
 
-impl EngineArgs {
-    /// What of this asks for features, but for the engine itself.
-    pub(super) fn ask(&self, asked: &mut Asked) {
-        asked.add(Feature::CutOrder, self.cuts.is_some());
-        self.insertion.ask(asked);
-    }
-
-    /// The engine with what its options say: the one that is asked for, or else `usual`.
-    pub(super) fn choice(&self, usual: impl FnOnce() -> EngineChoice) -> EngineChoice {
-        let by_cuts = match self.engine {
-            Some(engine) => engine == EngineArg::GreedyCuts,
-            None => matches!(usual(), EngineChoice::GreedyCuts(_)),
-        };
-        if !by_cuts {
-            return GreedyInsertion { options: self.insertion.options() }.into();
-        }
-        EngineChoice::from(match self.cuts {
-            Some(CutsArg::Improved) => GreedyCuts::IMPROVED,
-            // Polishing ends at the same counts, and sooner from here.
-            Some(CutsArg::Plain) | None => GreedyCuts::PLAIN,
-        })
-    }
-}
-
 impl InsertionArgs {
-    fn ask(&self, asked: &mut Asked) {
+    pub(super) fn ask(&self, asked: &mut Asked) {
         match self.swap {
             Some(SwapArg::Delaunay) => asked.add(Feature::DelaunaySwap, true),
             Some(SwapArg::DataDependent) => asked.add(Feature::DataDependentSwap, true),
@@ -169,6 +115,11 @@ impl InsertionArgs {
             None => {}
         }
         asked.add(Feature::Smoothing, self.smoothing.is_some());
+    }
+
+    /// The engine with these options.
+    pub(super) fn engine(&self) -> GreedyInsertion {
+        GreedyInsertion { options: self.options() }
     }
 
     fn options(&self) -> InsertionOptions {

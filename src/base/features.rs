@@ -1,6 +1,6 @@
 //! What a run may be asked for, as data: [`Feature`] is one such thing, [`FeatureSet`] all that are wanted together.
 //!
-//! Nothing here knows which of them go together: that stands in [`super::rules`]. Nor does anything know of options:
+//! Nothing here knows which of them go together: that stands in [`crate::job::rules`]. Nor does anything know of options:
 //! each feature has a name in words, and whoever has options maps features to them.
 
 use std::fmt;
