@@ -26,7 +26,7 @@ mod open;
 mod source;
 mod store;
 
-pub use channels::{find_ranges, height_range};
+pub use channels::{find_ranges, height_range, searched_range};
 pub use decode::{UNIT_BYTES, decoded_bytes};
 pub use error::FieldError;
 pub use holes::{HoleOptions, Holes, may_have_holes};

@@ -142,9 +142,9 @@ pub const RULES: &[Rule] = &[
     everywhere(exclude(&[Feature::Image], &[Feature::Band, Feature::Encoding], "an image has no heights")),
     everywhere(exclude(&[Feature::Encoding], &[Feature::Band], "colours stand for heights in three bands together")),
     exclude(
-        &[Feature::Attributes, Feature::Importance],
+        &[Feature::Attributes],
         &[Feature::InexactScale, Feature::RoundedToSingle],
-        "what rounding loses of heights is taken from the tolerance, and is known as a vertical distance only",
+        "what rounding loses of heights is taken from the tolerance of heights, not from that of heights and attributes together",
     ),
     exclude(&[Feature::Points], CUTS, "greedy cuts cannot make vertices of given points"),
     exclude(OF_INSERTION, CUTS, "greedy cuts have no edges to swap and no candidates to select"),

@@ -3,7 +3,7 @@
 use super::{Coordinates, Request, RunError};
 use crate::base::control::Control;
 use crate::base::{Band, CoordinateFrame, Tolerance};
-use crate::field::height_range;
+use crate::field::{height_range, searched_range};
 use crate::job::{Error, Goal, Params, VertexHeights};
 
 /// How coordinates are written, and what that leaves for the mesh.
@@ -25,11 +25,12 @@ pub(super) fn fits_single(band: &Band) -> bool {
 
 impl Written {
     /// The frame of the output, and what of the tolerance and the goal is left for the mesh: what rounding loses of heights
-    /// is found out, which may read the whole raster, and taken from them. Errors count as vertical distances wherever
-    /// anything is lost.
+    /// is found out, which may read the whole raster, and taken from them. Where errors have weights, the largest weight is
+    /// found out likewise: so many times the loss may count.
     pub(super) fn find(
         request: &Request<'_>,
         band: &Band,
+        importance: Option<&Band>,
         is_flat: bool,
         control: &Control<'_>,
     ) -> Result<Written, RunError> {
@@ -50,16 +51,22 @@ impl Written {
         let loss = largest * if frame.single { f64::from(f32::EPSILON) / 2.0 } else { 0.0 };
         // Two roundings of doubles; and below the least of its numbers single precision has steps.
         let loss = loss + largest * f64::EPSILON * 2.0 + f64::from(f32::from_bits(1)) / frame.z_scale;
-        let less = |what: &'static str, limit: f64| {
-            if loss > limit / 2.0 {
-                let path = band.path().to_path_buf();
-                return Err(RunError::Loss { path, what, limit, loss, largest, single: frame.single });
-            }
-            Ok(Tolerance::new(limit).less(loss))
+        let weight = match importance {
+            // Rounded up, as the product is.
+            Some(importance) => searched_range(importance, control)?.max.max(1.0) * (1.0 + f64::EPSILON),
+            None => 1.0,
         };
-        let kept = if tolerance.is_open() { tolerance } else { less("tolerance", tolerance.asked())? };
+        let less = |what: &'static str, limit: f64, weight: f64| {
+            let counted = loss * weight;
+            if counted > limit / 2.0 {
+                let path = band.path().to_path_buf();
+                return Err(RunError::Loss { path, what, limit, loss: counted, largest, single: frame.single });
+            }
+            Ok(Tolerance::new(limit).less(counted))
+        };
+        let kept = if tolerance.is_open() { tolerance } else { less("tolerance", tolerance.asked(), weight)? };
         // What moves no height by more than this moves the root of the mean square by no more.
-        let max_rms = goal.max_rms.map(|rms| less("root mean square", rms)).transpose()?;
+        let max_rms = goal.max_rms.map(|rms| less("root mean square", rms, 1.0)).transpose()?;
         let goal = Goal { max_rms: max_rms.map(|rms| rms.kept()), ..goal };
         Ok(Written { frame, loss, tolerance: kept, goal })
     }

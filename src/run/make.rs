@@ -115,7 +115,7 @@ impl<'a> Run<'a> {
         }
         let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
         let pool = start_threads(plan.threads)?;
-        let written = pool.install(|| Written::find(request, band, is_flat, control))?;
+        let written = pool.install(|| Written::find(request, band, importance.as_ref(), is_flat, control))?;
         let params = Params {
             tolerance: written.tolerance,
             goal: written.goal,

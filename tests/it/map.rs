@@ -211,8 +211,20 @@ fn what_single_precision_loses_is_taken_from_the_tolerance() {
     let verdict = terrabite(["verify", &dem, &tin, "--max-error", "9", "--json"]).succeeds().json();
     assert!(verdict["rms_error"].as_f64().unwrap() <= 0.5, "{verdict}");
     let weights = Dem::new(40, 30).heights(|_, _| 1.0).on_the_map().write(&folder, "weights.tif");
-    simplify("1", &["--precision", "float", "--importance", &weights])
-        .fails(2, &["--importance cannot be combined with --precision float: ", "; use --precision double\n"]);
+    for options in [&["--precision", "float"][..], &["--z-scale", "0.3048"]] {
+        simplify("1", &[&["--importance", &weights], options].concat()).succeeds();
+        terrabite(["verify", &dem, &tin, "--max-error", "1", "--importance", &weights]).succeeds();
+    }
+    // Ten times the loss counts, which is most of the tolerance.
+    let heavy =
+        Dem::new(40, 30).heights(|c, r| f64::from((c, r) == (20, 10)) * 10.0).on_the_map().write(&folder, "heavy.tif");
+    let run = simplify("4", &["--precision", "float", "--importance", &heavy]).succeeds();
+    assert!(run.json()["map"]["kept_for_rounding"].as_f64().unwrap() < 0.07);
+    terrabite(["verify", &dem, &tin, "--max-error", "4", "--importance", &heavy]).succeeds();
+    simplify("1", &["--precision", "float", "--importance", &heavy])
+        .fails(1, &["half of the tolerance 1", "--precision double"]);
+    simplify("1", &["--precision", "float", "--importance", &weights, "--attributes", "1", "--quality", "none"])
+        .fails(2, &["--attributes cannot be combined with --precision float: ", "; use --precision double\n"]);
     // Heights of 16 bits lose nothing.
     let dem = Dem::new(40, 30).on_the_map().write(&folder, "dem.tif");
     let run = terrabite(["simplify", &dem, &tin, "--max-error", "0", "--precision", "float", "--overwrite", "--json"]);

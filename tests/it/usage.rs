@@ -110,12 +110,11 @@ fn a_loss_that_is_certain_is_refused_before_samples_are_read() {
     let folder = Folder::new();
     let strange = |c: usize, _: usize| if c == 7 { f64::INFINITY } else { 5.0 };
     let dem = Dem::new(20, 10).kind(Kind::Float64).heights(strange).write(&folder, "dem.tif");
-    let weights = Dem::new(20, 10).write(&folder, "weights.tif");
     let tin = folder.at("tin.ply");
     let run = |more: &[&str]| {
-        let fixed = ["simplify", &dem, &tin, "--max-error", "1", "--importance", &weights];
+        let fixed = ["simplify", &dem, &tin, "--max-error", "1", "--attributes", "1"];
         terrabite(fixed.iter().chain(more))
     };
-    run(&["--precision", "float"]).fails(2, &["--importance cannot be combined with --precision float: "]);
+    run(&["--precision", "float"]).fails(2, &["--attributes cannot be combined with --precision float: "]);
     run(&[]).fails(1, &["inf", "column 7, row 0"]);
 }

@@ -64,6 +64,15 @@ pub fn height_range(band: &Band, control: &Control<'_>) -> Result<Range, FieldEr
     if min <= max && band.scaling().is_none() {
         return Ok(Range { min, max });
     }
+    searched_range(band, control)
+}
+
+/// Finds the least and the largest value of a band that any sample has: every sample is read once, in parallel on the
+/// current rayon pool.
+///
+/// # Errors
+/// [`FieldError`].
+pub fn searched_range(band: &Band, control: &Control<'_>) -> Result<Range, FieldError> {
     let steps = units(band).len() as u64;
     control.progress.begin(Stage::Ranges, steps, band.samples());
     let range = search(band, band, control)?;
