@@ -9,6 +9,30 @@ use super::{Cutline, Encoding, GeoTransform, Mark, Marks, RasterError, Reference
 /// Reads stored values, wherever they are: GDAL does it for rasters, other programs for what they hold.
 ///
 /// Called from several threads at once. The same window has the same values whenever it is read, until a run ends.
+///
+/// ```
+/// use terrabite::base::{Band, RasterError, SampleType, Window, Windows};
+///
+/// /// A slope, made when it is asked for.
+/// struct Slope;
+///
+/// impl Windows for Slope {
+///     fn read(&self, window: Window, out: &mut [u8]) -> Result<(), RasterError> {
+///         let samples = out.chunks_exact_mut(4);
+///         for (i, sample) in samples.enumerate() {
+///             let (column, row) = (window.column + i % window.width, window.row + i / window.width);
+///             sample.copy_from_slice(&((2 * column + row) as f32).to_ne_bytes());
+///         }
+///         Ok(())
+///     }
+/// }
+///
+/// let band = Band::new("slope", (4000, 3000), SampleType::F32, std::sync::Arc::new(Slope))?;
+/// let mut samples = [0; 8];
+/// band.read(Window { column: 5, row: 1, width: 2, height: 1 }, &mut samples)?;
+/// assert_eq!(samples[..4], 11f32.to_ne_bytes());
+/// # Ok::<(), RasterError>(())
+/// ```
 pub trait Windows: Send + Sync {
     /// Reads a window as it is stored, in the machine's byte order, row by row from the first column on. `out` has as many
     /// bytes as the window has samples of [`Band::sample_type`], and is aligned to 8 bytes. The window is inside the band.

@@ -9,7 +9,7 @@ use crate::base::control::Cancelled;
 use crate::base::decimal::Decimal;
 use crate::base::staged::OutputError;
 use crate::field::FieldError;
-use crate::formats::SinkError;
+use crate::formats::{ReadError, SinkError};
 use crate::job::Error;
 use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
@@ -156,6 +156,7 @@ impl From<PointsError> for Failure {
             PointsError::Feature { .. } => {
                 failure.hint("ogr2ogr -where \"OGR_GEOMETRY='POINT'\" keeps the points of a layer")
             }
+            PointsError::Open { .. } => failure.hint("choose another file with --points"),
             PointsError::Crs { .. } => failure.hint("transform the layer with ogr2ogr -t_srs"),
             PointsError::AllOutside { .. } => failure
                 .hint("if the coordinates are in another CRS than the layer says, ogr2ogr -a_srs sets the right one"),
@@ -239,12 +240,15 @@ impl From<Error> for Failure {
             Error::Field(FieldError::Raster(error)) => error.into(),
             Error::WorkDir(error) => error.into(),
             Error::Incompatible(conflicts) => conflicts.into(),
-            Error::PointOffGround { .. } => Failure::usage(error).hint("remove it from the layer of --points"),
+            Error::PointOffGround { .. } => Failure::usage(error).hint(
+                "remove it from the layer of --points; --cutline, --nodata and --valid-range decide where ground is",
+            ),
             Error::Tile { .. } => Failure::new(error).hint("choose a smaller --tile"),
-            Error::Goal(_) => Failure::usage(error).hint("choose a larger budget, or a larger --tile"),
-            Error::Budget(error) => {
-                Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }.hint("set it with --memory")
+            Error::Goal(_) => {
+                Failure::usage(error).hint("choose a larger budget; with a larger --tile there are fewer corners")
             }
+            Error::Budget(error) => Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }
+                .hint("choose a larger --memory, or a smaller --tile"),
             Error::Field(FieldError::NotAHeight(ref sample)) => {
                 let stored = Decimal(sample.stored);
                 Failure::new(&error).hint(&format!(
@@ -297,6 +301,8 @@ impl From<VerifyError> for Failure {
             VerifyError::InfiniteSample { .. } => {
                 Failure::new(error).hint("if it marks missing samples, use --nodata, or --valid-range")
             }
+            VerifyError::Mesh(ReadError::NoAttribute { .. }) => Failure::new(error)
+                .hint("simplify writes it with --attributes or --image; OBJ keeps no attributes, PLY does"),
             VerifyError::Scratch { .. } => Failure::new(error).hint("choose another folder with --temp-dir"),
             _ => Failure::new(error),
         }
@@ -322,6 +328,9 @@ impl From<PreviewError> for Failure {
             PreviewError::Output(error) => error.into(),
             PreviewError::Cancelled(stopped) => stopped.into(),
             PreviewError::Option { .. } => Failure::usage(error),
+            PreviewError::Mesh(ReadError::NoAttribute { .. }) => Failure::new(error).hint(
+                "choose another --mode, or a mesh with colours: simplify writes them with --attributes or --image",
+            ),
             _ => Failure::new(error),
         }
     }

@@ -124,7 +124,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
         print::json(&Report { info: &info, warnings: warnings::take() })?;
     } else {
         warnings::print(&warnings::take());
-        print::report(&print::aligned(&lines(&info)))?;
+        print::report(&print::aligned(&lines(&info, args.asked().features().has(Feature::Image))))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -135,14 +135,14 @@ fn picture_warning(file: &Path, error: RasterError) -> Warning {
     Warning { code: WarningCode::Picture, file: file.to_path_buf(), count: 1, message }
 }
 
-fn lines(info: &Info) -> Vec<(&'static str, String)> {
+fn lines(info: &Info, is_image: bool) -> Vec<(&'static str, String)> {
     vec![
         ("file", info.file.clone()),
         ("format", format!("{}, {}", info.driver, band(info.band, info.bands, &info.band_description))),
         ("size", size(info)),
         ("type", info.sample_type.to_string()),
         ("heights", heights(info)),
-        ("range", range(info)),
+        ("range", range(info, is_image)),
         ("nodata", nodata(info)),
         ("CRS", info.crs.clone()),
         ("map", place(&info.reference)),
@@ -193,7 +193,10 @@ fn heights(info: &Info) -> String {
     format!("stored value × {} + {}", info.scale, info.offset)
 }
 
-fn range(info: &Info) -> String {
+fn range(info: &Info, is_image: bool) -> String {
+    if is_image {
+        return "an image has no heights".to_string();
+    }
     let missing = match info.missing_samples {
         None => return "not looked for; --look always does".to_string(),
         Some(0) => String::new(),

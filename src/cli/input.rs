@@ -62,6 +62,11 @@ impl InputArgs {
         }
     }
 
+    /// Whether it says which samples are missing.
+    pub(super) fn marks_samples(&self) -> bool {
+        !self.nodata.is_empty() || self.valid_range.is_some()
+    }
+
     /// What of this asks for features.
     pub(super) fn asked(&self) -> Asked {
         let mut asked = Asked::default();

@@ -104,6 +104,8 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
         warnings::print(&warnings::take());
         let largest = report.largest_error.map(|e| format!(", largest error {e:.6}")).unwrap_or_default();
         let size = format!("{} × {} pixels", report.width, report.height);
+        let largest =
+            if report.triangles == 0 { ": none lies over this part of the raster".to_string() } else { largest };
         print::report(&format!("{}: {size}, {} triangles{largest}", args.output.display(), report.triangles))?;
     }
     Ok(ExitCode::SUCCESS)

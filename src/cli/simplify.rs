@@ -323,6 +323,9 @@ impl SimplifyArgs {
                 "samples outside the polygons of --cutline {} have no heights: choose other polygons; ogrinfo shows where they lie",
                 file.display()
             )),
+            None if no_ground && (self.input_args.marks_samples()) => {
+                failure.hint("--nodata and --valid-range decide which samples have heights: choose other values")
+            }
             _ => failure,
         }
     }

@@ -37,7 +37,7 @@ fn mend(code: WarningCode) -> &'static str {
         WarningCode::XyzGaps => "add lines with a value that is no height, and name it with --nodata",
         WarningCode::Misread => "convert it with a newer GDAL",
         WarningCode::Depths => "--oo DEPTH_OR_ELEVATION=ELEVATION makes heights of them",
-        WarningCode::FellShort => "choose a larger budget, or a lower quality",
+        WarningCode::FellShort => "choose a larger budget, or a larger --max-error or --max-rms",
         WarningCode::WorkDirLeft => "it is not needed any more and can be deleted",
         WarningCode::AttributesLost => "PLY keeps them",
         WarningCode::NearVoids => "if they are no heights, exclude them with --valid-range",

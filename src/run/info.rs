@@ -65,7 +65,9 @@ pub struct Info {
     pub mask: bool,
     /// The least and the largest height; null where no sample has one, or nobody has looked.
     pub height_range: Option<[f64; 2]>,
-    /// Samples without a height; null where nobody has looked.
+    /// All samples of the raster, or of the window.
+    pub raster_samples: u64,
+    /// Samples without a height, those of voids that will be filled among them; null where nobody has looked.
     pub missing_samples: Option<u64>,
     /// The coordinate reference system in one line; "none" where there is none.
     pub crs: String,
@@ -196,6 +198,7 @@ impl Info {
             nan_possible: matches!(band.sample_type(), SampleType::F32 | SampleType::F64),
             mask: band.has_mask(),
             height_range: None,
+            raster_samples: band.samples(),
             missing_samples: None,
             crs: raster.crs_name(),
             reference: band.reference().clone(),

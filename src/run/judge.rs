@@ -47,6 +47,10 @@ pub struct VerifyReport {
     pub failures: Vec<String>,
     /// What the user should know of the inputs.
     pub warnings: Warnings,
+    /// Samples with a height, but in no cell with two others.
+    pub isolated_samples: u64,
+    /// Samples of the ground that the mesh leaves uncovered where it may; 0 where it may not.
+    pub trimmed_samples: u64,
     /// Everything else.
     #[serde(flatten)]
     pub verdict: Verdict,
@@ -93,5 +97,13 @@ pub fn verify(request: &VerifyRequest, control: &Control<'_>) -> Result<VerifyRe
         warned.tell_all(&look.warnings(&band));
     }
     let (passed, failures) = (verdict.passes(), verdict.failures());
-    Ok(VerifyReport { schema: SCHEMA, passed, failures, warnings: warned.take(), verdict })
+    Ok(VerifyReport {
+        schema: SCHEMA,
+        passed,
+        failures,
+        warnings: warned.take(),
+        isolated_samples: verdict.without_ground.count,
+        trimmed_samples: verdict.trim.map_or(0, |trim| trim.trimmed),
+        verdict,
+    })
 }

@@ -57,6 +57,22 @@ impl From<&str> for Input {
 
 /// The first band of a raster, all of it.
 #[cfg(feature = "gdal")]
+impl From<&Path> for Input {
+    fn from(path: &Path) -> Input {
+        path.to_path_buf().into()
+    }
+}
+
+/// The first band of a raster, all of it.
+#[cfg(feature = "gdal")]
+impl From<String> for Input {
+    fn from(path: String) -> Input {
+        PathBuf::from(path).into()
+    }
+}
+
+/// The first band of a raster, all of it.
+#[cfg(feature = "gdal")]
 impl From<PathBuf> for Input {
     fn from(path: PathBuf) -> Input {
         Input::Raster { path, view: View::default() }

@@ -12,7 +12,7 @@ pub struct Verdict {
     /// The vertical distance that was allowed; where errors are weighted, distance × weight.
     pub tolerance: f64,
     /// Whether errors are weighted by an importance raster.
-    #[serde(rename = "importance")]
+    #[serde(rename = "has_importance")]
     pub weighted: bool,
     /// Samples of the raster: of the ground, bridged, without a height, and without ground.
     #[serde(rename = "raster_samples")]
@@ -31,7 +31,7 @@ pub struct Verdict {
     #[serde(rename = "filled_samples")]
     pub bridged: u64,
     /// Samples with a height, but in no cell with three. Nothing is asked of a mesh there, so this is no failure.
-    #[serde(rename = "isolated_samples")]
+    #[serde(rename = "isolated")]
     pub without_ground: Finding<SamplePlace>,
     /// The least and the largest height of the raster; `None` where no sample has one.
     pub height_range: Option<[f64; 2]>,

@@ -31,7 +31,7 @@ fn the_peak_stays_within_the_budget() {
             let run = ["simplify", dem, &tin, "--max-error", "0", "--overwrite", "--json", "--memory", memory];
             let report = terrabite(run.iter().chain(&["--quality", quality, "--engine", engine, "--tile", tile]));
             let report = report.succeeds().json();
-            let (peak, budget) = (report["peak_memory_bytes"].as_u64(), report["plan"]["budget_bytes"].as_u64());
+            let (peak, budget) = (report["peak_memory_bytes"].as_u64(), report["memory"]["budget_bytes"].as_u64());
             assert!(peak <= budget, "{peak:?} of {budget:?} for {dem}, {quality}, {engine}");
             assert!(report["samples_per_triangle"].as_f64() < Some(0.6));
         }
@@ -48,7 +48,7 @@ fn the_peak_stays_within_the_budget_beside_holes() {
     let tin = folder.at("tin.ply");
     let run = ["simplify", &dem, &tin, "--max-error", "0", "--json", "--memory", memory, "--fill-holes", "1"];
     let report = terrabite(run.iter().chain(&["--quality", "fast", "--tile", tile])).succeeds().json();
-    let (peak, budget) = (report["peak_memory_bytes"].as_u64(), report["plan"]["budget_bytes"].as_u64());
+    let (peak, budget) = (report["peak_memory_bytes"].as_u64(), report["memory"]["budget_bytes"].as_u64());
     assert!(peak <= budget, "{peak:?} of {budget:?}");
     assert_eq!(report["filled_voids"], (side / 2) * (side / 2));
 }

@@ -73,7 +73,7 @@ fn verify_judges_by_weights_of_its_own() {
     assert_eq!(failed.code, Some(1), "{failed:#?}");
     assert!(failed.out.contains("an error × weight above 4"), "{failed:#?}");
     let report = terrabite(judge.iter().chain(&[light.as_str(), "--json"])).succeeds().json();
-    assert_eq!(report["importance"], true);
+    assert_eq!(report["has_importance"], true);
     assert!(report["worst_by_importance"]["weighted_error"].as_f64() <= Some(4.0));
 }
 
@@ -239,7 +239,7 @@ fn weights_are_part_of_the_memory_plan() {
     let least = |needs: &serde_json::Value| needs["memory"]["needed_bytes"].as_u64().unwrap();
     assert!(least(&plan) >= least(&without.succeeds().json()) + 12 * 256 * 256);
     let report = needs(&["--memory", memory]);
-    let (peak, budget) = (report["peak_memory_bytes"].as_u64(), report["plan"]["budget_bytes"].as_u64());
+    let (peak, budget) = (report["peak_memory_bytes"].as_u64(), report["memory"]["budget_bytes"].as_u64());
     assert!(peak <= budget, "{peak:?} of {budget:?}");
     terrabite(["verify", &dem, &tin, "--max-error", "0.5", "--importance", &file]).succeeds();
 }

@@ -249,6 +249,8 @@ fn pairs_of_options_run_or_are_refused_with_a_way_out() {
             }
             let mut line = Line::from([("--max-error", "1.5"), (first, x), (second, y)]);
             let asked = scene.asked(&line);
+            // Else the option would be there, and nobody would read it.
+            assert!(asked.features().has(b), "{line:?} asks for {b}");
             let Err(incompatible) = rules::check(asked.features()) else {
                 if a == b || !tried_by_the_library(a) || !tried_by_the_library(b) {
                     must_run(&line, "");

@@ -68,9 +68,8 @@ pub struct Report {
     pub samples: u64,
     pub missing_samples: u64,
     pub isolated_samples: u64,
-    /// Null where no voids were to be filled.
-    pub filled_voids: Option<u64>,
-    pub filled_samples: Option<u64>,
+    pub filled_voids: u64,
+    pub filled_samples: u64,
     pub trimmed_samples: u64,
     /// The least and the largest height.
     pub height_range: Option<[f64; 2]>,
@@ -102,7 +101,8 @@ pub struct Report {
     pub tiles_found: Option<u64>,
     /// What became of the points; null where there are none.
     pub points: Option<PointsReport>,
-    pub plan: Plan,
+    /// The memory that was planned.
+    pub memory: Plan,
     /// What the user should know of the inputs and the output.
     pub warnings: Warnings,
 }
@@ -312,7 +312,7 @@ impl Report {
     ) -> Report {
         let Sources { request, band, .. } = *sources;
         let errors = &summary.errors;
-        let filled = (request.fill_voids > 0).then(|| field.holes().map_or((0, 0), |h| (h.count(), h.samples())));
+        let (filled_voids, filled_samples) = field.holes().map_or((0, 0), |voids| (voids.count(), voids.samples()));
         Report {
             schema: SCHEMA,
             input: field.name().display().to_string(),
@@ -335,8 +335,8 @@ impl Report {
             samples: errors.samples,
             missing_samples: errors.nodata,
             isolated_samples: errors.stray,
-            filled_voids: filled.map(|(voids, _)| voids),
-            filled_samples: filled.map(|(_, samples)| samples),
+            filled_voids,
+            filled_samples,
             trimmed_samples: errors.trimmed,
             height_range: errors.heights.map(|h| h.all()).filter(|e| !e.is_empty()).map(|e| [e.min, e.max]),
             triangles: summary.triangles,
@@ -359,7 +359,7 @@ impl Report {
             temporary_bytes: field.decoded_bytes() + mesh.spool_bytes(),
             tiles_found: sources.continues.then(|| mesh.tiles_found()),
             points: sources.points.map(|(layer, counts)| PointsReport::new(layer, counts, request)),
-            plan,
+            memory: plan,
             warnings: Warnings::default(),
         }
     }

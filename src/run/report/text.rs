@@ -32,8 +32,9 @@ impl Report {
         if self.missing_samples > 0 {
             lines.push(("missing", self.missing()));
         }
-        if let (Some(voids), Some(samples)) = (self.filled_voids, self.filled_samples) {
-            lines.push(("filled", format!("{} voids of {} samples", grouped(voids), grouped(samples))));
+        if self.filled_voids > 0 {
+            let voids = counted(self.filled_voids, "void");
+            lines.push(("filled", format!("{voids} of {}", counted(self.filled_samples, "sample"))));
         }
         if self.trimmed_samples > 0 {
             lines.push(("trimmed", format!("{} samples of the ground are not covered", grouped(self.trimmed_samples))));
@@ -110,9 +111,8 @@ impl Report {
 
     fn memory(&self) -> String {
         let peak = self.peak_memory_bytes.map_or("unknown".to_string(), |b| BinaryBytes(b).to_string());
-        let threads =
-            if self.plan.threads == 1 { "1 thread".to_string() } else { format!("{} threads", self.plan.threads) };
-        format!("{peak} at its peak, of {} allowed; {threads}", BinaryBytes(self.plan.budget_bytes))
+        let threads = counted(self.memory.threads as u64, "thread");
+        format!("{peak} at its peak, of {} allowed; {threads}", BinaryBytes(self.memory.budget_bytes))
     }
 }
 
@@ -126,7 +126,12 @@ impl Needs {
             ("density", format!("about {samples_per_triangle:.1} samples per triangle, {}", self.found_by)),
             (
                 "memory",
-                format!("up to {} of {} with {threads} threads", BinaryBytes(needed_bytes), BinaryBytes(budget_bytes)),
+                format!(
+                    "up to {} of {} with {}",
+                    BinaryBytes(needed_bytes),
+                    BinaryBytes(budget_bytes),
+                    counted(threads as u64, "thread")
+                ),
             ),
             ("disk", format!("{} of temporary files", BinaryBytes(temporary))),
             ("output", format!("about {}", BinaryBytes(output_bytes))),
@@ -153,8 +158,7 @@ impl WorkDirState {
 
 impl CutlineReport {
     fn line(&self) -> String {
-        let polygons =
-            if self.polygons == 1 { "1 polygon".to_string() } else { format!("{} polygons", grouped(self.polygons)) };
+        let polygons = counted(self.polygons, "polygon");
         let of = if self.file.is_empty() { String::new() } else { format!(", of {}", self.file) };
         format!("{polygons} with {} vertices{of}", grouped(self.vertices))
     }
@@ -274,6 +278,12 @@ fn access(access: &Access) -> String {
         Access::Decoded { reason, .. } => format!("decoded: {reason}"),
         Access::Memory => "in memory".to_string(),
     }
+}
+
+/// A number of things: 1 void, 2 voids.
+fn counted(number: u64, thing: &str) -> String {
+    let s = if number == 1 { "" } else { "s" };
+    format!("{} {thing}{s}", grouped(number))
 }
 
 /// 1234567 as 1 234 567.
