@@ -31,7 +31,7 @@ demo: setup
 	@scripts/demo.sh
 
 # Simplifies and verifies an array with the library alone: no GDAL, no command.
-CORE_TEST = $(CARGO) run --locked --profile test --no-default-features --example array -- target/tmp/array.ply
+CORE_TEST = mkdir -p target/tmp && $(CARGO) run --locked --profile test --no-default-features --example array -- target/tmp/array.ply
 
 test: setup
 	$(CARGO) test --locked

@@ -131,9 +131,9 @@ fn words(arguments: impl Iterator<Item = OsString>) -> Vec<OsString> {
     arguments.map(word).collect()
 }
 
-/// The exit codes stand under every subcommand's help, too.
+/// The exit codes stand under every subcommand's long help, too.
 fn command() -> clap::Command {
-    Cli::command().after_help(EXIT_CODES).mut_subcommands(|c| c.after_help(EXIT_CODES))
+    Cli::command().after_help(EXIT_CODES).mut_subcommands(|c| c.after_long_help(EXIT_CODES))
 }
 
 #[cfg(test)]
