@@ -281,3 +281,18 @@ fn golden_counts_do_not_go_up() {
         std::fs::write(path, format!("[\n{}\n]\n", lines.join(",\n"))).expect("written");
     }
 }
+
+/// Found by a property: among the smallest numbers there are, rounding loses absolutely, which no share of a number covers.
+#[test]
+fn the_smallest_numbers_are_heights_too() {
+    let (width, height) = (24, 20);
+    let heights: Vec<f64> =
+        (0..width * height).map(|i| f64::from_bits((i as u64 * i as u64 * 7 + i as u64 * 13) % 11)).collect();
+    for engine in EngineChoice::all() {
+        for (quality, tolerance) in [(Quality::None, 0), (Quality::None, 1), (Quality::None, 3), (Quality::Fast, 1)] {
+            let params = Params { engine, quality, tile: 16, ..Params::new(f64::from_bits(tolerance)) };
+            // `measure` asserts that no error is larger.
+            mesh(width, height, heights.clone(), &params);
+        }
+    }
+}

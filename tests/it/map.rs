@@ -223,7 +223,7 @@ fn what_single_precision_loses_is_taken_from_the_tolerance() {
     terrabite(["verify", &dem, &tin, "--max-error", "4", "--importance", &heavy]).succeeds();
     simplify("1", &["--precision", "float", "--importance", &heavy])
         .fails(1, &["half of the tolerance 1", "--precision double"]);
-    simplify("1", &["--precision", "float", "--importance", &weights, "--attributes", "1", "--quality", "none"])
+    simplify("1", &["--precision", "float", "--attributes", "1", "--quality", "none"])
         .fails(2, &["--attributes cannot be combined with --precision float: ", "; use --precision double\n"]);
     // Heights of 16 bits lose nothing.
     let dem = Dem::new(40, 30).on_the_map().write(&folder, "dem.tif");

@@ -74,8 +74,8 @@ fn all_conflicts_are_reported_at_once_with_exit_code_2() {
     for (line, (begin, end)) in found.iter().zip(expected) {
         assert!(line.starts_with(begin) && line.ends_with(end), "{line}");
     }
-    let scaled = lines(&["--max-error", "1", "--importance", "weights.tif", "--z-scale", "0.3"]);
-    assert!(scaled[0].starts_with("--importance cannot be combined with --z-scale 0.3: "), "{scaled:?}");
+    let scaled = lines(&["--max-error", "1", "--attributes", "2", "--quality", "none", "--z-scale", "0.3"]);
+    assert!(scaled[0].starts_with("--attributes cannot be combined with --z-scale 0.3: "), "{scaled:?}");
     assert!(scaled[0].ends_with("; use --z-scale 1 or another power of two"), "{scaled:?}");
     for (command, options) in [
         ("verify", &["tin.ply", "--max-error", "1", "--importance", "w.tif", "--attributes", "2"][..]),

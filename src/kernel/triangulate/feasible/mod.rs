@@ -16,6 +16,7 @@ pub(crate) use plane::Plane;
 pub(crate) use spans::Spans;
 pub(crate) use surfaces::Surfaces;
 pub use tester::Tester;
+pub(super) use tester::coarse_doubles;
 
 #[cfg(test)]
 mod tests;

@@ -225,6 +225,11 @@ pub(super) fn coarse<R: Real>(reach: f64) -> f64 {
     if reach > 0.0 { R::SMALLEST * f64::from(MAX_SPAN) } else { 0.0 }
 }
 
+/// The same for doubles.
+pub(in crate::kernel::triangulate) fn coarse_doubles(reach: f64) -> f64 {
+    coarse::<f64>(reach)
+}
+
 /// Limits of |error|: up to `sure` it is within the tolerance, beyond `never` it is not.
 #[derive(Clone, Copy)]
 struct Limits<R> {

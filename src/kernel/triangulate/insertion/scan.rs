@@ -9,7 +9,7 @@
 use crate::base::lattice::{Point, STEPS, orient};
 use crate::base::mesh::Vertex;
 use crate::base::{Heights, Tile};
-use crate::kernel::triangulate::feasible::{Plane, Spans, Surfaces};
+use crate::kernel::triangulate::feasible::{Plane, Spans, Surfaces, coarse_doubles};
 
 /// A sample that may become a vertex.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -67,7 +67,7 @@ impl Scanner<'_> {
     /// The candidate of a triangle whose farthest sample, up to rounding, is known.
     #[inline(always)]
     pub(super) fn settle(&self, scan: &Scan, [a, b, c]: [Vertex; 3], best: Farthest) -> Option<Candidate> {
-        let doubt = DOUBT * (scan.reach() + self.tolerance);
+        let doubt = DOUBT * (scan.reach() + self.tolerance) + coarse_doubles(scan.reach());
         if best.error > self.tolerance + doubt {
             return Some(Candidate { score: best.error, sample: best.sample });
         }
@@ -96,7 +96,7 @@ impl Scanner<'_> {
         let plane = Plane::new(a, b, c);
         // Most samples are far below their limits, and are told so without a division: a limit is tolerance ÷ weight but for
         // its rounding, which the share covers, as it does the limit's part in the doubt. Nothing may underflow there.
-        let (settled, rounding) = (self.tolerance * (1.0 - CLOSE), DOUBT * scan.reach());
+        let (settled, rounding) = (self.tolerance * (1.0 - CLOSE), DOUBT * scan.reach() + coarse_doubles(scan.reach()));
         let settles = self.tile.channel_error.is_none() && settled > f64::MIN_POSITIVE / CLOSE;
         let limit_in_channels = self.tile.channel_error.as_ref().map_or(f64::INFINITY, |e| e.limit(self.tolerance));
         for row in scan.spans.rows() {
@@ -110,7 +110,7 @@ impl Scanner<'_> {
                 }
                 let counted = scan.counted(self.tile, column, row, height);
                 let limit = self.tile.limit(column as usize, row as usize, self.tolerance);
-                let doubt = DOUBT * (scan.reach() + limit);
+                let doubt = DOUBT * (scan.reach() + limit) + coarse_doubles(scan.reach());
                 let beyond = error > limit + doubt
                     || counted > limit_in_channels && !scan.has_corner(column, row)
                     || error >= limit - doubt && !plane.within(Point::of_sample(column, row), height, limit);
