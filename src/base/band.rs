@@ -208,7 +208,7 @@ impl Band {
         Band { reference, crs, ..self }
     }
 
-    /// The same, best read in blocks of so many samples across and down. Neither is 0.
+    /// The same, best read in blocks of this size: samples across and down. Neither is 0.
     ///
     /// # Panics
     /// If one is.
@@ -370,7 +370,7 @@ impl Band {
         self.windows.release();
     }
 
-    /// Makes sure that a row of so many samples can be held in memory: a file may claim any size.
+    /// Makes sure that a row of this length can be held in memory: a file may claim any size.
     ///
     /// # Errors
     /// [`RasterError::Wide`].

@@ -64,7 +64,7 @@ impl CoordinateFrame {
         transform.nearest_lattice(x, y)
     }
 
-    /// Whether every lattice point of a raster of so many samples is found again: neighbours stay apart.
+    /// Whether every lattice point of a raster of this size is found again: neighbours stay apart.
     pub fn tells_apart(&self, transform: &GeoTransform, width: usize, height: usize) -> bool {
         let (far_x, far_y) = (4 * (width as i64 - 1), 4 * (height as i64 - 1));
         let corners = [(0, 0), (far_x, 0), (0, far_y), (far_x, far_y)].map(|(x, y)| transform.apply(x, y));

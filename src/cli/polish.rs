@@ -33,7 +33,7 @@ pub(super) struct PolishArgs {
     /// Whether every pass tries all vertices, or only those at which something has changed
     #[arg(long, hide_short_help = true, value_name = "BOOL")]
     polish_retry: Option<bool>,
-    /// Passes beyond the caps end when fewer than one in so many vertices go; 0 never
+    /// Passes beyond the caps end when fewer than one vertex in N is removed; 0 means never
     #[arg(long, hide_short_help = true, value_name = "N")]
     polish_yield: Option<u32>,
     /// Rounds of repair after a vertex has gone, at most
@@ -54,7 +54,7 @@ pub(super) struct PolishArgs {
     /// Whether edges turn between passes, too
     #[arg(long, hide_short_help = true, value_name = "BOOL")]
     polish_turns: Option<bool>,
-    /// Removal fills holes with at most so many corners by dynamic programming, longer ones ear by ear
+    /// Removal fills holes with up to N corners by dynamic programming, longer ones ear by ear
     #[arg(long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=128))]
     polish_longest_ring: Option<u32>,
     /// Remove-and-repair leaves vertices with more neighbours alone

@@ -34,7 +34,7 @@ pub(crate) struct PreviewArgs {
     /// What to draw
     #[arg(long, value_enum, default_value_t = ModeArg::Hillshade)]
     mode: ModeArg,
-    /// As large as fits in so many pixels; a legend comes on top of it
+    /// The largest picture, in pixels; the legend is added to it
     #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = values::size)]
     size: Size,
     #[command(flatten)]

@@ -38,7 +38,7 @@ pub(crate) struct SynthArgs {
     /// Edge of the tiles in samples, a multiple of 16
     #[arg(long, default_value_t = 256, value_name = "N")]
     block: usize,
-    /// Strips of so many rows instead of tiles
+    /// Strips of ROWS rows instead of tiles
     #[arg(long, conflicts_with = "block", value_name = "ROWS")]
     strip: Option<usize>,
     /// Distance between samples on the map; heights do not change with it

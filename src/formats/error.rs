@@ -28,7 +28,7 @@ pub enum SinkError {
         /// How much it would.
         found: f64,
     },
-    /// The format has no numbers for so many vertices or triangles.
+    /// The format cannot number this many vertices or triangles.
     #[error(
         "{}: expected at most {limit} {what}, as many as {format} can number, found {found}",
         path.display()

@@ -13,6 +13,7 @@ mod header;
 mod lines;
 pub mod obj;
 mod open;
+mod output;
 pub mod ply;
 mod reader;
 mod sink;

@@ -11,7 +11,6 @@ use super::passes::End;
 use super::passes::{Job, TileMaker};
 use super::tests::{geotiff, told};
 use super::*;
-use crate::base::PointSet;
 use crate::base::control::Control;
 use crate::base::lattice::{Point, orient};
 use crate::base::staged::StagedFile;
@@ -121,9 +120,7 @@ proptest! {
             params.engine = EngineChoice::GreedyInsertion(GreedyInsertion { options: InsertionOptions { swap, ..InsertionOptions::default() } });
         }
         params.feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
-        let ground: BTreeSet<Place> = scene.cells().into_iter().flatten().collect();
-        let places = points.into_iter().map(|i| (i % width, i / width));
-        params.points = Some(Arc::new(PointSet::new(places.filter(|&(c, r)| ground.contains(&(c as i32, r as i32))))));
+        params.points = Some(Arc::new(scene.points_of(points)));
         let (mesh, summary) = match scene.certified(&params) {
             Ok(made) => made,
             Err(Error::Goal(small)) => {
@@ -136,7 +133,7 @@ proptest! {
                 return Ok(());
             }
             Err(error) => {
-                prop_assert!(matches!(error, Error::NoGround { .. }) && ground.is_empty(), "{}", error);
+                prop_assert!(matches!(error, Error::NoGround { .. }) && scene.cells().is_empty(), "{}", error);
                 return Ok(());
             }
         };
@@ -182,8 +179,7 @@ proptest! {
     ) {
         let mut scene = scene(width, height, seed, kind, holes);
         if weighted {
-            let weight = |(i, z): (usize, &f64)| if z.is_nan() { f64::NAN } else { [0.0, 0.5, 1.0, 3.0][i * 7 % 4] };
-            scene.weights = scene.heights.iter().enumerate().map(weight).collect();
+            scene.weigh();
         }
         let swap = if swap { Swap::DataDependent(DataDependent::default()) } else { Swap::Delaunay };
         let options = InsertionOptions { swap, ..InsertionOptions::default() };

@@ -30,7 +30,7 @@ pub(super) struct Scene {
     /// Weights of errors and the values of a channel: neither where the height is missing, or no weights or channel at all.
     pub(super) weights: Vec<f64>,
     pub(super) channel: Vec<f64>,
-    /// Holes of so many samples are bridged, and these are theirs.
+    /// The largest hole that is bridged, in samples, and all samples that are.
     pub(super) most: usize,
     pub(super) bridged: BTreeSet<Place>,
 }
@@ -46,11 +46,24 @@ impl Scene {
         inside.then(|| self.heights[row as usize * self.width + column as usize]).filter(|z| !z.is_nan())
     }
 
+    /// Gives every height a weight, 0 among them.
+    pub(super) fn weigh(&mut self) {
+        let weight = |(i, z): (usize, &f64)| if z.is_nan() { f64::NAN } else { [0.0, 0.5, 1.0, 3.0][i * 7 % 4] };
+        self.weights = self.heights.iter().enumerate().map(weight).collect();
+    }
+
+    /// The samples of these indices, by rows, as far as they are corners of the ground.
+    pub(super) fn points_of(&self, indices: Vec<usize>) -> PointSet {
+        let ground: BTreeSet<Place> = self.cells().into_iter().flatten().collect();
+        let places = indices.into_iter().map(|i| (i % self.width, i / self.width));
+        PointSet::new(places.filter(|&(c, r)| ground.contains(&(c as i32, r as i32))))
+    }
+
     pub(super) fn is_ground(&self, place: Place) -> bool {
         self.at(place).is_some() || self.bridged.contains(&place)
     }
 
-    /// Bridges holes of at most so many samples.
+    /// Bridges holes of up to `most` samples.
     pub(super) fn bridging(self, most: usize) -> Scene {
         let (mut seen, mut bridged) = (BTreeSet::new(), BTreeSet::new());
         for start in self.places().filter(|&p| self.at(p).is_none()) {
@@ -276,8 +289,7 @@ proptest! {
         let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
         let mut scene = scene(width, height, seed, kind, holes).bridging(most);
         if weighted {
-            let weight = |(i, z): (usize, &f64)| if z.is_nan() { f64::NAN } else { [0.0, 0.5, 1.0, 3.0][i * 7 % 4] };
-            scene.weights = scene.heights.iter().enumerate().map(weight).collect();
+            scene.weigh();
         }
         // Points may lie in bridged holes; only insertion takes them.
         let insertion = engine.capabilities().points;
@@ -304,12 +316,9 @@ proptest! {
     ) {
         let mut scene = scene(width, height, seed, kind, holes);
         if weighted {
-            let weight = |(i, z): (usize, &f64)| if z.is_nan() { f64::NAN } else { [0.0, 0.5, 1.0, 3.0][i * 7 % 4] };
-            scene.weights = scene.heights.iter().enumerate().map(weight).collect();
+            scene.weigh();
         }
-        let ground: BTreeSet<Place> = scene.cells().into_iter().flatten().collect();
-        let places = points.into_iter().map(|i| (i % width, i / width));
-        let points = PointSet::new(places.filter(|&(c, r)| ground.contains(&(c as i32, r as i32))));
+        let points = scene.points_of(points);
         let params = Params { tile, quality, heights, points: Some(Arc::new(points)), ..Params::new(max_error) };
         scene.check(&params);
     }

@@ -8,7 +8,6 @@ use proptest::prelude::*;
 use super::nodata_tests::{Place, Scene, scene};
 use super::tests::{Told, engines, qualities, told};
 use super::*;
-use crate::base::PointSet;
 use crate::base::exact;
 use crate::base::lattice::{Point, orient};
 use crate::kernel::triangulate::Feasibility;
@@ -189,12 +188,9 @@ proptest! {
     ) {
         let mut scene = scene(width, height, seed, kind, holes);
         if weighted {
-            let weight = |(i, z): (usize, &f64)| if z.is_nan() { f64::NAN } else { [0.0, 0.5, 1.0, 3.0][i * 7 % 4] };
-            scene.weights = scene.heights.iter().enumerate().map(weight).collect();
+            scene.weigh();
         }
-        let ground: BTreeSet<Place> = scene.cells().into_iter().flatten().collect();
-        let places = points.into_iter().map(|i| (i % width, i / width));
-        let points = PointSet::new(places.filter(|&(c, r)| ground.contains(&(c as i32, r as i32))));
+        let points = scene.points_of(points);
         let params = Params { tile, quality, heights, trim, points: Some(Arc::new(points)), ..Params::new(max_error) };
         check(&scene, &params);
     }

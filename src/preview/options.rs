@@ -31,7 +31,7 @@ pub struct PreviewOptions {
     pub importance: Option<(PathBuf, View)>,
     /// The raster is an image without heights: they are 0.
     pub image: bool,
-    /// The picture is as large as fits in so many pixels across and down; a legend comes on top of it.
+    /// The largest picture, in pixels across and down; the legend is added to it.
     pub size: (usize, usize),
     /// The tolerance: the end of the colour scale, beyond which samples are marked. `None` scales to the largest error.
     pub max_error: Option<f64>,

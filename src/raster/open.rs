@@ -93,7 +93,7 @@ impl Opening {
     }
 }
 
-/// Keeps GDAL's block cache to so many bytes, where the user has not said otherwise by `GDAL_CACHEMAX`: blocks are read
+/// Keeps GDAL's block cache to this number of bytes, where the user has not said otherwise by `GDAL_CACHEMAX`: blocks are read
 /// and written whole, and GDAL's own choice is a twentieth of the machine's memory. GDAL looks at it once, before the
 /// first block is read.
 pub fn bound_gdal_cache(bytes: u64) {

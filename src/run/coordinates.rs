@@ -26,7 +26,7 @@ pub(super) fn fits_single(band: &Band) -> bool {
 impl Written {
     /// The frame of the output, and what of the tolerance and the goal is left for the mesh: what rounding loses of heights
     /// is found out, which may read the whole raster, and taken from them. Where errors have weights, the largest weight is
-    /// found out likewise: so many times the loss may count.
+    /// found out likewise: the loss may count that many times.
     pub(super) fn find(
         request: &Request<'_>,
         band: &Band,

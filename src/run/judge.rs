@@ -28,7 +28,7 @@ pub struct VerifyRequest {
     pub attributes: Option<Attributes>,
     /// Weights of errors, on the samples of the input.
     pub importance: Option<Input>,
-    /// Voids of at most so many samples are to be filled; 0 for none.
+    /// The largest void to be filled, in samples; 0 for none.
     pub fill_voids: u64,
     /// So many cells from missing samples the mesh may end short of the ground.
     pub trim: u32,

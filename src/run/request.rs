@@ -164,7 +164,7 @@ pub struct Request<'a> {
     pub importance: Option<Input>,
     /// Samples that become vertices.
     pub points: Option<PointInput>,
-    /// Voids of at most so many samples are filled: the mesh goes on over them, bound by no tolerance there. 0 fills none.
+    /// Voids up to this number of samples are filled: the mesh goes on over them, bound by no tolerance there. 0 fills none.
     pub fill_voids: u64,
     /// How coordinates are written.
     pub coordinates: Coordinates,

@@ -83,9 +83,9 @@ pub enum StoredAs {
 /// How the samples are laid out in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BlockLayout {
-    /// Square tiles of so many samples a side, a multiple of 16.
+    /// Square tiles; their side in samples, a multiple of 16.
     Tiles(usize),
-    /// Strips of so many rows.
+    /// Strips; their height in rows.
     Strips(usize),
 }
 

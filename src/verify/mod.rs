@@ -160,11 +160,11 @@ pub struct VerifyOptions<'a> {
 /// Which ground a mesh is to cover, where it is not that of the samples with a height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GroundOptions {
-    /// Holes of at most so many samples are bridged. A *hole* is a group of samples without a height, eight neighbours to a
+    /// Holes up to this number of samples are bridged. A *hole* is a group of samples without a height, eight neighbours to a
     /// sample, that has none in the raster's first or last row or column. The ground goes on over it as if its samples had
     /// heights, and the surface there may have any.
     pub fill_holes: u64,
-    /// Where samples without a height that are not bridged are at most so many columns and rows away (the larger of the two),
+    /// Where samples without a height that are not bridged are within this number of columns and rows (the larger of the two),
     /// the ground may be bare. 0: nowhere.
     pub trim: u32,
 }
@@ -232,7 +232,7 @@ pub fn verify_ground(
     judge(raster, mesh, options, ground, channels, None, control)
 }
 
-/// The raster passes in bands of so many rows, where a number is given.
+/// The raster passes in bands of this number of rows, where one is given.
 fn judge(
     raster: &Band,
     mesh: &Path,

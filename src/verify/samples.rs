@@ -48,7 +48,7 @@ impl<'r> BandReader<'r> {
         BandReader { reader: HeightReader::new(raster), level, rows, heights: Vec::new() }
     }
 
-    /// The same in bands of so many rows.
+    /// The same in bands of this number of rows.
     pub(super) fn by(self, rows: usize) -> Self {
         BandReader { rows, ..self }
     }

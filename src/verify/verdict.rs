@@ -98,7 +98,7 @@ pub struct Verdict {
 /// What was found out about the boundary of a mesh that may end short of the ground's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TrimVerdict {
-    /// The ground may be bare where samples without a height are at most so many columns and rows away.
+    /// The ground may be bare where samples without a height are at most this number of columns and rows away.
     pub cells: u32,
     /// Samples of the ground that are bare there. They are not among those checked.
     #[serde(rename = "trimmed_samples")]

@@ -112,7 +112,7 @@ impl GeoTransform {
         })
     }
 
-    /// Whether the corners of a raster of so many samples come to lie at the same places, up to rounding: then, the maps
+    /// Whether the corners of a raster of this size come to lie at the same places, up to rounding: then, the maps
     /// being affine, all its samples do.
     pub fn agrees(self, other: GeoTransform, width: usize, height: usize) -> bool {
         let [_, xp, xl, _, yp, yl] = self.coefficients();

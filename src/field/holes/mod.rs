@@ -1,7 +1,7 @@
 //! Small holes of a raster, bridged: ground where there are no samples.
 //!
 //! A *hole* is a group of samples without a height, connected over sides and corners, as large as it can be, none of which
-//! lies in the first or last row or column. Those of at most so many samples are *bridged*: their samples count as there
+//! lies in the first or last row or column. Those up to a given number of samples are *bridged*: their samples count as there
 //! when it is told what ground is, so the mesh goes on over them, but no tolerance binds the surface to them. They stand at
 //! heights of their own (`heights`), for the vertices that must stand somewhere: at corners of tiles, and where sides bend.
 //!

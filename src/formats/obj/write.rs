@@ -5,6 +5,7 @@ use std::io::Write;
 use super::FORMAT;
 use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
+use crate::formats::output::Output;
 use crate::formats::wording::{frame_lines, one_line, placed, run_lines};
 use crate::formats::{Contents, Header, Sink, SinkError};
 
@@ -19,14 +20,10 @@ use crate::formats::{Contents, Header, Sink, SinkError};
 /// readers that know notice when something is missing. Memory: one buffer of a megabyte.
 #[derive(Debug)]
 pub struct ObjSink {
-    staged: StagedFile,
+    output: Output,
     header: Header,
     loss: f64,
-    buffer: Vec<u8>,
 }
-
-/// Bytes gathered before they are written.
-const BUFFER: usize = 1 << 20;
 
 impl ObjSink {
     /// Writes to `staged`. A height may be read again within `loss` of what it is.
@@ -37,15 +34,7 @@ impl ObjSink {
         let is_on_the_map = !header.frame.has_origin();
         let prj = header.crs.esri_wkt.as_ref().filter(|_| is_on_the_map);
         staged.beside("prj", prj.map(|wkt| wkt.clone().into_bytes()))?;
-        Ok(ObjSink { staged, header, loss, buffer: Vec::with_capacity(BUFFER + 4096) })
-    }
-
-    fn drain(&mut self, above: usize) -> Result<(), SinkError> {
-        if self.buffer.len() > above {
-            self.staged.file().write_all(&self.buffer).map_err(|e| self.staged.write_error(e))?;
-            self.buffer.clear();
-        }
-        Ok(())
+        Ok(ObjSink { output: Output::new(staged), header, loss })
     }
 }
 
@@ -70,7 +59,7 @@ fn comments(header: &Header) -> Vec<String> {
 
 impl Sink for ObjSink {
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
-        FORMAT.limits.check(FORMAT.title, self.staged.path(), contents)?;
+        FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
         let Contents { vertices, triangles, .. } = contents;
         let mut header = format!("# mesh of {vertices} vertices and {triangles} triangles\n");
         for line in comments(&self.header) {
@@ -78,36 +67,35 @@ impl Sink for ObjSink {
             let end = if line.ends_with('\\') { " " } else { "" };
             header.push_str(&format!("# {line}{end}\n"));
         }
-        self.buffer.extend_from_slice(header.as_bytes());
+        self.output.buffer().extend_from_slice(header.as_bytes());
         Ok(())
     }
 
     fn vertices(&mut self, vertices: &[[f64; 3]], _: &[&[f64]]) -> Result<(), SinkError> {
         for vertex in vertices {
-            let [x, y, z] = placed(&self.header.frame, self.loss, self.staged.path(), *vertex)?;
-            writeln!(self.buffer, "v {} {} {}", Decimal(x), Decimal(y), Decimal(z)).expect("memory takes all");
-            self.drain(BUFFER)?;
+            let [x, y, z] = placed(&self.header.frame, self.loss, self.output.path(), *vertex)?;
+            writeln!(self.output.buffer(), "v {} {} {}", Decimal(x), Decimal(y), Decimal(z)).expect("memory takes all");
+            self.output.drain()?;
         }
         Ok(())
     }
 
     fn triangles(&mut self, triangles: &[[u64; 3]], _: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
         for triangle in triangles {
-            self.buffer.push(b'f');
+            self.output.buffer().push(b'f');
             for &vertex in triangle {
-                self.buffer.push(b' ');
-                push_decimal(&mut self.buffer, vertex + 1);
+                self.output.buffer().push(b' ');
+                push_decimal(self.output.buffer(), vertex + 1);
             }
-            self.buffer.push(b'\n');
-            self.drain(BUFFER)?;
+            self.output.buffer().push(b'\n');
+            self.output.drain()?;
         }
         Ok(())
     }
 
     fn finish(mut self: Box<Self>) -> Result<(), SinkError> {
-        self.buffer.extend_from_slice(b"# end of mesh\n");
-        self.drain(0)?;
-        Ok(self.staged.commit()?)
+        self.output.buffer().extend_from_slice(b"# end of mesh\n");
+        self.output.commit()
     }
 }
 

@@ -1,10 +1,9 @@
 //! PLY's writer.
 
-use std::io::Write;
-
 use super::FORMAT;
 use crate::base::channels::{Channel, Number};
 use crate::base::staged::StagedFile;
+use crate::formats::output::Output;
 use crate::formats::wording::{frame_lines, one_line, placed, run_lines};
 use crate::formats::{Contents, Header, Sink, SinkError};
 
@@ -14,16 +13,12 @@ use crate::formats::{Contents, Header, Sink, SinkError};
 /// Vertices are shared, so the mesh is indexed. Memory: one buffer of a megabyte.
 #[derive(Debug)]
 pub struct PlySink {
-    staged: StagedFile,
+    output: Output,
     header: Header,
     /// How far a height may be from what is read again.
     loss: f64,
     numbers: Vec<Number>,
-    buffer: Vec<u8>,
 }
-
-/// Bytes gathered before they are written.
-const BUFFER: usize = 1 << 20;
 
 /// Bytes of one triangle in the file.
 const TRIANGLE_BYTES: u64 = 13;
@@ -31,21 +26,13 @@ const TRIANGLE_BYTES: u64 = 13;
 impl PlySink {
     /// Writes to `staged`, and every height so that it is read again exactly.
     pub fn new(staged: StagedFile, header: Header) -> PlySink {
-        PlySink { staged, header, loss: 0.0, numbers: Vec::new(), buffer: Vec::with_capacity(BUFFER + 4096) }
+        PlySink { output: Output::new(staged), header, loss: 0.0, numbers: Vec::new() }
     }
 
     /// The same, but a height may be read again within `loss` of what it is
     /// ([`crate::base::CoordinateFrame::height`]); one that would lose more ends the writing.
     pub fn with_loss(self, loss: f64) -> PlySink {
         PlySink { loss, ..self }
-    }
-
-    fn drain(&mut self, above: usize) -> Result<(), SinkError> {
-        if self.buffer.len() > above {
-            self.staged.file().write_all(&self.buffer).map_err(|e| self.staged.write_error(e))?;
-            self.buffer.clear();
-        }
-        Ok(())
     }
 }
 
@@ -68,7 +55,7 @@ fn comments(header: &Header) -> Vec<String> {
 impl Sink for PlySink {
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
         let Contents { vertices, triangles, attributes, .. } = *contents;
-        FORMAT.limits.check(FORMAT.title, self.staged.path(), contents)?;
+        FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
         let mut header = String::from("ply\nformat binary_little_endian 1.0\n");
         for comment in comments(&self.header) {
             header.push_str(&format!("comment {comment}\n"));
@@ -86,27 +73,27 @@ impl Sink for PlySink {
         }
         header.push_str(&format!("element face {triangles}\nproperty list uchar uint vertex_indices\nend_header\n"));
         self.numbers = attributes.iter().map(|a| a.number).collect();
-        self.buffer.extend_from_slice(header.as_bytes());
+        self.output.buffer().extend_from_slice(header.as_bytes());
         Ok(())
     }
 
     fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
         assert_eq!(attributes.len(), self.numbers.len(), "attributes");
         for (i, vertex) in vertices.iter().enumerate() {
-            for value in placed(&self.header.frame, self.loss, self.staged.path(), *vertex)? {
+            for value in placed(&self.header.frame, self.loss, self.output.path(), *vertex)? {
                 match self.header.frame.single {
-                    true => self.buffer.extend_from_slice(&(value as f32).to_le_bytes()),
-                    false => self.buffer.extend_from_slice(&value.to_le_bytes()),
+                    true => self.output.buffer().extend_from_slice(&(value as f32).to_le_bytes()),
+                    false => self.output.buffer().extend_from_slice(&value.to_le_bytes()),
                 }
             }
             for (values, number) in attributes.iter().zip(&self.numbers) {
                 match number {
-                    Number::U8 => self.buffer.push(values[i] as u8),
-                    Number::F32 => self.buffer.extend_from_slice(&(values[i] as f32).to_le_bytes()),
-                    Number::F64 => self.buffer.extend_from_slice(&values[i].to_le_bytes()),
+                    Number::U8 => self.output.buffer().push(values[i] as u8),
+                    Number::F32 => self.output.buffer().extend_from_slice(&(values[i] as f32).to_le_bytes()),
+                    Number::F64 => self.output.buffer().extend_from_slice(&values[i].to_le_bytes()),
                 }
             }
-            self.drain(BUFFER)?;
+            self.output.drain()?;
         }
         Ok(())
     }
@@ -117,15 +104,14 @@ impl Sink for PlySink {
             for (bytes, &index) in face[1..].chunks_exact_mut(4).zip(triangle) {
                 bytes.copy_from_slice(&(index as u32).to_le_bytes());
             }
-            self.buffer.extend_from_slice(&face);
-            self.drain(BUFFER)?;
+            self.output.buffer().extend_from_slice(&face);
+            self.output.drain()?;
         }
         Ok(())
     }
 
-    fn finish(mut self: Box<Self>) -> Result<(), SinkError> {
-        self.drain(0)?;
-        Ok(self.staged.commit()?)
+    fn finish(self: Box<Self>) -> Result<(), SinkError> {
+        self.output.commit()
     }
 }
 

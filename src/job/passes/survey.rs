@@ -60,7 +60,7 @@ struct Survey<'a> {
 }
 
 impl<'a> Survey<'a> {
-    /// A survey of so many tiles; nobody has told anything yet.
+    /// A survey of this number of tiles, of which none has reported yet.
     fn new(job: &'a Job<'a>, tiles: usize) -> Result<Survey<'a>, Error> {
         let engine =
             job.params.engine.progressive().ok_or_else(|| Error::NoStop { engine: job.params.engine.name() })?;

@@ -39,7 +39,7 @@ const SPOOL_BYTES_PER_CHANNEL: f64 = 4.0;
 const SPOOL_BYTES_PER_TILE: u64 = 3200;
 
 impl Estimate {
-    /// The same run with so many tiles, each of which keeps a chunk of so many passes.
+    /// The same run with this number of tiles, each of which keeps chunks of this number of passes.
     pub fn with_tiles(self, tiles: u64, passes: u64) -> Estimate {
         let once = self.spool_bytes.saturating_add(tiles.saturating_mul(SPOOL_BYTES_PER_TILE));
         Estimate { spool_bytes: once.saturating_mul(passes), ..self }

@@ -2,7 +2,7 @@
 
 use crate::base::{Tile, Validity};
 
-/// The samples of a tile that are at most so many columns and rows from one without a height, as far as the tile knows: of
+/// The samples of a tile that are near one without a height, by columns and rows, as far as the tile knows: of
 /// the samples beyond its window it knows those next to it. Outside of the raster nothing is missing.
 ///
 /// Memory: one byte per sample, and one more while it is made.

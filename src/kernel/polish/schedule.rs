@@ -27,7 +27,7 @@ pub struct Schedule {
     pub caps: Caps,
     /// Whether passes try all vertices; else only those at which something has changed.
     pub retry: bool,
-    /// Where there are more passes than caps they end when fewer than one in so many vertices go; 0 for never.
+    /// Where there are more passes than caps they end when fewer than one vertex in this number is removed; 0 for never.
     pub yield_of: u32,
     /// Rounds of moving and turning after a vertex has gone, at most. 72 % of the successes need two.
     pub rounds: u32,
@@ -41,7 +41,7 @@ pub struct Schedule {
     pub places: u32,
     /// Whether edges turn between passes, too.
     pub turns: bool,
-    /// Removal fills holes with at most so many vertices by dynamic programming; from longer rings it cuts off ears.
+    /// Removal fills holes with up to this number of vertices by dynamic programming; from longer rings it cuts off ears.
     pub longest_ring: u32,
     /// Remove-and-repair leaves vertices with longer rings alone.
     pub longest_repaired: u32,

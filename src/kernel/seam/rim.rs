@@ -80,7 +80,7 @@ pub enum Foreign {
     East(u32),
     /// On the south side: the north side of the tile below.
     South(u32),
-    /// At a place of a tile so many columns and rows further, in that tile's lattice.
+    /// At a place of a tile this number of columns and rows further, in that tile's lattice.
     At {
         /// Columns of tiles to the right, -1 for the left.
         across: i32,

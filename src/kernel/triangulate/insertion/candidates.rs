@@ -25,7 +25,7 @@ impl Candidates {
         self.places.clear();
     }
 
-    /// Makes room for so many triangles.
+    /// Makes room for this number of triangles.
     pub(super) fn reserve(&mut self, triangles: usize) {
         self.of.reserve_exact(triangles.saturating_sub(self.of.len()));
         self.heap.reserve_exact(triangles.saturating_sub(self.heap.len()));

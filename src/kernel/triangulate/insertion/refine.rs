@@ -34,7 +34,7 @@ pub(super) struct Refinement<'a> {
     pub(super) rim_is_free: bool,
     /// The sum of squared errors, where steps are noted.
     pub(super) sum: f64,
-    /// Insertions end at so many vertices.
+    /// Insertions end at this number of vertices.
     pub(super) most: usize,
     /// How it stood after every insertion, where somebody wants to know.
     pub(super) steps: Option<Vec<Step>>,

@@ -27,7 +27,7 @@ pub(super) enum Site {
 }
 
 impl Surface {
-    /// Makes room for so many vertices, and their triangles.
+    /// Makes room for this number of vertices, and their triangles.
     pub(super) fn reserve(&mut self, vertices: usize) {
         self.vertices.reserve_exact(vertices.saturating_sub(self.vertices.len()));
         self.topology.reserve(2 * vertices);

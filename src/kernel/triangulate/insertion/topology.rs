@@ -52,7 +52,7 @@ impl Topology {
         self.leaving.get(v as usize).copied().filter(|&e| e != NONE)
     }
 
-    /// Makes room for so many triangles.
+    /// Makes room for this number of triangles.
     pub(super) fn reserve(&mut self, triangles: usize) {
         self.origins.reserve_exact((3 * triangles).saturating_sub(self.origins.len()));
         self.twins.reserve_exact((3 * triangles).saturating_sub(self.twins.len()));
