@@ -1,8 +1,8 @@
-//! How coordinates stand in a file: less an origin, heights times a factor, perhaps in single precision.
+//! How coordinates stand in a file: less an origin, times factors, perhaps in single precision.
 
 use super::GeoTransform;
 
-/// How places on the map and heights stand in a file: less an origin, heights times a factor, perhaps in single precision.
+/// How places on the map and heights stand in a file: less an origin, times factors, perhaps in single precision.
 ///
 /// Each format says it in its own words, so that whoever reads the file finds map coordinates, and the sample at which a
 /// vertex stands. Both directions are defined here, operation by operation.
@@ -10,6 +10,8 @@ use super::GeoTransform;
 pub struct CoordinateFrame {
     /// What is taken from x and y.
     pub origin: (f64, f64),
+    /// What x and y, less the origin, are multiplied by; above 0. Metres in a degree, most often, where it is not 1.
+    pub xy_scale: (f64, f64),
     /// What heights are multiplied by; above 0.
     pub z_scale: f64,
     /// Whether x, y and z are written in single precision.
@@ -24,16 +26,17 @@ impl Default for CoordinateFrame {
 
 impl CoordinateFrame {
     /// Map coordinates and heights as they are.
-    pub const PLAIN: CoordinateFrame = CoordinateFrame { origin: (0.0, 0.0), z_scale: 1.0, single: false };
+    pub const PLAIN: CoordinateFrame =
+        CoordinateFrame { origin: (0.0, 0.0), xy_scale: (1.0, 1.0), z_scale: 1.0, single: false };
 
     /// Whether x and y in the file are other than on the map but for rounding.
-    pub fn has_origin(&self) -> bool {
-        self.origin != CoordinateFrame::PLAIN.origin
+    pub fn is_local(&self) -> bool {
+        (self.origin, self.xy_scale) != (CoordinateFrame::PLAIN.origin, CoordinateFrame::PLAIN.xy_scale)
     }
 
-    /// What is written of a place: `x − X`, rounded to double, then perhaps to single precision.
+    /// What is written of a place: `(x − X) × S`, each operation rounded to double, then perhaps to single precision.
     pub fn written_place(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        (self.rounded(x - self.origin.0), self.rounded(y - self.origin.1))
+        (self.rounded((x - self.origin.0) * self.xy_scale.0), self.rounded((y - self.origin.1) * self.xy_scale.1))
     }
 
     /// What is written of a height: `height × F`, rounded to double, then perhaps to single precision.
@@ -48,7 +51,7 @@ impl CoordinateFrame {
 
     /// The place on the map of what is written, up to rounding.
     pub fn on_the_map(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        (x + self.origin.0, y + self.origin.1)
+        (x / self.xy_scale.0 + self.origin.0, y / self.xy_scale.1 + self.origin.1)
     }
 
     /// The lattice point that is written as exactly this, bit for bit; `None` if there is none.
@@ -71,8 +74,9 @@ impl CoordinateFrame {
         let largest = |of: fn((f64, f64)) -> f64| {
             corners.iter().map(|&(x, y)| of((x - self.origin.0, y - self.origin.1)).abs()).fold(0.0, f64::max)
         };
-        // At most so much is lost in rounding.
-        let half_step = if self.single { f64::from(f32::EPSILON) / 2.0 } else { f64::EPSILON };
+        // At most so much is lost in rounding; there is more of it in doubles where there is a factor.
+        let doubles = if self.xy_scale == (1.0, 1.0) { f64::EPSILON } else { 3.0 * f64::EPSILON };
+        let half_step = if self.single { f64::from(f32::EPSILON) / 2.0 } else { doubles };
         let (dx, dy) = (largest(|p| p.0) * half_step, largest(|p| p.1) * half_step);
         let [_, xp, xl, _, yp, yl] = transform.coefficients();
         let determinant = transform.determinant().abs();
@@ -96,13 +100,14 @@ mod tests {
         #[test]
         fn lattice_points_come_back_where_they_are_told_apart(
             corner in (-1e7f64..1e7, -1e7f64..1e7), cell in 1e-3f64..1e2, turn in -0.9f64..0.9, single: bool, near: bool,
+            xy_scale in proptest::prop_oneof![Just((1.0, 1.0)), (1e-3f64..1e6, 1e-3f64..1e6)],
             (x, y) in (0i64..40_000, 0i64..40_000),
         ) {
             let size = 10_001;
             let Ok(transform) = GeoTransform::new([corner.0, cell, cell * turn, corner.1, cell * turn, -cell], size, size)
             else { return Ok(()) };
             let origin = if near { (corner.0.round(), corner.1.round()) } else { (0.0, 0.0) };
-            let frame = CoordinateFrame { origin, z_scale: 1.0, single };
+            let frame = CoordinateFrame { origin, xy_scale, z_scale: 1.0, single };
             prop_assert!(!near || frame.tells_apart(&transform, size, size));
             if frame.tells_apart(&transform, size, size) {
                 prop_assert_eq!(frame.lattice(&transform, frame.written_place(transform.apply(x, y))), Some((x, y)));

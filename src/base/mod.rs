@@ -9,6 +9,7 @@ mod cutline;
 pub mod decimal;
 pub mod durable;
 pub mod exact;
+pub mod external;
 pub mod faults;
 pub mod features;
 mod files;

@@ -206,6 +206,7 @@ impl From<RunError> for Failure {
             RunError::Verify(error) => error.into(),
             RunError::Job(error) => (*error).into(),
             RunError::Kept { error, dir, fate } => Failure::from(*error).hint(&kept(&dir, &fate)),
+            RunError::FormatOption { .. } => Failure::usage(error).hint("choose another format, or remove the option"),
             RunError::Format { .. } => failure.hint("use --format"),
         }
     }

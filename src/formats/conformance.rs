@@ -35,9 +35,13 @@ struct Read {
 
 fn write(format: &Format, path: &Path, given: &Given) -> Result<(), SinkError> {
     let staged = StagedFile::create(path, false, &[])?;
-    let mut sink = (format.sink)(staged, given.header.clone(), f64::INFINITY)?;
+    let mut sink = (format.sink)(staged, setup(given.header.clone(), f64::INFINITY))?;
     feed(sink.as_mut(), given, usize::MAX)?;
     sink.finish()
+}
+
+fn setup(header: Header, loss: f64) -> Setup {
+    Setup { header, loss, ..Setup::default() }
 }
 
 /// Calls a sink, but no more than so many times.
@@ -50,7 +54,13 @@ fn feed(sink: &mut dyn Sink, given: &Given, calls: usize) -> Result<(), SinkErro
     if calls.next().is_none() {
         return Ok(());
     }
-    sink.begin(&Contents { vertices, triangles, attributes: &attributes, bounds: needs.bounds.then_some(bounds) })?;
+    sink.begin(&Contents {
+        vertices,
+        triangles,
+        attributes: &attributes,
+        has_normals: false,
+        bounds: needs.bounds.then_some(bounds),
+    })?;
     for (first, batch) in (0..).step_by(given.batch).zip(given.vertices.chunks(given.batch)) {
         if calls.next().is_none() {
             return Ok(());
@@ -70,7 +80,7 @@ fn feed(sink: &mut dyn Sink, given: &Given, calls: usize) -> Result<(), SinkErro
 }
 
 fn read(path: &Path) -> Result<Read, ReadError> {
-    let mut reader = open(path, None, &CancelToken::default())?;
+    let mut reader = open(path, None, &ReadOptions::default())?;
     let channels = reader.attributes().to_vec();
     let names: Vec<&str> = channels.iter().map(|channel| channel.name.as_str()).collect();
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
@@ -101,15 +111,56 @@ fn read(path: &Path) -> Result<Read, ReadError> {
     })
 }
 
+/// What of a mesh a format can be given: coordinates and attributes in single precision, if it has no other, and vertices at
+/// places of their own, if their places are all that tells them apart.
+fn fitted(format: &Format, given: &Given) -> Given {
+    let mut given = given.clone();
+    given.header.frame.single |= !format.precisions.contains(&Precision::Double);
+    for (channel, values) in given.attributes.iter_mut().filter(|_| format.attributes == Attributes::Single) {
+        if channel.number == Number::F64 {
+            channel.number = Number::F32;
+            values.iter_mut().for_each(|value| *value = f64::from(*value as f32));
+        }
+    }
+    if format.vertices == Vertices::OfEachTriangle {
+        given.vertices.iter_mut().enumerate().for_each(|(i, vertex)| vertex[0] = 1000.0 * i as f64);
+    }
+    given
+}
+
+/// A mesh with its vertices numbered as triangles name them first, and without those that none names.
+fn renumbered(given: &Given) -> Given {
+    let mut new = std::collections::HashMap::new();
+    let mut order = Vec::new();
+    for &vertex in given.triangles.as_flattened() {
+        new.entry(vertex).or_insert_with(|| {
+            order.push(vertex as usize);
+            order.len() as u64 - 1
+        });
+    }
+    let values = |values: &Vec<f64>| order.iter().map(|&v| values[v]).collect();
+    Given {
+        vertices: order.iter().map(|&v| given.vertices[v]).collect(),
+        triangles: given.triangles.iter().map(|t| t.map(|v| new[&v])).collect(),
+        attributes: given.attributes.iter().map(|(channel, all)| (channel.clone(), values(all))).collect(),
+        ..given.clone()
+    }
+}
+
 /// What a format promises to give back.
 fn promised(format: &Format, given: &Given) -> Read {
+    let renumbered = match format.vertices {
+        Vertices::Shared => given.clone(),
+        Vertices::OfEachTriangle => renumbered(given),
+    };
+    let given = &renumbered;
     let frame = given.header.frame;
     let place = |[x, y, height]: [f64; 3]| {
         let (x, y) = frame.written_place((x, y));
         [x, y, frame.written_height(height)].map(f64::to_bits)
     };
     let attributes = match format.attributes {
-        Attributes::All => given.attributes.as_slice(),
+        Attributes::All | Attributes::Single => given.attributes.as_slice(),
         Attributes::None => &[],
     };
     let attribute =
@@ -126,7 +177,11 @@ fn promised(format: &Format, given: &Given) -> Read {
 fn kept(format: &Format, header: &Header) -> Header {
     let line = |text: &String| text.replace(['\n', '\r'], " ").trim_end().to_string();
     let text = |text: &Option<String>| text.as_ref().map(line);
-    let has_heights = format.name != "ply";
+    let has_heights = match format.header {
+        HeaderKept::All => true,
+        HeaderKept::AllButHeights => false,
+        HeaderKept::Frame => return Header { frame: header.frame, ..Header::default() },
+    };
     let of_heights = |what: &Option<String>| text(what).filter(|_| has_heights);
     Header {
         made_by: text(&header.made_by),
@@ -175,6 +230,7 @@ fn header() -> impl Strategy<Value = Header> {
     let frame = (
         prop_oneof![Just((0.0, 0.0)), (-1e7f64..1e7, -1e7f64..1e7)],
         prop_oneof![Just(1.0), 1e-3f64..1e3],
+        prop_oneof![Just((1.0, 1.0)), (1e-3f64..1e6, 1e-3f64..1e6)],
         any::<bool>(),
     );
     let crs = (of(text()), of(text()), of(text()));
@@ -182,7 +238,7 @@ fn header() -> impl Strategy<Value = Header> {
     let window = of((0..9usize, 0..9usize, 1..9usize, 1..9usize));
     let notes = vec(text().prop_map(|t| format!("note {t}")), 0..3);
     let facts = (of(text()), of(text()), window, of(0.0f64..1e9), vec(option, 0..4), notes);
-    (frame, crs, heights, facts).prop_map(|((origin, z_scale, single), crs, heights, facts)| {
+    (frame, crs, heights, facts).prop_map(|((origin, z_scale, xy_scale, single), crs, heights, facts)| {
         let (made_by, source, window, tolerance, options, notes) = facts;
         let name = crs.1;
         Header {
@@ -190,7 +246,7 @@ fn header() -> impl Strategy<Value = Header> {
             source,
             crs: Crs { definition: crs.0, name, esri_wkt: crs.2, unit: None },
             heights: Heights { crs: heights.0, unit: heights.1 },
-            frame: CoordinateFrame { origin, z_scale, single },
+            frame: CoordinateFrame { origin, xy_scale, z_scale, single },
             window: window.map(|(column, row, width, height)| Window { column, row, width, height }),
             tolerance,
             options,
@@ -253,6 +309,7 @@ proptest! {
         for format in FORMATS {
             let folder = testing::folder();
             let path = file(&folder, format);
+            let given = fitted(format, &given);
             write(format, &path, &given).expect("written");
             let found = read(&path).unwrap_or_else(|e| panic!("{}: {e}", format.title));
             prop_assert_eq!(found, promised(format, &given), "{}", format.title);
@@ -264,7 +321,8 @@ proptest! {
         for format in FORMATS {
             let folder = testing::folder();
             let staged = StagedFile::create(&file(&folder, format), false, &[]).expect("staged");
-            let mut sink = (format.sink)(staged, given.header.clone(), f64::INFINITY).expect("a sink");
+            let given = fitted(format, &given);
+            let mut sink = (format.sink)(staged, setup(given.header.clone(), f64::INFINITY)).expect("a sink");
             let all = 1 + given.vertices.len().div_ceil(given.batch) + given.triangles.len().div_ceil(given.batch);
             feed(sink.as_mut(), &given, calls.index(all + 1)).expect("fed");
             drop(sink);
@@ -277,7 +335,7 @@ proptest! {
         for format in FORMATS {
             let folder = testing::folder();
             let path = file(&folder, format);
-            write(format, &path, &given).expect("written");
+            write(format, &path, &fitted(format, &given)).expect("written");
             let whole = std::fs::read(&path).expect("a file");
             std::fs::write(&path, &whole[..cut.index(whole.len())]).expect("cut");
             let error = match read(&path) {
@@ -293,7 +351,7 @@ proptest! {
         for format in FORMATS {
             let folder = testing::folder();
             let path = file(&folder, format);
-            write(format, &path, &given).expect("written");
+            write(format, &path, &fitted(format, &given)).expect("written");
             let mut bytes = std::fs::read(&path).expect("a file");
             for (at, byte) in &damage {
                 let at = at.index(bytes.len());
@@ -327,7 +385,7 @@ fn too_much_is_refused_at_the_beginning() {
             let folder = testing::folder();
             let path = file(&folder, format);
             let staged = StagedFile::create(&path, false, &[]).expect("staged");
-            let mut sink = (format.sink)(staged, Header::default(), 0.0).expect("a sink");
+            let mut sink = (format.sink)(staged, setup(Header::default(), 0.0)).expect("a sink");
             let refused = sink.begin(&contents).expect_err("refused").to_string();
             assert!(refused.starts_with(&path.display().to_string()) && refused.contains(format.title), "{refused}");
         }
@@ -342,7 +400,7 @@ fn heights_that_would_lose_too_much_are_refused() {
         {
             let folder = testing::folder();
             let staged = StagedFile::create(&file(&folder, format), false, &[]).expect("staged");
-            let mut sink = (format.sink)(staged, Header { frame, ..Header::default() }, loss).expect("a sink");
+            let mut sink = (format.sink)(staged, setup(Header { frame, ..Header::default() }, loss)).expect("a sink");
             let given = Given { vertices: vec![[0.0, 0.0, height]; 3], ..triangle() };
             let fed = feed(sink.as_mut(), &given, usize::MAX);
             assert_eq!(fed.is_ok(), is_fine, "{} {height} {loss}: {fed:?}", format.title);
@@ -355,9 +413,9 @@ fn a_cancelled_token_ends_every_pass() {
     for format in FORMATS {
         let folder = testing::folder();
         let path = file(&folder, format);
-        write(format, &path, &triangle()).expect("written");
+        write(format, &path, &fitted(format, &triangle())).expect("written");
         let cancel = CancelToken::default();
-        let mut reader = open(&path, None, &cancel).expect("opens");
+        let mut reader = open(&path, None, &ReadOptions { cancel: cancel.clone(), temp_dir: None }).expect("opens");
         cancel.cancel();
         let vertices = reader.for_each_vertex(|_, _| Ok::<(), ReadError>(()));
         let faces = reader.for_each_face(|_, _| Ok::<(), ReadError>(()));
@@ -379,8 +437,8 @@ fn visitors_stop_passes_with_their_own_errors() {
     for format in FORMATS {
         let folder = testing::folder();
         let path = file(&folder, format);
-        write(format, &path, &triangle()).expect("written");
-        let mut reader = open(&path, None, &CancelToken::default()).expect("opens");
+        write(format, &path, &fitted(format, &triangle())).expect("written");
+        let mut reader = open(&path, None, &ReadOptions::default()).expect("opens");
         let stop = reader.for_each_vertex(|i, _| if i == 1 { Err(Enough(i)) } else { Ok(()) });
         assert!(matches!(stop, Err(Enough(1))), "{}: {stop:?}", format.title);
         let stop = reader.for_each_face(|i, _| Err(Enough(i)));
@@ -396,7 +454,7 @@ fn files_are_recognised_by_what_they_are() {
         for name in ["tin", "tin.txt", "tin.ply", "tin.obj", "TIN.OBJ"] {
             let folder = testing::folder();
             let path = folder.path().join(name);
-            write(format, &path, &triangle()).expect("written");
+            write(format, &path, &fitted(format, &triangle())).expect("written");
             assert_eq!(read(&path).expect("a mesh").triangles, [[0, 1, 2]], "{} as {name}", format.title);
         }
     }
@@ -428,7 +486,7 @@ fn files_take_what_the_table_says() {
     for format in FORMATS {
         let folder = testing::folder();
         let path = file(&folder, format);
-        write(format, &path, &given).expect("written");
+        write(format, &path, &fitted(format, &given)).expect("written");
         let found = path.metadata().expect("a file").len() as f64;
         let Bytes { vertex, triangle, attribute } = format.bytes;
         let said = count as f64 * (vertex + attribute) + given.triangles.len() as f64 * triangle;
@@ -475,7 +533,9 @@ fn readers_and_writers_know_nothing_of_each_other() {
     }
     says_nothing_of(&formats.join("wording.rs"), &["read::", "lines::", "ReadError", "MeshReader"]);
     for path in sources(&formats.with_file_name("verify")) {
-        says_nothing_of(&path, &["write::", "wording", "Sink", "formats::ply", "formats::obj"]);
+        let folders: Vec<String> = FORMATS.iter().map(|format| format!("formats::{}", format.name)).collect();
+        let words = ["write::", "wording", "Sink"].into_iter().chain(folders.iter().map(String::as_str));
+        says_nothing_of(&path, &words.collect::<Vec<_>>());
     }
 }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::base::control::Cancelled;
+use crate::base::external::ScratchError;
 use crate::base::staged::OutputError;
 
 /// Why a mesh cannot be written.
@@ -28,6 +29,37 @@ pub enum SinkError {
         /// How much it would.
         found: f64,
     },
+    /// The format keeps an attribute in single precision alone, and it is in double precision.
+    #[error("{}: expected attributes of single precision, the most that {format} keeps, found {name}, which is double", path.display())]
+    DoubleAttribute {
+        /// The output.
+        path: PathBuf,
+        /// The format.
+        format: &'static str,
+        /// The attribute.
+        name: String,
+    },
+    /// The mesh, or what was asked for, is nothing that the format can hold.
+    #[error("{}: expected {expected}, found {found}", path.display())]
+    Unfit {
+        /// The output.
+        path: PathBuf,
+        /// What would have been right.
+        expected: String,
+        /// What there is.
+        found: String,
+    },
+    /// The library that writes the format says that it cannot.
+    #[error("{}: {message}", path.display())]
+    Library {
+        /// The output.
+        path: PathBuf,
+        /// What it said.
+        message: String,
+    },
+    /// Temporary files.
+    #[error(transparent)]
+    Scratch(#[from] ScratchError),
     /// The format cannot number this many vertices or triangles.
     #[error(
         "{}: expected at most {limit} {what}, as many as {format} can number, found {found}",
@@ -78,7 +110,19 @@ pub enum ReadError {
     /// The file is damaged, or has what is not read of its format. The error is the format's own.
     #[error(transparent)]
     Damaged(Box<dyn std::error::Error + Send + Sync>),
+    /// Temporary files.
+    #[error(transparent)]
+    Scratch(ScratchError),
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+impl From<ScratchError> for ReadError {
+    fn from(error: ScratchError) -> ReadError {
+        match error {
+            ScratchError::Cancelled(stopped) => ReadError::Cancelled(stopped),
+            file => ReadError::Scratch(file),
+        }
+    }
 }

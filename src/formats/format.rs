@@ -1,8 +1,8 @@
 //! What a format is: one row of the table in [`super::FORMATS`].
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::{Contents, Header, MeshReader, ReadError, Sink, SinkError};
+use super::{Contents, Header, MeshReader, ReadError, Sink, SinkError, SinkOption, SinkOptions};
 use crate::base::control::CancelToken;
 use crate::base::staged::StagedFile;
 
@@ -15,28 +15,88 @@ pub struct Format {
     pub title: &'static str,
     /// What names of such files end in, in lower case and without the dot; the usual one first.
     pub extensions: &'static [&'static str],
-    /// The precisions in which it keeps coordinates exactly; the first is the usual one.
+    /// The precisions in which it keeps coordinates exactly; the first is the usual one. Where there is no other than single,
+    /// coordinates are always less an origin.
     pub precisions: &'static [Precision],
+    /// What x, y and z are in.
+    pub unit: Unit,
+    /// Whether triangles name vertices that they share. Where each brings its own, readers join those at one place; a vertex
+    /// of no triangle is lost, and vertices are numbered anew, in the order in which triangles name them first.
+    pub vertices: Vertices,
+    /// What of a [`Header`] it keeps.
+    pub header: HeaderKept,
     /// How much it can number.
     pub limits: Limits,
     /// Which attributes of vertices it keeps.
     pub attributes: Attributes,
+    /// Which options of writing it takes.
+    pub options: &'static [SinkOption],
     /// What its files take, for estimates.
     pub bytes: Bytes,
-    /// Opens a sink that writes to a staged file. A height may be read again within `loss` of what it is
-    /// ([`crate::base::CoordinateFrame::height`]); one that would lose more ends the writing.
+    /// Opens a sink that writes to a staged file.
     pub sink: OpenSink,
-    /// Opens a file for reading. The token ends every pass.
+    /// Opens a file for reading.
     pub reader: OpenReader,
     /// What the first bytes of a file say; at most [`BEGINNING`], fewer only where the file ends.
     pub recognise: fn(beginning: &[u8]) -> Recognised,
 }
 
-/// Opens a sink: where to write, what to say, how much a height may lose.
-pub type OpenSink = fn(staged: StagedFile, header: Header, loss: f64) -> Result<Box<dyn Sink>, SinkError>;
+/// Opens a sink: where to write, and how.
+pub type OpenSink = fn(staged: StagedFile, setup: Setup) -> Result<Box<dyn Sink>, SinkError>;
 
 /// Opens a file for reading.
-pub type OpenReader = fn(path: &Path, cancel: &CancelToken) -> Result<Box<dyn MeshReader>, ReadError>;
+pub type OpenReader = fn(path: &Path, options: &ReadOptions) -> Result<Box<dyn MeshReader>, ReadError>;
+
+/// What a sink is told when it is opened.
+#[derive(Debug, Clone, Default)]
+pub struct Setup {
+    /// What the file is to say of itself; its frame is how coordinates are to be written.
+    pub header: Header,
+    /// How far a height may be from what is read again ([`crate::base::CoordinateFrame::height`]); one that would lose more
+    /// ends the writing.
+    pub loss: f64,
+    /// Options of the format: none but those that it takes ([`Format::options`]).
+    pub options: SinkOptions,
+    /// The folder of temporary files; `None` is the system's.
+    pub temp_dir: Option<PathBuf>,
+}
+
+/// What a reader is told when it is opened.
+#[derive(Debug, Clone, Default)]
+pub struct ReadOptions {
+    /// Ends opening and every pass.
+    pub cancel: CancelToken,
+    /// The folder of temporary files; `None` is the system's.
+    pub temp_dir: Option<PathBuf>,
+}
+
+/// What the coordinates of a format are in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unit {
+    /// The units of the CRS and of the heights.
+    OfCrs,
+    /// Metres: degrees and feet are scaled ([`crate::base::CoordinateFrame::xy_scale`]).
+    Metre,
+}
+
+/// How triangles have their vertices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Vertices {
+    Shared,
+    OfEachTriangle,
+}
+
+/// What of a [`Header`] a format keeps. All keep the frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HeaderKept {
+    /// All of it.
+    All,
+    /// All but what heights mean.
+    AllButHeights,
+    /// Nothing but the frame.
+    Frame,
+}
 
 /// Bytes of a file by which its format is recognised.
 pub const BEGINNING: usize = 4096;
@@ -63,6 +123,8 @@ pub struct Limits {
 pub enum Attributes {
     /// None: they are left out.
     None,
+    /// Those that fit into single precision, under their names; others are refused.
+    Single,
     /// Any, under their names, in their number types.
     All,
 }

@@ -4,7 +4,7 @@ use super::{Header, OptionName, RunOption};
 use crate::base::{CoordinateFrame, Window};
 
 /// The header of which these are the lines, without the marks of comments. What is not as terrabite writes it is a note.
-/// Whether coordinates are single is for the format to say.
+/// A line `precision float` says that coordinates are numbers of single precision; a format may know better.
 pub(super) fn header<'a>(lines: impl IntoIterator<Item = &'a str>) -> Header {
     let mut header = Header::default();
     let mut frame = Found::default();
@@ -16,8 +16,9 @@ pub(super) fn header<'a>(lines: impl IntoIterator<Item = &'a str>) -> Header {
     let plain = CoordinateFrame::PLAIN;
     header.frame = CoordinateFrame {
         origin: frame.origin.flatten().unwrap_or(plain.origin),
+        xy_scale: frame.xy_scale.flatten().unwrap_or(plain.xy_scale),
         z_scale: frame.z_scale.flatten().unwrap_or(plain.z_scale),
-        single: false,
+        single: frame.single,
     };
     header
 }
@@ -26,6 +27,8 @@ pub(super) fn header<'a>(lines: impl IntoIterator<Item = &'a str>) -> Header {
 #[derive(Default)]
 struct Found {
     origin: Option<Option<(f64, f64)>>,
+    xy_scale: Option<Option<(f64, f64)>>,
+    single: bool,
     z_scale: Option<Option<f64>>,
 }
 
@@ -56,6 +59,17 @@ fn take(header: &mut Header, frame: &mut Found, line: &str) -> bool {
         let origin = numbers::<2>(words).map(|[x, y]| (x, y));
         frame.origin = Some(origin);
         return origin.is_some();
+    }
+    if let Some(words) = value("xy_scale")
+        && frame.xy_scale.is_none()
+    {
+        let factors = numbers::<2>(words).map(|[x, y]| (x, y)).filter(|(x, y)| *x > 0.0 && *y > 0.0);
+        frame.xy_scale = Some(factors);
+        return factors.is_some();
+    }
+    if line == "precision float" && !frame.single {
+        frame.single = true;
+        return true;
     }
     if let Some(words) = value("z_scale")
         && frame.z_scale.is_none()
@@ -100,9 +114,17 @@ mod tests {
 
     #[test]
     fn other_lines_mean_nothing_for_coordinates() {
-        for line in
-            ["offset in feet", "offset 1", "offset 1 2 3", "offset 1 nan", "offsets 1 2", "z_scale 0", "z_scale -1"]
-        {
+        for line in [
+            "offset in feet",
+            "offset 1",
+            "offset 1 2 3",
+            "offset 1 nan",
+            "offsets 1 2",
+            "z_scale 0",
+            "z_scale -1",
+            "xy_scale 1",
+            "xy_scale 1 0",
+        ] {
             assert_eq!(frame(&[line]), CoordinateFrame::PLAIN, "{line}");
             assert_eq!(header([line]).notes, [line]);
         }

@@ -17,15 +17,21 @@ mod output;
 pub mod ply;
 mod reader;
 mod sink;
+mod sink_options;
+mod weld;
 mod wording;
 
 pub use error::{ReadError, SinkError};
-pub use format::{Attributes, BEGINNING, Bytes, Format, Limits, OpenReader, OpenSink, Precision, Recognised};
+pub use format::{
+    Attributes, BEGINNING, Bytes, Format, HeaderKept, Limits, OpenReader, OpenSink, Precision, ReadOptions, Recognised,
+    Setup, Unit, Vertices,
+};
 pub use header::{Crs, Header, Heights, OptionName, RunOption};
 pub use open::{by_extension, by_name, open};
 pub use ply::PlySink;
 pub use reader::{FaceVisitor, MeshReader, VertexVisitor};
 pub use sink::{Bounds, Contents, Needs, Sink};
+pub use sink_options::{Base, Compression, OgrGeometry, SinkOption, SinkOptions};
 
 /// Every format that is written and read; the first is the usual one.
 pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT];

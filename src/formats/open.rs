@@ -4,8 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::{BEGINNING, FORMATS, Format, MeshReader, ReadError, Recognised};
-use crate::base::control::CancelToken;
+use super::{BEGINNING, FORMATS, Format, MeshReader, ReadError, ReadOptions, Recognised};
 
 /// The format of this name, as `--format` takes it.
 pub fn by_name(name: &str) -> Option<&'static Format> {
@@ -19,13 +18,13 @@ pub fn by_extension(path: &Path) -> Option<&'static Format> {
 }
 
 /// Opens a mesh: in `format` where one is given; else in the format whose mark the file bears, whatever it is called; else
-/// in that of its extension; else in one that its first bytes could be of. `cancel` ends opening and every pass.
+/// in that of its extension; else in one that its first bytes could be of.
 ///
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is of no known format, or is damaged where opening looks at it.
-pub fn open(path: &Path, format: Option<&Format>, cancel: &CancelToken) -> Result<Box<dyn MeshReader>, ReadError> {
+pub fn open(path: &Path, format: Option<&Format>, options: &ReadOptions) -> Result<Box<dyn MeshReader>, ReadError> {
     if let Some(format) = format {
-        return (format.reader)(path, cancel);
+        return (format.reader)(path, options);
     }
     let io = |source| ReadError::Io { path: path.to_path_buf(), source };
     let mut beginning = Vec::new();
@@ -38,5 +37,5 @@ pub fn open(path: &Path, format: Option<&Format>, cancel: &CancelToken) -> Resul
             path: path.to_path_buf(),
             expected: FORMATS.iter().map(|f| f.title).collect::<Vec<_>>().join(", "),
         })?;
-    (found.reader)(path, cancel)
+    (found.reader)(path, options)
 }

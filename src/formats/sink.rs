@@ -15,6 +15,8 @@ pub struct Contents<'a> {
     pub triangles: u64,
     /// What every vertex has beside its place and its height.
     pub attributes: &'a [Channel],
+    /// Whether the last three attributes are `nx`, `ny` and `nz`, the unit normal in the coordinates of the file, upwards.
+    pub has_normals: bool,
     /// Between what the vertices lie; `None` unless asked for ([`Needs::bounds`]), or where there are none.
     pub bounds: Option<Bounds>,
 }

@@ -37,9 +37,13 @@ pub(super) fn run_lines(header: &Header) -> Vec<String> {
     window.into_iter().chain(tolerance).chain(options).chain(header.notes.iter().cloned()).collect()
 }
 
-/// The lines of a frame that is not plain: `offset X Y`, to be added to x and y, and `z_scale F`: z is the height times F.
+/// The lines of a frame that is not plain: `xy_scale S T`, which x and y are to be divided by, `offset X Y`, to be added to them
+/// then, and `z_scale F`: z is the height times F.
 pub(super) fn frame_lines(frame: &CoordinateFrame) -> Vec<String> {
     let mut lines = Vec::new();
+    if frame.xy_scale != CoordinateFrame::PLAIN.xy_scale {
+        lines.push(format!("xy_scale {} {}", frame.xy_scale.0, frame.xy_scale.1));
+    }
     if frame.origin != CoordinateFrame::PLAIN.origin {
         lines.push(format!("offset {} {}", frame.origin.0, frame.origin.1));
     }
@@ -47,4 +51,23 @@ pub(super) fn frame_lines(frame: &CoordinateFrame) -> Vec<String> {
         lines.push(format!("z_scale {}", frame.z_scale));
     }
     lines
+}
+
+/// All that a header says, a line for each fact, as `lines::header` takes them again.
+pub(super) fn facts(header: &Header) -> Vec<String> {
+    let Header { made_by, source, crs, heights, frame, .. } = header;
+    let mut lines = Vec::new();
+    lines.extend(made_by.iter().map(|program| format!("made by {program}")));
+    lines.extend(source.iter().map(|name| format!("source {name}")));
+    let key = if frame.is_local() { "map crs " } else { "crs:" };
+    lines.extend(crs.definition.iter().map(|crs| format!("{key}{crs}")));
+    lines.extend(crs.name.iter().map(|name| format!("crs name {name}")));
+    lines.extend(heights.crs.iter().map(|name| format!("vertical crs {name}")));
+    lines.extend(heights.unit.iter().map(|unit| format!("height unit {unit}")));
+    lines.extend(run_lines(header));
+    lines.extend(frame_lines(frame));
+    if frame.single {
+        lines.push("precision float".to_string());
+    }
+    lines.iter().map(|line| one_line(line)).collect()
 }

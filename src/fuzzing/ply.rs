@@ -9,8 +9,8 @@ use gdal::raster::Buffer;
 use super::naive::{self, Ground, Surface};
 use super::temp_dir;
 use crate::base::Band;
-use crate::base::control::{CancelToken, Control};
-use crate::formats::{self, ReadError};
+use crate::base::control::Control;
+use crate::formats::{self, ReadError, ReadOptions};
 use crate::raster::{Raster, quiet_gdal};
 use crate::verify::{VerifyOptions, verify};
 
@@ -51,7 +51,7 @@ pub fn ply(bytes: &[u8]) {
     if !verdict.passes() {
         return;
     }
-    let mut mesh = formats::open(&path, None, &CancelToken::default()).expect("a mesh");
+    let mut mesh = formats::open(&path, None, &ReadOptions::default()).expect("a mesh");
     let frame = mesh.header().frame;
     let mut surface = Surface::default();
     mesh.for_each_vertex(|_, [x, y, z]| {

@@ -122,7 +122,7 @@ impl Mesh {
         let mut summary = self.count()?;
         let (vertices, triangles) = (summary.vertices, summary.triangles);
         let bounds = if needs.bounds { self.bounds(control)? } else { None };
-        sink.begin(&Contents { vertices, triangles, attributes: &self.channels, bounds })?;
+        sink.begin(&Contents { vertices, triangles, attributes: &self.channels, has_normals: false, bounds })?;
         self.write_vertices(sink.as_mut(), &mut summary, control)?;
         self.write_triangles(sink.as_mut(), needs.corners, control)?;
         may_finish()?;

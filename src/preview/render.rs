@@ -16,7 +16,7 @@ use crate::base::Window;
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::base::warning::Warning;
-use crate::formats::{self, MeshReader};
+use crate::formats::{self, MeshReader, ReadOptions};
 
 use super::canvas::Canvas;
 
@@ -71,7 +71,7 @@ pub fn preview(
     let mut job = Job {
         light: Light::over(&band, options.exaggeration),
         view: View::fit(window, options.size),
-        mesh: formats::open(mesh, None, &control.cancel)?,
+        mesh: formats::open(mesh, None, &ReadOptions { cancel: control.cancel.clone(), temp_dir: None })?,
         band,
         importance,
         options,

@@ -75,7 +75,7 @@ impl Written {
 fn frame(coordinates: Coordinates, band: &Band) -> Result<CoordinateFrame, RunError> {
     let Coordinates { local, z_scale, single } = coordinates;
     let origin = if local || single { origin(band.extent()) } else { CoordinateFrame::PLAIN.origin };
-    let frame = CoordinateFrame { origin, z_scale, single };
+    let frame = CoordinateFrame { origin, z_scale, single, ..CoordinateFrame::PLAIN };
     // In doubles it was made sure of when the raster was opened.
     if single && !frame.tells_apart(&band.geo_transform(), band.width(), band.height()) {
         let (path, width, height) = (band.path().to_path_buf(), band.width(), band.height());

@@ -6,6 +6,7 @@ use super::LookError;
 use crate::base::RasterError;
 use crate::base::staged::OutputError;
 use crate::field::FieldError;
+use crate::formats::SinkOption;
 use crate::job::rules::Incompatible;
 use crate::job::work_dir::WorkDirError;
 use crate::job::{BudgetTooSmall, Error};
@@ -46,6 +47,18 @@ pub enum RunError {
         known: String,
         /// The extension.
         found: String,
+    },
+    /// The format does not take an option.
+    #[error("{}: expected a format with {option} ({formats}), found {format}", path.display())]
+    FormatOption {
+        /// The output.
+        path: PathBuf,
+        /// The format.
+        format: &'static str,
+        /// The option.
+        option: SinkOption,
+        /// The formats that take it.
+        formats: String,
     },
     /// Single precision does not tell the places of vertices apart.
     #[error(

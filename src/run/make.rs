@@ -17,7 +17,7 @@ use crate::base::features::Feature;
 use crate::base::staged::StagedFile;
 use crate::base::warning::{Warning, WarningCode};
 use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions, may_have_holes};
-use crate::formats::{self, Attributes, FORMATS, Format};
+use crate::formats::{self, Attributes, FORMATS, Format, Setup};
 use crate::job::plan::{
     DENSEST, DiskUse, Estimate, Expected, Load, Plan, check_disk, default_budget, estimate, probe, probe_field,
 };
@@ -71,6 +71,14 @@ fn format(request: &Request<'_>) -> Result<&'static Format, RunError> {
     })
 }
 
+/// Refuses options that the format does not take.
+fn check_options(request: &Request<'_>, format: &'static Format) -> Result<(), RunError> {
+    let Some(option) = request.sink.asked().find(|option| !format.options.contains(option)) else { return Ok(()) };
+    let formats =
+        FORMATS.iter().filter(|f| f.options.contains(&option)).map(|f| f.title).collect::<Vec<_>>().join(", ");
+    Err(RunError::FormatOption { path: request.output.clone(), format: format.title, option, formats })
+}
+
 fn start_threads(threads: usize) -> Result<rayon::ThreadPool, RunError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|e| RunError::Threads { threads, reason: e.to_string() })
@@ -86,6 +94,7 @@ impl<'a> Run<'a> {
         control: &'a Control<'a>,
     ) -> Result<Run<'a>, RunError> {
         let format = format(request)?;
+        check_options(request, format)?;
         let features = request.features();
         rules::check(features)?;
         let inputs = Inputs::open(request, is_made, warned, &control.cancel)?;
@@ -217,7 +226,10 @@ impl<'a> Run<'a> {
         let partial = staged.partial_path().to_path_buf();
         // A file that cannot lie beside the output is found before the long run, as the output itself is.
         let header = provenance::header(request, self.band(), &self.written, ranged);
-        let sink = (self.format.sink)(staged, header, self.written.loss)?;
+        let sink = (self.format.sink)(
+            staged,
+            Setup { header, loss: self.written.loss, options: request.sink, temp_dir: Some(params.temp_dir.clone()) },
+        )?;
         self.warn_of_attributes(ranged);
         let field = self.field(ranged, &partial)?;
         let opened = Instant::now();

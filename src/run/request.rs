@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::base::features::{Feature, FeatureSet};
 use crate::base::{Band, PointSet};
 use crate::field::Choice;
-use crate::formats::Format;
+use crate::formats::{Format, SinkOptions};
 use crate::job::{Params, VertexHeights};
 #[cfg(feature = "gdal")]
 use crate::raster::{PointSource, View};
@@ -154,6 +154,8 @@ pub struct Request<'a> {
     pub output: PathBuf,
     /// The format of the mesh; `None` goes by the extension of the output.
     pub format: Option<&'static Format>,
+    /// Options of the format.
+    pub sink: SinkOptions,
     /// Whether an existing output is replaced.
     pub overwrite: bool,
     /// What decides the mesh. [`Params::points`] is not looked at: see [`Request::points`].
@@ -187,6 +189,7 @@ impl Request<'_> {
             input: input.into(),
             output: output.into(),
             format: None,
+            sink: SinkOptions::default(),
             overwrite: false,
             params: Params::new(max_error),
             attributes: None,

@@ -5,10 +5,10 @@ use std::iter::Peekable;
 use super::VerifyError;
 use super::finding::{EdgePlace, Finding};
 use super::grid::Grid;
-use super::scratch::{Queue, Scratch};
 use super::segments::{BoundaryFindings, SegmentRows, Track};
-use super::sort::Sorted;
 use super::vertices::Vertex;
+use crate::base::external::Sorted;
+use crate::base::external::{Queue, Scratch};
 
 /// An edge of one face only, inside the raster and along sides or diagonals of cells.
 #[derive(Debug, Clone, Copy)]

@@ -6,9 +6,8 @@ use super::VerifyError;
 use super::finding::{Finding, VertexPlace};
 use super::grid::Grid;
 use super::pace::Pace;
-use super::scratch::Scratch;
-use super::sort::{Sorted, Sorter};
 use super::vertices::{Vertex, VertexStore, VertexWriter};
+use crate::base::external::{Scratch, Sorted, Sorter};
 
 /// Bytes of the sort by place.
 const PLACE_BYTES: usize = 16 << 20;

@@ -6,9 +6,8 @@ use super::finding::{EdgePlace, Finding};
 use super::grid::Grid;
 use super::pace::Pace;
 use super::rim;
-use super::scratch::Scratch;
-use super::sort::{Sorted, Sorter};
 use super::vertices::VertexStore;
+use crate::base::external::{Scratch, Sorted, Sorter};
 
 /// Bytes of the sort of edges that may be on the ground's boundary.
 const BOUNDARY_BYTES: usize = 4 << 20;

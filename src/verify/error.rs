@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::base::RasterError;
 use crate::base::control::Cancelled;
 use crate::base::decimal::Decimal;
+use crate::base::external::ScratchError;
 use crate::formats::ReadError;
 use crate::job::rules::Incompatible;
 
@@ -72,13 +73,8 @@ pub enum VerifyError {
         found: String,
     },
     /// A temporary file cannot be made, written or read back.
-    #[error("temporary files in {}: {source}", dir.display())]
-    Scratch {
-        /// Where the temporary files are.
-        dir: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    Scratch(ScratchError),
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -89,6 +85,15 @@ impl From<ReadError> for VerifyError {
         match error {
             ReadError::Cancelled(stopped) => VerifyError::Cancelled(stopped),
             damaged => VerifyError::Mesh(damaged),
+        }
+    }
+}
+
+impl From<ScratchError> for VerifyError {
+    fn from(error: ScratchError) -> VerifyError {
+        match error {
+            ScratchError::Cancelled(stopped) => VerifyError::Cancelled(stopped),
+            file => VerifyError::Scratch(file),
         }
     }
 }

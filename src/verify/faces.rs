@@ -6,10 +6,9 @@ use super::VerifyError;
 use super::finding::{FacePlace, Finding};
 use super::grid::{Grid, orientation};
 use super::pace::Pace;
-use super::scratch::Scratch;
-use super::sort::{Sorted, Sorter};
 use super::triangle::{TRIANGLE_WORDS, Triangle};
 use super::vertices::{Vertex, VertexStore};
+use crate::base::external::{Scratch, Sorted, Sorter};
 
 /// Bytes of the three sorts that are filled side by side.
 const TRIANGLE_BYTES: usize = 16 << 20;
@@ -61,7 +60,10 @@ pub(super) fn read_faces<'s>(
         let corners = [vertices.get(corners[0])?, vertices.get(corners[1])?, vertices.get(corners[2])?];
         let Some(triangle) = found.judge(grid, face, corners) else { return Ok(()) };
         let (first, last) = triangle.rows(grid);
-        if first <= last { triangles.push(triangle.words(first)) } else { Ok(()) }
+        if first <= last {
+            triangles.push(triangle.words(first))?;
+        }
+        Ok::<(), VerifyError>(())
     })?;
     let sorts = FaceSorts { triangles: triangles.finish()?, edges: edges.finish()?, uses: uses.finish()? };
     Ok((found, sorts))

@@ -6,8 +6,7 @@ use super::VerifyError;
 use super::joins::Joins;
 use super::runs::{Run, runs_of};
 use super::samples::BandReader;
-use super::scratch::Scratch;
-use super::sort::{Sorted, Sorter};
+use crate::base::external::{Scratch, Sorted, Sorter};
 
 /// Bytes of the sort of runs.
 const RUN_BYTES: usize = 4 << 20;
@@ -124,7 +123,7 @@ impl<'s> Holes<'s> {
     /// Nothing can join the group any more.
     fn end(&mut self, group: Group) -> Result<(), VerifyError> {
         self.holes += u64::from(group.is_open);
-        group.runs.into_iter().try_for_each(|run| self.sorter.push(run))
+        Ok(group.runs.into_iter().try_for_each(|run| self.sorter.push(run))?)
     }
 
     fn finish(mut self) -> Result<Bridges<'s>, VerifyError> {

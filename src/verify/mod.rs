@@ -101,9 +101,7 @@ mod ranges;
 mod rim;
 mod runs;
 mod samples;
-mod scratch;
 mod segments;
-mod sort;
 mod strip;
 mod surface;
 mod sweep;
@@ -120,8 +118,9 @@ use std::path::{Path, PathBuf};
 use crate::base::Band;
 use crate::base::channels::ChannelBands;
 use crate::base::control::{Control, Stage};
+use crate::base::external::Scratch;
 use crate::base::features::Feature;
-use crate::formats;
+use crate::formats::{self, ReadOptions};
 use crate::job::rules;
 
 pub use error::VerifyError;
@@ -141,7 +140,6 @@ use pace::Pace;
 use rim::Rim;
 use runs::RunFlags;
 use samples::{BandReader, Bands, flag};
-use scratch::Scratch;
 use strip::find_strip;
 use sweep::{Comparison, sweep};
 use weighted::judge_weighted;
@@ -250,8 +248,9 @@ fn judge(
     if let Some(importance) = options.importance {
         raster.same_grid(importance)?;
     }
+    let reading = ReadOptions { cancel: control.cancel.clone(), temp_dir: options.temp_dir.clone() };
     let scratch = Scratch::new(options.temp_dir.as_deref(), control.cancel.clone());
-    let mut mesh = formats::open(mesh, None, &control.cancel)?;
+    let mut mesh = formats::open(mesh, None, &reading)?;
     let mesh = mesh.as_mut();
     let grid = Grid::of(raster, mesh);
     let (vertices, triangles) = (mesh.vertex_count(), mesh.face_count());

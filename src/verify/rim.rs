@@ -10,8 +10,8 @@ use super::crossing::{Crossing, Side, Span};
 use super::finding::{EdgePlace, Finding, MapPlace};
 use super::grid::{Grid, STEPS};
 use super::ground::Settled;
-use super::sort::Sorted;
 use super::vertices::Vertex;
+use crate::base::external::Sorted;
 
 /// What the boundary of a mesh tells that may end within the ground.
 #[derive(Debug, Default)]

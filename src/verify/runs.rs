@@ -3,19 +3,20 @@
 use std::iter::Peekable;
 
 use super::VerifyError;
+use crate::base::external::ScratchError;
 
 /// Row, first column, first column after: sorts by rows.
 pub(super) type Run = [u64; 3];
 
 /// Sets flags of samples by runs that come in the order of their rows.
 pub(super) struct RunFlags<'s> {
-    runs: Peekable<Box<dyn Iterator<Item = Result<Run, VerifyError>> + 's>>,
+    runs: Peekable<Box<dyn Iterator<Item = Result<Run, ScratchError>> + 's>>,
     flag: u8,
 }
 
 impl<'s> RunFlags<'s> {
-    pub(super) fn new(runs: impl Iterator<Item = Result<Run, VerifyError>> + 's, flag: u8) -> RunFlags<'s> {
-        let runs: Box<dyn Iterator<Item = Result<Run, VerifyError>> + 's> = Box::new(runs);
+    pub(super) fn new(runs: impl Iterator<Item = Result<Run, ScratchError>> + 's, flag: u8) -> RunFlags<'s> {
+        let runs: Box<dyn Iterator<Item = Result<Run, ScratchError>> + 's> = Box::new(runs);
         RunFlags { runs: runs.peekable(), flag }
     }
 

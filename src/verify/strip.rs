@@ -5,8 +5,7 @@ use crate::base::control::{Control, Stage};
 use super::VerifyError;
 use super::runs::{RunFlags, runs_of};
 use super::samples::BandReader;
-use super::scratch::{Queue, Scratch};
-use super::sort::Sorted;
+use crate::base::external::{Queue, Scratch, Sorted};
 
 /// Samples near others without a height, and the bridged ones once more.
 #[derive(Debug)]
@@ -42,7 +41,7 @@ pub(super) fn find_strip<'s>(
         flags.clear();
         flags.resize(heights.len(), 0);
         if let Some(bridges) = &mut bridges {
-            bridges.set(first_row, width, &mut flags, |run| bridged.push(run))?;
+            bridges.set(first_row, width, &mut flags, |run| Ok(bridged.push(run)?))?;
         }
         heights.iter().zip(&mut flags).for_each(|(height, flag)| *flag = u8::from(height.is_nan() && *flag == 0));
         flags.chunks(width).try_for_each(|row| nearness.pass(runs_of(row, |missing| *missing != 0)))?;

@@ -11,10 +11,9 @@ use super::ground::{Ground, GroundFindings};
 use super::outline::{Outline, OutlineFindings};
 use super::plane::{Judged, Plane};
 use super::samples::{Bands, Samples, flag};
-use super::scratch::{Queue, Scratch};
-use super::sort::Sorted;
 use super::triangle::{RowSpan, TRIANGLE_WORDS, Triangle, TriangleWords};
 use super::verdict::{WeightedWorst, WorstSample};
+use crate::base::external::{Queue, Scratch, Sorted};
 
 /// Triangles held against a band at a time.
 const BATCH: usize = 16 << 10;

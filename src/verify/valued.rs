@@ -7,7 +7,7 @@ use crate::formats::MeshReader;
 use super::VerifyError;
 use super::grid::Grid;
 use super::pace::Pace;
-use super::scratch::Scratch;
+use crate::base::external::Scratch;
 
 /// A vertex with its height and its channels.
 #[derive(Debug, Clone)]

@@ -3,7 +3,7 @@
 use std::fs::File;
 
 use super::VerifyError;
-use super::scratch::Scratch;
+use crate::base::external::Scratch;
 
 /// A vertex as the verifier sees it: on the lattice.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -14,11 +14,10 @@ use super::grid::{Grid, orientation};
 use super::pace::Pace;
 use super::ranges::Scales;
 use super::samples::{BandReader, number_or_nodata};
-use super::scratch::{Queue, Scratch};
-use super::sort::{Sorted, Sorter};
 use super::surface::{Measure, Surface};
 use super::triangle::Triangle;
 use super::valued::ValuedStore;
+use crate::base::external::{Queue, Scratch, Sorted, Sorter};
 
 /// What was found out about the weighted error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -121,9 +120,12 @@ fn sorted_faces<'s>(
         let Some(triangle) = Triangle::new(face, [pa, pb, pc], [0.0; 3]) else { return Ok(()) };
         let (first, last) = triangle.rows(grid);
         let [b, c] = if orientation(pa, pb, pc) > 0 { [b, c] } else { [c, b] };
-        if first <= last { sorter.push([first as u64, face, a, b, c]) } else { Ok(()) }
+        if first <= last {
+            sorter.push([first as u64, face, a, b, c])?;
+        }
+        Ok::<(), VerifyError>(())
     })?;
-    sorter.finish()
+    Ok(sorter.finish()?)
 }
 
 /// The heights and the channels, some rows at a time.

@@ -50,7 +50,7 @@ fn trimesh_and_meshio_read_colours_and_other_attributes() {
     let mut attributes = ["red", "green", "blue"].map(|name| channel(name, Number::U8)).to_vec();
     attributes.push(channel("heat", Number::F32));
     let mut sink = PlySink::new(StagedFile::create(&tin, false, &[]).unwrap(), Header::default());
-    sink.begin(&Contents { vertices: 4, triangles: 2, attributes: &attributes, bounds: None }).unwrap();
+    sink.begin(&Contents { vertices: 4, triangles: 2, attributes: &attributes, ..Contents::default() }).unwrap();
     let places = [[0.5, -0.5, 1.0], [0.5, -9.5, 2.0], [9.5, -9.5, 3.0], [9.5, -0.5, 4.0]];
     let red: Vec<f64> = (0..4).map(|i| 10.0 * f64::from(i)).collect();
     let heat: Vec<f64> = (0..4).map(|i| 0.5 * f64::from(i)).collect();

@@ -6,7 +6,7 @@ mod write;
 
 pub use write::ObjSink;
 
-use super::{Attributes, Bytes, Format, Limits, Precision};
+use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Setup, Unit, Vertices};
 
 /// The format's row in the table.
 pub const FORMAT: Format = Format {
@@ -14,12 +14,16 @@ pub const FORMAT: Format = Format {
     title: "OBJ",
     extensions: &["obj"],
     precisions: &[Precision::Double, Precision::Single],
+    unit: Unit::OfCrs,
+    vertices: Vertices::Shared,
+    header: HeaderKept::All,
     // Numbers are decimals.
     limits: Limits { vertices: u64::MAX, triangles: u64::MAX },
     // Colours after coordinates (`v x y z r g b`) are no part of the format; meshio 5.3.5 takes them for coordinates.
     attributes: Attributes::None,
+    options: &[],
     bytes: Bytes { vertex: 56.0, triangle: 27.0, attribute: 0.0 },
-    sink: |staged, header, loss| Ok(Box::new(ObjSink::new(staged, header, loss)?)),
-    reader: |path, cancel| Ok(Box::new(read::ObjReader::open(path, cancel)?)),
+    sink: |staged, Setup { header, loss, .. }| Ok(Box::new(ObjSink::new(staged, header, loss)?)),
+    reader: |path, options| Ok(Box::new(read::ObjReader::open(path, &options.cancel)?)),
     recognise: read::recognise,
 };

@@ -6,7 +6,7 @@ use super::FORMAT;
 use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
 use crate::formats::output::Output;
-use crate::formats::wording::{frame_lines, one_line, placed, run_lines};
+use crate::formats::wording::{facts, placed};
 use crate::formats::{Contents, Header, Sink, SinkError};
 
 /// OBJ: `v x y z`, then `f a b c`, numbered from 1; the header's facts are comments.
@@ -31,30 +31,11 @@ impl ObjSink {
     /// # Errors
     /// [`SinkError`] if the `.prj` cannot lie beside it.
     pub fn new(mut staged: StagedFile, header: Header, loss: f64) -> Result<ObjSink, SinkError> {
-        let is_on_the_map = !header.frame.has_origin();
+        let is_on_the_map = !header.frame.is_local();
         let prj = header.crs.esri_wkt.as_ref().filter(|_| is_on_the_map);
         staged.beside("prj", prj.map(|wkt| wkt.clone().into_bytes()))?;
         Ok(ObjSink { output: Output::new(staged), header, loss })
     }
-}
-
-/// What the file says of itself, without the marks of comments.
-fn comments(header: &Header) -> Vec<String> {
-    let Header { made_by, source, crs, heights, frame, .. } = header;
-    let mut lines = Vec::new();
-    lines.extend(made_by.iter().map(|program| format!("made by {program}")));
-    lines.extend(source.iter().map(|name| format!("source {name}")));
-    let key = if frame.has_origin() { "map crs " } else { "crs:" };
-    lines.extend(crs.definition.iter().map(|crs| format!("{key}{crs}")));
-    lines.extend(crs.name.iter().map(|name| format!("crs name {name}")));
-    lines.extend(heights.crs.iter().map(|name| format!("vertical crs {name}")));
-    lines.extend(heights.unit.iter().map(|unit| format!("height unit {unit}")));
-    lines.extend(run_lines(header));
-    lines.extend(frame_lines(frame));
-    if frame.single {
-        lines.push("precision float".to_string());
-    }
-    lines.iter().map(|line| one_line(line)).collect()
 }
 
 impl Sink for ObjSink {
@@ -62,7 +43,7 @@ impl Sink for ObjSink {
         FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
         let Contents { vertices, triangles, .. } = contents;
         let mut header = format!("# mesh of {vertices} vertices and {triangles} triangles\n");
-        for line in comments(&self.header) {
+        for line in facts(&self.header) {
             // A line that ends in a backslash would go on in the next.
             let end = if line.ends_with('\\') { " " } else { "" };
             header.push_str(&format!("# {line}{end}\n"));

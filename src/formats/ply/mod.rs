@@ -6,7 +6,7 @@ mod write;
 
 pub use write::PlySink;
 
-use super::{Attributes, Bytes, Format, Limits, Precision, Recognised};
+use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Recognised, Setup, Unit, Vertices};
 
 /// The format's row in the table.
 pub const FORMAT: Format = Format {
@@ -14,12 +14,16 @@ pub const FORMAT: Format = Format {
     title: "PLY",
     extensions: &["ply"],
     precisions: &[Precision::Double, Precision::Single],
+    unit: Unit::OfCrs,
+    vertices: Vertices::Shared,
+    header: HeaderKept::AllButHeights,
     // Faces number vertices in 32 bits without a sign.
     limits: Limits { vertices: u32::MAX as u64, triangles: u64::MAX },
     attributes: Attributes::All,
+    options: &[],
     bytes: Bytes { vertex: 24.0, triangle: 13.0, attribute: 8.0 },
-    sink: |staged, header, loss| Ok(Box::new(PlySink::new(staged, header).with_loss(loss))),
-    reader: |path, cancel| Ok(Box::new(read::PlyReader::open(path, cancel)?)),
+    sink: |staged, Setup { header, loss, .. }| Ok(Box::new(PlySink::new(staged, header).with_loss(loss))),
+    reader: |path, options| Ok(Box::new(read::PlyReader::open(path, &options.cancel)?)),
     recognise: |beginning| match beginning {
         [b'p', b'l', b'y', b'\n' | b'\r' | b' ', ..] => Recognised::Surely,
         _ => Recognised::No,

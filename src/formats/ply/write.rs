@@ -44,7 +44,7 @@ fn comments(header: &Header) -> Vec<String> {
     lines.extend(source.iter().map(|name| format!("source {name}")));
     // In the form in which QGIS reads it: no blank after the colon, which would belong to the CRS. Where an origin is taken
     // off, QGIS would draw the mesh in the wrong place, so then it is not to find one.
-    let key = if frame.has_origin() { "map crs " } else { "crs:" };
+    let key = if frame.is_local() { "map crs " } else { "crs:" };
     lines.extend(crs.definition.iter().map(|crs| format!("{key}{crs}")));
     lines.extend(crs.name.iter().map(|name| format!("crs name {name}")));
     lines.extend(run_lines(header));
@@ -118,7 +118,7 @@ impl Sink for PlySink {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::control::CancelToken;
+    use crate::formats::ReadOptions;
 
     const VERTICES: [[f64; 3]; 3] = [[0.5, -0.5, 1.25], [2.5, -0.5, -7.0], [0.5, -4.5, 1e-3]];
 
@@ -127,7 +127,7 @@ mod tests {
         let path = folder.path().join("tin.ply");
         let header = Header { notes: vec!["by hand".to_string()], ..Header::default() };
         let mut sink = PlySink::new(StagedFile::create(&path, false, &[]).expect("staged"), header);
-        sink.begin(&Contents { vertices: 3, triangles: 1, attributes, bounds: None }).expect("begun");
+        sink.begin(&Contents { vertices: 3, triangles: 1, attributes, ..Contents::default() }).expect("begun");
         sink.vertices(&VERTICES, values).expect("written");
         sink.triangles(&[[0, 2, 1]], &[]).expect("written");
         Box::new(sink).finish().expect("finished");
@@ -158,7 +158,7 @@ mod tests {
             "property double z\nproperty uchar red\nproperty float near_infrared\nproperty double band_7\nelement face";
         assert!(header.contains(lines), "{header}");
         let path = folder.path().join("tin.ply");
-        let mut mesh = crate::formats::open(&path, None, &CancelToken::default()).expect("a mesh");
+        let mut mesh = crate::formats::open(&path, None, &ReadOptions::default()).expect("a mesh");
         mesh.for_each_vertex_with(&["band_7", "red", "near_infrared"], |index, place, found| {
             let i = index as usize;
             assert_eq!((place, found), (VERTICES[i], &[values[2][i], values[0][i], values[1][i]][..]));

@@ -118,5 +118,5 @@ fn a_cancelled_run_stops_and_a_missing_temp_dir_is_named() {
     ));
     let options = VerifyOptions { max_error: 0.0, importance: None, temp_dir: Some(dir.path().join("none")) };
     let result = verify(&raster.to_band().expect("a band"), &mesh, &options, &Control::default());
-    assert!(matches!(result, Err(VerifyError::Scratch { .. })), "{result:?}");
+    assert!(matches!(result, Err(VerifyError::Scratch(_))), "{result:?}");
 }

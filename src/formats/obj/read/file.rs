@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use super::ObjError;
 use super::line::{Kind, LINE_LIMIT, LineError, Lines, counts, kind};
-use crate::base::CoordinateFrame;
 use crate::base::channels::Channel;
 use crate::base::control::CancelToken;
 use crate::formats::{FaceVisitor, Header, MeshReader, ReadError, VertexVisitor, lines};
@@ -19,9 +18,6 @@ const HEAD_LIMIT: usize = 1 << 20;
 
 /// The last line of what terrabite writes.
 const END: &str = "# end of mesh";
-
-/// The comment that says that every coordinate is a single.
-const SINGLE: &str = "precision float";
 
 /// An OBJ file with triangles, open for reading.
 #[derive(Debug)]
@@ -224,11 +220,7 @@ fn corner(word: &str) -> Option<i64> {
 
 /// What the comments at the head say.
 fn header_of(head: &[String]) -> Header {
-    let mut header = lines::header(head.iter().filter_map(|line| Some(line.trim().strip_prefix('#')?.trim())));
-    let notes = header.notes.len();
-    header.notes.retain(|note| note != SINGLE);
-    header.frame = CoordinateFrame { single: header.notes.len() < notes, ..header.frame };
-    header
+    lines::header(head.iter().filter_map(|line| Some(line.trim().strip_prefix('#')?.trim())))
 }
 
 impl MeshReader for ObjReader {

@@ -4,45 +4,44 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use super::ScratchError;
 use crate::base::control::CancelToken;
-
-use super::VerifyError;
 
 /// Where temporary files are made. They have no name, so nobody else opens them and nothing is left behind by a crash.
 ///
 /// Every transfer looks out for cancellation: a run that is sorting notices as soon as one that is reading.
 #[derive(Debug)]
-pub(super) struct Scratch {
+pub(crate) struct Scratch {
     dir: PathBuf,
     cancel: CancelToken,
 }
 
 impl Scratch {
-    pub(super) fn new(dir: Option<&Path>, cancel: CancelToken) -> Scratch {
+    pub(crate) fn new(dir: Option<&Path>, cancel: CancelToken) -> Scratch {
         Scratch { dir: dir.map_or_else(std::env::temp_dir, Path::to_path_buf), cancel }
     }
 
-    pub(super) fn file(&self) -> Result<File, VerifyError> {
+    pub(crate) fn file(&self) -> Result<File, ScratchError> {
         tempfile::tempfile_in(&self.dir).map_err(|e| self.error(e))
     }
 
-    pub(super) fn error(&self, source: std::io::Error) -> VerifyError {
-        VerifyError::Scratch { dir: self.dir.clone(), source }
+    pub(crate) fn error(&self, source: std::io::Error) -> ScratchError {
+        ScratchError::File { dir: self.dir.clone(), source }
     }
 
     /// Writes records at the file's cursor.
-    pub(super) fn write<const N: usize>(&self, mut file: &File, records: &[[u64; N]]) -> Result<(), VerifyError> {
+    pub(crate) fn write<const N: usize>(&self, mut file: &File, records: &[[u64; N]]) -> Result<(), ScratchError> {
         self.cancel.check()?;
         file.write_all(bytemuck::cast_slice(records.as_flattened())).map_err(|e| self.error(e))
     }
 
     /// Reads records from number `first` on.
-    pub(super) fn read<const N: usize>(
+    pub(crate) fn read<const N: usize>(
         &self,
         mut file: &File,
         first: u64,
         records: &mut [[u64; N]],
-    ) -> Result<(), VerifyError> {
+    ) -> Result<(), ScratchError> {
         self.cancel.check()?;
         let place = SeekFrom::Start(first * size_of::<[u64; N]>() as u64);
         let bytes = bytemuck::cast_slice_mut(records.as_flattened_mut());
@@ -54,7 +53,7 @@ impl Scratch {
 ///
 /// Memory use is constant: `BUFFER` records while it is filled, as many again while it is emptied.
 #[derive(Debug)]
-pub(super) struct Queue<'s, const N: usize> {
+pub(crate) struct Queue<'s, const N: usize> {
     scratch: &'s Scratch,
     file: Option<File>,
     filed: u64,
@@ -64,11 +63,11 @@ pub(super) struct Queue<'s, const N: usize> {
 impl<'s, const N: usize> Queue<'s, N> {
     const BUFFER: usize = 16 << 10;
 
-    pub(super) fn new(scratch: &'s Scratch) -> Self {
+    pub(crate) fn new(scratch: &'s Scratch) -> Self {
         Queue { scratch, file: None, filed: 0, latest: Vec::new() }
     }
 
-    pub(super) fn push(&mut self, record: [u64; N]) -> Result<(), VerifyError> {
+    pub(crate) fn push(&mut self, record: [u64; N]) -> Result<(), ScratchError> {
         if self.latest.len() == Self::BUFFER {
             if self.file.is_none() {
                 self.file = Some(self.scratch.file()?);
@@ -83,7 +82,7 @@ impl<'s, const N: usize> Queue<'s, N> {
     }
 
     /// The records in the order they came.
-    pub(super) fn into_records(self) -> impl Iterator<Item = Result<[u64; N], VerifyError>> {
+    pub(crate) fn into_records(self) -> impl Iterator<Item = Result<[u64; N], ScratchError>> {
         self.into_pieces().flat_map(|piece| {
             let (records, error) = match piece {
                 Ok(records) => (records, None),
@@ -94,7 +93,7 @@ impl<'s, const N: usize> Queue<'s, N> {
     }
 
     /// The records in the order they came, in pieces that are not empty.
-    pub(super) fn into_pieces(self) -> impl Iterator<Item = Result<Vec<[u64; N]>, VerifyError>> {
+    pub(crate) fn into_pieces(self) -> impl Iterator<Item = Result<Vec<[u64; N]>, ScratchError>> {
         let Queue { scratch, file, filed, latest } = self;
         let from_file = (0..filed).step_by(Self::BUFFER).map(move |first| {
             let mut piece = vec![[0; N]; Self::BUFFER];

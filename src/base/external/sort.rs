@@ -10,8 +10,7 @@ use std::fs::File;
 
 use rayon::slice::ParallelSliceMut;
 
-use super::VerifyError;
-use super::scratch::Scratch;
+use super::{Scratch, ScratchError};
 
 /// Runs merged at a time.
 const FAN_IN: usize = 64;
@@ -24,7 +23,7 @@ const READ_BYTES: usize = 64 << 10;
 /// sorted and written out as a run, and runs are merged 64 at a time, in several rounds where there are more. The
 /// order depends on the records alone (records that compare equal are the same bytes).
 #[derive(Debug)]
-pub(super) struct Sorter<'s, const N: usize> {
+pub(crate) struct Sorter<'s, const N: usize> {
     scratch: &'s Scratch,
     capacity: usize,
     buffer: Vec<[u64; N]>,
@@ -40,13 +39,18 @@ struct Run {
 }
 
 impl<'s, const N: usize> Sorter<'s, N> {
-    pub(super) fn new(scratch: &'s Scratch, bytes: usize) -> Self {
+    /// With a buffer of `bytes`.
+    pub(crate) fn new(scratch: &'s Scratch, bytes: usize) -> Self {
         let capacity = (bytes / size_of::<[u64; N]>()).max(1);
         // All of it at once: growing by doubling would end up to twice as large. Untouched pages cost nothing.
         Sorter { scratch, capacity, buffer: Vec::with_capacity(capacity), file: None, runs: Vec::new() }
     }
 
-    pub(super) fn push(&mut self, record: [u64; N]) -> Result<(), VerifyError> {
+    /// Takes a record.
+    ///
+    /// # Errors
+    /// [`ScratchError`].
+    pub(crate) fn push(&mut self, record: [u64; N]) -> Result<(), ScratchError> {
         if self.buffer.len() == self.capacity {
             self.write_run()?;
         }
@@ -54,7 +58,7 @@ impl<'s, const N: usize> Sorter<'s, N> {
         Ok(())
     }
 
-    fn write_run(&mut self) -> Result<(), VerifyError> {
+    fn write_run(&mut self) -> Result<(), ScratchError> {
         self.buffer.par_sort_unstable();
         if self.file.is_none() {
             self.file = Some(self.scratch.file()?);
@@ -67,7 +71,10 @@ impl<'s, const N: usize> Sorter<'s, N> {
     }
 
     /// All records in order. A set that fits the buffer never sees a file.
-    pub(super) fn finish(mut self) -> Result<Sorted<'s, N>, VerifyError> {
+    ///
+    /// # Errors
+    /// [`ScratchError`].
+    pub(crate) fn finish(mut self) -> Result<Sorted<'s, N>, ScratchError> {
         if self.runs.is_empty() {
             self.buffer.par_sort_unstable();
             return Ok(Sorted::Memory(self.buffer.into_iter()));
@@ -85,7 +92,7 @@ impl<'s, const N: usize> Sorter<'s, N> {
 }
 
 /// Merges runs by groups into fewer and longer runs in a new file.
-fn merge_round<const N: usize>(scratch: &Scratch, file: File, runs: &[Run]) -> Result<(File, Vec<Run>), VerifyError> {
+fn merge_round<const N: usize>(scratch: &Scratch, file: File, runs: &[Run]) -> Result<(File, Vec<Run>), ScratchError> {
     let target = scratch.file()?;
     let mut longer = Vec::with_capacity(runs.len().div_ceil(FAN_IN));
     let mut out = Vec::with_capacity(READ_BYTES * 16 / size_of::<[u64; N]>());
@@ -107,13 +114,13 @@ fn merge_round<const N: usize>(scratch: &Scratch, file: File, runs: &[Run]) -> R
 
 /// The records of a [`Sorter`] in ascending order.
 #[derive(Debug)]
-pub(super) enum Sorted<'s, const N: usize> {
+pub(crate) enum Sorted<'s, const N: usize> {
     Memory(std::vec::IntoIter<[u64; N]>),
     Merge(Merge<'s, N>),
 }
 
 impl<const N: usize> Iterator for Sorted<'_, N> {
-    type Item = Result<[u64; N], VerifyError>;
+    type Item = Result<[u64; N], ScratchError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         match self {
@@ -125,7 +132,7 @@ impl<const N: usize> Iterator for Sorted<'_, N> {
 
 /// Several runs read side by side, the least record of their heads first.
 #[derive(Debug)]
-pub(super) struct Merge<'s, const N: usize> {
+pub(crate) struct Merge<'s, const N: usize> {
     scratch: &'s Scratch,
     file: File,
     cursors: Vec<Cursor<N>>,
@@ -141,7 +148,7 @@ struct Cursor<const N: usize> {
 }
 
 impl<'s, const N: usize> Merge<'s, N> {
-    fn new(scratch: &'s Scratch, file: File, runs: &[Run]) -> Result<Self, VerifyError> {
+    fn new(scratch: &'s Scratch, file: File, runs: &[Run]) -> Result<Self, ScratchError> {
         let cursors = runs.iter().map(|&rest| Cursor { rest, buffer: Vec::new(), next: 0 }).collect();
         let mut merge = Merge { scratch, file, cursors, heads: BinaryHeap::new() };
         for index in 0..runs.len() {
@@ -151,7 +158,7 @@ impl<'s, const N: usize> Merge<'s, N> {
     }
 
     /// Puts the next record of one run among the heads.
-    fn advance(&mut self, index: usize) -> Result<(), VerifyError> {
+    fn advance(&mut self, index: usize) -> Result<(), ScratchError> {
         let cursor = &mut self.cursors[index];
         if cursor.next == cursor.buffer.len() {
             let count = cursor.rest.count.min((READ_BYTES / size_of::<[u64; N]>()) as u64);
@@ -169,7 +176,7 @@ impl<'s, const N: usize> Merge<'s, N> {
 }
 
 impl<const N: usize> Iterator for Merge<'_, N> {
-    type Item = Result<[u64; N], VerifyError>;
+    type Item = Result<[u64; N], ScratchError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let Reverse((record, index)) = self.heads.pop()?;

@@ -1,0 +1,28 @@
+//! More records than memory holds: temporary files without a name, external sorting, queues. For those who read and judge
+//! written meshes; whoever makes them has chunks.
+
+mod scratch;
+mod sort;
+
+use std::path::PathBuf;
+
+pub(crate) use scratch::{Queue, Scratch};
+pub(crate) use sort::{Sorted, Sorter};
+
+use super::control::Cancelled;
+
+/// Why temporary files are of no use.
+#[derive(Debug, thiserror::Error)]
+pub enum ScratchError {
+    /// One cannot be made, written or read back.
+    #[error("temporary files in {}: {source}", dir.display())]
+    File {
+        /// Where they are.
+        dir: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
