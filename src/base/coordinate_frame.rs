@@ -34,6 +34,11 @@ impl CoordinateFrame {
         (self.origin, self.xy_scale) != (CoordinateFrame::PLAIN.origin, CoordinateFrame::PLAIN.xy_scale)
     }
 
+    /// Whether heights keep their digits where they are multiplied by [`CoordinateFrame::z_scale`].
+    pub fn scales_exactly(&self) -> bool {
+        self.z_scale.log2().fract() == 0.0
+    }
+
     /// What is written of a place: `(x − X) × S`, each operation rounded to double, then perhaps to single precision.
     pub fn written_place(&self, (x, y): (f64, f64)) -> (f64, f64) {
         (self.rounded((x - self.origin.0) * self.xy_scale.0), self.rounded((y - self.origin.1) * self.xy_scale.1))

@@ -35,7 +35,7 @@ pub use band::{Band, PlainLayout, Windows};
 pub use coordinate_frame::CoordinateFrame;
 pub use cutline::{Cutline, Polygon};
 pub use files::{FileState, Files, Watch};
-pub use georef::{GeoTransform, Reference};
+pub use georef::{GeoTransform, Metres, Reference, metres_in};
 pub use identity::{exact_double, exact_marks, identity};
 pub use naming::channels_of;
 #[cfg(feature = "gdal")]

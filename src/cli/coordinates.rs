@@ -23,7 +23,7 @@ pub(super) struct CoordinateArgs {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum PrecisionArg {
+pub(super) enum PrecisionArg {
     Double,
     Float,
 }

@@ -203,6 +203,8 @@ impl From<RunError> for Failure {
             RunError::Loss { single: true, .. } => failure.hint("--precision double loses less"),
             RunError::Loss { .. } => failure.hint("--z-scale 1 loses nothing"),
             RunError::Threads { .. } => failure.hint("choose fewer with --threads"),
+            RunError::Scratch(_) => failure.hint("choose another folder with --temp-dir"),
+            RunError::Mesh(_) => failure,
             RunError::Verify(error) => error.into(),
             RunError::Job(error) => (*error).into(),
             RunError::Kept { error, dir, fate } => Failure::from(*error).hint(&kept(&dir, &fate)),

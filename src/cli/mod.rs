@@ -6,10 +6,12 @@
 mod attributes;
 mod clip;
 mod combinations;
+mod convert;
 mod coordinates;
 mod cutline;
 mod engine;
 mod failure;
+mod format_options;
 mod goal;
 mod importance;
 mod info;
@@ -51,6 +53,7 @@ struct Cli {
 enum Command {
     Simplify(Box<simplify::SimplifyArgs>),
     Verify(verify::VerifyArgs),
+    Convert(convert::ConvertArgs),
     Info(info::InfoArgs),
     Synth(synth::SynthArgs),
     Preview(preview::PreviewArgs),
@@ -61,6 +64,7 @@ impl Command {
         match self {
             Command::Simplify(args) => simplify::run(args),
             Command::Verify(args) => verify::run(args),
+            Command::Convert(args) => convert::run(args),
             Command::Info(args) => info::run(args),
             Command::Synth(args) => synth::run(args),
             Command::Preview(args) => preview::run(args),
@@ -71,6 +75,7 @@ impl Command {
         match self {
             Command::Simplify(args) => args.quiet,
             Command::Verify(args) => args.quiet,
+            Command::Convert(args) => args.quiet,
             Command::Preview(args) => args.quiet,
             Command::Synth(_) | Command::Info(_) => false,
         }

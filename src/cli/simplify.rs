@@ -10,6 +10,7 @@ use super::attributes::AttributeArgs;
 use super::combinations::Asked;
 use super::coordinates::CoordinateArgs;
 use super::engine::EngineArgs;
+use super::format_options::FormatArgs;
 use super::goal::GoalArgs;
 use super::importance::ImportanceArgs;
 use super::input::InputArgs;
@@ -19,6 +20,7 @@ use super::{Failure, output_format, print, signals, values, warnings};
 use crate::base::features::{Feature, FeatureSet};
 use crate::field::Choice;
 use crate::formats::{self, FORMATS, Format};
+use crate::job::normals::Normals;
 use crate::job::rules::{default_engine, default_quality};
 use crate::job::{DEFAULT_TILE, EngineChoice, Error, Params, Quality, VertexHeights};
 use crate::kernel::triangulate::Feasibility;
@@ -34,9 +36,6 @@ pub(crate) struct SimplifyArgs {
     /// The mesh in map coordinates: binary PLY or OBJ, as its extension says
     #[arg(value_name = "OUTPUT")]
     pub(super) output: PathBuf,
-    /// The format of the mesh, whatever OUTPUT is called [default: what its extension says]
-    #[arg(long, help_heading = "Run", hide_short_help = true, value_parser = output_format::names(output_format::MESHES))]
-    format: Option<String>,
     #[command(flatten)]
     pub(super) goal: GoalArgs,
     /// Test triangles at the samples under them (weak), or also where their edges cross the grid (strong)
@@ -70,6 +69,9 @@ pub(crate) struct SimplifyArgs {
     attributes: AttributeArgs,
     #[command(flatten)]
     pub(super) importance: ImportanceArgs,
+    /// Normals of vertices: of the raster (gradient), or of the triangles around them (area). For PLY, GLB, OBJ and VTP
+    #[arg(long, help_heading = "Format", hide_short_help = true, value_enum)]
+    normals: Option<NormalsArg>,
     /// A layer of points, in any format OGR reads: the samples nearest to them become vertices of the mesh.
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "FILE")]
     pub(super) points: Option<PathBuf>,
@@ -109,6 +111,8 @@ pub(crate) struct SimplifyArgs {
     engine: EngineArgs,
     #[command(flatten)]
     coordinates: CoordinateArgs,
+    #[command(flatten)]
+    format: FormatArgs,
     #[command(flatten)]
     polish: PolishArgs,
 }
@@ -154,6 +158,14 @@ enum HeightsArg {
     Sampled,
     /// Vertices stand where triangles fit best: the fewest triangles, larger errors on the whole, in hardly more time
     Fitted,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum NormalsArg {
+    /// Of the samples around each vertex: the same whatever the mesh
+    Gradient,
+    /// Of the triangles around each vertex, by their areas
+    Area,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -281,7 +293,7 @@ impl SimplifyArgs {
 
     /// The format of the output.
     fn format(&self) -> Result<&'static Format, Failure> {
-        let named = output_format::of(&self.output, self.format.as_deref(), output_format::MESHES)?.name;
+        let named = output_format::of(&self.output, self.format.name(), output_format::MESHES)?.name;
         Ok(formats::by_name(named).unwrap_or(FORMATS[0]))
     }
 
@@ -295,8 +307,13 @@ impl SimplifyArgs {
             attributes: self.attributes.attributes(),
             importance: self.importance.input(),
             points: self.points.clone().map(|path| PointInput::Layer(PointSource { path, layer })),
+            normals: self.normals.map(|normals| match normals {
+                NormalsArg::Gradient => Normals::Gradient,
+                NormalsArg::Area => Normals::Area,
+            }),
             fill_voids: self.fill_holes,
             coordinates: self.coordinates.coordinates(),
+            sink: self.format.sink(),
             access: self.access.into(),
             memory: self.memory,
             threads: self.threads,

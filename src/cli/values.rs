@@ -4,8 +4,10 @@
 
 use std::num::NonZeroUsize;
 
+use super::format_options::MeshFormat;
 use crate::base::ValidRange;
 use crate::base::Window;
+use crate::formats::{self, FORMATS};
 use crate::kernel::boundary::MAX_CELLS;
 use crate::kernel::polish::{Caps, Schedule};
 use crate::raster::BoundingBox;
@@ -45,6 +47,21 @@ pub(crate) fn bands(text: &str) -> Result<Bands, String> {
 pub(crate) fn factor(text: &str) -> Result<f64, String> {
     let factor = text.parse().ok().filter(|f: &f64| f.is_finite() && *f > 0.0);
     factor.ok_or_else(|| "expected a finite number above 0, such as 2.5".to_string())
+}
+
+/// A finite number.
+pub(crate) fn number(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| "expected a number such as 12.5".to_string())
+}
+
+/// The name of a format of meshes.
+pub(crate) fn mesh_format(text: &str) -> Result<MeshFormat, String> {
+    let known = || FORMATS.iter().map(|format| format.name).collect::<Vec<_>>().join(", ");
+    let name = text.to_ascii_lowercase();
+    match formats::by_name(&name) {
+        Some(format) => Ok(MeshFormat { name: format.name, driver: None }),
+        None => Err(format!("expected one of {}", known())),
+    }
 }
 
 /// A number of vertices or triangles.

@@ -55,6 +55,8 @@ pub struct Setup {
     /// How far a height may be from what is read again ([`crate::base::CoordinateFrame::height`]); one that would lose more
     /// ends the writing.
     pub loss: f64,
+    /// Vertices come as they are to stand in the file, and not on the map: nothing is done to them, and nothing is lost.
+    pub as_is: bool,
     /// Options of the format: none but those that it takes ([`Format::options`]).
     pub options: SinkOptions,
     /// The folder of temporary files; `None` is the system's.

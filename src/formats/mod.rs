@@ -27,7 +27,7 @@ pub use format::{
     Setup, Unit, Vertices,
 };
 pub use header::{Crs, Header, Heights, OptionName, RunOption};
-pub use open::{by_extension, by_name, open};
+pub use open::{by_extension, by_name, open, recognised};
 pub use ply::PlySink;
 pub use reader::{FaceVisitor, MeshReader, VertexVisitor};
 pub use sink::{Bounds, Contents, Needs, Sink};

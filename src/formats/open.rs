@@ -26,16 +26,23 @@ pub fn open(path: &Path, format: Option<&Format>, options: &ReadOptions) -> Resu
     if let Some(format) = format {
         return (format.reader)(path, options);
     }
+    (recognised(path)?.reader)(path, options)
+}
+
+/// The format of a mesh: that whose mark the file bears, whatever it is called; else that of its extension; else one that its
+/// first bytes could be of.
+///
+/// # Errors
+/// [`ReadError`] if the file cannot be read, or is of no known format.
+pub fn recognised(path: &Path) -> Result<&'static Format, ReadError> {
     let io = |source| ReadError::Io { path: path.to_path_buf(), source };
     let mut beginning = Vec::new();
     File::open(path).and_then(|f| f.take(BEGINNING as u64).read_to_end(&mut beginning)).map_err(io)?;
-    let recognised = |wanted| FORMATS.iter().copied().find(|f| (f.recognise)(&beginning) == wanted);
-    let found = recognised(Recognised::Surely)
-        .or_else(|| by_extension(path))
-        .or_else(|| recognised(Recognised::Perhaps))
-        .ok_or_else(|| ReadError::Unrecognised {
+    let of = |wanted| FORMATS.iter().copied().find(|f| (f.recognise)(&beginning) == wanted);
+    of(Recognised::Surely).or_else(|| by_extension(path)).or_else(|| of(Recognised::Perhaps)).ok_or_else(|| {
+        ReadError::Unrecognised {
             path: path.to_path_buf(),
             expected: FORMATS.iter().map(|f| f.title).collect::<Vec<_>>().join(", "),
-        })?;
-    (found.reader)(path, options)
+        }
+    })
 }

@@ -2,19 +2,14 @@
 
 use std::path::Path;
 
-use super::{Header, SinkError};
+use super::{Bounds, Header, Setup, SinkError};
 use crate::base::CoordinateFrame;
 
 /// A vertex as the frame writes it: x, y, z.
 ///
 /// # Errors
 /// [`SinkError::Lossy`] for a height that would be read again at another height than within `loss`, or is not finite.
-pub(super) fn placed(
-    frame: &CoordinateFrame,
-    loss: f64,
-    path: &Path,
-    [x, y, height]: [f64; 3],
-) -> Result<[f64; 3], SinkError> {
+fn placed(frame: &CoordinateFrame, loss: f64, path: &Path, [x, y, height]: [f64; 3]) -> Result<[f64; 3], SinkError> {
     let (x, y) = frame.written_place((x, y));
     let z = frame.written_height(height);
     let lost = (frame.height(z) - height).abs();
@@ -22,6 +17,41 @@ pub(super) fn placed(
         return Err(SinkError::Lossy { path: path.to_path_buf(), height, allowed: loss, found: lost });
     }
     Ok([x, y, z])
+}
+
+/// How a writer makes the numbers of vertices.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Placer {
+    frame: CoordinateFrame,
+    loss: f64,
+    as_is: bool,
+}
+
+impl Placer {
+    /// As the setup of a sink says.
+    pub(super) fn of(setup: &Setup) -> Placer {
+        Placer { frame: setup.header.frame, loss: setup.loss, as_is: setup.as_is }
+    }
+
+    /// The numbers of a vertex: x, y, z.
+    ///
+    /// # Errors
+    /// See [`placed`].
+    pub(super) fn place(&self, path: &Path, vertex: [f64; 3]) -> Result<[f64; 3], SinkError> {
+        if self.as_is { Ok(vertex) } else { placed(&self.frame, self.loss, path, vertex) }
+    }
+
+    /// The bounds of the numbers.
+    pub(super) fn bounds(&self, Bounds { min, max }: Bounds) -> Bounds {
+        if self.as_is {
+            return Bounds { min, max };
+        }
+        let placed = |[x, y, height]: [f64; 3]| {
+            let (x, y) = self.frame.written_place((x, y));
+            [x, y, self.frame.written_height(height)]
+        };
+        Bounds { min: placed(min), max: placed(max) }
+    }
 }
 
 /// A text in one line: a line break would end the comment it stands in.

@@ -2,13 +2,14 @@
 
 use super::{Error, Outcome, TileTimes};
 use crate::base::GeoTransform;
-use crate::base::channels::Channel;
+use crate::base::channels::{Channel, Number};
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
 use crate::base::lattice::STEPS;
 use crate::base::mesh::Vertex;
 use crate::base::tiling::{TileGrid, TileId};
 use crate::formats::{Bounds, Contents, Sink};
+use crate::job::normals::{Maker, NAMES, NormalSource};
 use crate::job::spool::{Chunk, Ids, Spool};
 use crate::kernel::measure::ErrorStats;
 
@@ -103,16 +104,17 @@ impl Mesh {
     /// # Errors
     /// [`Error`]; the sink is dropped unfinished then.
     pub fn write(&self, sink: Box<dyn Sink + '_>, control: &Control<'_>) -> Result<Summary, Error> {
-        self.write_if(sink, control, &|| Ok(()))
+        self.write_if(sink, None, control, &|| Ok(()))
     }
 
-    /// Does what [`Mesh::write`] does, but asks the sink to finish only if `may_finish` has nothing against it.
+    /// Does what [`Mesh::write`] does, with normals as the last three attributes if they are wanted; but asks the sink to finish only if `may_finish` has nothing against it.
     ///
     /// # Errors
     /// [`Error`], that of `may_finish` among them; the sink is dropped unfinished then.
     pub fn write_if(
         &self,
         mut sink: Box<dyn Sink + '_>,
+        normals: Option<NormalSource<'_>>,
         control: &Control<'_>,
         may_finish: &dyn Fn() -> Result<(), Error>,
     ) -> Result<Summary, Error> {
@@ -122,13 +124,22 @@ impl Mesh {
         let mut summary = self.count()?;
         let (vertices, triangles) = (summary.vertices, summary.triangles);
         let bounds = if needs.bounds { self.bounds(control)? } else { None };
-        sink.begin(&Contents { vertices, triangles, attributes: &self.channels, has_normals: false, bounds })?;
-        self.write_vertices(sink.as_mut(), &mut summary, control)?;
+        let has_normals = normals.is_some();
+        let attributes = self.attributes(has_normals);
+        sink.begin(&Contents { vertices, triangles, attributes: &attributes, has_normals, bounds })?;
+        self.write_vertices(sink.as_mut(), normals, &mut summary, control)?;
         self.write_triangles(sink.as_mut(), needs.corners, control)?;
         may_finish()?;
         sink.finish()?;
         control.progress.end(Stage::Write);
         Ok(summary)
+    }
+
+    /// What vertices have in the output.
+    fn attributes(&self, has_normals: bool) -> Vec<Channel> {
+        let normals = NAMES.iter().filter(|_| has_normals);
+        let normals = normals.map(|name| Channel { name: name.to_string(), number: Number::F32 });
+        self.channels.iter().cloned().chain(normals).collect()
     }
 
     fn count(&self) -> Result<Summary, Error> {
@@ -166,7 +177,15 @@ impl Mesh {
         [x, y, vertex.height]
     }
 
-    fn write_vertices(&self, sink: &mut dyn Sink, summary: &mut Summary, control: &Control<'_>) -> Result<(), Error> {
+    fn write_vertices(
+        &self,
+        sink: &mut dyn Sink,
+        normals: Option<NormalSource<'_>>,
+        summary: &mut Summary,
+        control: &Control<'_>,
+    ) -> Result<(), Error> {
+        let mut normals = normals.map(|source| Maker::new(&source, self)).transpose()?;
+        let mut axes: [Vec<f64>; 3] = Default::default();
         let mut placed = Vec::new();
         for chunk in self.chunks() {
             control.cancel.check()?;
@@ -174,7 +193,15 @@ impl Mesh {
             let tile = self.chunks.tile(chunk.tile);
             placed.clear();
             placed.extend(chunk.vertices.iter().map(|vertex| self.on_the_map(tile, vertex)));
-            let attributes: Vec<&[f64]> = chunk.attributes.iter().map(|a| a.values.as_slice()).collect();
+            let mut attributes: Vec<&[f64]> = chunk.attributes.iter().map(|a| a.values.as_slice()).collect();
+            if let Some(maker) = &mut normals {
+                let normals = maker.of_chunk(&chunk)?;
+                axes.iter_mut().enumerate().for_each(|(axis, values)| {
+                    values.clear();
+                    values.extend(normals.iter().map(|normal| normal[axis]));
+                });
+                attributes.extend(axes.iter().map(Vec::as_slice));
+            }
             sink.vertices(&placed, &attributes)?;
             faults::reach(Point::Vertices);
             summary.relaxed += chunk.relaxed;
@@ -216,7 +243,7 @@ impl Mesh {
     }
 
     /// A chunk's vertices on the map, in the order its triangles count them, as [`Ids::of_chunk`] numbers them.
-    fn place_all(&self, chunk: &Chunk, ids: &Ids<'_>, into: &mut Vec<[f64; 3]>) {
+    pub(super) fn place_all(&self, chunk: &Chunk, ids: &Ids<'_>, into: &mut Vec<[f64; 3]>) {
         let tile = self.chunks.tile(chunk.tile);
         let (lent, inside) = chunk.vertices.split_at(chunk.before_borrowed());
         into.clear();

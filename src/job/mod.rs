@@ -8,6 +8,8 @@
 mod error;
 mod goal;
 mod mesh;
+pub mod normals;
+mod order;
 mod params;
 mod passes;
 pub mod plan;

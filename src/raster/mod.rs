@@ -40,5 +40,6 @@ pub use gdal_messages::{keep_gdal_warnings, quiet_gdal, take_gdal_warnings};
 pub(crate) use gdal_name::GdalName;
 pub use open::{Opening, Raster, bound_gdal_cache};
 pub use points::{PointSource, Points, PointsError, read_points};
+pub(crate) use reference::metres_of;
 pub use view::{Part, View, ViewError};
 pub use watch::FileWatch;

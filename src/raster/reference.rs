@@ -1,9 +1,10 @@
 //! What a raster says of its coordinates and heights.
 
 use gdal::Metadata;
+use gdal::spatial_ref::SpatialRef;
 
 use super::Raster;
-use crate::base::Reference;
+use crate::base::{Metres, Reference};
 
 impl Raster {
     /// See [`Reference`].
@@ -31,6 +32,7 @@ impl Raster {
             geographic,
             longitudes_beyond_180: geographic && self.extent()[2] > 180.0,
             unit: unit.unwrap_or_default(),
+            metres: crs.as_ref().and_then(metres),
             vertical_crs,
             height_unit,
             pixel_is: self.dataset.metadata_item("AREA_OR_POINT", "").unwrap_or_default(),
@@ -53,4 +55,18 @@ impl Raster {
         crs.morph_to_esri().ok()?;
         crs.to_wkt().ok().filter(|wkt| !wkt.is_empty())
     }
+}
+
+/// How long the unit of x and y is in a CRS: its authority's code, or WKT; `None` where that is not known.
+pub(crate) fn metres_of(definition: &str) -> Option<Metres> {
+    metres(&SpatialRef::from_definition(definition).ok()?)
+}
+
+/// How long the unit of x and y is.
+fn metres(crs: &SpatialRef) -> Option<Metres> {
+    if !crs.is_geographic() {
+        return Some(crs.linear_units()).filter(|metres| crs.is_projected() && *metres > 0.0).map(Metres::PerUnit);
+    }
+    let (semi_major, semi_minor) = (crs.semi_major().ok()?, crs.semi_minor().ok()?);
+    Some(Metres::OnEllipsoid { semi_major, semi_minor, radians: crs.angular_units() }).filter(|_| semi_minor > 0.0)
 }

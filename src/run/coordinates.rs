@@ -2,8 +2,9 @@
 
 use super::{Coordinates, Request, RunError};
 use crate::base::control::Control;
-use crate::base::{Band, CoordinateFrame, Tolerance};
+use crate::base::{Band, CoordinateFrame, Metres, Tolerance, metres_in};
 use crate::field::{height_range, searched_range};
+use crate::formats::{Format, Precision, Unit};
 use crate::job::{Error, Goal, Params, VertexHeights};
 
 /// How coordinates are written, and what that leaves for the mesh.
@@ -29,15 +30,16 @@ impl Written {
     /// found out likewise: the loss may count that many times.
     pub(super) fn find(
         request: &Request<'_>,
+        format: &Format,
         band: &Band,
         importance: Option<&Band>,
         is_flat: bool,
         control: &Control<'_>,
     ) -> Result<Written, RunError> {
-        let frame = frame(request.coordinates, band)?;
+        let frame = frame(request.coordinates, format, band)?;
         let Params { tolerance, goal, heights, .. } = request.params;
         let fits = heights == VertexHeights::Sampled && fits_single(band);
-        if is_flat || (request.coordinates.scales_exactly() && (fits || !frame.single)) {
+        if is_flat || (frame.scales_exactly() && (fits || !frame.single)) {
             return Ok(Written { frame, loss: 0.0, tolerance, goal });
         }
         let range = height_range(band, control)?;
@@ -72,10 +74,20 @@ impl Written {
     }
 }
 
-fn frame(coordinates: Coordinates, band: &Band) -> Result<CoordinateFrame, RunError> {
-    let Coordinates { local, z_scale, single } = coordinates;
+/// Whether a run writes single precision: it is asked to, or the format has no other.
+pub(super) fn is_single(coordinates: Coordinates, format: &Format) -> bool {
+    coordinates.single || !format.precisions.contains(&Precision::Double)
+}
+
+fn frame(coordinates: Coordinates, format: &Format, band: &Band) -> Result<CoordinateFrame, RunError> {
+    let Coordinates { local, z_scale, .. } = coordinates;
+    let single = is_single(coordinates, format);
     let origin = if local || single { origin(band.extent()) } else { CoordinateFrame::PLAIN.origin };
-    let frame = CoordinateFrame { origin, z_scale, single, ..CoordinateFrame::PLAIN };
+    let (xy_scale, metres) = match format.unit {
+        Unit::OfCrs => (CoordinateFrame::PLAIN.xy_scale, 1.0),
+        Unit::Metre => in_metres(band),
+    };
+    let frame = CoordinateFrame { origin, xy_scale, z_scale: z_scale * metres, single };
     // In doubles it was made sure of when the raster was opened.
     if single && !frame.tells_apart(&band.geo_transform(), band.width(), band.height()) {
         let (path, width, height) = (band.path().to_path_buf(), band.width(), band.height());
@@ -84,8 +96,22 @@ fn frame(coordinates: Coordinates, band: &Band) -> Result<CoordinateFrame, RunEr
     Ok(frame)
 }
 
+/// Metres in a unit of x and y in the middle of the raster, and in a unit of heights. What is not said is taken for metres.
+fn in_metres(band: &Band) -> ((f64, f64), f64) {
+    let reference = band.reference();
+    let [_, bottom, _, top] = band.extent();
+    (across_in_metres(reference.metres, bottom, top), metres_in(&reference.height_unit).unwrap_or(1.0))
+}
+
+/// Metres in a unit of x and y in the middle between two y; what is not known is taken for metres.
+pub(super) fn across_in_metres(metres: Option<Metres>, bottom: f64, top: f64) -> (f64, f64) {
+    let across = metres.map_or(CoordinateFrame::PLAIN.xy_scale, |metres| metres.at((bottom + top) / 2.0));
+    // At a pole all longitudes are the same place.
+    if across.0 > 0.0 { across } else { (across.1, across.1) }
+}
+
 /// A round number near the middle of the raster: nothing is left of large coordinates but what the raster spans.
-fn origin([left, bottom, right, top]: [f64; 4]) -> (f64, f64) {
+pub(super) fn origin([left, bottom, right, top]: [f64; 4]) -> (f64, f64) {
     let step = 10f64.powf((right - left).max(top - bottom).log10().floor());
     let round = |low: f64, high: f64| {
         let rounded = ((low + high) / 2.0 / step).round() * step;

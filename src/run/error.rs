@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use super::LookError;
 use crate::base::RasterError;
+use crate::base::external::ScratchError;
 use crate::base::staged::OutputError;
 use crate::field::FieldError;
-use crate::formats::SinkOption;
+use crate::formats::{ReadError, SinkError, SinkOption};
 use crate::job::rules::Incompatible;
 use crate::job::work_dir::WorkDirError;
 use crate::job::{BudgetTooSmall, Error};
@@ -101,6 +102,12 @@ pub enum RunError {
         /// What the system says.
         reason: String,
     },
+    /// The mesh that is converted.
+    #[error(transparent)]
+    Mesh(#[from] ReadError),
+    /// Temporary files.
+    #[error(transparent)]
+    Scratch(#[from] ScratchError),
     /// Judging a mesh.
     #[error(transparent)]
     Verify(#[from] VerifyError),
@@ -154,7 +161,7 @@ macro_rules! of_the_job {
         }
     )*};
 }
-of_the_job!(RasterError, FieldError, OutputError, WorkDirError, BudgetTooSmall);
+of_the_job!(RasterError, FieldError, OutputError, SinkError, WorkDirError, BudgetTooSmall);
 
 impl From<Error> for RunError {
     fn from(error: Error) -> RunError {

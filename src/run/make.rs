@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::attributes::Ranged;
-use super::coordinates::{Written, fits_single};
+use super::coordinates::{Written, fits_single, is_single};
 use super::inputs::{Inputs, Points};
 use super::look::look;
 use super::report::{Needs, Report, Seconds, Sources, WorkDirState};
@@ -17,11 +17,12 @@ use crate::base::features::Feature;
 use crate::base::staged::StagedFile;
 use crate::base::warning::{Warning, WarningCode};
 use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions, may_have_holes};
-use crate::formats::{self, Attributes, FORMATS, Format, Setup};
+use crate::formats::{self, Attributes, FORMATS, Format, Setup, SinkOption};
+use crate::job::normals::NormalSource;
 use crate::job::plan::{
     DENSEST, DiskUse, Estimate, Expected, Load, Plan, check_disk, default_budget, estimate, probe, probe_field,
 };
-use crate::job::{Error, Params, grid, rules, triangulate, triangulate_into};
+use crate::job::{Error, Params, VertexHeights, grid, rules, triangulate, triangulate_into};
 use crate::kernel::measure::ErrorStats;
 
 /// Does [`super::simplify`].
@@ -59,24 +60,28 @@ struct Run<'a> {
     control: &'a Control<'a>,
 }
 
-/// The format of a request.
-fn format(request: &Request<'_>) -> Result<&'static Format, RunError> {
-    if let Some(format) = request.format {
+/// The format of an output: the one that is asked for, else that of its extension.
+pub(super) fn format_of(output: &Path, asked: Option<&'static Format>) -> Result<&'static Format, RunError> {
+    if let Some(format) = asked {
         return Ok(format);
     }
-    formats::by_extension(&request.output).ok_or_else(|| RunError::Format {
-        path: request.output.clone(),
+    formats::by_extension(output).ok_or_else(|| RunError::Format {
+        path: output.to_path_buf(),
         known: FORMATS.iter().flat_map(|f| f.extensions).map(|e| format!(".{e}")).collect::<Vec<_>>().join(", "),
-        found: request.output.extension().map_or("none".to_string(), |e| format!(".{}", e.display())),
+        found: output.extension().map_or("none".to_string(), |e| format!(".{}", e.display())),
     })
 }
 
 /// Refuses options that the format does not take.
-fn check_options(request: &Request<'_>, format: &'static Format) -> Result<(), RunError> {
-    let Some(option) = request.sink.asked().find(|option| !format.options.contains(option)) else { return Ok(()) };
+pub(super) fn check_options(
+    output: &Path,
+    mut asked: impl Iterator<Item = SinkOption>,
+    format: &'static Format,
+) -> Result<(), RunError> {
+    let Some(option) = asked.find(|option| !format.options.contains(option)) else { return Ok(()) };
     let formats =
         FORMATS.iter().filter(|f| f.options.contains(&option)).map(|f| f.title).collect::<Vec<_>>().join(", ");
-    Err(RunError::FormatOption { path: request.output.clone(), format: format.title, option, formats })
+    Err(RunError::FormatOption { path: output.to_path_buf(), format: format.title, option, formats })
 }
 
 fn start_threads(threads: usize) -> Result<rayon::ThreadPool, RunError> {
@@ -93,13 +98,16 @@ impl<'a> Run<'a> {
         warned: &'a Warned<'a>,
         control: &'a Control<'a>,
     ) -> Result<Run<'a>, RunError> {
-        let format = format(request)?;
-        check_options(request, format)?;
+        let format = format_of(&request.output, request.format)?;
+        let normals = request.normals.map(|_| SinkOption::Normals);
+        check_options(&request.output, request.sink.asked().chain(normals), format)?;
         let features = request.features();
         rules::check(features)?;
         let inputs = Inputs::open(request, is_made, warned, &control.cancel)?;
         let Inputs { band, attributes, importance, points, .. } = &inputs;
-        if request.coordinates.single && !fits_single(band) {
+        if is_single(request.coordinates, format)
+            && (!fits_single(band) || request.params.heights == VertexHeights::Fitted)
+        {
             rules::check(features.with(Feature::RoundedToSingle))?;
         }
         let load = Load {
@@ -117,14 +125,14 @@ impl<'a> Run<'a> {
         let plan = Plan::new(request.memory.unwrap_or_else(default_budget), &load, wanted)?;
         bound_cache(plan.cache_bytes);
         let coordinates = &request.coordinates;
-        let is_plain = !coordinates.local && !coordinates.single && coordinates.z_scale == 1.0;
+        let is_plain = !coordinates.local && !is_single(*coordinates, format) && coordinates.z_scale == 1.0;
         if is_made && !is_plain {
             // Finding out what is lost may take long, so an output that cannot be written is found first.
             first_look(request)?;
         }
         let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
         let pool = start_threads(plan.threads)?;
-        let written = pool.install(|| Written::find(request, band, importance.as_ref(), is_flat, control))?;
+        let written = pool.install(|| Written::find(request, format, band, importance.as_ref(), is_flat, control))?;
         let params = Params {
             tolerance: written.tolerance,
             goal: written.goal,
@@ -228,7 +236,13 @@ impl<'a> Run<'a> {
         let header = provenance::header(request, self.band(), &self.written, ranged);
         let sink = (self.format.sink)(
             staged,
-            Setup { header, loss: self.written.loss, options: request.sink, temp_dir: Some(params.temp_dir.clone()) },
+            Setup {
+                header,
+                loss: self.written.loss,
+                as_is: false,
+                options: request.sink,
+                temp_dir: Some(params.temp_dir.clone()),
+            },
         )?;
         self.warn_of_attributes(ranged);
         let field = self.field(ranged, &partial)?;
@@ -240,7 +254,9 @@ impl<'a> Run<'a> {
         let unchanged = || self.inputs.watches.iter().try_for_each(|watch| watch.check());
         unchanged()?;
         let triangulated = Instant::now();
-        let summary = mesh.write_if(sink, self.control, &|| {
+        let frame = self.written.frame;
+        let normals = request.normals.map(|normals| NormalSource { normals, field: &field, frame });
+        let summary = mesh.write_if(sink, normals, self.control, &|| {
             unchanged()?;
             kept.map_or(Ok(()), Kept::committing)
         })?;

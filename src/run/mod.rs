@@ -7,6 +7,7 @@
 //! A run works on threads of its own, as many as its memory is for; it may be called from any thread.
 
 mod attributes;
+mod convert;
 mod coordinates;
 mod error;
 #[cfg(feature = "gdal")]
@@ -20,6 +21,7 @@ pub mod report;
 mod request;
 mod resume;
 
+pub use convert::{ConvertReport, ConvertRequest, convert};
 pub use error::{Fate, RunError};
 #[cfg(feature = "gdal")]
 pub use info::{Description, Info, describe};

@@ -9,6 +9,7 @@ use crate::base::features::{Feature, FeatureSet};
 use crate::base::{Band, PointSet};
 use crate::field::Choice;
 use crate::formats::{Format, SinkOptions};
+use crate::job::normals::Normals;
 use crate::job::{Params, VertexHeights};
 #[cfg(feature = "gdal")]
 use crate::raster::{PointSource, View};
@@ -166,6 +167,8 @@ pub struct Request<'a> {
     pub importance: Option<Input>,
     /// Samples that become vertices.
     pub points: Option<PointInput>,
+    /// Normals of vertices, as the format has them.
+    pub normals: Option<Normals>,
     /// Voids up to this number of samples are filled: the mesh goes on over them, bound by no tolerance there. 0 fills none.
     pub fill_voids: u64,
     /// How coordinates are written.
@@ -195,6 +198,7 @@ impl Request<'_> {
             attributes: None,
             importance: None,
             points: None,
+            normals: None,
             fill_voids: 0,
             coordinates: Coordinates::default(),
             access: Choice::Auto,

@@ -3,11 +3,13 @@
 
 mod scratch;
 mod sort;
+mod store;
 
 use std::path::PathBuf;
 
 pub(crate) use scratch::{Queue, Scratch};
 pub(crate) use sort::{Sorted, Sorter};
+pub(crate) use store::{Store, StoreWriter};
 
 use super::control::Cancelled;
 

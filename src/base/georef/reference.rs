@@ -1,5 +1,7 @@
 //! What coordinates and heights mean.
 
+use super::Metres;
+
 /// What a raster's coordinates and heights mean, as far as it says.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Reference {
@@ -13,6 +15,9 @@ pub struct Reference {
     pub longitudes_beyond_180: bool,
     /// The unit of x and y; empty where it is not said.
     pub unit: String,
+    /// How long it is; `None` where that is not known. Not part of reports.
+    #[serde(skip)]
+    pub metres: Option<Metres>,
     /// The vertical CRS; empty where there is none.
     pub vertical_crs: String,
     /// The unit of heights, as the band or else the vertical CRS says; empty where neither does.
@@ -31,6 +36,7 @@ impl Reference {
             geographic: false,
             longitudes_beyond_180: false,
             unit: String::new(),
+            metres: None,
             vertical_crs: String::new(),
             height_unit: String::new(),
             pixel_is: String::new(),

@@ -6,7 +6,7 @@ mod write;
 
 pub use write::ObjSink;
 
-use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Setup, Unit, Vertices};
+use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, SinkOption, Unit, Vertices};
 
 /// The format's row in the table.
 pub const FORMAT: Format = Format {
@@ -21,9 +21,9 @@ pub const FORMAT: Format = Format {
     limits: Limits { vertices: u64::MAX, triangles: u64::MAX },
     // Colours after coordinates (`v x y z r g b`) are no part of the format; meshio 5.3.5 takes them for coordinates.
     attributes: Attributes::None,
-    options: &[],
+    options: &[SinkOption::Normals],
     bytes: Bytes { vertex: 56.0, triangle: 27.0, attribute: 0.0 },
-    sink: |staged, Setup { header, loss, .. }| Ok(Box::new(ObjSink::new(staged, header, loss)?)),
+    sink: |staged, setup| Ok(Box::new(ObjSink::new(staged, setup)?)),
     reader: |path, options| Ok(Box::new(read::ObjReader::open(path, &options.cancel)?)),
     recognise: read::recognise,
 };

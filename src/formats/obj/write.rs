@@ -6,8 +6,8 @@ use super::FORMAT;
 use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
 use crate::formats::output::Output;
-use crate::formats::wording::{facts, placed};
-use crate::formats::{Contents, Header, Sink, SinkError};
+use crate::formats::wording::{Placer, facts};
+use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 
 /// OBJ: `v x y z`, then `f a b c`, numbered from 1; the header's facts are comments.
 ///
@@ -22,26 +22,30 @@ use crate::formats::{Contents, Header, Sink, SinkError};
 pub struct ObjSink {
     output: Output,
     header: Header,
-    loss: f64,
+    placer: Placer,
+    has_normals: bool,
 }
 
 impl ObjSink {
-    /// Writes to `staged`. A height may be read again within `loss` of what it is.
+    /// Writes to `staged`, as the setup says.
     ///
     /// # Errors
     /// [`SinkError`] if the `.prj` cannot lie beside it.
-    pub fn new(mut staged: StagedFile, header: Header, loss: f64) -> Result<ObjSink, SinkError> {
+    pub fn new(mut staged: StagedFile, setup: Setup) -> Result<ObjSink, SinkError> {
+        let placer = Placer::of(&setup);
+        let header = setup.header;
         let is_on_the_map = !header.frame.is_local();
         let prj = header.crs.esri_wkt.as_ref().filter(|_| is_on_the_map);
         staged.beside("prj", prj.map(|wkt| wkt.clone().into_bytes()))?;
-        Ok(ObjSink { output: Output::new(staged), header, loss })
+        Ok(ObjSink { output: Output::new(staged), header, placer, has_normals: false })
     }
 }
 
 impl Sink for ObjSink {
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
         FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
-        let Contents { vertices, triangles, .. } = contents;
+        let Contents { vertices, triangles, has_normals, .. } = *contents;
+        self.has_normals = has_normals;
         let mut header = format!("# mesh of {vertices} vertices and {triangles} triangles\n");
         for line in facts(&self.header) {
             // A line that ends in a backslash would go on in the next.
@@ -52,10 +56,16 @@ impl Sink for ObjSink {
         Ok(())
     }
 
-    fn vertices(&mut self, vertices: &[[f64; 3]], _: &[&[f64]]) -> Result<(), SinkError> {
-        for vertex in vertices {
-            let [x, y, z] = placed(&self.header.frame, self.loss, self.output.path(), *vertex)?;
+    fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
+        let normals = if self.has_normals { &attributes[attributes.len() - 3..] } else { &[] };
+        for (i, vertex) in vertices.iter().enumerate() {
+            let [x, y, z] = self.placer.place(self.output.path(), *vertex)?;
             writeln!(self.output.buffer(), "v {} {} {}", Decimal(x), Decimal(y), Decimal(z)).expect("memory takes all");
+            if let [nx, ny, nz] = normals {
+                // As short as singles are.
+                let [nx, ny, nz] = [nx[i], ny[i], nz[i]].map(|n| n as f32);
+                writeln!(self.output.buffer(), "vn {nx} {ny} {nz}").expect("memory takes all");
+            }
             self.output.drain()?;
         }
         Ok(())
@@ -67,6 +77,10 @@ impl Sink for ObjSink {
             for &vertex in triangle {
                 self.output.buffer().push(b' ');
                 push_decimal(self.output.buffer(), vertex + 1);
+                if self.has_normals {
+                    self.output.buffer().extend_from_slice(b"//");
+                    push_decimal(self.output.buffer(), vertex + 1);
+                }
             }
             self.output.buffer().push(b'\n');
             self.output.drain()?;
@@ -105,7 +119,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("tin.obj");
         let mut sink =
-            ObjSink::new(StagedFile::create(&path, false, &[]).expect("staged"), header, 0.0).expect("a sink");
+            ObjSink::new(StagedFile::create(&path, false, &[]).expect("staged"), Setup { header, ..Setup::default() })
+                .expect("a sink");
         let contents = Contents { vertices: 3, triangles: 1, ..Contents::default() };
         sink.begin(&contents).expect("begun");
         sink.vertices(&[[0.5, -0.5, 1.25], [1e-7, -0.0, 1e22], [0.1, 2.0, -7.0]], &[]).expect("written");

@@ -4,8 +4,8 @@ use super::FORMAT;
 use crate::base::channels::{Channel, Number};
 use crate::base::staged::StagedFile;
 use crate::formats::output::Output;
-use crate::formats::wording::{frame_lines, one_line, placed, run_lines};
-use crate::formats::{Contents, Header, Sink, SinkError};
+use crate::formats::wording::{Placer, frame_lines, one_line, run_lines};
+use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 
 /// Binary little-endian PLY: vertices as x, y, z (`double`, or `float`, as the header's frame says) and a number for every
 /// attribute (`uchar`, `float` or `double`), faces as lists of three 32-bit numbers. The header's facts are comments.
@@ -15,8 +15,7 @@ use crate::formats::{Contents, Header, Sink, SinkError};
 pub struct PlySink {
     output: Output,
     header: Header,
-    /// How far a height may be from what is read again.
-    loss: f64,
+    placer: Placer,
     numbers: Vec<Number>,
 }
 
@@ -26,13 +25,13 @@ const TRIANGLE_BYTES: u64 = 13;
 impl PlySink {
     /// Writes to `staged`, and every height so that it is read again exactly.
     pub fn new(staged: StagedFile, header: Header) -> PlySink {
-        PlySink { output: Output::new(staged), header, loss: 0.0, numbers: Vec::new() }
+        PlySink::with_setup(staged, Setup { header, ..Setup::default() })
     }
 
-    /// The same, but a height may be read again within `loss` of what it is
-    /// ([`crate::base::CoordinateFrame::height`]); one that would lose more ends the writing.
-    pub fn with_loss(self, loss: f64) -> PlySink {
-        PlySink { loss, ..self }
+    /// Writes to `staged`, as the setup says.
+    pub fn with_setup(staged: StagedFile, setup: Setup) -> PlySink {
+        let placer = Placer::of(&setup);
+        PlySink { output: Output::new(staged), header: setup.header, placer, numbers: Vec::new() }
     }
 }
 
@@ -80,7 +79,7 @@ impl Sink for PlySink {
     fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
         assert_eq!(attributes.len(), self.numbers.len(), "attributes");
         for (i, vertex) in vertices.iter().enumerate() {
-            for value in placed(&self.header.frame, self.loss, self.output.path(), *vertex)? {
+            for value in self.placer.place(self.output.path(), *vertex)? {
                 match self.header.frame.single {
                     true => self.output.buffer().extend_from_slice(&(value as f32).to_le_bytes()),
                     false => self.output.buffer().extend_from_slice(&value.to_le_bytes()),

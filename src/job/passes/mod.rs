@@ -32,6 +32,7 @@ use self::clocks::Clocks;
 use self::pool::Pool;
 use self::seams::SeamMaker;
 use self::workspace::Workspace;
+use super::order::in_cache_order;
 use super::spool::{Chunks, Spool};
 use super::{Error, Params, Quality};
 use crate::base::control::{Control, Stage};
@@ -265,6 +266,11 @@ trait Maker: Default + Send {
 }
 
 impl Run<'_> {
+    /// Whether the pass's chunks are the mesh.
+    fn is_last(&self) -> bool {
+        self.job.passes().last() == Some(self.pass)
+    }
+
     fn tiles<M: Maker>(&self, tiles: Range<usize>, out: &Spool) -> Result<PassResult, Error> {
         let (Job { control, .. }, stage) = (self.job, self.pass.stage());
         let samples = tiles.clone().map(|tile| self.pass.grid.place(tile).owned_samples()).sum();
@@ -288,6 +294,9 @@ impl Run<'_> {
         let found = out.find(tile, &mut shared.chunk, &mut shared.encoded)?;
         if !found {
             maker.make(self, &place)?;
+            if self.is_last() {
+                in_cache_order(&mut maker.shared().chunk);
+            }
             let Workspace { chunk, encoded, .. } = maker.shared();
             self.clocks.spool.time(|| out.append(chunk, encoded))?;
         } else if out.check_samples() {

@@ -7,7 +7,7 @@ use crate::kernel::measure::{ANGLES, BINS, ErrorStats, Extent, HeightStats, OVER
 use crate::kernel::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
-const VERSION: u32 = 9;
+const VERSION: u32 = 10;
 
 /// What is wrong with some bytes: (expected, found).
 pub(super) type Damage = (String, String);

@@ -93,6 +93,23 @@ impl<'a> Ids<'a> {
         (owner, self.owner(owner.column, owner.row).lent[place as usize])
     }
 
+    /// The owner of a vertex that a tile borrows, and its place among the vertices that the owner lends.
+    ///
+    /// # Panics
+    /// If the tile is not in the current row.
+    pub fn lender(&self, tile: TileId, foreign: Foreign) -> (TileId, usize) {
+        let (owner, place) = self.find(tile, foreign);
+        (owner, place as usize)
+    }
+
+    /// The vertices that a tile lends, with its own places.
+    ///
+    /// # Panics
+    /// If the tile is not in the current row or the next.
+    pub fn lent(&self, tile: TileId) -> &[Vertex] {
+        &self.owner(tile.column, tile.row).lent
+    }
+
     fn of_foreign(&self, tile: TileId, foreign: Foreign) -> u64 {
         let (owner, place) = self.find(tile, foreign);
         self.owner(owner.column, owner.row).first + place

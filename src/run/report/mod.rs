@@ -149,6 +149,9 @@ pub struct MapReport {
     pub reference: Reference,
     /// What is taken from x and y in the output.
     pub offset: (f64, f64),
+    /// What x and y, less the offset, are multiplied by in the output: metres in a degree or a foot, where the format wants
+    /// metres.
+    pub xy_scale: (f64, f64),
     /// What heights are multiplied by in the output.
     pub z_scale: f64,
     /// "double" or "float".
@@ -404,6 +407,7 @@ impl MapReport {
         MapReport {
             reference: band.reference().clone(),
             offset: frame.origin,
+            xy_scale: frame.xy_scale,
             z_scale: frame.z_scale,
             precision: if frame.single { "float" } else { "double" },
             kept_for_rounding: loss,

@@ -13,6 +13,7 @@ use crate::job::Budget;
 use crate::job::plan::{Estimate, Plan};
 use crate::job::work_dir::Finished;
 use crate::kernel::triangulate::Feasibility;
+use crate::run::ConvertReport;
 
 /// A name and a value.
 pub type Line = (&'static str, String);
@@ -215,20 +216,53 @@ impl ShapeReport {
     }
 }
 
+impl ConvertReport {
+    /// The report as names and values.
+    pub fn lines(&self) -> Vec<Line> {
+        let mut lines = vec![
+            ("format", format!("{} from {}", self.format, self.input_format)),
+            ("triangles", grouped(self.triangles)),
+            ("vertices", grouped(self.vertices)),
+        ];
+        if !self.attributes.is_empty() {
+            let names: Vec<&str> = self.attributes.iter().map(|channel| channel.name.as_str()).collect();
+            lines.push(("attributes", names.join(", ")));
+        }
+        let written = written(self.offset, self.xy_scale, self.z_scale, self.precision);
+        if !written.is_empty() {
+            lines.push(("written", written.join("; ")));
+        }
+        if self.loss > 0.0 {
+            lines.push(("loss", format!("heights are up to {:.1e} from those of the input", self.loss)));
+        }
+        lines.extend(self.max_error.map(|error| ("max error", error.to_string())));
+        lines
+    }
+}
+
+/// How coordinates stand in the output, in words.
+fn written(offset: (f64, f64), xy_scale: (f64, f64), z_scale: f64, precision: &str) -> Vec<String> {
+    let mut written = Vec::new();
+    if offset != (0.0, 0.0) {
+        written.push(format!("x less {}, y less {}", offset.0, offset.1));
+    }
+    if xy_scale != (1.0, 1.0) {
+        written.push(format!("in metres: x × {}, y × {}", xy_scale.0, xy_scale.1));
+    }
+    if z_scale != 1.0 {
+        written.push(format!("z is height × {z_scale}"));
+    }
+    if precision == "float" {
+        written.push("single precision".to_string());
+    }
+    written
+}
+
 impl MapReport {
     fn lines(&self) -> Vec<Line> {
         let mut lines = vec![("map", place(&self.reference)), ("heights", heights(&self.reference))];
         lines.retain(|(_, value)| !value.is_empty());
-        let mut written = Vec::new();
-        if self.offset != (0.0, 0.0) {
-            written.push(format!("x less {}, y less {}", self.offset.0, self.offset.1));
-        }
-        if self.z_scale != 1.0 {
-            written.push(format!("z is height × {}", self.z_scale));
-        }
-        if self.precision == "float" {
-            written.push("single precision".to_string());
-        }
+        let mut written = written(self.offset, self.xy_scale, self.z_scale, self.precision);
         if self.kept_for_rounding > 0.0 {
             written.push(format!("{:.1e} of the tolerance is kept for rounding heights", self.kept_for_rounding));
         }
