@@ -4,13 +4,14 @@ CARGO ?= cargo
 # Where rustup puts it; a shell started before the installation does not look there.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help setup demo test test-long check checksums fuzz bench bench-quality bench-scale bench-kernels paper fmt accept
+.PHONY: help setup demo test test-long test-readers check checksums fuzz bench bench-quality bench-scale bench-kernels paper fmt accept
 
 help:
-	@echo 'make setup   install what is missing (Debian: GDAL, a C compiler, Python for one test)'
+	@echo 'make setup   install what is missing (Debian: GDAL, a C++ compiler, programs that read meshes for tests)'
 	@echo 'make demo    build, make a terrain, simplify, verify and draw it'
 	@echo 'make test    all tests'
 	@echo 'make test-long  the same, and random cases by the thousand'
+	@echo 'make test-readers  meshes of every format in PyVista, Open3D, pymeshlab, xugrid, uxarray, geopandas and QGIS (2.5 GB once)'
 	@echo 'make check   formatting, lints and documentation, warnings denied'
 	@echo 'make bench   the benchmark: against pydelatin and against GDAL alone'
 	@echo 'make bench-quality  what every --quality is worth, against pydelatin'
@@ -41,6 +42,12 @@ test: setup
 test-long: setup
 	TERRABITE_LONG_TESTS=1 $(CARGO) test --locked
 	$(CORE_TEST)
+
+# Programs that others wrote, which take minutes to install: PyPI's in an environment under target/, QGIS from Debian.
+test-readers: setup
+	$(CARGO) build --release --locked --bin terrabite
+	@scripts/setup_readers.sh
+	@python3 scripts/readers.py
 
 check: setup
 	$(CARGO) fmt --check

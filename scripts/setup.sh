@@ -10,10 +10,12 @@ need() { # PACKAGE COMMAND...: the package is missing if the command fails
 }
 
 need gcc cc --version
+# meshoptimizer is C++.
+need g++ c++ --version
 need libc6-dev test -e /usr/include/stdlib.h
 need pkg-config pkg-config --version
 need libgdal-dev pkg-config --exists gdal
-# Two tests open meshes with readers from PyPI, in an environment that the first of these Pythons makes which can: the one
+# Tests open meshes with readers from PyPI, in an environment that the first of these Pythons makes which can: the one
 # of the path may be pyenv's or too old, and packages of the system help only the system's.
 pythons=(python3 /usr/bin/python3)
 any_python() {
@@ -25,6 +27,13 @@ any_python() {
 }
 need python3 any_python
 need python3-venv any_python
+# Tests open meshes of every format with programs that others wrote: these, and one from npm.
+need nodejs node --version
+need npm npm --version
+need admesh admesh --version
+need libxml2-utils xmllint --version
+need netcdf-bin command -v ncdump
+need gdal-bin ogrinfo --version
 
 if ! command -v cargo >/dev/null; then
     echo "setup: Rust is missing; https://rustup.rs installs it" >&2

@@ -14,7 +14,7 @@ use crate::job::Error;
 use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
 use crate::preview::PreviewError;
-use crate::raster::{CutlineError, PointsError, ViewError};
+use crate::raster::{CutlineError, DrapeError, PointsError, ViewError};
 use crate::run::{Fate, LookError, RunError};
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
@@ -199,6 +199,9 @@ impl From<RunError> for Failure {
             }
             RunError::Importance(error) => error.into(),
             RunError::Points(error) => error.into(),
+            RunError::Texture(DrapeError::Place { .. }) => failure.hint("gdal_translate -a_srs -a_ullr gives it one"),
+            RunError::Texture(DrapeError::Elsewhere { .. }) => failure.hint("gdalinfo shows where it lies"),
+            RunError::Texture(_) => failure,
             RunError::Indistinct { .. } => failure.hint("choose --precision double"),
             RunError::Loss { single: true, .. } => failure.hint("--precision double loses less"),
             RunError::Loss { .. } => failure.hint("--z-scale 1 loses nothing"),

@@ -25,7 +25,7 @@ use crate::job::rules::{default_engine, default_quality};
 use crate::job::{DEFAULT_TILE, EngineChoice, Error, Params, Quality, VertexHeights};
 use crate::kernel::triangulate::Feasibility;
 use crate::raster::PointSource;
-use crate::run::{Input, Needs, PointInput, Report, Request, RunError, plan, simplify};
+use crate::run::{Input, Needs, PointInput, Report, Request, RunError, TextureInput, plan, simplify};
 
 /// Turn a raster into a mesh that is within a tolerance of every sample
 #[derive(Debug, clap::Args)]
@@ -72,6 +72,13 @@ pub(crate) struct SimplifyArgs {
     /// Normals of vertices: of the raster (gradient), or of the triangles around them (area). For PLY, GLB, OBJ and VTP
     #[arg(long, help_heading = "Format", hide_short_help = true, value_enum)]
     normals: Option<NormalsArg>,
+    /// Lay an image over the mesh, in any CRS that GDAL transforms: embedded (GLB), or beside it (OBJ, with a .mtl)
+    #[arg(long, help_heading = "Format", hide_short_help = true, value_name = "IMAGE")]
+    texture: Option<PathBuf>,
+    /// The most pixels along the longer side of --texture
+    #[arg(long, help_heading = "Format", hide_short_help = true, value_name = "PIXELS", default_value_t = 4096, requires = "texture",
+        value_parser = values::texture_size)]
+    texture_size: usize,
     /// A layer of points, in any format OGR reads: the samples nearest to them become vertices of the mesh.
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "FILE")]
     pub(super) points: Option<PathBuf>,
@@ -311,6 +318,7 @@ impl SimplifyArgs {
                 NormalsArg::Gradient => Normals::Gradient,
                 NormalsArg::Area => Normals::Area,
             }),
+            texture: self.texture.clone().map(|path| TextureInput { path, size: self.texture_size }),
             fill_voids: self.fill_holes,
             coordinates: self.coordinates.coordinates(),
             sink: self.format.sink(),

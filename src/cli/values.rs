@@ -64,6 +64,12 @@ pub(crate) fn mesh_format(text: &str) -> Result<MeshFormat, String> {
     }
 }
 
+/// Pixels along a side of a texture.
+pub(crate) fn texture_size(text: &str) -> Result<usize, String> {
+    let size = text.parse().ok().filter(|size| (1..=16_384).contains(size));
+    size.ok_or_else(|| "expected a number of pixels from 1 to 16384".to_string())
+}
+
 /// A number of vertices or triangles.
 pub(crate) fn count(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| "expected a whole number".to_string())

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{Contents, Header, MeshReader, ReadError, Sink, SinkError, SinkOption, SinkOptions};
+use crate::base::Texture;
 use crate::base::control::CancelToken;
 use crate::base::staged::StagedFile;
 
@@ -59,6 +60,8 @@ pub struct Setup {
     pub as_is: bool,
     /// Options of the format: none but those that it takes ([`Format::options`]).
     pub options: SinkOptions,
+    /// An image over the mesh, where the format takes one.
+    pub texture: Option<Texture>,
     /// The folder of temporary files; `None` is the system's.
     pub temp_dir: Option<PathBuf>,
 }

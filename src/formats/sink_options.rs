@@ -52,6 +52,7 @@ pub enum SinkOption {
     OgrDriver,
     OgrGeometry,
     Normals,
+    Texture,
 }
 
 impl SinkOptions {
@@ -77,6 +78,7 @@ impl fmt::Display for SinkOption {
             SinkOption::OgrDriver => "a format of GDAL",
             SinkOption::OgrGeometry => "a kind of geometry",
             SinkOption::Normals => "normals",
+            SinkOption::Texture => "an image over the mesh",
         })
     }
 }

@@ -223,6 +223,7 @@ impl Conversion {
             loss: f64::INFINITY,
             as_is: true,
             options: request.sink,
+            texture: None,
             temp_dir: request.temp_dir.clone(),
         };
         let mut sink = (self.target.sink)(staged, setup)?;

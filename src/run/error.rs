@@ -12,7 +12,7 @@ use crate::job::rules::Incompatible;
 use crate::job::work_dir::WorkDirError;
 use crate::job::{BudgetTooSmall, Error};
 #[cfg(feature = "gdal")]
-use crate::raster::{PointsError, ViewError};
+use crate::raster::{DrapeError, PointsError, ViewError};
 use crate::verify::VerifyError;
 
 /// Why a run did not get through. Nothing is left under the output's name then.
@@ -39,6 +39,10 @@ pub enum RunError {
     #[cfg(feature = "gdal")]
     #[error(transparent)]
     Points(#[from] PointsError),
+    /// The image that is to lie over the mesh.
+    #[cfg(feature = "gdal")]
+    #[error(transparent)]
+    Texture(#[from] DrapeError),
     /// The extension of the output says no format, and none is named.
     #[error("{}: expected an extension of a format of meshes ({known}), found {found}", path.display())]
     Format {

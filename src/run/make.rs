@@ -11,11 +11,11 @@ use super::look::look;
 use super::report::{Needs, Report, Seconds, Sources, WorkDirState};
 use super::resume::{Kept, finished};
 use super::{Request, RunError, Warned, provenance};
-use crate::base::Band;
 use crate::base::control::Control;
 use crate::base::features::Feature;
 use crate::base::staged::StagedFile;
 use crate::base::warning::{Warning, WarningCode};
+use crate::base::{Band, Texture};
 use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions, may_have_holes};
 use crate::formats::{self, Attributes, FORMATS, Format, Setup, SinkOption};
 use crate::job::normals::NormalSource;
@@ -54,6 +54,8 @@ struct Run<'a> {
     /// The threads that the plan is for.
     pool: rayon::ThreadPool,
     written: Written,
+    /// The image over the mesh.
+    texture: Option<Texture>,
     /// What decides the mesh: what was asked for, less what writing loses, and the points.
     params: Params,
     warned: &'a Warned<'a>,
@@ -99,8 +101,8 @@ impl<'a> Run<'a> {
         control: &'a Control<'a>,
     ) -> Result<Run<'a>, RunError> {
         let format = format_of(&request.output, request.format)?;
-        let normals = request.normals.map(|_| SinkOption::Normals);
-        check_options(&request.output, request.sink.asked().chain(normals), format)?;
+        let further = request.further_options();
+        check_options(&request.output, request.sink.asked().chain(further), format)?;
         let features = request.features();
         rules::check(features)?;
         let inputs = Inputs::open(request, is_made, warned, &control.cancel)?;
@@ -139,7 +141,8 @@ impl<'a> Run<'a> {
             points: points.as_ref().map(|p| p.set.clone()),
             ..request.params.clone()
         };
-        Ok(Run { request, format, inputs, plan, pool, written, params, warned, control })
+        let texture = if is_made { texture(request, band)? } else { None };
+        Ok(Run { request, format, inputs, plan, pool, written, texture, params, warned, control })
     }
 
     fn band(&self) -> &Band {
@@ -241,6 +244,7 @@ impl<'a> Run<'a> {
                 loss: self.written.loss,
                 as_is: false,
                 options: request.sink,
+                texture: self.texture.clone(),
                 temp_dir: Some(params.temp_dir.clone()),
             },
         )?;
@@ -359,6 +363,18 @@ impl<'a> Run<'a> {
         let ranged = self.ranged()?;
         Ok(check(self.needs(ranged.as_ref())?.estimate)?)
     }
+}
+
+/// The image that is to lie over the mesh, cut to the raster.
+#[cfg(feature = "gdal")]
+fn texture(request: &Request<'_>, band: &Band) -> Result<Option<Texture>, RunError> {
+    let Some(texture) = &request.texture else { return Ok(None) };
+    Ok(Some(crate::raster::drape(&texture.path, band.extent(), band.crs_definition(), texture.size)?))
+}
+
+#[cfg(not(feature = "gdal"))]
+fn texture(_: &Request<'_>, _: &Band) -> Result<Option<Texture>, RunError> {
+    Ok(None)
 }
 
 /// Finds an output that cannot be written. A work dir may have one of its own there.

@@ -10,6 +10,8 @@ mod attributes;
 mod convert;
 mod coordinates;
 mod error;
+#[cfg(all(test, feature = "gdal"))]
+mod format_tests;
 #[cfg(feature = "gdal")]
 mod info;
 mod inputs;
@@ -28,6 +30,8 @@ pub use info::{Description, Info, describe};
 pub use judge::{VerifyReport, VerifyRequest, verify};
 pub use look::{Found, Look, LookError, look};
 pub use report::{Needs, Report};
+#[cfg(feature = "gdal")]
+pub use request::TextureInput;
 pub use request::{AttributeBands, Attributes, Coordinates, Guard, Input, PointInput, Request};
 
 use std::sync::{Mutex, PoisonError};

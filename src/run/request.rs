@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::base::features::{Feature, FeatureSet};
 use crate::base::{Band, PointSet};
 use crate::field::Choice;
-use crate::formats::{Format, SinkOptions};
+use crate::formats::{Format, SinkOption, SinkOptions};
 use crate::job::normals::Normals;
 use crate::job::{Params, VertexHeights};
 #[cfg(feature = "gdal")]
@@ -114,6 +114,16 @@ pub enum PointInput {
     Samples(Arc<PointSet>),
 }
 
+/// An image that is laid over the mesh.
+#[cfg(feature = "gdal")]
+#[derive(Debug, Clone, PartialEq)]
+pub struct TextureInput {
+    /// An image that GDAL opens, in any CRS.
+    pub path: PathBuf,
+    /// The most pixels along its longer side.
+    pub size: usize,
+}
+
 /// How coordinates are written.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coordinates {
@@ -169,6 +179,9 @@ pub struct Request<'a> {
     pub points: Option<PointInput>,
     /// Normals of vertices, as the format has them.
     pub normals: Option<Normals>,
+    /// An image over the mesh, as the format has it.
+    #[cfg(feature = "gdal")]
+    pub texture: Option<TextureInput>,
     /// Voids up to this number of samples are filled: the mesh goes on over them, bound by no tolerance there. 0 fills none.
     pub fill_voids: u64,
     /// How coordinates are written.
@@ -199,6 +212,8 @@ impl Request<'_> {
             importance: None,
             points: None,
             normals: None,
+            #[cfg(feature = "gdal")]
+            texture: None,
             fill_voids: 0,
             coordinates: Coordinates::default(),
             access: Choice::Auto,
@@ -244,6 +259,16 @@ impl Request<'_> {
         FeatureSet::default()
     }
 
+    /// What it asks of the format beside [`Request::sink`].
+    pub(super) fn further_options(&self) -> impl Iterator<Item = SinkOption> + use<> {
+        #[cfg(feature = "gdal")]
+        let texture = self.texture.is_some();
+        #[cfg(not(feature = "gdal"))]
+        let texture = false;
+        let all = [(SinkOption::Normals, self.normals.is_some()), (SinkOption::Texture, texture)];
+        all.into_iter().filter(|(_, is_asked)| *is_asked).map(|(option, _)| option)
+    }
+
     /// Files that are read: the output is none of them.
     pub(super) fn inputs(&self) -> Vec<&Path> {
         let mut all = vec![self.input.path()];
@@ -256,6 +281,7 @@ impl Request<'_> {
             if let Some(PointInput::Layer(source)) = &self.points {
                 all.push(&source.path);
             }
+            all.extend(self.texture.as_ref().map(|texture| texture.path.as_path()));
         }
         all
     }
