@@ -47,7 +47,7 @@ pub use raster_error::RasterError;
 pub(crate) use raster_error::SILENT;
 pub use sample::{Encoding, Mark, Marks, NEARNESS, NO_MARK, SampleType, Scaling, TAG, ValidRange};
 pub(crate) use sample::{stored, with_sample_type};
-pub use texture::{ImageKind, Texture};
+pub use texture::Texture;
 pub use tile::{Heights, Tile};
 pub(crate) use tile::{PADDING, padded};
 pub use tolerance::Tolerance;

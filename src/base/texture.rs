@@ -2,41 +2,13 @@
 
 use std::sync::Arc;
 
-/// An image over a rectangle of the map, as a file. Cloning shares it.
+/// An image over a rectangle of the map, as a JPEG file. Cloning shares it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     /// The file.
-    pub image: Arc<Vec<u8>>,
-    /// What kind of file it is.
-    pub kind: ImageKind,
+    pub jpeg: Arc<Vec<u8>>,
     /// The least x and y on the map and the largest: where the outer edges of the image lie, its first row at the largest y.
     pub extent: [f64; 4],
-}
-
-/// What kind of file an image is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum ImageKind {
-    Jpeg,
-    Png,
-}
-
-impl ImageKind {
-    /// Its media type.
-    pub fn media_type(self) -> &'static str {
-        match self {
-            ImageKind::Jpeg => "image/jpeg",
-            ImageKind::Png => "image/png",
-        }
-    }
-
-    /// What names of such files end in.
-    pub fn extension(self) -> &'static str {
-        match self {
-            ImageKind::Jpeg => "jpg",
-            ImageKind::Png => "png",
-        }
-    }
 }
 
 impl Texture {

@@ -21,7 +21,7 @@ pub const FORMAT: Format = Format {
     limits: Limits { vertices: u64::MAX, triangles: u64::MAX },
     // Colours after coordinates (`v x y z r g b`) are no part of the format; meshio 5.3.5 takes them for coordinates.
     attributes: Attributes::None,
-    options: &[SinkOption::Normals],
+    options: &[SinkOption::Normals, SinkOption::Texture],
     bytes: Bytes { vertex: 56.0, triangle: 27.0, attribute: 0.0 },
     sink: |staged, setup| Ok(Box::new(ObjSink::new(staged, setup)?)),
     reader: |path, options| Ok(Box::new(read::ObjReader::open(path, &options.cancel)?)),

@@ -1,8 +1,10 @@
 //! OBJ's writer.
 
 use std::io::Write;
+use std::path::Path;
 
 use super::FORMAT;
+use crate::base::Texture;
 use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
 use crate::formats::output::Output;
@@ -24,7 +26,11 @@ pub struct ObjSink {
     header: Header,
     placer: Placer,
     has_normals: bool,
+    texture: Option<Texture>,
 }
+
+/// What the material is called.
+const MATERIAL: &str = "texture";
 
 impl ObjSink {
     /// Writes to `staged`, as the setup says.
@@ -33,11 +39,17 @@ impl ObjSink {
     /// [`SinkError`] if the `.prj` cannot lie beside it.
     pub fn new(mut staged: StagedFile, setup: Setup) -> Result<ObjSink, SinkError> {
         let placer = Placer::of(&setup);
-        let header = setup.header;
+        let Setup { header, texture, .. } = setup;
         let is_on_the_map = !header.frame.is_local();
         let prj = header.crs.esri_wkt.as_ref().filter(|_| is_on_the_map);
         staged.beside("prj", prj.map(|wkt| wkt.clone().into_bytes()))?;
-        Ok(ObjSink { output: Output::new(staged), header, placer, has_normals: false })
+        if let Some(texture) = &texture {
+            let image = staged.path().with_extension("jpg");
+            let material = format!("newmtl {MATERIAL}\nKd 1 1 1\nmap_Kd {}\n", file_name(&image));
+            staged.beside("mtl", Some(material.into_bytes()))?;
+            staged.beside("jpg", Some(texture.jpeg.to_vec()))?;
+        }
+        Ok(ObjSink { output: Output::new(staged), header, placer, has_normals: false, texture })
     }
 }
 
@@ -52,6 +64,10 @@ impl Sink for ObjSink {
             let end = if line.ends_with('\\') { " " } else { "" };
             header.push_str(&format!("# {line}{end}\n"));
         }
+        if self.texture.is_some() {
+            let library = file_name(&self.output.path().with_extension("mtl"));
+            header.push_str(&format!("mtllib {library}\nusemtl {MATERIAL}\n"));
+        }
         self.output.buffer().extend_from_slice(header.as_bytes());
         Ok(())
     }
@@ -61,6 +77,11 @@ impl Sink for ObjSink {
         for (i, vertex) in vertices.iter().enumerate() {
             let [x, y, z] = self.placer.place(self.output.path(), *vertex)?;
             writeln!(self.output.buffer(), "v {} {} {}", Decimal(x), Decimal(y), Decimal(z)).expect("memory takes all");
+            if let Some(texture) = &self.texture {
+                // On the map, and counted from the bottom.
+                let [u, v] = texture.at(vertex[0], vertex[1]).map(|share| share as f32);
+                writeln!(self.output.buffer(), "vt {u} {}", 1.0 - v).expect("memory takes all");
+            }
             if let [nx, ny, nz] = normals {
                 // As short as singles are.
                 let [nx, ny, nz] = [nx[i], ny[i], nz[i]].map(|n| n as f32);
@@ -77,8 +98,15 @@ impl Sink for ObjSink {
             for &vertex in triangle {
                 self.output.buffer().push(b' ');
                 push_decimal(self.output.buffer(), vertex + 1);
-                if self.has_normals {
-                    self.output.buffer().extend_from_slice(b"//");
+                // Each vertex has one of each, with its number.
+                let further: &[&[u8]] = match (self.texture.is_some(), self.has_normals) {
+                    (false, false) => &[],
+                    (true, false) => &[b"/"],
+                    (false, true) => &[b"//"],
+                    (true, true) => &[b"/", b"/"],
+                };
+                for slash in further {
+                    self.output.buffer().extend_from_slice(slash);
                     push_decimal(self.output.buffer(), vertex + 1);
                 }
             }
@@ -92,6 +120,11 @@ impl Sink for ObjSink {
         self.output.buffer().extend_from_slice(b"# end of mesh\n");
         self.output.commit()
     }
+}
+
+/// What a file is called, without its folders.
+fn file_name(path: &Path) -> String {
+    path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 /// The formatting of the standard library takes three times as long.
@@ -135,6 +168,34 @@ mod tests {
         let expected = "# mesh of 3 vertices and 1 triangles\n# made by terrabite 1\n# max_error 0.5\nv 0.5 -0.5 1.25\n\
                         v 1e-7 -0 1e22\nv 0.1 2 -7\nf 1 3 2\n# end of mesh\n";
         assert_eq!(written(header), (expected.to_string(), None));
+    }
+
+    #[test]
+    fn a_texture_lies_beside_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("tin.obj");
+        let jpeg = std::sync::Arc::new(vec![1, 2, 3]);
+        let texture = Some(Texture { jpeg, extent: [0.0, 10.0, 4.0, 30.0] });
+        let staged = StagedFile::create(&path, false, &[]).expect("staged");
+        let mut sink = ObjSink::new(staged, Setup { texture, ..Setup::default() }).expect("a sink");
+        let normals = ["nx", "ny", "nz"].map(|name| crate::base::channels::Channel {
+            name: name.to_string(),
+            number: crate::base::channels::Number::F32,
+        });
+        let contents =
+            Contents { vertices: 3, triangles: 1, attributes: &normals, has_normals: true, ..Contents::default() };
+        sink.begin(&contents).expect("begun");
+        let up = [[0.0; 3], [0.0; 3], [1.0; 3]];
+        let vertices = [[0.0, 10.0, 5.0], [4.0, 10.0, 5.0], [1.0, 25.0, 5.0]];
+        sink.vertices(&vertices, &[&up[0], &up[1], &up[2]]).expect("written");
+        sink.triangles(&[[0, 1, 2]], &[]).expect("written");
+        Box::new(sink).finish().expect("finished");
+        let expected = "# mesh of 3 vertices and 1 triangles\nmtllib tin.mtl\nusemtl texture\nv 0 10 5\nvt 0 0\nvn 0 0 1\n\
+                        v 4 10 5\nvt 1 0\nvn 0 0 1\nv 1 25 5\nvt 0.25 0.75\nvn 0 0 1\nf 1/1/1 2/2/2 3/3/3\n# end of mesh\n";
+        assert_eq!(std::fs::read_to_string(&path).expect("text"), expected);
+        let material = std::fs::read_to_string(path.with_extension("mtl")).expect("a material");
+        assert_eq!(material, "newmtl texture\nKd 1 1 1\nmap_Kd tin.jpg\n");
+        assert_eq!(std::fs::read(path.with_extension("jpg")).expect("an image"), [1, 2, 3]);
     }
 
     #[test]
