@@ -11,8 +11,8 @@ use super::document::Document;
 use super::packed::Packing;
 use crate::base::control::CancelToken;
 
-/// The most bytes of a JSON chunk: that of a file of 4 GiB by terrabite has half of it.
-const JSON_BYTES: u64 = 32 << 20;
+/// The most bytes of a JSON chunk; terrabite writes no longer ones.
+const JSON_BYTES: u64 = 64 << 20;
 
 /// Decompressed views are kept as long as they do not take more than so many bytes, but for the latest.
 const KEPT_BYTES: usize = 64 << 20;

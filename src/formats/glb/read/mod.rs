@@ -12,7 +12,7 @@
 //! begin with `_` and have one component, `COLOR_0` as `red`, `green` and `blue`, and `NORMAL` as `nx`, `ny` and `nz`, where
 //! all primitives have them. Textures, materials, animations, morph targets and cameras are passed over.
 //!
-//! Memory: the JSON chunk (32 MiB at most) and what it says, a buffer of 256 KiB for each of a primitive's buffer views, and
+//! Memory: the JSON chunk (64 MiB at most) and what it says, a buffer of 256 KiB for each of a primitive's buffer views, and
 //! compressed views as a whole (1 GiB at most; terrabite's have 17 MB).
 
 mod columns;

@@ -140,11 +140,14 @@ impl Compressed {
         Ok(records)
     }
 
-    /// Takes the bytes of compressed elements.
+    /// Takes the bytes of compressed elements, and fills them up to a multiple of 4.
     fn stretch(&mut self, count: u64, bytes: u64, packed: &[u8]) -> Result<Stretch, SinkError> {
         let stretch = Stretch { count, offset: self.unpacked, packed: Some((self.bin.length(), packed.len() as u64)) };
         self.unpacked = (self.unpacked + count * bytes).next_multiple_of(4);
         self.bin.buffer().extend_from_slice(packed);
+        let padding = [0; 4];
+        let aligned = self.bin.length().next_multiple_of(4) - self.bin.length();
+        self.bin.buffer().extend_from_slice(&padding[..aligned as usize]);
         self.bin.drain(&self.scratch)?;
         match self.bin.length() > u64::from(u32::MAX) {
             true => Err(too_long(self.output.path(), self.bin.length())),
@@ -155,10 +158,9 @@ impl Compressed {
     pub(super) fn finish(mut self) -> Result<(), SinkError> {
         self.end_chunk()?;
         let bin = self.bin.length();
-        let padded = bin.next_multiple_of(4);
         let buffers = Buffers { bin, unpacked: Some(self.unpacked) };
         let json = document(&self.header, &self.layout, &self.parts, buffers);
-        let front = front(self.output.path(), &json, padded)?;
+        let front = front(self.output.path(), &json, bin)?;
         self.output.buffer().extend_from_slice(&front);
         self.bin.flush(&self.scratch)?;
         let mut piece = vec![0; 64 << 10];
@@ -168,8 +170,6 @@ impl Compressed {
             self.output.buffer().extend_from_slice(&piece[..count]);
             self.output.drain()?;
         }
-        let padding = [0; 4];
-        self.output.buffer().extend_from_slice(&padding[..(padded - bin) as usize]);
         self.output.commit()
     }
 }

@@ -1,6 +1,7 @@
 //! The JSON chunk of a GLB.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use serde::Serialize;
 
@@ -317,12 +318,22 @@ fn view(stretch: &Stretch, bytes: u64, byte_stride: Option<u64>, mode: &'static 
     }
 }
 
+/// The most bytes of a JSON chunk: readers take it as a whole. Three billion vertices have as much.
+const JSON_BYTES: usize = 64 << 20;
+
 /// All of a GLB before the content of its BIN chunk: the file's header, the JSON chunk and the header of the BIN chunk, if
 /// there is one. `bin` is a multiple of 4.
 ///
 /// # Errors
-/// [`SinkError::Unfit`] if the file would be longer than its header can say.
-pub(super) fn front(path: &std::path::Path, json: &[u8], bin: u64) -> Result<Vec<u8>, SinkError> {
+/// [`SinkError::Unfit`] if the file would be longer than its header can say, or the JSON chunk too long.
+pub(super) fn front(path: &Path, json: &[u8], bin: u64) -> Result<Vec<u8>, SinkError> {
+    if json.len() > JSON_BYTES {
+        return Err(SinkError::Unfit {
+            path: path.to_path_buf(),
+            expected: format!("a mesh that is described in at most {JSON_BYTES} bytes of JSON"),
+            found: format!("{}", json.len()),
+        });
+    }
     let bin_chunk = if bin > 0 { 8 + bin } else { 0 };
     let length = 20 + json.len() as u64 + bin_chunk;
     let length = u32::try_from(length).map_err(|_| too_long(path, length))?;
@@ -339,7 +350,7 @@ pub(super) fn front(path: &std::path::Path, json: &[u8], bin: u64) -> Result<Vec
 }
 
 /// The file would have so many bytes, or more.
-pub(super) fn too_long(path: &std::path::Path, bytes: u64) -> SinkError {
+pub(super) fn too_long(path: &Path, bytes: u64) -> SinkError {
     SinkError::Unfit {
         path: path.to_path_buf(),
         expected: format!("at most {} bytes, as many as a GLB can have", u32::MAX),

@@ -101,11 +101,8 @@ impl Layout {
         for Field { kind, sources, .. } in &self.fields {
             let value = |source: usize| attributes[sources[source]][i];
             match kind {
-                Kind::Position => y_up(place).iter().for_each(|v| record.extend_from_slice(&v.to_le_bytes())),
-                Kind::Normal => {
-                    let normal = y_up([value(0), value(1), value(2)]);
-                    normal.iter().for_each(|v| record.extend_from_slice(&v.to_le_bytes()));
-                }
+                Kind::Position => append_vector(record, place),
+                Kind::Normal => append_vector(record, [value(0), value(1), value(2)]),
                 Kind::Colour => record.extend_from_slice(&[value(0) as u8, value(1) as u8, value(2) as u8, u8::MAX]),
                 Kind::Single => record.extend_from_slice(&(value(0) as f32).to_le_bytes()),
                 Kind::Byte => record.extend_from_slice(&[value(0) as u8, 0, 0, 0]),
@@ -118,6 +115,10 @@ impl Layout {
 fn colour(attributes: &[Channel]) -> Option<[usize; 3]> {
     let find = |name: &str| attributes.iter().position(|a| a.name == name && a.number == Number::U8);
     Some([find("red")?, find("green")?, find("blue")?])
+}
+
+fn append_vector(record: &mut Vec<u8>, vector: [f64; 3]) {
+    record.extend_from_slice(y_up(vector).map(f32::to_le_bytes).as_flattened());
 }
 
 /// What stands for x, y, z where y is up.

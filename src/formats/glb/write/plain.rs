@@ -93,8 +93,14 @@ impl Plain {
     pub(super) fn triangles(&mut self, triangles: &[[u64; 3]]) -> Result<(), SinkError> {
         for triangle in triangles {
             match self.corner_bytes {
-                2 => triangle.iter().for_each(|v| self.output.buffer().extend_from_slice(&(*v as u16).to_le_bytes())),
-                _ => triangle.iter().for_each(|v| self.output.buffer().extend_from_slice(&(*v as u32).to_le_bytes())),
+                2 => {
+                    let [a, b, c] = triangle.map(|vertex| (vertex as u16).to_le_bytes());
+                    self.output.buffer().extend_from_slice([a, b, c].as_flattened());
+                }
+                _ => {
+                    let [a, b, c] = triangle.map(|vertex| (vertex as u32).to_le_bytes());
+                    self.output.buffer().extend_from_slice([a, b, c].as_flattened());
+                }
             }
             self.output.drain()?;
         }
