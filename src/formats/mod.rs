@@ -9,6 +9,7 @@
 mod conformance;
 mod error;
 mod format;
+pub mod glb;
 mod header;
 mod lines;
 pub mod obj;
@@ -34,4 +35,4 @@ pub use sink::{Bounds, Contents, Needs, Sink};
 pub use sink_options::{Base, Compression, OgrGeometry, SinkOption, SinkOptions};
 
 /// Every format that is written and read; the first is the usual one.
-pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT];
+pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT, &glb::FORMAT];

@@ -1,0 +1,115 @@
+//! A GLB without compression, from front to back.
+
+use super::super::FORMAT;
+use super::document::{Buffers, Part, Stretch, document, front, too_long};
+use super::layout::{Layout, y_up};
+use crate::formats::output::Output;
+use crate::formats::wording::placed;
+use crate::formats::{Bounds, Contents, Header, SinkError};
+
+/// The most vertices that are numbered in 16 bits: the largest number restarts a primitive.
+const SHORT: u64 = u16::MAX as u64;
+
+/// What counts and bounds tell is written first, then everything streams.
+pub(super) struct Plain {
+    output: Output,
+    header: Header,
+    loss: f64,
+    layout: Layout,
+    corner_bytes: usize,
+    /// Nothing is written of a mesh without triangles.
+    is_empty: bool,
+    /// Bytes that fill up the BIN chunk.
+    padding: usize,
+}
+
+impl Plain {
+    pub(super) fn new(output: Output, header: Header, loss: f64) -> Plain {
+        Plain { output, header, loss, layout: Layout::default(), corner_bytes: 4, is_empty: false, padding: 0 }
+    }
+
+    pub(super) fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        let path = self.output.path();
+        FORMAT.limits.check(FORMAT.title, path, contents)?;
+        self.layout = Layout::new(path, contents)?;
+        let Contents { vertices, triangles, bounds, .. } = *contents;
+        self.is_empty = vertices == 0 || triangles == 0;
+        self.corner_bytes = if vertices <= SHORT { 2 } else { 4 };
+        let (mut parts, mut bin) = (Vec::new(), 0);
+        if !self.is_empty {
+            let corners = u128::from(triangles) * 3;
+            let bytes = u128::from(vertices) * self.layout.stride as u128 + corners * self.corner_bytes as u128;
+            let bytes = u64::try_from(bytes).unwrap_or(u64::MAX);
+            bin = Some(bytes).filter(|b| *b <= u64::from(u32::MAX)).ok_or_else(|| too_long(path, bytes))?;
+            let (min, max) = self.extent(bounds.unwrap_or(Bounds::EMPTY))?;
+            let offset = vertices * self.layout.stride as u64;
+            parts.push(Part {
+                vertices: Stretch { count: vertices, offset: 0, packed: None },
+                corners: Stretch { count: 3 * triangles, offset, packed: None },
+                corner_bytes: self.corner_bytes as u64,
+                min,
+                max,
+            });
+        }
+        let padded = bin.next_multiple_of(4);
+        self.padding = (padded - bin) as usize;
+        let json = document(&self.header, &self.layout, &parts, Buffers { bin, unpacked: None });
+        let front = front(self.output.path(), &json, padded)?;
+        self.output.buffer().extend_from_slice(&front);
+        self.output.drain()
+    }
+
+    /// Between what positions lie.
+    fn extent(&self, Bounds { min, max }: Bounds) -> Result<([f32; 3], [f32; 3]), SinkError> {
+        let frame = &self.header.frame;
+        let place = |[x, y, height]: [f64; 3]| {
+            let (x, y) = frame.written_place((x, y));
+            [x, y, frame.written_height(height)]
+        };
+        let (low, high) = (place(min), place(max));
+        // North is where the third coordinate is least.
+        let extent = (y_up([low[0], high[1], low[2]]), y_up([high[0], low[1], high[2]]));
+        match extent.0.iter().chain(&extent.1).all(|v| v.is_finite()) {
+            true => Ok(extent),
+            false => Err(SinkError::Unfit {
+                path: self.output.path().to_path_buf(),
+                expected: "coordinates that are finite in single precision".to_string(),
+                found: format!("vertices between {low:?} and {high:?}"),
+            }),
+        }
+    }
+
+    pub(super) fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
+        for (i, vertex) in vertices.iter().enumerate() {
+            let place = placed(&self.header.frame, self.loss, self.output.path(), *vertex)?;
+            if !self.is_empty {
+                self.layout.append(self.output.buffer(), place, attributes, i);
+                self.output.drain()?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn triangles(&mut self, triangles: &[[u64; 3]]) -> Result<(), SinkError> {
+        for triangle in triangles {
+            match self.corner_bytes {
+                2 => {
+                    let [a, b, c] = triangle.map(|vertex| (vertex as u16).to_le_bytes());
+                    self.output.buffer().extend_from_slice([a, b, c].as_flattened());
+                }
+                _ => {
+                    let [a, b, c] = triangle.map(|vertex| (vertex as u32).to_le_bytes());
+                    self.output.buffer().extend_from_slice([a, b, c].as_flattened());
+                }
+            }
+            self.output.drain()?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn finish(mut self) -> Result<(), SinkError> {
+        let padding = [0; 4];
+        self.output.buffer().extend_from_slice(&padding[..self.padding]);
+        self.output.commit()
+    }
+}
