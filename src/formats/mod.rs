@@ -12,6 +12,8 @@ mod format;
 mod header;
 mod lines;
 pub mod obj;
+#[cfg(feature = "gdal")]
+pub mod ogr;
 mod open;
 mod output;
 pub mod ply;
@@ -34,4 +36,9 @@ pub use sink::{Bounds, Contents, Needs, Sink};
 pub use sink_options::{Base, Compression, OgrGeometry, SinkOption, SinkOptions};
 
 /// Every format that is written and read; the first is the usual one.
-pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT];
+pub const FORMATS: &[&Format] = &[
+    &ply::FORMAT,
+    &obj::FORMAT,
+    #[cfg(feature = "gdal")]
+    &ogr::FORMAT,
+];

@@ -1,0 +1,10 @@
+//! OGR's writer.
+
+mod driver;
+mod layer;
+mod link;
+mod sink;
+mod values;
+mod wkb;
+
+pub use sink::OgrSink;
