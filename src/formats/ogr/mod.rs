@@ -6,9 +6,7 @@ mod write;
 
 pub use write::OgrSink;
 
-use super::{
-    Attributes, Bytes, Format, HeaderKept, Limits, Precision, Recognised, Setup, SinkOption, Unit, Vertices,
-};
+use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Recognised, Setup, SinkOption, Unit, Vertices};
 
 /// The format's row in the table.
 pub const FORMAT: Format = Format {

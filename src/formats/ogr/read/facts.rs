@@ -33,7 +33,8 @@ pub(super) fn of_layer(path: &Path, layer: &Layer<'_>) -> Result<Option<Facts>, 
 }
 
 fn facts(value: &Value) -> Option<Facts> {
-    let lines: Option<Vec<&str>> = value.get("facts")?.as_array()?.iter().map(|l| l.as_str().map(str::trim_end)).collect();
+    let lines: Option<Vec<&str>> =
+        value.get("facts")?.as_array()?.iter().map(|l| l.as_str().map(str::trim_end)).collect();
     let attributes: Option<Vec<Channel>> = value.get("attributes")?.as_array()?.iter().map(attribute).collect();
     Some(Facts { header: lines::header(lines?), triangles: value.get("triangles")?.as_u64()?, attributes: attributes? })
 }

@@ -76,7 +76,8 @@ impl MeshLayer {
         let names: Vec<String> = fields.map(|field| field.name()).collect();
         let is_there = |name: &str, corner: u8| names.iter().any(|n| *n == format!("{name}_{corner}"));
         let candidates = names.iter().filter_map(|name| name.strip_suffix("_1"));
-        let attributes = candidates.filter(|name| !["x", "y", "z"].contains(name) && is_there(name, 2) && is_there(name, 3));
+        let attributes =
+            candidates.filter(|name| !["x", "y", "z"].contains(name) && is_there(name, 2) && is_there(name, 3));
         Ok(attributes.map(|name| Channel { name: name.to_string(), number: Number::F64 }).collect())
     }
 

@@ -46,7 +46,8 @@ impl OgrReader {
             triangles.as_flattened().iter().try_for_each(|corner| welder.push(*corner))?;
             Ok(ControlFlow::Continue(()))
         })?;
-        let said = layer.layer()?.try_feature_count().filter(|said| features < *said).map(|said| ("features", said, features));
+        let said =
+            layer.layer()?.try_feature_count().filter(|said| features < *said).map(|said| ("features", said, features));
         let of_facts = facts.as_ref().filter(|facts| facts.triangles != faces);
         let of_facts = of_facts.map(|facts| ("triangles", facts.triangles, faces));
         if let Some((what, expected, found)) = said.or(of_facts) {

@@ -43,7 +43,9 @@ fn geometry(rest: &mut Rest<'_>, triangles: &mut Vec<Corners>, depth: u32) -> Re
             triangles.push(ring(rest, dimensions)?);
             Ok(())
         }
-        MULTI_POLYGON | COLLECTION | POLYHEDRAL_SURFACE | TIN if count == 0 => Err(format!("{} that is empty", name(kind))),
+        MULTI_POLYGON | COLLECTION | POLYHEDRAL_SURFACE | TIN if count == 0 => {
+            Err(format!("{} that is empty", name(kind)))
+        }
         MULTI_POLYGON | COLLECTION | POLYHEDRAL_SURFACE | TIN => {
             (0..count).try_for_each(|_| geometry(rest, triangles, depth - 1))
         }

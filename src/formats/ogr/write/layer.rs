@@ -80,12 +80,26 @@ impl TinLayer {
         }
         drop(layer);
         let numbers = attributes.iter().map(|attribute| attribute.number).collect();
-        Ok(TinLayer { dataset, link, path: path.to_path_buf(), driver, geometry, numbers, features: 0, wkb: Vec::new() })
+        Ok(TinLayer {
+            dataset,
+            link,
+            path: path.to_path_buf(),
+            driver,
+            geometry,
+            numbers,
+            features: 0,
+            wkb: Vec::new(),
+        })
     }
 
     /// Writes triangles: polygons, each a feature; or TINs of so many triangles. Each triangle has its values corner by
     /// corner.
-    pub(super) fn write(&mut self, triangles: &[[[f64; 3]; 3]], values: &[f64], of_tin: usize) -> Result<(), SinkError> {
+    pub(super) fn write(
+        &mut self,
+        triangles: &[[[f64; 3]; 3]],
+        values: &[f64],
+        of_tin: usize,
+    ) -> Result<(), SinkError> {
         let _about = About::reading(&self.path);
         let _settings = Settings::of(self.driver);
         let written = if self.driver.has_transactions {
@@ -117,7 +131,10 @@ impl TinLayer {
         });
         let (found, has_header) = found.map_err(failed)?;
         if (found, has_header) != (features, driver.keeps_header) {
-            return Err(library(&path, &format!("{found} of {features} features were written, and the header or the end is missing")));
+            return Err(library(
+                &path,
+                &format!("{found} of {features} features were written, and the header or the end is missing"),
+            ));
         }
         Ok(())
     }

@@ -101,7 +101,8 @@ impl OgrSink {
 
 /// Who reads it is to know what is missing, so the triangles are counted.
 fn header(setup: &Setup, contents: &Contents<'_>) -> String {
-    json!({ "triangles": contents.triangles, "attributes": contents.attributes, "facts": facts(&setup.header) }).to_string()
+    json!({ "triangles": contents.triangles, "attributes": contents.attributes, "facts": facts(&setup.header) })
+        .to_string()
 }
 
 impl Sink for OgrSink {
