@@ -21,7 +21,7 @@ pub const FORMAT: Format = Format {
     limits: Limits { vertices: u64::MAX, triangles: i64::MAX as u64 },
     attributes: Attributes::All,
     options: &[SinkOption::OgrDriver, SinkOption::OgrGeometry],
-    bytes: Bytes { vertex: 0.0, triangle: 300.0, attribute: 60.0 },
+    bytes: Bytes { vertex: 0.0, triangle: 200.0, attribute: 60.0 },
     sink: |staged, setup: Setup| Ok(Box::new(OgrSink::new(staged, setup)?)),
     reader: |path, options| Ok(Box::new(read::OgrReader::open(path, options)?)),
     recognise,

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use gdal::errors::GdalError;
 use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
 use gdal::vector::{Feature, FieldDefn, Geometry, LayerAccess, LayerOptions, OGRFieldType, OGRwkbGeometryType};
 use gdal::{Dataset, DriverManager, Metadata};
@@ -15,6 +16,9 @@ use crate::raster::{About, reason};
 
 /// The layer's name.
 const LAYER: &str = "tin";
+
+/// The number of no layer.
+const NO_LAYER: usize = 1 << 20;
 
 /// The item of the layer's metadata that has the header.
 const HEADER: &str = "terrabite";
@@ -114,7 +118,7 @@ impl TinLayer {
             let mut features = Features { geometry: self.geometry, numbers: &self.numbers, wkb: &mut self.wkb };
             features.write(&self.dataset, triangles, values, of_tin)
         };
-        self.features += written.map_err(|error| library(&self.path, &reason(&error)))?;
+        self.features += written.map_err(|error| library(&self.path, &said(&self.dataset, &error)))?;
         Ok(())
     }
 
@@ -130,11 +134,9 @@ impl TinLayer {
             Ok((layer.feature_count(), layer.metadata_item(HEADER, "").is_some()))
         });
         let (found, has_header) = found.map_err(failed)?;
-        if (found, has_header) != (features, driver.keeps_header) {
-            return Err(library(
-                &path,
-                &format!("{found} of {features} features were written, and the header or the end is missing"),
-            ));
+        let has_end = (driver.has_end)(link.path(), features).map_err(|e| library(&path, &e.to_string()))?;
+        if found != features || has_header != driver.keeps_header || !has_end {
+            return Err(library(&path, "GDAL has not written all of it: a full disk, most often"));
         }
         Ok(())
     }
@@ -191,6 +193,14 @@ impl Features<'_> {
             }
         }
         Ok(())
+    }
+}
+
+/// GDAL's words for a failure. Where the bindings give a code alone, they give the message with the next null pointer.
+fn said(dataset: &Dataset, error: &GdalError) -> String {
+    match (error, dataset.layer(NO_LAYER).err()) {
+        (GdalError::OgrError { .. }, Some(GdalError::NullPointer { msg, .. })) if !msg.trim().is_empty() => msg,
+        _ => reason(error),
     }
 }
 

@@ -1,6 +1,7 @@
 //! OGR's writer.
 
 mod driver;
+mod flat;
 mod layer;
 mod link;
 mod sink;
