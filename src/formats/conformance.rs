@@ -125,6 +125,10 @@ fn fitted(format: &Format, given: &Given) -> Given {
     if format.vertices == Vertices::OfEachTriangle {
         given.vertices.iter_mut().enumerate().for_each(|(i, vertex)| vertex[0] = 1000.0 * i as f64);
     }
+    if format.name == "ogr" {
+        // Databases have no -0.
+        given.attributes.iter_mut().flat_map(|(_, values)| values).for_each(|value| *value += 0.0);
+    }
     given
 }
 

@@ -13,6 +13,8 @@ pub mod glb;
 mod header;
 mod lines;
 pub mod obj;
+#[cfg(feature = "gdal")]
+pub mod ogr;
 mod open;
 mod output;
 pub mod ply;
@@ -35,4 +37,10 @@ pub use sink::{Bounds, Contents, Needs, Sink};
 pub use sink_options::{Base, Compression, OgrGeometry, SinkOption, SinkOptions};
 
 /// Every format that is written and read; the first is the usual one.
-pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT, &glb::FORMAT];
+pub const FORMATS: &[&Format] = &[
+    &ply::FORMAT,
+    &obj::FORMAT,
+    &glb::FORMAT,
+    #[cfg(feature = "gdal")]
+    &ogr::FORMAT,
+];

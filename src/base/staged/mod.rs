@@ -104,6 +104,16 @@ impl StagedFile {
         self.partial.path()
     }
 
+    /// Lets nobody but the owner read what is at [`StagedFile::partial_path`], where a writer has put another file.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn keep_private(&self) -> std::io::Result<()> {
+        #[cfg(unix)]
+        std::fs::set_permissions(self.partial_path(), std::os::unix::fs::PermissionsExt::from_mode(0o600))?;
+        Ok(())
+    }
+
     /// The path the file will have; with symbolic links to an existing file resolved.
     pub fn path(&self) -> &Path {
         &self.path

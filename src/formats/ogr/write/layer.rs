@@ -1,0 +1,225 @@
+//! A layer of triangles in a file of GDAL's.
+
+use std::path::{Path, PathBuf};
+
+use gdal::errors::GdalError;
+use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
+use gdal::vector::{Feature, FieldDefn, Geometry, LayerAccess, LayerOptions, OGRFieldType, OGRwkbGeometryType};
+use gdal::{Dataset, DriverManager, Metadata};
+
+use super::driver::{Driver, Settings};
+use super::link::Link;
+use super::wkb;
+use crate::base::channels::{Channel, Number};
+use crate::formats::{OgrGeometry, SinkError};
+use crate::raster::{About, reason};
+
+/// The layer's name.
+const LAYER: &str = "tin";
+
+/// The number of no layer.
+const NO_LAYER: usize = 1 << 20;
+
+/// The item of the layer's metadata that has the header.
+const HEADER: &str = "terrabite";
+
+/// What a layer is to be.
+pub(super) struct Plan<'a> {
+    pub(super) driver: &'static Driver,
+    pub(super) geometry: OgrGeometry,
+    pub(super) attributes: &'a [Channel],
+    /// The definition of the CRS of the coordinates, if there is one.
+    pub(super) crs: Option<&'a str>,
+    /// What the file says of itself.
+    pub(super) header: String,
+}
+
+/// The file that GDAL has open. Dropped, it is closed, complete or not.
+#[derive(Debug)]
+pub(super) struct TinLayer {
+    dataset: Dataset,
+    link: Link,
+    /// What the user calls the file.
+    path: PathBuf,
+    driver: &'static Driver,
+    geometry: OgrGeometry,
+    numbers: Vec<Number>,
+    features: u64,
+    wkb: Vec<u8>,
+}
+
+impl TinLayer {
+    /// Creates the file behind `link`, which is not there yet.
+    pub(super) fn create(link: Link, path: &Path, plan: &Plan<'_>) -> Result<TinLayer, SinkError> {
+        let Plan { driver, geometry, attributes, crs, ref header } = *plan;
+        let _about = About::opening(path);
+        let _settings = Settings::of(driver);
+        let failed = |error| library(path, &reason(&error));
+        let kind = DriverManager::get_driver_by_name(driver.name).map_err(failed)?;
+        let mut dataset = kind.create_vector_only(link.path()).map_err(failed)?;
+        let srs = crs.and_then(spatial_ref);
+        let mut layer = dataset
+            .create_layer(LayerOptions {
+                name: LAYER,
+                srs: srs.as_ref(),
+                ty: match geometry {
+                    OgrGeometry::Polygon => OGRwkbGeometryType::wkbPolygon25D,
+                    OgrGeometry::Tin => OGRwkbGeometryType::wkbTINZ,
+                },
+                options: Some(driver.layer_options),
+            })
+            .map_err(failed)?;
+        for Channel { name, number } in attributes {
+            let kind = match number {
+                Number::U8 => OGRFieldType::OFTInteger,
+                Number::F32 | Number::F64 => OGRFieldType::OFTReal,
+            };
+            for corner in 1..=3 {
+                let field = FieldDefn::new(&format!("{name}_{corner}"), kind).map_err(failed)?;
+                field.add_to_layer(&layer).map_err(failed)?;
+            }
+        }
+        if driver.keeps_header {
+            layer.set_metadata_item(HEADER, header, "").map_err(failed)?;
+        }
+        drop(layer);
+        let numbers = attributes.iter().map(|attribute| attribute.number).collect();
+        Ok(TinLayer {
+            dataset,
+            link,
+            path: path.to_path_buf(),
+            driver,
+            geometry,
+            numbers,
+            features: 0,
+            wkb: Vec::new(),
+        })
+    }
+
+    /// Writes triangles: polygons, each a feature; or TINs of so many triangles. Each triangle has its values corner by
+    /// corner.
+    pub(super) fn write(
+        &mut self,
+        triangles: &[[[f64; 3]; 3]],
+        values: &[f64],
+        of_tin: usize,
+    ) -> Result<(), SinkError> {
+        let _about = About::reading(&self.path);
+        let _settings = Settings::of(self.driver);
+        let written = if self.driver.has_transactions {
+            let transaction = self.dataset.start_transaction();
+            let mut features = Features { geometry: self.geometry, numbers: &self.numbers, wkb: &mut self.wkb };
+            transaction.and_then(|transaction| {
+                let written = features.write(&transaction, triangles, values, of_tin)?;
+                transaction.commit()?;
+                Ok(written)
+            })
+        } else {
+            let mut features = Features { geometry: self.geometry, numbers: &self.numbers, wkb: &mut self.wkb };
+            features.write(&self.dataset, triangles, values, of_tin)
+        };
+        self.features += written.map_err(|error| library(&self.path, &said(&self.dataset, &error)))?;
+        Ok(())
+    }
+
+    /// Closes the file and makes sure that everything is in it: GDAL before 3.7 says nothing of what fails then.
+    pub(super) fn close(self) -> Result<(), SinkError> {
+        let TinLayer { mut dataset, link, path, driver, features, .. } = self;
+        let _about = About::reading(&path);
+        let _settings = Settings::of(driver);
+        let failed = |error| library(&path, &reason(&error));
+        dataset.flush_cache().and_then(|()| dataset.close()).map_err(failed)?;
+        let found = Dataset::open(link.path()).and_then(|dataset| {
+            let layer = dataset.layer(0)?;
+            Ok((layer.feature_count(), layer.metadata_item(HEADER, "").is_some()))
+        });
+        let (found, has_header) = found.map_err(failed)?;
+        let has_end = (driver.has_end)(link.path(), features).map_err(|e| library(&path, &e.to_string()))?;
+        if found != features || has_header != driver.keeps_header || !has_end {
+            return Err(library(&path, "GDAL has not written all of it: a full disk, most often"));
+        }
+        Ok(())
+    }
+}
+
+/// How features are made.
+struct Features<'a> {
+    geometry: OgrGeometry,
+    numbers: &'a [Number],
+    wkb: &'a mut Vec<u8>,
+}
+
+impl Features<'_> {
+    /// Returns how many there are.
+    fn write(
+        &mut self,
+        dataset: &Dataset,
+        triangles: &[[[f64; 3]; 3]],
+        values: &[f64],
+        of_tin: usize,
+    ) -> gdal::errors::Result<u64> {
+        let layer = dataset.layer(0)?;
+        let of_feature = match self.geometry {
+            OgrGeometry::Polygon => 1,
+            OgrGeometry::Tin => of_tin,
+        };
+        let mut written = 0;
+        let mut values = values.chunks(3 * self.numbers.len().max(1));
+        for triangles in triangles.chunks(of_feature) {
+            let mut feature = Feature::new(layer.defn())?;
+            match self.geometry {
+                OgrGeometry::Polygon => wkb::polygon(self.wkb, &triangles[0]),
+                OgrGeometry::Tin => wkb::tin(self.wkb, triangles),
+            }
+            feature.set_geometry(Geometry::from_wkb(self.wkb)?)?;
+            if let Some(values) = values.next() {
+                self.set(&mut feature, values)?;
+            }
+            feature.create(&layer)?;
+            written += 1;
+        }
+        Ok(written)
+    }
+
+    fn set(&self, feature: &mut Feature<'_>, values: &[f64]) -> gdal::errors::Result<()> {
+        for (attribute, number) in self.numbers.iter().enumerate() {
+            for corner in 0..3 {
+                let (field, value) = (3 * attribute + corner, values[corner * self.numbers.len() + attribute]);
+                match number {
+                    Number::U8 => feature.set_field_integer(field, value as i32)?,
+                    // SQLite has no -0; nor has any other of these files, so that they say the same.
+                    Number::F32 | Number::F64 => feature.set_field_double(field, value + 0.0)?,
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// GDAL's words for a failure. Where the bindings give a code alone, they give the message with the next null pointer.
+fn said(dataset: &Dataset, error: &GdalError) -> String {
+    match (error, dataset.layer(NO_LAYER).err()) {
+        (GdalError::OgrError { .. }, Some(GdalError::NullPointer { msg, .. })) if !msg.trim().is_empty() => msg,
+        _ => reason(error),
+    }
+}
+
+fn library(path: &Path, message: &str) -> SinkError {
+    SinkError::Library { path: path.to_path_buf(), message: message.to_string() }
+}
+
+/// The CRS of a definition: an authority's code or WKT. GDAL would take other texts for names of files or addresses. `None` for
+/// what it does not understand: a layer without a CRS.
+fn spatial_ref(definition: &str) -> Option<SpatialRef> {
+    let is_word = |text: &str| !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || "_.".contains(c));
+    let is_code = definition.split_once(':').is_some_and(|(authority, code)| is_word(authority) && is_word(code));
+    let is_wkt = definition.trim_end().ends_with([']', ')']);
+    let mut crs = match (is_code, is_wkt) {
+        (true, _) => SpatialRef::from_definition(definition),
+        (_, true) => SpatialRef::from_wkt(definition),
+        _ => return None,
+    }
+    .ok()?;
+    crs.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
+    Some(crs)
+}

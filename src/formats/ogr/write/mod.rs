@@ -1,0 +1,11 @@
+//! OGR's writer.
+
+mod driver;
+mod flat;
+mod layer;
+mod link;
+mod sink;
+mod values;
+mod wkb;
+
+pub use sink::OgrSink;
