@@ -18,6 +18,7 @@ pub mod ply;
 mod reader;
 mod sink;
 mod sink_options;
+pub mod stl;
 mod weld;
 mod wording;
 
@@ -34,4 +35,4 @@ pub use sink::{Bounds, Contents, Needs, Sink};
 pub use sink_options::{Base, Compression, OgrGeometry, SinkOption, SinkOptions};
 
 /// Every format that is written and read; the first is the usual one.
-pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT];
+pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT, &stl::FORMAT];
