@@ -10,6 +10,7 @@ mod conformance;
 mod error;
 mod format;
 mod header;
+pub mod landxml;
 mod lines;
 pub mod obj;
 mod open;
@@ -35,4 +36,4 @@ pub use sink::{Bounds, Contents, Needs, Sink};
 pub use sink_options::{Base, Compression, OgrGeometry, SinkOption, SinkOptions};
 
 /// Every format that is written and read; the first is the usual one.
-pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT, &stl::FORMAT];
+pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT, &stl::FORMAT, &landxml::FORMAT];

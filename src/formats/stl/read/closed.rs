@@ -47,7 +47,11 @@ impl<'s> Closed<'s> {
         if is_wall {
             let [a, b, c] = corners.map(|[x, y, _]| [x, y].map(f32::to_bits));
             let is_upright = a == b || b == c || c == a;
-            return if is_upright { Ok(()) } else { Err(self.misplaced("a wall, which is upright".to_string(), corners)) };
+            return if is_upright {
+                Ok(())
+            } else {
+                Err(self.misplaced("a wall, which is upright".to_string(), corners))
+            };
         }
         if self.taken.is_multiple_of(2) {
             self.top = corners;

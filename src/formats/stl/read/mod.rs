@@ -9,8 +9,8 @@
 //! the rest: each triangle of the surface has its like on the floor, walls are upright, and every edge there is once
 //! in either direction, so that the solid is closed.
 //!
-//! Opening reads the file once and sorts corners in temporary files: some 200 bytes for each triangle, twice as many for a solid's.
-//! Memory: two sorts of 16 MiB at a time, and one buffer of 256 KiB for a pass.
+//! Opening reads the file once, a solid twice, and sorts corners in temporary files: some 200 bytes for each triangle of the
+//! surface. Each pass over vertices reads the file again, one over faces a temporary file of 24 bytes for each triangle. Memory: two sorts of 16 MiB at a time, and one buffer of 256 KiB for a pass.
 
 mod closed;
 mod error;

@@ -69,7 +69,8 @@ fn square() -> Mesh {
 
 #[test]
 fn what_other_programs_write() {
-    for header in [&b"Exported from Blender"[..], b"solid is what binary files should not begin with", b"", &[0xff; 80]] {
+    for header in [&b"Exported from Blender"[..], b"solid is what binary files should not begin with", b"", &[0xff; 80]]
+    {
         let (found, frame) = read(&binary(header, &SQUARE)).unwrap();
         assert_eq!((found, frame), (square(), CoordinateFrame { single: true, ..CoordinateFrame::PLAIN }));
     }
@@ -95,7 +96,11 @@ fn text() {
         ("\nSOLID", "\nfacet", "line 11: expected solid and a name, found \"facet\""),
         ("facet normal 0 0 1", "colour 1", "line 2: expected facet or endsolid"),
         ("\nENDSOLID", "", "expected facet or endsolid, found the end of the file after line 18"),
-        ("ENDLOOP\nENDFACET\nENDSOLID", "", "expected endloop after three vertices, found the end of the file after line 16"),
+        (
+            "ENDLOOP\nENDFACET\nENDSOLID",
+            "",
+            "expected endloop after three vertices, found the end of the file after line 16",
+        ),
     ] {
         let error = read(TEXT.replace(from, to).as_bytes()).unwrap_err();
         assert!(error.contains(said), "{to}: {error}");
@@ -174,14 +179,19 @@ fn solids_of_ours_are_closed() {
         torn.remove(missing);
         torn.remove(missing);
         let error = read(&torn).unwrap_err();
-        assert!(error.contains("expected a closed solid, found the edge from [") && error.contains("triangle "), "{error}");
+        assert!(
+            error.contains("expected a closed solid, found the edge from [") && error.contains("triangle "),
+            "{error}"
+        );
     }
     let changed = |triangle: usize, corner: usize, axis: usize, value: f32| {
         let mut changed = whole.clone();
         changed[triangle][corner][axis] = value;
         read(&changed).unwrap_err()
     };
-    assert!(changed(1, 1, 2, -4.0).contains("byte 134, triangle 1: expected the triangle before it, turned over and at -5"));
+    assert!(
+        changed(1, 1, 2, -4.0).contains("byte 134, triangle 1: expected the triangle before it, turned over and at -5")
+    );
     assert!(changed(0, 0, 2, -5.0).contains("byte 134, triangle 1: expected a floor below the surface"));
     assert!(changed(0, 0, 2, f32::NAN).contains("expected a floor below the surface"));
     assert!(changed(4, 1, 0, 0.5).contains("byte 284, triangle 4: expected a wall, which is upright, found [[0.0"));

@@ -94,8 +94,14 @@ fn a_surface_byte_for_byte() {
         expected.extend(number.to_le_bytes());
     }
     expected.extend([2, 0, 0, 0]);
-    let corners =
-        [[0.25f32, 0.5, 200.0], [10.25, 0.5, 206.0], [10.25, 10.5, 202.0], [0.25, 0.5, 200.0], [10.25, 10.5, 202.0], [0.25, 10.5, 210.0]];
+    let corners = [
+        [0.25f32, 0.5, 200.0],
+        [10.25, 0.5, 206.0],
+        [10.25, 10.5, 202.0],
+        [0.25, 0.5, 200.0],
+        [10.25, 10.5, 202.0],
+        [0.25, 10.5, 210.0],
+    ];
     for triangle in corners.chunks(3) {
         let normal = normal([triangle[0], triangle[1], triangle[2]]);
         for number in normal.iter().chain(triangle.as_flattened()) {
@@ -138,7 +144,8 @@ fn solids_are_closed_whatever_the_rim() {
             let found = records(&solid);
             let (both, walls) = found.split_at(2 * surface.len());
             assert!(both.iter().step_by(2).eq(&surface));
-            assert!(both.iter().skip(1).step_by(2).as_flattened_heights().all(|z| z == floor));
+            let floors = both.iter().skip(1).step_by(2).flatten();
+            assert!(floors.map(|corner| f64::from(corner[2])).all(|z| z == floor));
             assert!(rim == 0 || walls.len() == 2 * rim, "{squares:?}: {}", walls.len());
             let text = format!("terrabite STL, {} on base; 5 f64", surface.len());
             assert!(solid.starts_with(text.as_bytes()));
@@ -153,14 +160,23 @@ fn solids_are_closed_whatever_the_rim() {
     }
 }
 
-/// Heights of all corners.
-trait Heights<'a>: Iterator<Item = &'a Record> + Sized {
-    fn as_flattened_heights(self) -> impl Iterator<Item = f64> {
-        self.flatten().map(|[_, _, z]| f64::from(*z))
-    }
+#[test]
+fn of_a_solid_the_surface_is_read() {
+    let mesh = lattice(&["#####", "#.#.#", "##.##", "#.#.#", "#####"]);
+    let folder = crate::testing::folder();
+    let read = |name: &str, base: Option<Base>| {
+        let path = folder.path().join(name);
+        written(&path, &mesh, base, 7).expect("written");
+        let mut reader = crate::formats::open(&path, None, &Default::default()).expect("a mesh");
+        let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+        reader
+            .for_each_vertex(|_, vertex| Ok::<(), crate::formats::ReadError>(vertices.push(vertex)))
+            .expect("vertices");
+        reader.for_each_face(|_, face| Ok::<(), crate::formats::ReadError>(faces.push(face))).expect("faces");
+        (reader.header().clone(), vertices, faces)
+    };
+    assert_eq!(read("solid.stl", Some(Base::Depth(1.0))), read("tin.stl", None));
 }
-
-impl<'a, I: Iterator<Item = &'a Record>> Heights<'a> for I {}
 
 #[test]
 fn floors_are_below_the_surface() {
@@ -189,13 +205,4 @@ fn solids_have_less_room() {
     let mut sink = StlSink::new(staged, Setup { options, ..Setup::default() });
     let refused = sink.begin(&Contents { vertices: 3, triangles: 1 << 31, ..Contents::default() });
     assert!(matches!(refused, Err(SinkError::TooLarge { found: 0x1_0000_0000, .. })), "{refused:?}");
-}
-
-#[test]
-fn admesh_files() {
-    let Some(out) = std::env::var_os("ADMESH_OUT") else { return };
-    let out = Path::new(&out);
-    written(&out.join("hole.stl"), &lattice(&["#######.##", "#.....#.##", "#.###.#...", "#.###.#.##", "#.....#.#.", "#######.##"]), Some(Base::Depth(2.5)), 7).unwrap();
-    written(&out.join("pinch.stl"), &lattice(&["#.#.#", ".#.#.", "#.#.#"]), Some(Base::Depth(2.5)), 7).unwrap();
-    written(&out.join("open.stl"), &lattice(&["#.#.#", ".#.#.", "#.#.#"]), None, 7).unwrap();
 }
