@@ -11,6 +11,7 @@ mod error;
 mod format;
 pub mod glb;
 mod header;
+pub mod landxml;
 mod lines;
 pub mod obj;
 #[cfg(feature = "gdal")]
@@ -21,6 +22,7 @@ pub mod ply;
 mod reader;
 mod sink;
 mod sink_options;
+pub mod stl;
 mod weld;
 mod wording;
 
@@ -41,6 +43,8 @@ pub const FORMATS: &[&Format] = &[
     &ply::FORMAT,
     &obj::FORMAT,
     &glb::FORMAT,
+    &stl::FORMAT,
+    &landxml::FORMAT,
     #[cfg(feature = "gdal")]
     &ogr::FORMAT,
 ];

@@ -93,7 +93,16 @@ impl Welded {
     /// The vertices of all elements, one after the other; a vertex appears for the first time where its number is that of
     /// those before it. Memory: 64 KiB. To be read to the end, or dropped, before it is asked for again.
     pub(super) fn numbers<'a>(&'a self, scratch: &'a Scratch) -> impl Iterator<Item = Result<u64, ScratchError>> + 'a {
-        let pieces = (0..self.elements).step_by(PIECE).map(move |first| {
+        self.numbers_from(0, scratch)
+    }
+
+    /// The same, from one element on.
+    pub(super) fn numbers_from<'a>(
+        &'a self,
+        element: u64,
+        scratch: &'a Scratch,
+    ) -> impl Iterator<Item = Result<u64, ScratchError>> + 'a {
+        let pieces = (element..self.elements).step_by(PIECE).map(move |first| {
             let mut piece = vec![[0]; PIECE.min((self.elements - first) as usize)];
             scratch.read(&self.file, first, &mut piece).map(|()| piece)
         });
@@ -142,6 +151,8 @@ mod tests {
             prop_assert_eq!(&found, &expected);
             prop_assert_eq!(welded.vertices(), seen.len() as u64);
             let half = expected.len() / 2;
+            let later: Vec<u64> = welded.numbers_from(half as u64, &scratch).collect::<Result<_, _>>().expect("numbers");
+            prop_assert_eq!(&later, &expected[half..]);
             prop_assert_eq!(&welded.some(&scratch, half as u64, expected.len() - half).expect("some"), &expected[half..]);
         }
     }

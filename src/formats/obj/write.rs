@@ -7,7 +7,7 @@ use super::FORMAT;
 use crate::base::Texture;
 use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
-use crate::formats::output::Output;
+use crate::formats::output::{Output, push_decimal};
 use crate::formats::wording::{Placer, facts};
 use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 
@@ -127,21 +127,6 @@ fn file_name(path: &Path) -> String {
     path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// The formatting of the standard library takes three times as long.
-fn push_decimal(buffer: &mut Vec<u8>, mut number: u64) {
-    let mut digits = [0; 20];
-    let mut first = digits.len();
-    loop {
-        first -= 1;
-        digits[first] = b'0' + (number % 10) as u8;
-        number /= 10;
-        if number == 0 {
-            break;
-        }
-    }
-    buffer.extend_from_slice(&digits[first..]);
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -206,14 +191,5 @@ mod tests {
         let frame = CoordinateFrame { origin: (0.25, 0.0), ..CoordinateFrame::PLAIN };
         let (text, prj) = written(Header { frame, ..header });
         assert!(prj.is_none() && text.contains("# offset 0.25 0\nv 0.25 -0.5 1.25\n"), "{text}");
-    }
-
-    #[test]
-    fn decimals() {
-        for number in [0, 1, 9, 10, 12_345, u64::MAX] {
-            let mut text = Vec::new();
-            push_decimal(&mut text, number);
-            assert_eq!(String::from_utf8(text), Ok(number.to_string()));
-        }
     }
 }

@@ -1,0 +1,121 @@
+//! LandXML's writer.
+
+mod head;
+mod text;
+
+use std::io::Write;
+
+use super::FORMAT;
+use crate::base::decimal::Decimal;
+use crate::base::staged::StagedFile;
+use crate::formats::output::{Output, push_decimal};
+use crate::formats::wording::{facts, placed};
+use crate::formats::{Contents, Header, Sink, SinkError};
+use text::{attribute, fact};
+
+/// LandXML 1.2 with one surface: `<P id="1">northing easting elevation</P>` for each vertex, `<F>1 2 3</F>` for each triangle,
+/// counter-clockwise seen from above, numbered from 1. One blank between numbers, as some programs split there.
+///
+/// Coordinates are the shortest decimals that are read again as the same doubles, in single precision as well. The CRS stands
+/// in `CoordinateSystem` where coordinates are those of the map, and nowhere else. All facts of the header, and how many
+/// vertices and triangles there are, are properties of a feature of the surface, `terrabite`. Date and time, which the schema
+/// asks for, are always those of the first of January 2000, so that the same mesh is the same bytes. Memory: one buffer of a
+/// megabyte.
+#[derive(Debug)]
+pub struct LandXmlSink {
+    output: Output,
+    header: Header,
+    loss: f64,
+    vertices: u64,
+    triangles: u64,
+    /// Vertices that have been written.
+    written: u64,
+    section: Section,
+}
+
+/// Where the file stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Section {
+    Points,
+    Faces,
+}
+
+impl LandXmlSink {
+    /// Writes to `staged`. A height may be read again within `loss` of what it is.
+    pub fn new(staged: StagedFile, header: Header, loss: f64) -> LandXmlSink {
+        let output = Output::new(staged);
+        LandXmlSink { output, header, loss, vertices: 0, triangles: 0, written: 0, section: Section::Points }
+    }
+
+    fn push(&mut self, text: &str) {
+        self.output.buffer().extend_from_slice(text.as_bytes());
+    }
+
+    /// No more vertices.
+    fn begin_faces(&mut self) {
+        if self.section == Section::Points {
+            self.section = Section::Faces;
+            self.push("</Pnts>\n<Faces>\n");
+        }
+    }
+
+    /// What stands behind the triangles.
+    fn push_facts(&mut self) {
+        self.push("</Faces>\n</Definition>\n<Feature code=\"terrabite\">\n");
+        let counts = [("vertices", self.vertices.to_string()), ("triangles", self.triangles.to_string())];
+        let facts = facts(&self.header).into_iter().map(|line| ("fact", fact(&line)));
+        for (label, value) in counts.into_iter().chain(facts) {
+            self.push(&format!("<Property label=\"{label}\" value=\"{}\"/>\n", attribute(&value)));
+        }
+        // No line break at the end: whatever is cut off is missed.
+        self.push("</Feature>\n</Surface>\n</Surfaces>\n</LandXML>");
+    }
+}
+
+impl Sink for LandXmlSink {
+    fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
+        (self.vertices, self.triangles) = (contents.vertices, contents.triangles);
+        let head = head::head(&self.header);
+        self.push(&head);
+        Ok(())
+    }
+
+    fn vertices(&mut self, vertices: &[[f64; 3]], _: &[&[f64]]) -> Result<(), SinkError> {
+        for vertex in vertices {
+            let [x, y, z] = placed(&self.header.frame, self.loss, self.output.path(), *vertex)?;
+            self.written += 1;
+            let buffer = self.output.buffer();
+            buffer.extend_from_slice(b"<P id=\"");
+            push_decimal(buffer, self.written);
+            writeln!(buffer, "\">{} {} {}</P>", Decimal(y), Decimal(x), Decimal(z)).expect("memory takes all");
+            self.output.drain()?;
+        }
+        Ok(())
+    }
+
+    fn triangles(&mut self, triangles: &[[u64; 3]], _: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
+        self.begin_faces();
+        for [a, b, c] in triangles {
+            let buffer = self.output.buffer();
+            buffer.extend_from_slice(b"<F>");
+            push_decimal(buffer, a + 1);
+            buffer.push(b' ');
+            push_decimal(buffer, b + 1);
+            buffer.push(b' ');
+            push_decimal(buffer, c + 1);
+            buffer.extend_from_slice(b"</F>\n");
+            self.output.drain()?;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<(), SinkError> {
+        self.begin_faces();
+        self.push_facts();
+        self.output.commit()
+    }
+}
+
+#[cfg(test)]
+mod tests;
