@@ -5,6 +5,7 @@
 //! each other, so that `verify` judges what was written, and not what was meant; what they share is data. A new format is a
 //! folder, and a row in the table; `conformance.rs` holds every row to its promises.
 
+mod columns;
 #[cfg(test)]
 mod conformance;
 mod error;
@@ -18,6 +19,8 @@ pub mod ply;
 mod reader;
 mod sink;
 mod sink_options;
+pub mod ugrid;
+pub mod vtp;
 mod weld;
 mod wording;
 
@@ -34,4 +37,4 @@ pub use sink::{Bounds, Contents, Needs, Sink};
 pub use sink_options::{Base, Compression, OgrGeometry, SinkOption, SinkOptions};
 
 /// Every format that is written and read; the first is the usual one.
-pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT];
+pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT, &ugrid::FORMAT, &vtp::FORMAT];
