@@ -17,8 +17,11 @@ mod open;
 mod output;
 pub mod ply;
 mod reader;
+#[cfg(test)]
+mod samples_tmp;
 mod sink;
 mod sink_options;
+pub mod sms_2dm;
 pub mod ugrid;
 pub mod vtp;
 mod weld;
@@ -37,4 +40,4 @@ pub use sink::{Bounds, Contents, Needs, Sink};
 pub use sink_options::{Base, Compression, OgrGeometry, SinkOption, SinkOptions};
 
 /// Every format that is written and read; the first is the usual one.
-pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT, &ugrid::FORMAT, &vtp::FORMAT];
+pub const FORMATS: &[&Format] = &[&ply::FORMAT, &obj::FORMAT, &ugrid::FORMAT, &vtp::FORMAT, &sms_2dm::FORMAT];

@@ -1,7 +1,7 @@
 use super::*;
 use crate::base::CoordinateFrame;
 use crate::base::channels::Channel;
-use crate::formats::Crs;
+use crate::formats::{Crs, ReadError, ReadOptions};
 
 const VERTICES: [[f64; 3]; 3] = [[0.5, -0.5, 1.25], [2.5, -0.5, -7.0], [0.5, -4.5, 1e-3]];
 
@@ -104,6 +104,36 @@ fn what_is_too_large_for_cdf_2_is_cdf_5() {
     let (head, places) = large.head();
     assert!(head.starts_with(b"CDF\x05\0\0\0\0\0\0\0\0\0\0\0\x0a\0\0\0\0\0\0\0\x03"));
     assert_eq!(places[5], (head.len() as u64 + 4 + 25 * (1 << 31), 24 << 33));
+}
+
+/// A file of CDF-5 is large, so one is put together by hand.
+#[test]
+fn the_head_of_a_cdf_5_is_read() {
+    let folder = crate::testing::folder();
+    let header = Header { notes: vec!["by hand".to_string()], ..on_the_map("metre") };
+    let red = [Channel { name: "red".to_string(), number: Number::U8 }];
+    let contents = Contents { vertices: 3, triangles: 1, attributes: &red, ..Contents::default() };
+    let (mut bytes, places) = sink(&folder, header.clone()).file_of(Version::Data64, &contents).head();
+    assert_eq!(places[0].0, bytes.len() as u64);
+    bytes.resize(bytes.len() + 8, 0);
+    (0..3).for_each(|i| VERTICES.iter().for_each(|vertex| bytes.extend(vertex[i].to_be_bytes())));
+    bytes.extend([1, 2, 255, 0]);
+    bytes.extend([0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1]);
+    let path = folder.path().join("tin.nc");
+    std::fs::write(&path, bytes).expect("written");
+    if let Some(dir) = std::env::var_os("SAMPLES") { std::fs::copy(&path, std::path::Path::new(&dir).join("ours_cdf5.nc")).unwrap(); }
+    let mut mesh = crate::formats::open(&path, None, &ReadOptions::default()).expect("a mesh");
+    assert_eq!((mesh.header().notes.clone(), mesh.attributes()), (header.notes, red.as_slice()));
+    mesh.for_each_vertex_with(&["red"], |i, place, found| {
+        assert_eq!((place, found), (VERTICES[i as usize], &[[1.0, 2.0, 255.0][i as usize]][..]));
+        Ok::<(), ReadError>(())
+    })
+    .expect("vertices");
+    mesh.for_each_face(|_, face| {
+        assert_eq!(face, [0, 2, 1]);
+        Ok::<(), ReadError>(())
+    })
+    .expect("faces");
 }
 
 #[test]
