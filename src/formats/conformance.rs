@@ -494,7 +494,7 @@ fn files_take_what_the_table_says() {
         let found = path.metadata().expect("a file").len() as f64;
         let Bytes { vertex, triangle, attribute } = format.bytes;
         let said = count as f64 * (vertex + attribute) + given.triangles.len() as f64 * triangle;
-        assert!((said / 2.0..=said + 1024.0).contains(&found), "{}: {found} of {said}", format.title);
+        assert!((said / 2.0..=said + 4096.0).contains(&found), "{}: {found} of {said}", format.title);
     }
 }
 
@@ -518,7 +518,9 @@ fn readers_and_writers_know_nothing_of_each_other() {
     let mut rows = 0;
     for folder in folders.iter().filter(|path| path.is_dir()) {
         let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
-        assert!(by_name(&name).is_some(), "the folder {name} is no row of the table");
+        // No module's name begins with a digit.
+        let row = name.strip_prefix("sms_").unwrap_or(&name);
+        assert!(by_name(row).is_some(), "the folder {name} is no row of the table");
         rows += 1;
         let reader =
             if folder.join("read").is_dir() { sources(&folder.join("read")) } else { vec![folder.join("read.rs")] };
@@ -537,8 +539,9 @@ fn readers_and_writers_know_nothing_of_each_other() {
     }
     says_nothing_of(&formats.join("wording.rs"), &["read::", "lines::", "ReadError", "MeshReader"]);
     for path in sources(&formats.with_file_name("verify")) {
-        let folders: Vec<String> = FORMATS.iter().map(|format| format!("formats::{}", format.name)).collect();
-        let words = ["write::", "wording", "Sink"].into_iter().chain(folders.iter().map(String::as_str));
+        let modules = folders.iter().filter(|path| path.is_dir()).filter_map(|path| path.file_name()?.to_str());
+        let modules: Vec<String> = modules.map(|module| format!("formats::{module}")).collect();
+        let words = ["write::", "wording", "Sink"].into_iter().chain(modules.iter().map(String::as_str));
         says_nothing_of(&path, &words.collect::<Vec<_>>());
     }
 }

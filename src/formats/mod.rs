@@ -5,6 +5,7 @@
 //! each other, so that `verify` judges what was written, and not what was meant; what they share is data. A new format is a
 //! folder, and a row in the table; `conformance.rs` holds every row to its promises.
 
+mod columns;
 #[cfg(test)]
 mod conformance;
 mod error;
@@ -23,6 +24,9 @@ mod reader;
 mod sink;
 mod sink_options;
 pub mod stl;
+pub mod sms_2dm;
+pub mod ugrid;
+pub mod vtp;
 mod weld;
 mod wording;
 
@@ -45,6 +49,9 @@ pub const FORMATS: &[&Format] = &[
     &glb::FORMAT,
     &stl::FORMAT,
     &landxml::FORMAT,
+    &ugrid::FORMAT,
+    &vtp::FORMAT,
+    &sms_2dm::FORMAT,
     #[cfg(feature = "gdal")]
     &ogr::FORMAT,
 ];

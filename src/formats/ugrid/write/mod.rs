@@ -1,0 +1,145 @@
+//! UGRID's writer.
+
+mod netcdf;
+mod words;
+
+use super::FORMAT;
+use crate::base::channels::Number;
+use crate::base::staged::StagedFile;
+use crate::formats::columns::{Column, Columns};
+use crate::formats::wording::placed;
+use crate::formats::{Contents, Header, Sink, SinkError};
+use netcdf::{File, Type, Variable, Version};
+
+/// UGRID 1.0 in a classic NetCDF file: x, y and height of the nodes of a mesh `mesh2d`, a variable for every attribute, and the
+/// faces as three numbers of nodes, from 0. The header's facts are lines of the file's attribute `terrabite`.
+///
+/// Files are of the kind CDF-2 (64-bit offset), which every NetCDF library reads, as long as every variable has less than 4
+/// GiB; CDF-5 beyond. The former has no unsigned bytes: attributes of that type are 16-bit numbers in it, and say so.
+///
+/// Memory: 8 MiB of buffers.
+#[derive(Debug)]
+pub struct UgridSink {
+    output: Columns,
+    header: Header,
+    loss: f64,
+    /// x, y and height.
+    places: Vec<Column>,
+    attributes: Vec<(Column, Type)>,
+    faces: Option<(Column, Type)>,
+}
+
+impl UgridSink {
+    /// Writes to `staged`. A height may be read again within `loss` of what it is.
+    pub fn new(staged: StagedFile, header: Header, loss: f64) -> UgridSink {
+        let output = Columns::new(staged);
+        UgridSink { output, header, loss, places: Vec::new(), attributes: Vec::new(), faces: None }
+    }
+
+    /// A file for these contents, as CDF-2 if it can be.
+    fn file(&self, contents: &Contents<'_>) -> File {
+        let small = self.file_of(Version::Offset64, contents);
+        if small.is_small() { small } else { self.file_of(Version::Data64, contents) }
+    }
+
+    fn file_of(&self, version: Version, contents: &Contents<'_>) -> File {
+        let coordinate = if self.header.frame.single { Type::Float } else { Type::Double };
+        let attribute = |number| match (number, version) {
+            (Number::U8, Version::Offset64) => Type::Short,
+            (Number::U8, Version::Data64) => Type::UByte,
+            (Number::F32, _) => Type::Float,
+            (Number::F64, _) => Type::Double,
+        };
+        // Signed, as xugrid 0.15.3 cannot take others.
+        let index = if contents.vertices > i32::MAX as u64 { Type::Int64 } else { Type::Int };
+        let mut variables = vec![words::topology(Type::Int)];
+        variables.extend(words::reference(&self.header, Type::Int));
+        variables.extend(words::places(&self.header, coordinate));
+        let numbers = contents.attributes.iter().map(|channel| (channel, attribute(channel.number)));
+        variables.extend(numbers.map(|(channel, number)| words::attribute(&self.header, channel, number)));
+        // Last, as it needs no padding: a file that has it to its end is whole.
+        variables.push(words::faces(index));
+        let dimensions = [("mesh2d_nNodes", contents.vertices), ("mesh2d_nFaces", contents.triangles), ("Three", 3)];
+        let dimensions = dimensions.map(|(name, length)| (name.to_string(), length)).to_vec();
+        File { version, dimensions, said: words::file(&self.header), variables }
+    }
+}
+
+impl Sink for UgridSink {
+    fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
+        if contents.vertices == 0 || contents.triangles == 0 {
+            // In NetCDF, a dimension of 0 is one that has no end.
+            return Err(SinkError::Unfit {
+                path: self.output.path().to_path_buf(),
+                expected: "vertices and triangles".to_string(),
+                found: format!("{} vertices and {} triangles", contents.vertices, contents.triangles),
+            });
+        }
+        let file = self.file(contents);
+        let (head, places) = file.head();
+        let columns = self.output.lay_out(&head, &places)?;
+        let mut all = columns.into_iter().zip(&file.variables);
+        for (column, Variable { dimensions, number, .. }) in all.by_ref() {
+            match dimensions.as_slice() {
+                [] => self.output.put(column, &[0; 4])?,
+                [_] if self.places.len() < 3 => self.places.push(column),
+                [_] => self.attributes.push((column, *number)),
+                _ => self.faces = Some((column, *number)),
+            }
+        }
+        Ok(())
+    }
+
+    fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
+        assert_eq!(attributes.len(), self.attributes.len(), "attributes");
+        for vertex in vertices {
+            let place = placed(&self.header.frame, self.loss, self.output.path(), *vertex)?;
+            for (&column, value) in self.places.iter().zip(place) {
+                match self.header.frame.single {
+                    true => self.output.put(column, &(value as f32).to_be_bytes())?,
+                    false => self.output.put(column, &value.to_be_bytes())?,
+                }
+            }
+        }
+        for (&(column, number), values) in self.attributes.iter().zip(attributes) {
+            for &value in *values {
+                match number {
+                    Type::UByte => self.output.put(column, &[value as u8])?,
+                    Type::Short => self.output.put(column, &(value as i16).to_be_bytes())?,
+                    Type::Float => self.output.put(column, &(value as f32).to_be_bytes())?,
+                    _ => self.output.put(column, &value.to_be_bytes())?,
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn triangles(&mut self, triangles: &[[u64; 3]], _: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
+        let (column, number) = self.faces.expect("begun");
+        for triangle in triangles {
+            match number {
+                Type::Int64 => {
+                    for &vertex in triangle {
+                        self.output.put(column, &vertex.to_be_bytes())?;
+                    }
+                }
+                _ => {
+                    let mut face = [0; 12];
+                    for (bytes, &vertex) in face.chunks_exact_mut(4).zip(triangle) {
+                        bytes.copy_from_slice(&(vertex as u32).to_be_bytes());
+                    }
+                    self.output.put(column, &face)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), SinkError> {
+        self.output.commit()
+    }
+}
+
+#[cfg(test)]
+mod tests;
