@@ -38,7 +38,7 @@ fn channel(name: &str, number: Number) -> Channel {
 
 fn write(path: &Path, given: &Given, options: SinkOptions, batch: usize) -> Result<(), SinkError> {
     let staged = StagedFile::create(path, true, &[])?;
-    let setup = Setup { header: given.header.clone(), loss: f64::INFINITY, options, temp_dir: None };
+    let setup = Setup { header: given.header.clone(), loss: f64::INFINITY, options, ..Setup::default() };
     let mut sink: Box<dyn Sink> = Box::new(GlbSink::new(staged, setup));
     let attributes: Vec<Channel> = given.attributes.iter().map(|(channel, _)| channel.clone()).collect();
     let bounds = given.vertices.iter().fold(Bounds::EMPTY, |bounds, vertex| bounds.with(*vertex));

@@ -7,7 +7,7 @@ mod write;
 
 pub use write::LandXmlSink;
 
-use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Setup, Unit, Vertices};
+use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Unit, Vertices};
 
 /// The format's row in the table.
 pub const FORMAT: Format = Format {
@@ -23,7 +23,7 @@ pub const FORMAT: Format = Format {
     attributes: Attributes::None,
     options: &[],
     bytes: Bytes { vertex: 77.0, triangle: 34.0, attribute: 0.0 },
-    sink: |staged, Setup { header, loss, .. }| Ok(Box::new(LandXmlSink::new(staged, header, loss))),
+    sink: |staged, setup| Ok(Box::new(LandXmlSink::new(staged, setup))),
     reader: |path, options| Ok(Box::new(read::LandXmlReader::open(path, options)?)),
     recognise: read::recognise,
 };

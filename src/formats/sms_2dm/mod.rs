@@ -6,7 +6,7 @@ mod write;
 
 pub use write::Sms2dmSink;
 
-use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Recognised, Setup, Unit, Vertices};
+use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Recognised, Unit, Vertices};
 
 /// The format's row in the table.
 pub const FORMAT: Format = Format {
@@ -22,7 +22,7 @@ pub const FORMAT: Format = Format {
     attributes: Attributes::None,
     options: &[],
     bytes: Bytes { vertex: 66.0, triangle: 41.0, attribute: 0.0 },
-    sink: |staged, Setup { header, loss, .. }| Ok(Box::new(Sms2dmSink::new(staged, header, loss))),
+    sink: |staged, setup| Ok(Box::new(Sms2dmSink::new(staged, setup))),
     reader: |path, options| Ok(Box::new(read::Sms2dmReader::open(path, &options.cancel)?)),
     recognise: |beginning| match beginning.trim_ascii_start() {
         [b'M', b'E', b'S', b'H', b'2', b'D', after, ..] if after.is_ascii_whitespace() => Recognised::Surely,

@@ -6,8 +6,8 @@ use super::FORMAT;
 use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
 use crate::formats::output::{Output, push_decimal};
-use crate::formats::wording::{facts, placed};
-use crate::formats::{Contents, Header, Sink, SinkError};
+use crate::formats::wording::{Placer, facts};
+use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 
 /// 2DM: `ND i x y z`, then `E3T i a b c 1`, both numbered from 1 without a gap; the header's facts are comments.
 ///
@@ -20,15 +20,17 @@ use crate::formats::{Contents, Header, Sink, SinkError};
 pub struct Sms2dmSink {
     output: Output,
     header: Header,
-    loss: f64,
+    placer: Placer,
     nodes: u64,
     elements: u64,
 }
 
 impl Sms2dmSink {
-    /// Writes to `staged`. A height may be read again within `loss` of what it is.
-    pub fn new(staged: StagedFile, header: Header, loss: f64) -> Sms2dmSink {
-        Sms2dmSink { output: Output::new(staged), header, loss, nodes: 0, elements: 0 }
+    /// Writes to `staged`, as the setup says.
+    pub fn new(staged: StagedFile, setup: Setup) -> Sms2dmSink {
+        let placer = Placer::of(&setup);
+        let header = setup.header;
+        Sms2dmSink { output: Output::new(staged), header, placer, nodes: 0, elements: 0 }
     }
 }
 
@@ -45,7 +47,7 @@ impl Sink for Sms2dmSink {
 
     fn vertices(&mut self, vertices: &[[f64; 3]], _: &[&[f64]]) -> Result<(), SinkError> {
         for vertex in vertices {
-            let [x, y, z] = placed(&self.header.frame, self.loss, self.output.path(), *vertex)?;
+            let [x, y, z] = self.placer.place(self.output.path(), *vertex)?;
             self.nodes += 1;
             let buffer = self.output.buffer();
             buffer.extend_from_slice(b"ND ");
@@ -87,7 +89,10 @@ mod tests {
         let folder = crate::testing::folder();
         let path = folder.path().join("tin.2dm");
         let header = Header { made_by: Some("terrabite 1".to_string()), tolerance: Some(0.5), ..Header::default() };
-        let mut sink = Sms2dmSink::new(StagedFile::create(&path, false, &[]).expect("staged"), header, 0.0);
+        let mut sink = Sms2dmSink::new(
+            StagedFile::create(&path, false, &[]).expect("staged"),
+            Setup { header, ..Setup::default() },
+        );
         sink.begin(&Contents { vertices: 3, triangles: 2, ..Contents::default() }).expect("begun");
         sink.vertices(&[[0.5, -0.5, 1.25], [1e-7, -0.0, 1e22]], &[]).expect("written");
         sink.vertices(&[[0.1, 2.0, -7.0]], &[]).expect("written");

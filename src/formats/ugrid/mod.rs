@@ -6,7 +6,7 @@ mod write;
 
 pub use write::UgridSink;
 
-use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Recognised, Setup, Unit, Vertices};
+use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Recognised, Unit, Vertices};
 
 /// The format's row in the table.
 pub const FORMAT: Format = Format {
@@ -22,7 +22,7 @@ pub const FORMAT: Format = Format {
     attributes: Attributes::All,
     options: &[],
     bytes: Bytes { vertex: 24.0, triangle: 12.0, attribute: 8.0 },
-    sink: |staged, Setup { header, loss, .. }| Ok(Box::new(UgridSink::new(staged, header, loss))),
+    sink: |staged, setup| Ok(Box::new(UgridSink::new(staged, setup))),
     reader: |path, options| Ok(Box::new(read::UgridReader::open(path, &options.cancel)?)),
     recognise: |beginning| match beginning {
         [b'C', b'D', b'F', 1 | 2 | 5, ..] => Recognised::Surely,

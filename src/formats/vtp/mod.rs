@@ -6,7 +6,7 @@ mod write;
 
 pub use write::VtpSink;
 
-use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Recognised, Setup, SinkOption, Unit, Vertices};
+use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Recognised, SinkOption, Unit, Vertices};
 
 /// The format's row in the table.
 pub const FORMAT: Format = Format {
@@ -22,7 +22,7 @@ pub const FORMAT: Format = Format {
     attributes: Attributes::All,
     options: &[SinkOption::Normals],
     bytes: Bytes { vertex: 24.0, triangle: 32.0, attribute: 8.0 },
-    sink: |staged, Setup { header, loss, .. }| Ok(Box::new(VtpSink::new(staged, header, loss))),
+    sink: |staged, setup| Ok(Box::new(VtpSink::new(staged, setup))),
     reader: |path, options| Ok(Box::new(read::VtpReader::open(path, &options.cancel)?)),
     recognise: |beginning| {
         let says = |words: &[u8]| beginning.windows(words.len()).any(|found| found == words);

@@ -4,8 +4,8 @@ use super::FORMAT;
 use crate::base::channels::{Channel, Number};
 use crate::base::staged::StagedFile;
 use crate::formats::columns::{Column, Columns};
-use crate::formats::wording::{facts, placed};
-use crate::formats::{Contents, Header, Sink, SinkError};
+use crate::formats::wording::{Placer, facts};
+use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 
 /// VTK's XML for polygons, with arrays as bytes behind it (`appended`, `raw`, little-endian, not compressed): points, an array
 /// for every attribute, normals as such, triangles. The header's facts are strings of the field data `terrabite`.
@@ -15,7 +15,7 @@ use crate::formats::{Contents, Header, Sink, SinkError};
 pub struct VtpSink {
     output: Columns,
     header: Header,
-    loss: f64,
+    placer: Placer,
     columns: Option<Filled>,
     /// How many triangles have come.
     triangles: u64,
@@ -49,9 +49,11 @@ const LENGTH: u64 = 8;
 const END: &[u8] = b"\n  </AppendedData>\n</VTKFile>";
 
 impl VtpSink {
-    /// Writes to `staged`. A height may be read again within `loss` of what it is.
-    pub fn new(staged: StagedFile, header: Header, loss: f64) -> VtpSink {
-        VtpSink { output: Columns::new(staged), header, loss, columns: None, triangles: 0, end: 0 }
+    /// Writes to `staged`, as the setup says.
+    pub fn new(staged: StagedFile, setup: Setup) -> VtpSink {
+        let placer = Placer::of(&setup);
+        let header = setup.header;
+        VtpSink { output: Columns::new(staged), header, placer, columns: None, triangles: 0, end: 0 }
     }
 
     /// The arrays, in the order of the columns.
@@ -174,7 +176,7 @@ impl Sink for VtpSink {
         let scalars = columns.len();
         assert_eq!(attributes.len(), scalars + if normals.is_some() { 3 } else { 0 }, "attributes");
         for vertex in vertices {
-            let place = placed(&self.header.frame, self.loss, self.output.path(), *vertex)?;
+            let place = self.placer.place(self.output.path(), *vertex)?;
             match self.header.frame.single {
                 true => self.output.put(*points, singles(place).as_flattened())?,
                 false => self.output.put(*points, place.map(f64::to_le_bytes).as_flattened())?,
@@ -225,10 +227,18 @@ mod tests {
 
     const VERTICES: [[f64; 3]; 3] = [[0.5, -0.5, 1.25], [2.5, -0.5, -7.0], [0.5, -4.5, 1e-3]];
 
-    fn written(header: Header, attributes: &[Channel], values: &[&[f64]], has_normals: bool) -> (tempfile::TempDir, Vec<u8>) {
+    fn written(
+        header: Header,
+        attributes: &[Channel],
+        values: &[&[f64]],
+        has_normals: bool,
+    ) -> (tempfile::TempDir, Vec<u8>) {
         let folder = crate::testing::folder();
         let path = folder.path().join("tin.vtp");
-        let mut sink = VtpSink::new(StagedFile::create(&path, false, &[]).expect("staged"), header, f64::INFINITY);
+        let mut sink = VtpSink::new(
+            StagedFile::create(&path, false, &[]).expect("staged"),
+            Setup { header, loss: f64::INFINITY, ..Setup::default() },
+        );
         let contents = Contents { vertices: 3, triangles: 1, attributes, has_normals, ..Contents::default() };
         sink.begin(&contents).expect("begun");
         sink.vertices(&VERTICES, values).expect("written");
@@ -267,8 +277,12 @@ mod tests {
     #[test]
     fn normals_are_normals() {
         let channel = |name: &str, number| Channel { name: name.to_string(), number };
-        let attributes =
-            [channel("Normals", Number::F64), channel("nx", Number::F32), channel("ny", Number::F32), channel("nz", Number::F32)];
+        let attributes = [
+            channel("Normals", Number::F64),
+            channel("nx", Number::F32),
+            channel("ny", Number::F32),
+            channel("nz", Number::F32),
+        ];
         let values: [&[f64]; 4] = [&[0.1, 0.2, 0.3], &[0.0, 0.5, 0.0], &[0.0, 0.25, 1.0], &[1.0, 0.125, 0.0]];
         let frame = CoordinateFrame { single: true, ..CoordinateFrame::PLAIN };
         let (folder, bytes) = written(Header { frame, ..Header::default() }, &attributes, &values, true);

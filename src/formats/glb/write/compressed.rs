@@ -10,7 +10,7 @@ use super::spool::Spool;
 use crate::base::control::CancelToken;
 use crate::base::external::Scratch;
 use crate::formats::output::Output;
-use crate::formats::wording::placed;
+use crate::formats::wording::Placer;
 use crate::formats::{Contents, Header, SinkError};
 
 /// The most vertices of a primitive: they are numbered in 16 bits, and the largest number restarts a primitive.
@@ -27,7 +27,7 @@ const WINDOW: u64 = 1024;
 pub(super) struct Compressed {
     output: Output,
     header: Header,
-    loss: f64,
+    placer: Placer,
     scratch: Scratch,
     layout: Layout,
     records: Spool,
@@ -49,11 +49,11 @@ struct Chunk {
 }
 
 impl Compressed {
-    pub(super) fn new(output: Output, header: Header, loss: f64, temp_dir: Option<&Path>) -> Compressed {
+    pub(super) fn new(output: Output, header: Header, placer: Placer, temp_dir: Option<&Path>) -> Compressed {
         Compressed {
             output,
             header,
-            loss,
+            placer,
             scratch: Scratch::new(temp_dir, CancelToken::default()),
             layout: Layout::default(),
             records: Spool::default(),
@@ -72,7 +72,7 @@ impl Compressed {
 
     pub(super) fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
         for (i, vertex) in vertices.iter().enumerate() {
-            let place = placed(&self.header.frame, self.loss, self.output.path(), *vertex)?;
+            let place = self.placer.place(self.output.path(), *vertex)?;
             self.layout.append(self.records.buffer(), place, attributes, i);
             self.records.drain(&self.scratch)?;
         }

@@ -9,6 +9,7 @@ mod spool;
 use crate::base::CoordinateFrame;
 use crate::base::staged::StagedFile;
 use crate::formats::output::Output;
+use crate::formats::wording::Placer;
 use crate::formats::{Contents, Header, Needs, Setup, Sink, SinkError};
 use compressed::Compressed;
 use plain::Plain;
@@ -39,13 +40,15 @@ impl std::fmt::Debug for GlbSink {
 impl GlbSink {
     /// Writes to `staged`, in single precision whatever the header's frame says.
     pub fn new(staged: StagedFile, setup: Setup) -> GlbSink {
-        let Setup { header, loss, options, temp_dir } = setup;
-        let frame = CoordinateFrame { single: true, ..header.frame };
-        let (header, output) = (Header { frame, ..header }, Output::new(staged));
+        let frame = CoordinateFrame { single: true, ..setup.header.frame };
+        let setup = Setup { header: Header { frame, ..setup.header }, ..setup };
+        let placer = Placer::of(&setup);
+        let Setup { header, options, temp_dir, .. } = setup;
+        let output = Output::new(staged);
         GlbSink(match options.compression {
-            None => Kind::Plain(Plain::new(output, header, loss)),
+            None => Kind::Plain(Plain::new(output, header, placer)),
             Some(crate::formats::Compression::Meshopt) => {
-                Kind::Compressed(Box::new(Compressed::new(output, header, loss, temp_dir.as_deref())))
+                Kind::Compressed(Box::new(Compressed::new(output, header, placer, temp_dir.as_deref())))
             }
         })
     }

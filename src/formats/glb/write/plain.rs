@@ -4,7 +4,7 @@ use super::super::FORMAT;
 use super::document::{Buffers, Part, Stretch, document, front, too_long};
 use super::layout::{Layout, y_up};
 use crate::formats::output::Output;
-use crate::formats::wording::placed;
+use crate::formats::wording::Placer;
 use crate::formats::{Bounds, Contents, Header, SinkError};
 
 /// The most vertices that are numbered in 16 bits: the largest number restarts a primitive.
@@ -14,7 +14,7 @@ const SHORT: u64 = u16::MAX as u64;
 pub(super) struct Plain {
     output: Output,
     header: Header,
-    loss: f64,
+    placer: Placer,
     layout: Layout,
     corner_bytes: usize,
     /// Nothing is written of a mesh without triangles.
@@ -24,8 +24,8 @@ pub(super) struct Plain {
 }
 
 impl Plain {
-    pub(super) fn new(output: Output, header: Header, loss: f64) -> Plain {
-        Plain { output, header, loss, layout: Layout::default(), corner_bytes: 4, is_empty: false, padding: 0 }
+    pub(super) fn new(output: Output, header: Header, placer: Placer) -> Plain {
+        Plain { output, header, placer, layout: Layout::default(), corner_bytes: 4, is_empty: false, padding: 0 }
     }
 
     pub(super) fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
@@ -60,13 +60,8 @@ impl Plain {
     }
 
     /// Between what positions lie.
-    fn extent(&self, Bounds { min, max }: Bounds) -> Result<([f32; 3], [f32; 3]), SinkError> {
-        let frame = &self.header.frame;
-        let place = |[x, y, height]: [f64; 3]| {
-            let (x, y) = frame.written_place((x, y));
-            [x, y, frame.written_height(height)]
-        };
-        let (low, high) = (place(min), place(max));
+    fn extent(&self, bounds: Bounds) -> Result<([f32; 3], [f32; 3]), SinkError> {
+        let Bounds { min: low, max: high } = self.placer.bounds(bounds);
         // North is where the third coordinate is least.
         let extent = (y_up([low[0], high[1], low[2]]), y_up([high[0], low[1], high[2]]));
         match extent.0.iter().chain(&extent.1).all(|v| v.is_finite()) {
@@ -81,7 +76,7 @@ impl Plain {
 
     pub(super) fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
         for (i, vertex) in vertices.iter().enumerate() {
-            let place = placed(&self.header.frame, self.loss, self.output.path(), *vertex)?;
+            let place = self.placer.place(self.output.path(), *vertex)?;
             if !self.is_empty {
                 self.layout.append(self.output.buffer(), place, attributes, i);
                 self.output.drain()?;

@@ -9,8 +9,8 @@ use super::FORMAT;
 use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
 use crate::formats::output::{Output, push_decimal};
-use crate::formats::wording::{facts, placed};
-use crate::formats::{Contents, Header, Sink, SinkError};
+use crate::formats::wording::{Placer, facts};
+use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 use text::{attribute, fact};
 
 /// LandXML 1.2 with one surface: `<P id="1">northing easting elevation</P>` for each vertex, `<F>1 2 3</F>` for each triangle,
@@ -25,7 +25,7 @@ use text::{attribute, fact};
 pub struct LandXmlSink {
     output: Output,
     header: Header,
-    loss: f64,
+    placer: Placer,
     vertices: u64,
     triangles: u64,
     /// Vertices that have been written.
@@ -41,10 +41,12 @@ enum Section {
 }
 
 impl LandXmlSink {
-    /// Writes to `staged`. A height may be read again within `loss` of what it is.
-    pub fn new(staged: StagedFile, header: Header, loss: f64) -> LandXmlSink {
+    /// Writes to `staged`, as the setup says.
+    pub fn new(staged: StagedFile, setup: Setup) -> LandXmlSink {
+        let placer = Placer::of(&setup);
+        let header = setup.header;
         let output = Output::new(staged);
-        LandXmlSink { output, header, loss, vertices: 0, triangles: 0, written: 0, section: Section::Points }
+        LandXmlSink { output, header, placer, vertices: 0, triangles: 0, written: 0, section: Section::Points }
     }
 
     fn push(&mut self, text: &str) {
@@ -83,7 +85,7 @@ impl Sink for LandXmlSink {
 
     fn vertices(&mut self, vertices: &[[f64; 3]], _: &[&[f64]]) -> Result<(), SinkError> {
         for vertex in vertices {
-            let [x, y, z] = placed(&self.header.frame, self.loss, self.output.path(), *vertex)?;
+            let [x, y, z] = self.placer.place(self.output.path(), *vertex)?;
             self.written += 1;
             let buffer = self.output.buffer();
             buffer.extend_from_slice(b"<P id=\"");

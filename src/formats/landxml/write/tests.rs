@@ -7,7 +7,8 @@ use crate::formats::{Crs, Heights};
 fn written(header: Header) -> String {
     let folder = crate::testing::folder();
     let path = folder.path().join("tin.xml");
-    let mut sink = LandXmlSink::new(StagedFile::create(&path, false, &[]).expect("staged"), header, 0.0);
+    let mut sink =
+        LandXmlSink::new(StagedFile::create(&path, false, &[]).expect("staged"), Setup { header, ..Setup::default() });
     sink.begin(&Contents { vertices: 3, triangles: 1, ..Contents::default() }).expect("begun");
     sink.vertices(&[[0.5, -0.5, 1.25], [1e-7, -0.0, 1e22]], &[]).expect("written");
     sink.vertices(&[[0.1, 2.0, -7.0]], &[]).expect("written");

@@ -12,7 +12,7 @@ use crate::base::CoordinateFrame;
 use crate::base::channels::Channel;
 use crate::base::staged::StagedFile;
 use crate::formats::ogr::FORMAT;
-use crate::formats::wording::{facts, placed};
+use crate::formats::wording::{Placer, facts};
 use crate::formats::{Contents, Needs, OgrGeometry, Setup, Sink, SinkError};
 
 /// A layer of GDAL's with a feature for each triangle: a polygon with heights, counter-clockwise; or TINs with heights, of many
@@ -141,7 +141,7 @@ impl Sink for OgrSink {
     fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
         // Found before the triangles come.
         for vertex in vertices {
-            placed(&self.setup.header.frame, self.setup.loss, self.staged.path(), *vertex)?;
+            Placer::of(&self.setup).place(self.staged.path(), *vertex)?;
         }
         match &mut self.values {
             Some(values) => Ok(values.push(vertices.len(), attributes)?),
@@ -151,9 +151,9 @@ impl Sink for OgrSink {
 
     fn triangles(&mut self, triangles: &[[u64; 3]], corners: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
         assert_eq!(triangles.len(), corners.len(), "corners");
-        let frame = self.setup.header.frame;
+        let placer = Placer::of(&self.setup);
         for (triangle, corners) in triangles.iter().zip(corners) {
-            let [a, b, c] = corners.map(|corner| placed(&frame, self.setup.loss, self.staged.path(), corner));
+            let [a, b, c] = corners.map(|corner| placer.place(self.staged.path(), corner));
             self.triangles.push([a?, b?, c?]);
             if let Some(values) = &mut self.values {
                 for vertex in triangle {

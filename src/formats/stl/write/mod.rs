@@ -10,8 +10,8 @@ use crate::base::control::CancelToken;
 use crate::base::external::Scratch;
 use crate::base::staged::StagedFile;
 use crate::formats::output::Output;
-use crate::formats::wording::placed;
-use crate::formats::{Base, Bounds, Contents, Needs, Setup, Sink, SinkError};
+use crate::formats::wording::Placer;
+use crate::formats::{Base, Bounds, Contents, Header, Needs, Setup, Sink, SinkError};
 use rim::{Rim, Wall};
 
 /// Binary STL: 80 bytes of header, a count, and for each triangle its normal and its three corners in single precision.
@@ -29,7 +29,7 @@ use rim::{Rim, Wall};
 pub struct StlSink {
     output: Output,
     frame: CoordinateFrame,
-    loss: f64,
+    placer: Placer,
     base: Option<Base>,
     temp_dir: Option<PathBuf>,
     solid: Option<Solid>,
@@ -59,8 +59,10 @@ impl StlSink {
     /// Writes to `staged`: in single precision, whatever the frame says.
     pub fn new(staged: StagedFile, setup: Setup) -> StlSink {
         let frame = CoordinateFrame { single: true, ..setup.header.frame };
-        let Setup { loss, options, temp_dir, .. } = setup;
-        StlSink { output: Output::new(staged), frame, loss, base: options.base, temp_dir, solid: None, count: 0 }
+        let setup = Setup { header: Header { frame, ..setup.header }, ..setup };
+        let placer = Placer::of(&setup);
+        let Setup { options, temp_dir, .. } = setup;
+        StlSink { output: Output::new(staged), frame, placer, base: options.base, temp_dir, solid: None, count: 0 }
     }
 
     fn check_count(&self, found: u64) -> Result<(), SinkError> {
@@ -74,7 +76,7 @@ impl StlSink {
 
     /// z of the floor, below all vertices.
     fn floor(&self, base: Base, bounds: Option<Bounds>) -> Result<f32, SinkError> {
-        let lowest = bounds.map(|bounds| bounds.min[2]);
+        let lowest = bounds.map(|bounds| self.frame.height(self.placer.bounds(bounds).min[2]));
         let height = match base {
             Base::Height(height) => height,
             Base::Depth(depth) => lowest.unwrap_or(0.0) - depth,
@@ -96,7 +98,7 @@ impl StlSink {
     fn placed(&self, corners: &[[f64; 3]; 3]) -> Result<[Corner; 3], SinkError> {
         let mut placed_corners = [[0.0; 3]; 3];
         for (place, corner) in placed_corners.iter_mut().zip(corners) {
-            *place = placed(&self.frame, self.loss, self.output.path(), *corner)?.map(|v| v as f32);
+            *place = self.placer.place(self.output.path(), *corner)?.map(|v| v as f32);
         }
         Ok(placed_corners)
     }
@@ -152,7 +154,7 @@ impl Sink for StlSink {
     /// Nothing of them stands in the file, but heights that may not be lost are found here.
     fn vertices(&mut self, vertices: &[[f64; 3]], _: &[&[f64]]) -> Result<(), SinkError> {
         for vertex in vertices {
-            placed(&self.frame, self.loss, self.output.path(), *vertex)?;
+            self.placer.place(self.output.path(), *vertex)?;
         }
         Ok(())
     }

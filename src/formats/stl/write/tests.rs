@@ -36,7 +36,7 @@ fn lattice(squares: &[&str]) -> Lattice {
 fn written(path: &Path, mesh: &Lattice, base: Option<Base>, batch: usize) -> Result<(), SinkError> {
     let frame = CoordinateFrame { origin: (500_000.0, 5_200_000.0), z_scale: 2.0, ..CoordinateFrame::PLAIN };
     let options = SinkOptions { base, ..SinkOptions::default() };
-    let setup = Setup { header: Header { frame, ..Header::default() }, loss: 0.0, options, temp_dir: None };
+    let setup = Setup { header: Header { frame, ..Header::default() }, loss: 0.0, options, ..Setup::default() };
     let mut sink = StlSink::new(StagedFile::create(path, false, &[]).expect("staged"), setup);
     let bounds = mesh.vertices.iter().fold(Bounds::EMPTY, |bounds, vertex| bounds.with(*vertex));
     let (vertices, triangles) = (mesh.vertices.len() as u64, mesh.triangles.len() as u64);

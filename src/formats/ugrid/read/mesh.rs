@@ -80,7 +80,8 @@ impl Finder<'_> {
         let [first, second, further @ ..] = coordinates.as_slice() else {
             return Err(self.wrong(topology, "two node_coordinates", format!("{node_coordinates:?}")));
         };
-        let (x, y) = if is_northing(&first.said) && !is_northing(&second.said) { (second, first) } else { (first, second) };
+        let (x, y) =
+            if is_northing(&first.said) && !is_northing(&second.said) { (second, first) } else { (first, second) };
         let [node] = x.dimensions.as_slice() else {
             return Err(self.wrong(x, "one dimension", x.dimensions.len().to_string()));
         };
@@ -116,7 +117,12 @@ impl Finder<'_> {
     }
 
     /// The heights of nodes: a third coordinate, what is called an altitude, or what has the name that MDAL looks for.
-    fn height<'a>(&'a self, topology: &Variable, node: usize, further: &[&'a Variable]) -> Result<&'a Variable, UgridError> {
+    fn height<'a>(
+        &'a self,
+        topology: &Variable,
+        node: usize,
+        further: &[&'a Variable],
+    ) -> Result<&'a Variable, UgridError> {
         let of_nodes = || self.head.variables.iter().filter(|v| v.dimensions == [node] && is_plain(v));
         let name = format!("{}_node_z", topology.name);
         let found = further
@@ -136,8 +142,7 @@ impl Finder<'_> {
     /// A variable with one number for each node.
     fn place(&self, variable: &Variable, node: usize) -> Result<Values, UgridError> {
         if variable.dimensions != [node] {
-            let names: Vec<&str> =
-                variable.dimensions.iter().map(|&d| self.head.dimensions[d].name.as_str()).collect();
+            let names: Vec<&str> = variable.dimensions.iter().map(|&d| self.head.dimensions[d].name.as_str()).collect();
             return Err(self.wrong(variable, "the dimension of the nodes alone", format!("{names:?}")));
         }
         if !is_plain(variable) {

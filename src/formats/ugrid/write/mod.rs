@@ -7,8 +7,8 @@ use super::FORMAT;
 use crate::base::channels::Number;
 use crate::base::staged::StagedFile;
 use crate::formats::columns::{Column, Columns};
-use crate::formats::wording::placed;
-use crate::formats::{Contents, Header, Sink, SinkError};
+use crate::formats::wording::Placer;
+use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 use netcdf::{File, Type, Variable, Version};
 
 /// UGRID 1.0 in a classic NetCDF file: x, y and height of the nodes of a mesh `mesh2d`, a variable for every attribute, and the
@@ -22,7 +22,7 @@ use netcdf::{File, Type, Variable, Version};
 pub struct UgridSink {
     output: Columns,
     header: Header,
-    loss: f64,
+    placer: Placer,
     /// x, y and height.
     places: Vec<Column>,
     attributes: Vec<(Column, Type)>,
@@ -30,10 +30,12 @@ pub struct UgridSink {
 }
 
 impl UgridSink {
-    /// Writes to `staged`. A height may be read again within `loss` of what it is.
-    pub fn new(staged: StagedFile, header: Header, loss: f64) -> UgridSink {
+    /// Writes to `staged`, as the setup says.
+    pub fn new(staged: StagedFile, setup: Setup) -> UgridSink {
+        let placer = Placer::of(&setup);
+        let header = setup.header;
         let output = Columns::new(staged);
-        UgridSink { output, header, loss, places: Vec::new(), attributes: Vec::new(), faces: None }
+        UgridSink { output, header, placer, places: Vec::new(), attributes: Vec::new(), faces: None }
     }
 
     /// A file for these contents, as CDF-2 if it can be.
@@ -94,7 +96,7 @@ impl Sink for UgridSink {
     fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
         assert_eq!(attributes.len(), self.attributes.len(), "attributes");
         for vertex in vertices {
-            let place = placed(&self.header.frame, self.loss, self.output.path(), *vertex)?;
+            let place = self.placer.place(self.output.path(), *vertex)?;
             for (&column, value) in self.places.iter().zip(place) {
                 match self.header.frame.single {
                     true => self.output.put(column, &(value as f32).to_be_bytes())?,
