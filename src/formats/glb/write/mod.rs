@@ -26,7 +26,7 @@ use plain::Plain;
 pub struct GlbSink(Kind);
 
 enum Kind {
-    Plain(Plain),
+    Plain(Box<Plain>),
     Compressed(Box<Compressed>),
 }
 
@@ -43,7 +43,7 @@ impl GlbSink {
         let frame = CoordinateFrame { single: true, ..header.frame };
         let (header, output) = (Header { frame, ..header }, Output::new(staged));
         GlbSink(match options.compression {
-            None => Kind::Plain(Plain::new(output, header, loss)),
+            None => Kind::Plain(Box::new(Plain::new(output, header, loss))),
             Some(crate::formats::Compression::Meshopt) => {
                 Kind::Compressed(Box::new(Compressed::new(output, header, loss, temp_dir.as_deref())))
             }
