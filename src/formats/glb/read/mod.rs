@@ -5,7 +5,8 @@
 //! opening reads all positions and joins vertices at the same place, bit for bit (temporary files: some 60 bytes a vertex).
 //!
 //! Where the nodes move all meshes by the same way and do nothing else, that way is the frame's origin, and coordinates are
-//! those of the meshes; for files of terrabite the frame is what they say. Other transformations are applied, in doubles.
+//! those of the meshes; for files of terrabite, as long as that way is the one they say, the frame is what they say. Other
+//! transformations are applied, in doubles.
 //!
 //! Taken are triangles (mode 4), positions in single precision, indices of 8, 16 and 32 bits or none, buffers in the BIN
 //! chunk, plain or compressed (`EXT_meshopt_compression`, without filters or with `EXPONENTIAL`). Attributes are those that

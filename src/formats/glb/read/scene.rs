@@ -95,25 +95,33 @@ pub(super) fn scene(glb: &GlbFile, document: &Document) -> Result<Scene, GlbErro
 
 /// What the file says, with the frame in which coordinates are read; clears the transformations that it stands for.
 fn header(document: &Document, parts: &mut [Part]) -> Header {
-    let ways: Option<Vec<[f64; 3]>> = parts.iter().map(|part| part.transform.as_way()).collect();
-    let way = ways.filter(|ways| ways.windows(2).all(|pair| pair[0] == pair[1]));
-    let way = way.map(|ways| ways.first().copied().unwrap_or([0.0; 3]));
     let facts = document.asset.facts();
     let mut header = match &facts {
         Some(facts) => lines::header(facts.iter().map(String::as_str)),
         None => Header { made_by: document.asset.generator.as_deref().map(one_line), ..Header::default() },
     };
-    let plain = CoordinateFrame::PLAIN;
-    header.frame = match (way, &facts) {
-        (Some(_), Some(_)) => CoordinateFrame { single: true, ..header.frame },
+    let (frame, plain) = (header.frame, CoordinateFrame::PLAIN);
+    let said = (frame.origin.0 * frame.xy_scale.0, frame.origin.1 * frame.xy_scale.1);
+    header.frame = match (way(parts), facts.is_some()) {
+        (Some([x, 0.0, z]), true) if (x, -z) == said => CoordinateFrame { single: true, ..frame },
         // Zeros without a sign.
-        (Some([x, 0.0, z]), None) => CoordinateFrame { origin: (x + 0.0, 0.0 - z), single: true, ..plain },
+        (Some([x, 0.0, z]), false) => CoordinateFrame { origin: (x + 0.0, 0.0 - z), single: true, ..plain },
+        (None, _) if parts.is_empty() => CoordinateFrame { single: true, ..frame },
+        // Another program has moved the mesh: gltfpack adds the origin to the positions, and keeps what terrabite said.
         _ => {
-            return Header { frame: CoordinateFrame { origin: plain.origin, single: false, ..header.frame }, ..header };
+            let single = parts.iter().all(|part| part.transform == Transform::NONE);
+            header.frame = CoordinateFrame { origin: plain.origin, single, ..frame };
+            return header;
         }
     };
     parts.iter_mut().for_each(|part| part.transform = Transform::NONE);
     header
+}
+
+/// By what all parts are moved, if that is all that is done to them.
+fn way(parts: &[Part]) -> Option<[f64; 3]> {
+    let way = parts.first()?.transform.as_way()?;
+    parts.iter().all(|part| part.transform.as_way() == Some(way)).then_some(way)
 }
 
 /// What all parts have, in the order of the first; parts keep nothing else.

@@ -220,8 +220,12 @@ fn facts_hold_as_long_as_nobody_turns_the_mesh() {
     let header = reader.header();
     assert_eq!((header.frame.origin, header.made_by.as_ref()), ((500.0, 600.0), None));
     assert_eq!(header.crs.definition.as_deref(), Some("EPSG:32633"));
+    // gltfpack adds the origin to the positions.
+    document["nodes"][0] = json!({"mesh": 0});
+    let reader = opened(&glb(&document, &bin())).expect("opens");
+    assert_eq!(reader.header().frame, CoordinateFrame { single: true, ..CoordinateFrame::PLAIN });
     // Half a turn around the middle, and the mesh is on the map.
-    document["nodes"][0]["rotation"] = json!([0, 1, 0, 0]);
+    document["nodes"][0] = json!({"mesh": 0, "translation": [500, 0, -600], "rotation": [0, 1, 0, 0]});
     let mut reader = opened(&glb(&document, &bin())).expect("opens");
     assert_eq!(reader.header().frame, CoordinateFrame::PLAIN);
     assert_eq!(read_with(&mut reader).expect("a mesh").0[2], [499.0, 599.0, 7.0]);

@@ -27,7 +27,7 @@ use plain::Plain;
 pub struct GlbSink(Kind);
 
 enum Kind {
-    Plain(Plain),
+    Plain(Box<Plain>),
     Compressed(Box<Compressed>),
 }
 
@@ -46,7 +46,7 @@ impl GlbSink {
         let Setup { header, options, temp_dir, .. } = setup;
         let output = Output::new(staged);
         GlbSink(match options.compression {
-            None => Kind::Plain(Plain::new(output, header, placer)),
+            None => Kind::Plain(Box::new(Plain::new(output, header, placer))),
             Some(crate::formats::Compression::Meshopt) => {
                 Kind::Compressed(Box::new(Compressed::new(output, header, placer, temp_dir.as_deref())))
             }
