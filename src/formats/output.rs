@@ -55,3 +55,32 @@ impl Output {
         Ok(())
     }
 }
+
+/// A number in decimal digits. The formatting of the standard library takes three times as long.
+pub(super) fn push_decimal(buffer: &mut Vec<u8>, mut number: u64) {
+    let mut digits = [0; 20];
+    let mut first = digits.len();
+    loop {
+        first -= 1;
+        digits[first] = b'0' + (number % 10) as u8;
+        number /= 10;
+        if number == 0 {
+            break;
+        }
+    }
+    buffer.extend_from_slice(&digits[first..]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimals() {
+        for number in [0, 1, 9, 10, 12_345, u64::MAX] {
+            let mut text = Vec::new();
+            push_decimal(&mut text, number);
+            assert_eq!(String::from_utf8(text), Ok(number.to_string()));
+        }
+    }
+}

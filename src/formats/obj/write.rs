@@ -5,7 +5,7 @@ use std::io::Write;
 use super::FORMAT;
 use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
-use crate::formats::output::Output;
+use crate::formats::output::{Output, push_decimal};
 use crate::formats::wording::{facts, placed};
 use crate::formats::{Contents, Header, Sink, SinkError};
 
@@ -80,21 +80,6 @@ impl Sink for ObjSink {
     }
 }
 
-/// The formatting of the standard library takes three times as long.
-fn push_decimal(buffer: &mut Vec<u8>, mut number: u64) {
-    let mut digits = [0; 20];
-    let mut first = digits.len();
-    loop {
-        first -= 1;
-        digits[first] = b'0' + (number % 10) as u8;
-        number /= 10;
-        if number == 0 {
-            break;
-        }
-    }
-    buffer.extend_from_slice(&digits[first..]);
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -130,14 +115,5 @@ mod tests {
         let frame = CoordinateFrame { origin: (0.25, 0.0), ..CoordinateFrame::PLAIN };
         let (text, prj) = written(Header { frame, ..header });
         assert!(prj.is_none() && text.contains("# offset 0.25 0\nv 0.25 -0.5 1.25\n"), "{text}");
-    }
-
-    #[test]
-    fn decimals() {
-        for number in [0, 1, 9, 10, 12_345, u64::MAX] {
-            let mut text = Vec::new();
-            push_decimal(&mut text, number);
-            assert_eq!(String::from_utf8(text), Ok(number.to_string()));
-        }
     }
 }

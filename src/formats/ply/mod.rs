@@ -1,4 +1,4 @@
-//! PLY, the Stanford polygon format: the usual one. Binary, in double or single precision, any attributes, no CRS but what
+//! PLY, the Stanford polygon format: the usual one. Binary or text, in double or single precision, any attributes, no CRS but what
 //! comments say. Reader and writer know nothing of each other.
 
 pub mod read;
@@ -6,7 +6,7 @@ mod write;
 
 pub use write::PlySink;
 
-use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Recognised, Setup, Unit, Vertices};
+use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Recognised, Setup, SinkOption, Unit, Vertices};
 
 /// The format's row in the table.
 pub const FORMAT: Format = Format {
@@ -20,9 +20,9 @@ pub const FORMAT: Format = Format {
     // Faces number vertices in 32 bits without a sign.
     limits: Limits { vertices: u32::MAX as u64, triangles: u64::MAX },
     attributes: Attributes::All,
-    options: &[],
+    options: &[SinkOption::Ascii],
     bytes: Bytes { vertex: 24.0, triangle: 13.0, attribute: 8.0 },
-    sink: |staged, Setup { header, loss, .. }| Ok(Box::new(PlySink::new(staged, header).with_loss(loss))),
+    sink: |staged, setup: Setup| Ok(Box::new(PlySink::of_setup(staged, setup)?)),
     reader: |path, options| Ok(Box::new(read::PlyReader::open(path, &options.cancel)?)),
     recognise: |beginning| match beginning {
         [b'p', b'l', b'y', b'\n' | b'\r' | b' ', ..] => Recognised::Surely,
