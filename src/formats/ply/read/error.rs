@@ -70,6 +70,12 @@ pub enum PlyError {
         /// The one that is not complete, from 0.
         index: u64,
     },
+    /// A file in text has not the end of its last line, of which its comments speak.
+    #[error("{}: expected a line break at the end, found none: the end is missing", path.display())]
+    Unended {
+        /// The mesh.
+        path: PathBuf,
+    },
     /// An ascii value is not a number of its type.
     #[error("{}: {element} {index}, property {property:?}: expected {expected}, found {found:?}", path.display())]
     Number {

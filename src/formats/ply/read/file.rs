@@ -1,7 +1,7 @@
 //! A PLY file, pass by pass.
 
 use std::fs::File;
-use std::io::{BufReader, Seek, SeekFrom};
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::header::{Element, Header, Property, read_header};
@@ -14,6 +14,9 @@ const BUFFER_BYTES: usize = 256 << 10;
 
 /// Records between two looks at whether to stop; a power of two.
 const PACE: u64 = 1 << 14;
+
+/// The comment of files in text that terrabite has written.
+pub(super) const ENDED: &str = "every line is ended";
 
 /// A PLY file with triangles, open for reading.
 ///
@@ -57,6 +60,9 @@ impl PlyFile {
         let bytes = file.metadata().map_err(io)?.len();
         let header = read_header(path, &mut BufReader::new(&file))?;
         check_counts(path, &header, bytes)?;
+        if header.encoding == Encoding::Ascii && header.comments.iter().any(|comment| comment == ENDED) {
+            check_end(path, &file, bytes)?;
+        }
 
         let find = |name: &str| header.elements.iter().position(|e| e.name == name);
         let vertices = find("vertex").ok_or_else(|| missing("element vertex"))?;
@@ -304,6 +310,15 @@ impl PlyFile {
     }
 }
 
+/// Without the end of its last line a file may have lost digits.
+fn check_end(path: &Path, mut file: &File, bytes: u64) -> Result<(), PlyError> {
+    let mut last = [0];
+    let read = file.seek(SeekFrom::Start(bytes.saturating_sub(1))).and_then(|_| file.read_exact(&mut last));
+    read.map_err(|source| PlyError::Io { path: path.to_path_buf(), source })?;
+    if last == *b"\n" { Ok(()) } else { Err(PlyError::Unended { path: path.to_path_buf() }) }
+}
+
+/// Holds each count against what the rest of the file has room for: a lie is found before anybody counts on it.
 /// Holds each count against what the rest of the file has room for: a lie is found before anybody counts on it.
 fn check_counts(path: &Path, header: &Header, bytes: u64) -> Result<(), PlyError> {
     // The last value of an ascii file needs no blank after it.

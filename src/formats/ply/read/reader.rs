@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use super::file::ENDED;
 use super::{PlyError, PlyFile, ScalarType};
 use crate::base::CoordinateFrame;
 use crate::base::channels::{Channel, Number};
@@ -25,13 +26,31 @@ impl PlyReader {
     /// As [`PlyFile::open`].
     pub fn open(path: &Path, cancel: &CancelToken) -> Result<PlyReader, PlyError> {
         let file = PlyFile::open(path)?.until(cancel.clone());
-        let found = lines::header(file.comments().iter().map(String::as_str));
+        let comments = joined(file.comments());
+        let found = lines::header(comments.iter().map(String::as_str).filter(|comment| *comment != ENDED));
         let single = file.coordinate_types()[..2].iter().all(|t| *t == ScalarType::F32);
         let header = Header { frame: CoordinateFrame { single, ..found.frame }, ..found };
         let attribute = |(name, kind): (&str, ScalarType)| Channel { name: name.to_string(), number: number(kind) };
         let attributes = file.attributes().map(attribute).collect();
         Ok(PlyReader { file, header, attributes })
     }
+}
+
+/// Bytes of a comment that may go on in the next.
+const LONG: usize = 480;
+
+/// Comments that are too long for a line go on in the next, which begins with a mark.
+fn joined(comments: &[String]) -> Vec<String> {
+    let mut joined: Vec<String> = Vec::new();
+    let mut is_long = false;
+    for comment in comments {
+        match (joined.last_mut().filter(|_| is_long), comment.strip_prefix("+ ")) {
+            (Some(before), Some(further)) => before.push_str(further),
+            _ => joined.push(comment.clone()),
+        }
+        is_long = comment.len() >= LONG;
+    }
+    joined
 }
 
 /// The narrowest type that holds every value, 64-bit integers rounded.
