@@ -127,7 +127,7 @@ fn normals_name(attributes: &[Channel]) -> &'static str {
 /// backslash is two.
 fn field_data(lines: &[String]) -> String {
     let mut text = format!(
-        "    <FieldData>\n      <DataArray type=\"String\" Name=\"terrabite\" NumberOfTuples=\"{}\" format=\"ascii\">\n",
+        "    <FieldData>\n      <Array type=\"String\" Name=\"terrabite\" NumberOfTuples=\"{}\" format=\"ascii\">\n",
         lines.len()
     );
     for line in lines {
@@ -135,7 +135,7 @@ fn field_data(lines: &[String]) -> String {
         escaped.bytes().for_each(|byte| text.push_str(&format!("{byte} ")));
         text.push_str("0\n");
     }
-    text.push_str("      </DataArray>\n    </FieldData>\n");
+    text.push_str("      </Array>\n    </FieldData>\n");
     text
 }
 
@@ -225,7 +225,12 @@ mod tests {
 
     const VERTICES: [[f64; 3]; 3] = [[0.5, -0.5, 1.25], [2.5, -0.5, -7.0], [0.5, -4.5, 1e-3]];
 
-    fn written(header: Header, attributes: &[Channel], values: &[&[f64]], has_normals: bool) -> (tempfile::TempDir, Vec<u8>) {
+    fn written(
+        header: Header,
+        attributes: &[Channel],
+        values: &[&[f64]],
+        has_normals: bool,
+    ) -> (tempfile::TempDir, Vec<u8>) {
         let folder = crate::testing::folder();
         let path = folder.path().join("tin.vtp");
         let mut sink = VtpSink::new(StagedFile::create(&path, false, &[]).expect("staged"), header, f64::INFINITY);
@@ -242,8 +247,8 @@ mod tests {
     fn a_mesh_byte_for_byte() {
         let mut expected = b"<?xml version=\"1.0\"?>\n\
             <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <PolyData>\n    \
-            <FieldData>\n      <DataArray type=\"String\" Name=\"terrabite\" NumberOfTuples=\"1\" format=\"ascii\">\n\
-            97 92 92 92 48 0\n      </DataArray>\n    </FieldData>\n    <Piece NumberOfPoints=\"3\" NumberOfVerts=\"0\" \
+            <FieldData>\n      <Array type=\"String\" Name=\"terrabite\" NumberOfTuples=\"1\" format=\"ascii\">\n\
+            97 92 92 92 48 0\n      </Array>\n    </FieldData>\n    <Piece NumberOfPoints=\"3\" NumberOfVerts=\"0\" \
             NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"1\">\n      <PointData>\n        <DataArray \
             type=\"UInt8\" Name=\"red\" NumberOfComponents=\"1\" format=\"appended\" offset=\"80\"/>\n      </PointData>\n      \
             <Points>\n        <DataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\" format=\"appended\" \
@@ -267,8 +272,12 @@ mod tests {
     #[test]
     fn normals_are_normals() {
         let channel = |name: &str, number| Channel { name: name.to_string(), number };
-        let attributes =
-            [channel("Normals", Number::F64), channel("nx", Number::F32), channel("ny", Number::F32), channel("nz", Number::F32)];
+        let attributes = [
+            channel("Normals", Number::F64),
+            channel("nx", Number::F32),
+            channel("ny", Number::F32),
+            channel("nz", Number::F32),
+        ];
         let values: [&[f64]; 4] = [&[0.1, 0.2, 0.3], &[0.0, 0.5, 0.0], &[0.0, 0.25, 1.0], &[1.0, 0.125, 0.0]];
         let frame = CoordinateFrame { single: true, ..CoordinateFrame::PLAIN };
         let (folder, bytes) = written(Header { frame, ..Header::default() }, &attributes, &values, true);

@@ -41,8 +41,7 @@ impl Sms2dmReader {
     pub fn open(path: &Path, cancel: &CancelToken) -> Result<Sms2dmReader, Sms2dmError> {
         let file = File::open(path).map_err(|source| Sms2dmError::Io { path: path.to_path_buf(), source })?;
         let (header, cancel) = (Header::default(), cancel.clone());
-        let mut mesh =
-            Sms2dmReader { path: path.to_path_buf(), file, header, first: 1, nodes: 0, elements: 0, cancel };
+        let mut mesh = Sms2dmReader { path: path.to_path_buf(), file, header, first: 1, nodes: 0, elements: 0, cancel };
         let head = mesh.count()?;
         mesh.header = lines::header(head.iter().filter_map(|line| Some(line.trim().strip_prefix('#')?.trim())));
         Ok(mesh)

@@ -59,13 +59,21 @@ fn damage_is_named_with_its_line() {
         ("ND 3", "ND 2", "line 4: expected node 3, the number after the one before, found 2"),
         ("ND 3", "ND -3", "line 4: expected ND, the number of a node and three coordinates, found \"ND -3 0 1 0\""),
         ("ND 1", "ND 18446744073709551615", "line 2: expected ND, the number of a node"),
-        ("ND 3 0 1 0", "ND 3 0 1", "line 4: expected ND, the number of a node and three coordinates, found \"ND 3 0 1\""),
+        (
+            "ND 3 0 1 0",
+            "ND 3 0 1",
+            "line 4: expected ND, the number of a node and three coordinates, found \"ND 3 0 1\"",
+        ),
         ("ND 3 0 1 0", "ND 3 0 1 0 0", "line 4: expected ND"),
         ("ND 3 0 1 0", "ND 3 0 1 zero", "line 4: expected ND"),
         ("ND 3 0 1 0", "ND", "line 4: expected ND"),
         ("1 2 3 1", "1 2 4 1", "line 5: expected nodes 1 to 3, found 4"),
         ("1 2 3 1", "0 2 3 1", "line 5: expected nodes 1 to 3, found 0"),
-        ("1 2 3 1", "1 2", "line 5: expected E3T, the number of an element and three numbers of nodes, found \"E3T 1 1 2\""),
+        (
+            "1 2 3 1",
+            "1 2",
+            "line 5: expected E3T, the number of an element and three numbers of nodes, found \"E3T 1 1 2\"",
+        ),
         ("1 2 3 1", "1 2 3 one", "line 5: expected E3T"),
         ("1 2 3 1", "1 2 -3 1", "line 5: expected E3T"),
         ("E3T 1 1 2 3 1", "E4Q 1 1 2 3 1 1", "line 5: expected a triangle (E3T), found an element \"E4Q\""),
@@ -96,7 +104,9 @@ fn what_terrabite_has_written_must_be_whole() {
     assert_eq!(torn("ND 3 0 1 0\n", ""), "expected 3 nodes, as the second line says, found 2");
     assert_eq!(torn("E3T 1 1 2 3 1\n", ""), "expected 1 elements, as the second line says, found 0");
     // The same comment from somebody else promises nothing.
-    assert!(read(whole.replace(" elements\n", " triangles\n# end\n").replace("# end of mesh\n", "").as_bytes()).is_ok());
+    assert!(
+        read(whole.replace(" elements\n", " triangles\n# end\n").replace("# end of mesh\n", "").as_bytes()).is_ok()
+    );
 }
 
 #[test]

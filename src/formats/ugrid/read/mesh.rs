@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::UgridError;
-use super::head::{Head, Said, Variable};
+use super::head::{Head, Said, Value, Variable};
 use super::values::Type;
 use crate::base::channels::{Channel, Number};
 use crate::formats::{Crs, Header, lines};
@@ -80,7 +80,8 @@ impl Finder<'_> {
         let [first, second, further @ ..] = coordinates.as_slice() else {
             return Err(self.wrong(topology, "two node_coordinates", format!("{node_coordinates:?}")));
         };
-        let (x, y) = if is_northing(&first.said) && !is_northing(&second.said) { (second, first) } else { (first, second) };
+        let (x, y) =
+            if is_northing(&first.said) && !is_northing(&second.said) { (second, first) } else { (first, second) };
         let [node] = x.dimensions.as_slice() else {
             return Err(self.wrong(x, "one dimension", x.dimensions.len().to_string()));
         };
@@ -116,7 +117,12 @@ impl Finder<'_> {
     }
 
     /// The heights of nodes: a third coordinate, what is called an altitude, or what has the name that MDAL looks for.
-    fn height<'a>(&'a self, topology: &Variable, node: usize, further: &[&'a Variable]) -> Result<&'a Variable, UgridError> {
+    fn height<'a>(
+        &'a self,
+        topology: &Variable,
+        node: usize,
+        further: &[&'a Variable],
+    ) -> Result<&'a Variable, UgridError> {
         let of_nodes = || self.head.variables.iter().filter(|v| v.dimensions == [node] && is_plain(v));
         let name = format!("{}_node_z", topology.name);
         let found = further
@@ -136,8 +142,7 @@ impl Finder<'_> {
     /// A variable with one number for each node.
     fn place(&self, variable: &Variable, node: usize) -> Result<Values, UgridError> {
         if variable.dimensions != [node] {
-            let names: Vec<&str> =
-                variable.dimensions.iter().map(|&d| self.head.dimensions[d].name.as_str()).collect();
+            let names: Vec<&str> = variable.dimensions.iter().map(|&d| self.head.dimensions[d].name.as_str()).collect();
             return Err(self.wrong(variable, "the dimension of the nodes alone", format!("{names:?}")));
         }
         if !is_plain(variable) {
@@ -169,7 +174,7 @@ impl Finder<'_> {
         if !(3..=CORNERS).contains(&most) {
             return Err(self.wrong(variable, "room for 3 corners, and for at most 1024", most.to_string()));
         }
-        let values = faces.checked_mul(most).unwrap_or(u64::MAX);
+        let values = faces.saturating_mul(most);
         self.must_have(variable, values)?;
         let none = variable.said.integer("_FillValue").unwrap_or(match variable.number {
             Type::Int64 => -9_223_372_036_854_775_806,
@@ -187,10 +192,13 @@ impl Finder<'_> {
     }
 
     fn header(&self, places: &[Values; 3], x: &Variable) -> Header {
-        let facts = self.head.said.text("terrabite").unwrap_or_default();
+        let facts = match self.head.said.value("terrabite") {
+            Some(Value::Text(facts)) => facts.as_str(),
+            _ => "",
+        };
         let mut header = lines::header(facts.split('\n').map(str::trim).filter(|line| !line.is_empty()));
         header.frame.single = places.iter().all(|place| place.number == Type::Float);
-        if self.head.said.text("terrabite").is_none() {
+        if facts.is_empty() {
             header.crs = self.crs(x);
         }
         header

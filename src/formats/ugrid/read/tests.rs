@@ -171,7 +171,8 @@ fn meshes_are_read_as_other_programs_have_them() {
     type Change = fn(&mut File);
     let changes: &[(&str, Change)] = &[
         ("from 0", |f| {
-            *f.variable("fn") = Variable { said: vec![], values: ints(&[0, 1, 2, 2, 1, 3]), ..f.variable("fn").clone() };
+            *f.variable("fn") =
+                Variable { said: vec![], values: ints(&[0, 1, 2, 2, 1, 3]), ..f.variable("fn").clone() };
         }),
         ("64 bits without a sign", |f| {
             f.version = 5;
@@ -192,8 +193,11 @@ fn meshes_are_read_as_other_programs_have_them() {
             f.variable("fn").values = ints(&[1, 2, 3, -1, 3, 2, 4, -1]);
         }),
         ("an altitude", |f| {
-            *f.variable("m_node_z") =
-                Variable { name: "h", said: vec![("standard_name", Text("altitude"))], ..f.variable("m_node_z").clone() };
+            *f.variable("m_node_z") = Variable {
+                name: "h",
+                said: vec![("standard_name", Text("altitude"))],
+                ..f.variable("m_node_z").clone()
+            };
         }),
         ("a third coordinate", |f| {
             f.variable("m").said[2].1 = Text("nx ny h");
@@ -243,7 +247,9 @@ fn variables_of_nodes_are_attributes() {
     let lie = changed(|f| f.variables.push(of_nodes("m_red", 3, &[("original_type", Text("ubyte"))], &[1; 8])));
     let (_file, mut mesh) = open(&lie).expect("opens");
     let error = mesh.vertices(&["red"], &mut |_, _, _| std::ops::ControlFlow::Continue(())).expect_err("a lie");
-    assert!(error.to_string().contains("variable \"m_red\", value 0: expected a whole number from 0 to 255, found 257"));
+    assert!(
+        error.to_string().contains("variable \"m_red\", value 0: expected a whole number from 0 to 255, found 257")
+    );
 }
 
 #[test]
@@ -254,11 +260,20 @@ fn damage_is_named() {
         (|f| f.variable("m").said[1].1 = Int(1), "topology_dimension = 2"),
         (|f| f.variable("m").said[2].1 = Text("nx"), "variable \"m\": expected two node_coordinates, found \"nx\""),
         (|f| f.variable("m").said[2].1 = Text("nx no"), "expected a variable \"no\", which the mesh names, found none"),
-        (|f| f.variable("m_node_z").name = "z", "expected heights of nodes: a variable with standard_name = \"altitude\""),
-        (|f| f.variable("m_node_z").said.push(("positive", Text("down"))), "expected heights (positive = \"up\"), found depths"),
+        (
+            |f| f.variable("m_node_z").name = "z",
+            "expected heights of nodes: a variable with standard_name = \"altitude\"",
+        ),
+        (
+            |f| f.variable("m_node_z").said.push(("positive", Text("down"))),
+            "expected heights (positive = \"up\"), found depths",
+        ),
         (|f| f.variable("ny").dimensions = vec![1], "variable \"ny\": expected the dimension of the nodes alone"),
         (|f| f.variable("nx").said.push(("scale_factor", Int(2))), "variable \"nx\": expected plain numbers"),
-        (|f| f.variable("fn").dimensions = vec![3, 2], "expected dimensions with an end, found \"time\", which is unlimited"),
+        (
+            |f| f.variable("fn").dimensions = vec![3, 2],
+            "expected dimensions with an end, found \"time\", which is unlimited",
+        ),
         (|f| f.variable("fn").number = 5, "variable \"fn\": expected whole numbers, found float"),
         (|f| f.variable("fn").number = 12, "expected the code of a number type, 1 to 11, found 12"),
         (|f| f.variable("fn").dimensions = vec![1, 9], "expected the number of a dimension, found 9"),

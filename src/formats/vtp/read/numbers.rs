@@ -95,7 +95,8 @@ impl Type {
     fn parse(self, word: &str) -> Option<Value> {
         let within = |bits: u32, has_sign: bool| {
             let value: i128 = word.parse().ok()?;
-            let (least, most) = if has_sign { (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) } else { (0, (1 << bits) - 1) };
+            let (least, most) =
+                if has_sign { (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) } else { (0, (1 << bits) - 1) };
             (least..=most).contains(&value).then_some(Value::Integer(value))
         };
         match self {

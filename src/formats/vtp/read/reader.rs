@@ -59,7 +59,13 @@ impl VtpReader {
         Ok(mesh)
     }
 
-    fn of(path: &Path, file: File, length: u64, document: Document, cancel: &CancelToken) -> Result<VtpReader, VtpError> {
+    fn of(
+        path: &Path,
+        file: File,
+        length: u64,
+        document: Document,
+        cancel: &CancelToken,
+    ) -> Result<VtpReader, VtpError> {
         let Document { is_big, length: of_lengths, points, polys, coordinates, connectivity, offsets, .. } = document;
         let missing = |expected: &str| VtpError::Missing { path: path.to_path_buf(), expected: expected.to_string() };
         if points == 0 {
@@ -77,7 +83,11 @@ impl VtpReader {
         }
         for array in [&connectivity, &offsets] {
             if !array.number.is_integer() || array.components != 1 {
-                return wrong(array, "integers of one component", format!("{:?} of {}", array.number, array.components));
+                return wrong(
+                    array,
+                    "integers of one component",
+                    format!("{:?} of {}", array.number, array.components),
+                );
             }
         }
         let (attributes, sources) = attributes(document.attributes, document.normals.as_deref());
@@ -134,7 +144,10 @@ impl VtpReader {
         }
         let end = i128::from(array.begin) + self.of_lengths.bytes() as i128 + wanted;
         if array.encoding == Encoding::Raw && end > i128::from(self.length) {
-            return wrong(format!("{wanted} bytes, up to byte {end}"), format!("the end of the file at byte {}", self.length));
+            return wrong(
+                format!("{wanted} bytes, up to byte {end}"),
+                format!("the end of the file at byte {}", self.length),
+            );
         }
         Ok(())
     }

@@ -199,9 +199,15 @@ mod tests {
 
     #[test]
     fn what_is_no_tag_is_an_error() {
-        for (text, place) in
-            [("<a", 0), (" <a b>", 1), ("<a b=1>", 0), ("<a b=\"1>", 0), ("<!-- -->  <>", 10), ("<a b='&no;'>", 0), ("<!--", 0)]
-        {
+        for (text, place) in [
+            ("<a", 0),
+            (" <a b>", 1),
+            ("<a b=1>", 0),
+            ("<a b=\"1>", 0),
+            ("<!-- -->  <>", 10),
+            ("<a b='&no;'>", 0),
+            ("<!--", 0),
+        ] {
             assert!(matches!(tags(text), Err(TagError::Wrong(found)) if found == place), "{text}");
         }
     }

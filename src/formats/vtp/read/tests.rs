@@ -123,6 +123,20 @@ fn arrays_of_points_are_attributes() {
     assert_eq!(found(&normals)[3..], named(&[("nx", Number::F64), ("ny", Number::F64), ("nz", Number::F64)]));
 }
 
+/// As VTK writes them again: all on one line, bytes with a sign.
+#[test]
+fn strings_are_facts() {
+    let strings = "<FieldData><Array type=\"String\" Name=\"terrabite\" NumberOfTuples=\"2\" format=\"ascii\">\n 99 114 115 \
+                   58 -61 -87 92 92 92 48 33 0 109 97 120 95 101 114 114 111 114 32 50 0\n</Array>";
+    let (_file, mesh) = open(SQUARE.replace("<FieldData>", strings).as_bytes()).expect("opens");
+    assert_eq!(mesh.header().crs.definition.as_deref(), Some("é\\\0!"));
+    assert_eq!(mesh.header().tolerance, Some(2.0));
+    for wrong in ["256 ", "x "] {
+        let error = open(SQUARE.replace("<FieldData>", &strings.replace("-61 ", wrong)).as_bytes()).expect_err("wrong");
+        assert!(error.contains("expected the numbers of bytes, found"), "{error}");
+    }
+}
+
 #[test]
 fn damage_is_named() {
     for (from, to, said) in [
@@ -134,14 +148,22 @@ fn damage_is_named() {
         ("NumberOfStrips=\"0\"", "NumberOfStrips=\"1\"", "expected no triangle strips, found 1"),
         ("</Piece>", "</Piece><Piece NumberOfPoints=\"1\"/>", "expected one piece with points, found another"),
         ("NumberOfPoints=\"4\"", "NumberOfPoints=\"0\"", "expected points, found none"),
-        ("NumberOfPoints=\"4\"", "NumberOfPoints=\"5\"", "array \"Points\", value 12: expected a number of the array's type, found the end"),
+        (
+            "NumberOfPoints=\"4\"",
+            "NumberOfPoints=\"5\"",
+            "array \"Points\", value 12: expected a number of the array's type, found the end",
+        ),
         ("-2e3", "x", "array \"Points\", value 5: expected a number of the array's type, found \"x\""),
         ("\"connectivity\"", "\"none\"", "expected the array connectivity of polygons, found none"),
         ("2 1 3<", "2 1 4<", "face 1: expected points 0 to below 4, found 4"),
         ("2 1 3<", "2 1 -1<", "face 1: expected points 0 to below 4, found -1"),
         ("2 1 3<", "2 1 1.5<", "array \"connectivity\", value 5: expected a number of the array's type, found \"1.5\""),
         (">3 6<", ">3 7<", "face 1: expected a triangle, found 4 corners"),
-        (">3 6<", ">3<", "array \"offsets\", value 1: expected a number of the array's type, found the end of the array"),
+        (
+            ">3 6<",
+            ">3<",
+            "array \"offsets\", value 1: expected a number of the array's type, found the end of the array",
+        ),
         ("NumberOfComponents=\"3\"", "NumberOfComponents=\"2\"", "array \"Points\": expected 3 components, found 2"),
         ("\"ascii\" Range", "\"zip\" Range", "expected format ascii, binary or appended, found zip"),
         ("\"ascii\" Range", "\"appended\" Range", "expected an offset, found none"),
@@ -156,7 +178,8 @@ fn damage_is_named() {
         read(text.as_bytes())
     };
     assert_eq!(compressed(SQUARE.into()), Ok(expected()));
-    let error = compressed(binary(arrays().map(|array| format!("format='binary'>{}", base64(&array))), b"")).unwrap_err();
+    let error =
+        compressed(binary(arrays().map(|array| format!("format='binary'>{}", base64(&array))), b"")).unwrap_err();
     assert!(error.starts_with("expected arrays that are not compressed, found vtkZLibDataCompressor;"), "{error}");
     let whole = appended("raw", &arrays());
     // The line's end at the end says nothing.
@@ -171,7 +194,11 @@ fn damage_is_named() {
     );
     short[1][3] = 24;
     let text = String::from_utf8_lossy(&appended("raw", &short)).into_owned();
-    assert!(read(text.replace("offset='0'", "offset='9999'").as_bytes()).unwrap_err().contains("expected a place before byte"));
+    assert!(
+        read(text.replace("offset='0'", "offset='9999'").as_bytes())
+            .unwrap_err()
+            .contains("expected a place before byte")
+    );
     let many = text.replace("NumberOfPolys='2'", "NumberOfPolys='18446744073709551615'");
     assert!(read(many.as_bytes()).unwrap_err().contains("for 18446744073709551615 numbers"));
     let mut lie = arrays();
