@@ -151,7 +151,7 @@ impl Finder<'_> {
         let nodes = self.length_of(variable, node)?;
         self.must_have(variable, nodes)?;
         let meaning = match (variable.number, variable.said.text("original_type"), variable.said.text("_Unsigned")) {
-            (Type::Short, Some("ubyte"), _) => Meaning::Byte,
+            (Type::Float | Type::Short, Some("ubyte"), _) => Meaning::Byte,
             (Type::Byte, _, Some("true")) => Meaning::Unsigned,
             _ => Meaning::Plain,
         };
