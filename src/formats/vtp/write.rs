@@ -129,7 +129,7 @@ fn normals_name(attributes: &[Channel]) -> &'static str {
 /// backslash is two.
 fn field_data(lines: &[String]) -> String {
     let mut text = format!(
-        "    <FieldData>\n      <DataArray type=\"String\" Name=\"terrabite\" NumberOfTuples=\"{}\" format=\"ascii\">\n",
+        "    <FieldData>\n      <Array type=\"String\" Name=\"terrabite\" NumberOfTuples=\"{}\" format=\"ascii\">\n",
         lines.len()
     );
     for line in lines {
@@ -137,7 +137,7 @@ fn field_data(lines: &[String]) -> String {
         escaped.bytes().for_each(|byte| text.push_str(&format!("{byte} ")));
         text.push_str("0\n");
     }
-    text.push_str("      </DataArray>\n    </FieldData>\n");
+    text.push_str("      </Array>\n    </FieldData>\n");
     text
 }
 
@@ -252,8 +252,8 @@ mod tests {
     fn a_mesh_byte_for_byte() {
         let mut expected = b"<?xml version=\"1.0\"?>\n\
             <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <PolyData>\n    \
-            <FieldData>\n      <DataArray type=\"String\" Name=\"terrabite\" NumberOfTuples=\"1\" format=\"ascii\">\n\
-            97 92 92 92 48 0\n      </DataArray>\n    </FieldData>\n    <Piece NumberOfPoints=\"3\" NumberOfVerts=\"0\" \
+            <FieldData>\n      <Array type=\"String\" Name=\"terrabite\" NumberOfTuples=\"1\" format=\"ascii\">\n\
+            97 92 92 92 48 0\n      </Array>\n    </FieldData>\n    <Piece NumberOfPoints=\"3\" NumberOfVerts=\"0\" \
             NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"1\">\n      <PointData>\n        <DataArray \
             type=\"UInt8\" Name=\"red\" NumberOfComponents=\"1\" format=\"appended\" offset=\"80\"/>\n      </PointData>\n      \
             <Points>\n        <DataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\" format=\"appended\" \

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::UgridError;
-use super::head::{Head, Said, Variable};
+use super::head::{Head, Said, Value, Variable};
 use super::values::Type;
 use crate::base::channels::{Channel, Number};
 use crate::formats::{Crs, Header, lines};
@@ -151,7 +151,7 @@ impl Finder<'_> {
         let nodes = self.length_of(variable, node)?;
         self.must_have(variable, nodes)?;
         let meaning = match (variable.number, variable.said.text("original_type"), variable.said.text("_Unsigned")) {
-            (Type::Short, Some("ubyte"), _) => Meaning::Byte,
+            (Type::Float | Type::Short, Some("ubyte"), _) => Meaning::Byte,
             (Type::Byte, _, Some("true")) => Meaning::Unsigned,
             _ => Meaning::Plain,
         };
@@ -174,7 +174,7 @@ impl Finder<'_> {
         if !(3..=CORNERS).contains(&most) {
             return Err(self.wrong(variable, "room for 3 corners, and for at most 1024", most.to_string()));
         }
-        let values = faces.checked_mul(most).unwrap_or(u64::MAX);
+        let values = faces.saturating_mul(most);
         self.must_have(variable, values)?;
         let none = variable.said.integer("_FillValue").unwrap_or(match variable.number {
             Type::Int64 => -9_223_372_036_854_775_806,
@@ -192,10 +192,13 @@ impl Finder<'_> {
     }
 
     fn header(&self, places: &[Values; 3], x: &Variable) -> Header {
-        let facts = self.head.said.text("terrabite").unwrap_or_default();
+        let facts = match self.head.said.value("terrabite") {
+            Some(Value::Text(facts)) => facts.as_str(),
+            _ => "",
+        };
         let mut header = lines::header(facts.split('\n').map(str::trim).filter(|line| !line.is_empty()));
         header.frame.single = places.iter().all(|place| place.number == Type::Float);
-        if self.head.said.text("terrabite").is_none() {
+        if facts.is_empty() {
             header.crs = self.crs(x);
         }
         header

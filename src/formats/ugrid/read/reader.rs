@@ -75,8 +75,8 @@ impl UgridReader {
                 Meaning::Plain | Meaning::Byte => number.real(bytes),
             };
         }
-        let is_wrong = |value: &f64| *meaning == Meaning::Byte && !(0.0..=255.0).contains(value);
-        match values.iter().position(is_wrong) {
+        let is_byte = |value: f64| value == f64::from(value as u8);
+        match values.iter().position(|value| *meaning == Meaning::Byte && !is_byte(*value)) {
             None => Ok(()),
             Some(i) => {
                 let (index, found) = (first + i as u64, values[i]);

@@ -15,7 +15,8 @@ use netcdf::{File, Type, Variable, Version};
 /// faces as three numbers of nodes, from 0. The header's facts are lines of the file's attribute `terrabite`.
 ///
 /// Files are of the kind CDF-2 (64-bit offset), which every NetCDF library reads, as long as every variable has less than 4
-/// GiB; CDF-5 beyond. The former has no unsigned bytes: attributes of that type are 16-bit numbers in it, and say so.
+/// GiB; CDF-5 beyond. Attributes that are bytes are written as singles, and say what they were: MDAL (QGIS 3.22) refuses a
+/// whole file for a variable of short or unsigned numbers.
 ///
 /// Memory: 8 MiB of buffers.
 #[derive(Debug)]
@@ -46,11 +47,9 @@ impl UgridSink {
 
     fn file_of(&self, version: Version, contents: &Contents<'_>) -> File {
         let coordinate = if self.header.frame.single { Type::Float } else { Type::Double };
-        let attribute = |number| match (number, version) {
-            (Number::U8, Version::Offset64) => Type::Short,
-            (Number::U8, Version::Data64) => Type::UByte,
-            (Number::F32, _) => Type::Float,
-            (Number::F64, _) => Type::Double,
+        let attribute = |number| match number {
+            Number::U8 | Number::F32 => Type::Float,
+            Number::F64 => Type::Double,
         };
         // Signed, as xugrid 0.15.3 cannot take others.
         let index = if contents.vertices > i32::MAX as u64 { Type::Int64 } else { Type::Int };
@@ -59,7 +58,6 @@ impl UgridSink {
         variables.extend(words::places(&self.header, coordinate));
         let numbers = contents.attributes.iter().map(|channel| (channel, attribute(channel.number)));
         variables.extend(numbers.map(|(channel, number)| words::attribute(&self.header, channel, number)));
-        // Last, as it needs no padding: a file that has it to its end is whole.
         variables.push(words::faces(index));
         let dimensions = [("mesh2d_nNodes", contents.vertices), ("mesh2d_nFaces", contents.triangles), ("Three", 3)];
         let dimensions = dimensions.map(|(name, length)| (name.to_string(), length)).to_vec();
@@ -107,8 +105,6 @@ impl Sink for UgridSink {
         for (&(column, number), values) in self.attributes.iter().zip(attributes) {
             for &value in *values {
                 match number {
-                    Type::UByte => self.output.put(column, &[value as u8])?,
-                    Type::Short => self.output.put(column, &(value as i16).to_be_bytes())?,
                     Type::Float => self.output.put(column, &(value as f32).to_be_bytes())?,
                     _ => self.output.put(column, &value.to_be_bytes())?,
                 }

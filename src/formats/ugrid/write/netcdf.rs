@@ -9,15 +9,12 @@ pub(super) enum Version {
     Data64,
 }
 
-/// A number type of variables.
+/// A number type of variables; none of them needs padding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Type {
-    Short,
     Int,
     Float,
     Double,
-    /// CDF-5 alone.
-    UByte,
     /// CDF-5 alone.
     Int64,
 }
@@ -25,11 +22,9 @@ pub(super) enum Type {
 impl Type {
     fn code(self) -> u32 {
         match self {
-            Type::Short => 3,
             Type::Int => 4,
             Type::Float => 5,
             Type::Double => 6,
-            Type::UByte => 7,
             Type::Int64 => 10,
         }
     }
@@ -37,8 +32,6 @@ impl Type {
     /// Bytes of a number.
     pub(super) fn bytes(self) -> u64 {
         match self {
-            Type::UByte => 1,
-            Type::Short => 2,
             Type::Int | Type::Float => 4,
             Type::Double | Type::Int64 => 8,
         }
@@ -96,7 +89,7 @@ impl File {
         let mut begins = Vec::new();
         for bytes in &bytes {
             begins.push(next);
-            next += bytes.next_multiple_of(4);
+            next += bytes;
         }
         (self.bytes_of_head(&begins), begins.into_iter().zip(bytes).collect())
     }
@@ -134,7 +127,7 @@ impl File {
             variable.dimensions.iter().for_each(|&dimension| head.count(dimension as u64));
             head.said(&variable.said);
             head.word(variable.number.code());
-            head.count(self.bytes(variable).next_multiple_of(4));
+            head.count(self.bytes(variable));
             head.bytes.extend_from_slice(&begin.to_be_bytes());
         }
         head.bytes

@@ -88,7 +88,7 @@ pub(super) fn places(header: &Header, number: Type) -> [Variable; 3] {
 /// An attribute of vertices.
 pub(super) fn attribute(header: &Header, Channel { name, number: asked }: &Channel, number: Type) -> Variable {
     let mut said = vec![("long_name", text(name)), ("mesh", text("mesh2d")), ("location", text("node"))];
-    if *asked == Number::U8 && number != Type::UByte {
+    if *asked == Number::U8 {
         said.push(("original_type", text("ubyte")));
     }
     said.extend(mapping(header));

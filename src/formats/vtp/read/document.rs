@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::Path;
 
 use super::VtpError;
-use super::numbers::{Encoding, Type};
+use super::numbers::{Encoding, Numbers, Type, Value, ValueError};
 use super::tags::{self, Stretch, Tag, TagError};
 
 /// The most bytes of the strings of `terrabite`, as text.
@@ -206,29 +206,20 @@ impl Reading<'_> {
         if end - tag.end > STRINGS {
             return Err(self.wrong(tag, "strings of at most 64 MiB", None));
         }
-        let mut bytes = Stretch::new(self.file, tag.end, end);
-        let (mut strings, mut string, mut number) = (Vec::new(), Vec::new(), None);
+        let bytes = Stretch::new(self.file, tag.end, end);
+        let mut numbers = Numbers::new(bytes, Encoding::Ascii, Type::Int16, false);
+        let (mut strings, mut string) = (Vec::new(), Vec::new());
         loop {
-            let io = |source| VtpError::Io { path: self.path.to_path_buf(), source };
-            let byte = bytes.byte().map_err(io)?;
-            match (byte, number) {
-                (Some(digit @ b'0'..=b'9'), before) => {
-                    number = Some(before.unwrap_or(0u32).saturating_mul(10).saturating_add((digit - b'0').into()));
+            match numbers.next() {
+                Ok(Value::Integer(0)) => {
+                    strings.push(unescaped(&String::from_utf8_lossy(&std::mem::take(&mut string))));
                 }
-                (Some(byte), _) if !byte.is_ascii_whitespace() => {
-                    return Err(self.wrong(tag, "the numbers of bytes", Some("something else")));
-                }
-                (_, Some(0)) => strings.push(unescaped(&String::from_utf8_lossy(&std::mem::take(&mut string)))),
-                (_, Some(byte)) => match u8::try_from(byte) {
-                    Ok(byte) => string.push(byte),
-                    Err(_) => return Err(self.wrong(tag, "the numbers of bytes", Some(&byte.to_string()))),
-                },
-                _ => {}
-            }
-            match byte {
-                None => return Ok(strings),
-                Some(byte) if byte.is_ascii_whitespace() => number = None,
-                Some(_) => {}
+                // VTK has bytes with a sign.
+                Ok(Value::Integer(byte @ -128..=255)) => string.push(byte as u8),
+                Ok(_) => return Err(self.wrong(tag, "the numbers of bytes", Some("larger ones"))),
+                Err(ValueError::Ended) => return Ok(strings),
+                Err(ValueError::Io(source)) => return Err(VtpError::Io { path: self.path.to_path_buf(), source }),
+                Err(ValueError::Wrong(found)) => return Err(self.wrong(tag, "the numbers of bytes", Some(&found))),
             }
         }
     }

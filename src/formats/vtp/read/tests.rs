@@ -123,6 +123,20 @@ fn arrays_of_points_are_attributes() {
     assert_eq!(found(&normals)[3..], named(&[("nx", Number::F64), ("ny", Number::F64), ("nz", Number::F64)]));
 }
 
+/// As VTK writes them again: all on one line, bytes with a sign.
+#[test]
+fn strings_are_facts() {
+    let strings = "<FieldData><Array type=\"String\" Name=\"terrabite\" NumberOfTuples=\"2\" format=\"ascii\">\n 99 114 115 \
+                   58 -61 -87 92 92 92 48 33 0 109 97 120 95 101 114 114 111 114 32 50 0\n</Array>";
+    let (_file, mesh) = open(SQUARE.replace("<FieldData>", strings).as_bytes()).expect("opens");
+    assert_eq!(mesh.header().crs.definition.as_deref(), Some("é\\\0!"));
+    assert_eq!(mesh.header().tolerance, Some(2.0));
+    for wrong in ["256 ", "x "] {
+        let error = open(SQUARE.replace("<FieldData>", &strings.replace("-61 ", wrong)).as_bytes()).expect_err("wrong");
+        assert!(error.contains("expected the numbers of bytes, found"), "{error}");
+    }
+}
+
 #[test]
 fn damage_is_named() {
     for (from, to, said) in [
