@@ -58,6 +58,10 @@ pub(crate) fn number(text: &str) -> Result<f64, String> {
 pub(crate) fn mesh_format(text: &str) -> Result<MeshFormat, String> {
     let known = || FORMATS.iter().map(|format| format.name).collect::<Vec<_>>().join(", ");
     let name = text.to_ascii_lowercase();
+    if let Some(driver) = name.strip_prefix("ogr:") {
+        let known = formats::ogr::named(driver).map(|driver| MeshFormat { name: "ogr", driver: Some(driver) });
+        return known.ok_or_else(|| format!("expected OGR:GPKG or OGR:FlatGeobuf, found OGR:{}", &text[4..]));
+    }
     match formats::by_name(&name) {
         Some(format) => Ok(MeshFormat { name: format.name, driver: None }),
         None => Err(format!("expected one of {}", known())),

@@ -22,7 +22,7 @@ pub const FORMAT: Format = Format {
     // The largest number of 32 bits restarts a primitive. What limits triangles is the length of the file.
     limits: Limits { vertices: u32::MAX as u64 - 1, triangles: u64::MAX },
     attributes: Attributes::Single,
-    options: &[SinkOption::Compression, SinkOption::Normals],
+    options: &[SinkOption::Compression, SinkOption::Normals, SinkOption::Texture],
     bytes: Bytes { vertex: 12.0, triangle: 12.0, attribute: 4.0 },
     sink: |staged, setup| Ok(Box::new(GlbSink::new(staged, setup))),
     reader: |path, options| Ok(Box::new(read::GlbReader::open(path, options)?)),

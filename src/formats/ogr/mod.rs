@@ -4,7 +4,7 @@
 pub mod read;
 mod write;
 
-pub use write::OgrSink;
+pub use write::{OgrSink, named};
 
 use super::{Attributes, Bytes, Format, HeaderKept, Limits, Precision, Recognised, Setup, SinkOption, Unit, Vertices};
 

@@ -7,6 +7,7 @@ use super::super::FORMAT;
 use super::document::{Buffers, Part, Stretch, document, front, too_long};
 use super::layout::Layout;
 use super::spool::Spool;
+use crate::base::Texture;
 use crate::base::control::CancelToken;
 use crate::base::external::Scratch;
 use crate::formats::output::Output;
@@ -28,6 +29,7 @@ pub(super) struct Compressed {
     output: Output,
     header: Header,
     placer: Placer,
+    texture: Option<Texture>,
     scratch: Scratch,
     layout: Layout,
     records: Spool,
@@ -49,11 +51,18 @@ struct Chunk {
 }
 
 impl Compressed {
-    pub(super) fn new(output: Output, header: Header, placer: Placer, temp_dir: Option<&Path>) -> Compressed {
+    pub(super) fn new(
+        output: Output,
+        header: Header,
+        placer: Placer,
+        texture: Option<Texture>,
+        temp_dir: Option<&Path>,
+    ) -> Compressed {
         Compressed {
             output,
             header,
             placer,
+            texture,
             scratch: Scratch::new(temp_dir, CancelToken::default()),
             layout: Layout::default(),
             records: Spool::default(),
@@ -66,14 +75,15 @@ impl Compressed {
 
     pub(super) fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
         FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
-        self.layout = Layout::new(self.output.path(), contents)?;
+        self.layout = Layout::new(self.output.path(), contents, self.texture.is_some())?;
         Ok(())
     }
 
     pub(super) fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
         for (i, vertex) in vertices.iter().enumerate() {
             let place = self.placer.place(self.output.path(), *vertex)?;
-            self.layout.append(self.records.buffer(), place, attributes, i);
+            let at = self.texture.as_ref().map_or([0.0; 2], |texture| texture.at(vertex[0], vertex[1]));
+            self.layout.append(self.records.buffer(), place, at, attributes, i);
             self.records.drain(&self.scratch)?;
         }
         Ok(())
@@ -157,8 +167,16 @@ impl Compressed {
 
     pub(super) fn finish(mut self) -> Result<(), SinkError> {
         self.end_chunk()?;
+        let mut texture = None;
+        if let Some(image) = self.texture.as_ref().filter(|_| !self.parts.is_empty()) {
+            let (begin, length) = (self.bin.length(), image.jpeg.len());
+            texture = Some((begin, length as u64));
+            self.bin.buffer().extend_from_slice(&image.jpeg);
+            let padding = [0; 4];
+            self.bin.buffer().extend_from_slice(&padding[..length.next_multiple_of(4) - length]);
+        }
         let bin = self.bin.length();
-        let buffers = Buffers { bin, unpacked: Some(self.unpacked) };
+        let buffers = Buffers { bin, unpacked: Some(self.unpacked), texture };
         let json = document(&self.header, &self.layout, &self.parts, buffers);
         let front = front(self.output.path(), &json, bin)?;
         self.output.buffer().extend_from_slice(&front);

@@ -18,6 +18,7 @@ const UNSIGNED_SHORT: u32 = 5123;
 const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+const CLAMP: u32 = 33071;
 
 /// A primitive: where its vertices and its triangles are.
 #[derive(Debug)]
@@ -51,6 +52,8 @@ pub(super) struct Buffers {
     pub(super) bin: u64,
     /// Of what is in it, decompressed; `None` where it is not compressed.
     pub(super) unpacked: Option<u64>,
+    /// Where the texture begins and how long it is in the BIN chunk.
+    pub(super) texture: Option<(u64, u64)>,
 }
 
 #[derive(Serialize)]
@@ -68,6 +71,12 @@ struct Document<'a> {
     meshes: Vec<Mesh<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     materials: Vec<Material>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    textures: Vec<Texture>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    images: Vec<Image>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    samplers: Vec<Sampler>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     accessors: Vec<Accessor>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -142,8 +151,36 @@ struct Material {
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
 struct Roughness {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    base_color_texture: Option<TextureIndex>,
     metallic_factor: u32,
     roughness_factor: u32,
+}
+
+#[derive(Serialize)]
+struct TextureIndex {
+    index: usize,
+}
+
+#[derive(Serialize)]
+struct Texture {
+    sampler: usize,
+    source: usize,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Image {
+    buffer_view: usize,
+    mime_type: &'static str,
+}
+
+/// The image does not go on beyond its edges.
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Sampler {
+    wrap_s: u32,
+    wrap_t: u32,
 }
 
 #[derive(Serialize)]
@@ -173,7 +210,8 @@ struct BufferView {
     byte_length: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     byte_stride: Option<u64>,
-    target: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    target: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     extensions: Option<BTreeMap<&'static str, Packed>>,
 }
@@ -235,7 +273,15 @@ pub(super) fn document(header: &Header, layout: &Layout, parts: &[Part], buffers
     let fallback = || Some(BTreeMap::from([(MESHOPT, Fallback { fallback: true })]));
     let bin = Buffer { byte_length: buffers.bin, extensions: None };
     let unpacked = buffers.unpacked.map(|byte_length| Buffer { byte_length, extensions: fallback() });
-    let material = Material { pbr_metallic_roughness: Roughness { metallic_factor: 0, roughness_factor: 1 } };
+    let texture = buffers.texture.filter(|_| has_mesh);
+    let images = texture.map(|(byte_offset, byte_length)| {
+        let (byte_stride, target, extensions) = (None, None, None);
+        buffer_views.push(BufferView { buffer: 0, byte_offset, byte_length, byte_stride, target, extensions });
+        Image { buffer_view: buffer_views.len() - 1, mime_type: "image/jpeg" }
+    });
+    let base_color_texture = texture.map(|_| TextureIndex { index: 0 });
+    let roughness = Roughness { base_color_texture, metallic_factor: 0, roughness_factor: 1 };
+    let material = Material { pbr_metallic_roughness: roughness };
     let document = Document {
         asset: asset(header, layout),
         extensions_used: extensions.clone(),
@@ -245,6 +291,9 @@ pub(super) fn document(header: &Header, layout: &Layout, parts: &[Part], buffers
         nodes: [Node { mesh: has_mesh.then_some(0), translation: translation(header) }],
         meshes: if has_mesh { vec![Mesh { primitives }] } else { Vec::new() },
         materials: if has_mesh { vec![material] } else { Vec::new() },
+        textures: texture.map(|_| Texture { sampler: 0, source: 0 }).into_iter().collect(),
+        images: images.into_iter().collect(),
+        samplers: texture.map(|_| Sampler { wrap_s: CLAMP, wrap_t: CLAMP }).into_iter().collect(),
         accessors,
         buffer_views,
         buffers: if has_mesh { [bin].into_iter().chain(unpacked).collect() } else { Vec::new() },
@@ -282,6 +331,7 @@ fn vertex_accessors<'a>(layout: &'a Layout, part: &'a Part, view: usize) -> impl
     layout.fields.iter().map(move |field| {
         let (component_type, kind) = match field.kind {
             Kind::Position | Kind::Normal => (FLOAT, "VEC3"),
+            Kind::Texture => (FLOAT, "VEC2"),
             Kind::Colour => (UNSIGNED_BYTE, "VEC4"),
             Kind::Single => (FLOAT, "SCALAR"),
             Kind::Byte => (UNSIGNED_BYTE, "SCALAR"),
@@ -313,7 +363,7 @@ fn view(stretch: &Stretch, bytes: u64, byte_stride: Option<u64>, mode: &'static 
         byte_offset: stretch.offset,
         byte_length: stretch.count * bytes,
         byte_stride,
-        target: if byte_stride.is_some() { ARRAY_BUFFER } else { ELEMENT_ARRAY_BUFFER },
+        target: Some(if byte_stride.is_some() { ARRAY_BUFFER } else { ELEMENT_ARRAY_BUFFER }),
         extensions: packed.map(|packed| BTreeMap::from([(MESHOPT, packed)])),
     }
 }

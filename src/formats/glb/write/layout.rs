@@ -34,6 +34,8 @@ pub(super) struct Field {
 pub(super) enum Kind {
     Position,
     Normal,
+    /// A place in the texture.
+    Texture,
     /// Three bytes, and an alpha of 255.
     Colour,
     Single,
@@ -45,17 +47,18 @@ impl Kind {
     fn bytes(self) -> usize {
         match self {
             Kind::Position | Kind::Normal => 12,
+            Kind::Texture => 8,
             Kind::Colour | Kind::Single | Kind::Byte => 4,
         }
     }
 }
 
 impl Layout {
-    /// The layout of such vertices.
+    /// The layout of such vertices, with a place in a texture or without.
     ///
     /// # Errors
     /// [`SinkError::DoubleAttribute`]; [`SinkError::Unfit`] if there are too many attributes.
-    pub(super) fn new(path: &Path, contents: &Contents<'_>) -> Result<Layout, SinkError> {
+    pub(super) fn new(path: &Path, contents: &Contents<'_>, has_texture: bool) -> Result<Layout, SinkError> {
         let Contents { attributes, has_normals, .. } = *contents;
         if let Some(double) = attributes.iter().find(|a| a.number == Number::F64) {
             let name = double.name.clone();
@@ -66,6 +69,9 @@ impl Layout {
         layout.push("POSITION", Kind::Position, [0; 3]);
         if has_normals {
             layout.push("NORMAL", Kind::Normal, [further, further + 1, further + 2]);
+        }
+        if has_texture {
+            layout.push("TEXCOORD_0", Kind::Texture, [0; 3]);
         }
         let colour = colour(&attributes[..further]);
         if colour.is_some() {
@@ -96,13 +102,15 @@ impl Layout {
         self.stride += kind.bytes();
     }
 
-    /// Appends the record of a vertex that stands at `place` in its frame, and is number `i` of those with these attributes.
-    pub(super) fn append(&self, record: &mut Vec<u8>, place: [f64; 3], attributes: &[&[f64]], i: usize) {
+    /// Appends the record of a vertex that stands at `place` in its frame and at `at` in the texture, and is number `i` of those
+    /// with these attributes.
+    pub(super) fn append(&self, record: &mut Vec<u8>, place: [f64; 3], at: [f64; 2], attributes: &[&[f64]], i: usize) {
         for Field { kind, sources, .. } in &self.fields {
             let value = |source: usize| attributes[sources[source]][i];
             match kind {
                 Kind::Position => append_vector(record, place),
                 Kind::Normal => append_vector(record, [value(0), value(1), value(2)]),
+                Kind::Texture => at.iter().for_each(|share| record.extend_from_slice(&(*share as f32).to_le_bytes())),
                 Kind::Colour => record.extend_from_slice(&[value(0) as u8, value(1) as u8, value(2) as u8, u8::MAX]),
                 Kind::Single => record.extend_from_slice(&(value(0) as f32).to_le_bytes()),
                 Kind::Byte => record.extend_from_slice(&[value(0) as u8, 0, 0, 0]),

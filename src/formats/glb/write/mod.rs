@@ -23,6 +23,8 @@ use plain::Plain;
 /// another corner; vertices that primitives share stand in each, and those of no triangle are lost. Memory: one primitive
 /// (some 20 MB); temporary files: all vertices and the compressed mesh.
 ///
+/// A texture is part of the BIN chunk, and the material's base colour.
+///
 /// A mesh without triangles is a node without a mesh.
 pub struct GlbSink(Kind);
 
@@ -43,12 +45,12 @@ impl GlbSink {
         let frame = CoordinateFrame { single: true, ..setup.header.frame };
         let setup = Setup { header: Header { frame, ..setup.header }, ..setup };
         let placer = Placer::of(&setup);
-        let Setup { header, options, temp_dir, .. } = setup;
+        let Setup { header, options, texture, temp_dir, .. } = setup;
         let output = Output::new(staged);
         GlbSink(match options.compression {
-            None => Kind::Plain(Box::new(Plain::new(output, header, placer))),
+            None => Kind::Plain(Box::new(Plain::new(output, header, placer, texture))),
             Some(crate::formats::Compression::Meshopt) => {
-                Kind::Compressed(Box::new(Compressed::new(output, header, placer, temp_dir.as_deref())))
+                Kind::Compressed(Box::new(Compressed::new(output, header, placer, texture, temp_dir.as_deref())))
             }
         })
     }

@@ -3,6 +3,7 @@
 use super::super::FORMAT;
 use super::document::{Buffers, Part, Stretch, document, front, too_long};
 use super::layout::{Layout, y_up};
+use crate::base::Texture;
 use crate::formats::output::Output;
 use crate::formats::wording::Placer;
 use crate::formats::{Bounds, Contents, Header, SinkError};
@@ -15,6 +16,7 @@ pub(super) struct Plain {
     output: Output,
     header: Header,
     placer: Placer,
+    texture: Option<Texture>,
     layout: Layout,
     corner_bytes: usize,
     /// Nothing is written of a mesh without triangles.
@@ -24,14 +26,14 @@ pub(super) struct Plain {
 }
 
 impl Plain {
-    pub(super) fn new(output: Output, header: Header, placer: Placer) -> Plain {
+    pub(super) fn new(output: Output, header: Header, placer: Placer, texture: Option<Texture>) -> Plain {
         Plain { output, header, placer, layout: Layout::default(), corner_bytes: 4, is_empty: false, padding: 0 }
     }
 
     pub(super) fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
         let path = self.output.path();
         FORMAT.limits.check(FORMAT.title, path, contents)?;
-        self.layout = Layout::new(path, contents)?;
+        self.layout = Layout::new(path, contents, self.texture.is_some())?;
         let Contents { vertices, triangles, bounds, .. } = *contents;
         self.is_empty = vertices == 0 || triangles == 0;
         self.corner_bytes = if vertices <= SHORT { 2 } else { 4 };
@@ -51,9 +53,13 @@ impl Plain {
                 max,
             });
         }
+        let mesh = bin.next_multiple_of(4);
+        self.padding = (mesh - bin) as usize;
+        let jpeg = self.texture.as_ref().filter(|_| !self.is_empty).map(|texture| texture.jpeg.len() as u64);
+        let texture = jpeg.map(|length| (mesh, length));
+        let bin = if jpeg.is_some() { mesh + jpeg.unwrap_or(0) } else { bin };
         let padded = bin.next_multiple_of(4);
-        self.padding = (padded - bin) as usize;
-        let json = document(&self.header, &self.layout, &parts, Buffers { bin, unpacked: None });
+        let json = document(&self.header, &self.layout, &parts, Buffers { bin, unpacked: None, texture });
         let front = front(self.output.path(), &json, padded)?;
         self.output.buffer().extend_from_slice(&front);
         self.output.drain()
@@ -78,7 +84,8 @@ impl Plain {
         for (i, vertex) in vertices.iter().enumerate() {
             let place = self.placer.place(self.output.path(), *vertex)?;
             if !self.is_empty {
-                self.layout.append(self.output.buffer(), place, attributes, i);
+                let at = self.texture.as_ref().map_or([0.0; 2], |texture| texture.at(vertex[0], vertex[1]));
+                self.layout.append(self.output.buffer(), place, at, attributes, i);
                 self.output.drain()?;
             }
         }
@@ -105,6 +112,11 @@ impl Plain {
     pub(super) fn finish(mut self) -> Result<(), SinkError> {
         let padding = [0; 4];
         self.output.buffer().extend_from_slice(&padding[..self.padding]);
+        if let Some(texture) = self.texture.as_ref().filter(|_| !self.is_empty) {
+            let length = texture.jpeg.len();
+            self.output.buffer().extend_from_slice(&texture.jpeg);
+            self.output.buffer().extend_from_slice(&padding[..length.next_multiple_of(4) - length]);
+        }
         self.output.commit()
     }
 }

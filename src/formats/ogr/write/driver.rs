@@ -66,6 +66,13 @@ const OTHERS: &[(&str, &str)] = &[
     ("DXF", "which has one height for all corners of a polygon"),
 ];
 
+/// GDAL's short name of a format, in upper or lower case, of those that a mesh can be written in or that are refused for a
+/// reason; `None` for others.
+pub fn named(name: &str) -> Option<&'static str> {
+    let others = OTHERS.iter().map(|(name, _)| *name);
+    DRIVERS.iter().map(|driver| driver.name).chain(others).find(|known| known.eq_ignore_ascii_case(name))
+}
+
 impl Driver {
     /// The driver of this name, in upper or lower case; without one, that of the extension, else the usual one.
     ///

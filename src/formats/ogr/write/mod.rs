@@ -8,4 +8,5 @@ mod sink;
 mod values;
 mod wkb;
 
+pub use driver::named;
 pub use sink::OgrSink;
