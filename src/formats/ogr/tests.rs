@@ -4,6 +4,9 @@ use std::path::{Path, PathBuf};
 
 use gdal::vector::{LayerAccess, OGRwkbGeometryType};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::{Index, select};
 
 use super::FORMAT;
 use crate::base::CoordinateFrame;
@@ -388,5 +391,77 @@ fn a_file_that_changes_between_passes_is_noticed() {
         sql(&path, statement);
         let error = read(reader.as_mut()).expect_err("noticed").to_string();
         assert!(error.contains("the file is being changed"), "{statement}: {error}");
+    }
+}
+
+/// Writes triangles that share no vertex, and gives back the places of their corners.
+fn there_and_back(path: &Path, options: SinkOptions, corners: &[[[f64; 3]; 3]]) -> Vec<[u64; 3]> {
+    quiet_gdal();
+    let places = corners.as_flattened();
+    let triangles: Vec<[u64; 3]> = (0..corners.len() as u64).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+    let staged = StagedFile::create(path, true, &[]).expect("staged");
+    let loss = f64::INFINITY;
+    let mut sink = (FORMAT.sink)(staged, Setup { options, loss, ..Setup::default() }).expect("a sink");
+    let (vertices, count) = (places.len() as u64, corners.len() as u64);
+    sink.begin(&Contents { vertices, triangles: count, ..Contents::default() }).expect("begun");
+    sink.vertices(places, &[]).expect("written");
+    sink.triangles(&triangles, corners).expect("written");
+    sink.finish().expect("finished");
+    let (vertices, triangles) = mesh(path).expect("a mesh");
+    let place = |vertex: u64| vertices[vertex as usize].0.map(f64::to_bits);
+    triangles.iter().flatten().map(|vertex| place(*vertex)).collect()
+}
+
+#[test]
+fn more_triangles_than_are_written_at_a_time() {
+    let corner = |t: u32, c: u32| [f64::from(3 * t + c), f64::from(t % 7), 0.5];
+    let corners: Vec<[[f64; 3]; 3]> = (0..10_000).map(|t| [corner(t, 0), corner(t, 1), corner(t, 2)]).collect();
+    let expected: Vec<[u64; 3]> = corners.as_flattened().iter().map(|c| c.map(f64::to_bits)).collect();
+    for (name, options, features) in [
+        ("mesh.gpkg", SinkOptions::default(), 10_000),
+        ("mesh.gpkg", tin(), 3),
+        ("mesh.fgb", SinkOptions::default(), 10_000),
+        ("mesh.fgb", tin(), 3),
+    ] {
+        let folder = testing::folder();
+        let path = folder.path().join(name);
+        assert!(there_and_back(&path, options, &corners) == expected, "{name}");
+        let dataset = Dataset::open(&path).expect("a file");
+        assert_eq!(dataset.layer(0).expect("a layer").feature_count(), features, "{name}");
+    }
+}
+
+fn number() -> impl Strategy<Value = f64> {
+    prop_oneof![-1e7f64..1e7, select(vec![0.0, -0.0, 1e-300, -1e22, 0.1, f64::MAX, f64::MIN_POSITIVE])]
+}
+
+proptest! {
+    #![proptest_config(testing::cases(16, 500))]
+
+    #[test]
+    fn any_triangle_comes_back_bit_for_bit(
+        corners in vec([(); 3].map(|()| [number(), number(), number()]), 1..20), is_tin: bool, is_flat: bool,
+    ) {
+        let folder = testing::folder();
+        let path = folder.path().join(if is_flat { "mesh.fgb" } else { "mesh.gpkg" });
+        let options = if is_tin { tin() } else { SinkOptions::default() };
+        let expected: Vec<[u64; 3]> = corners.as_flattened().iter().map(|c| c.map(f64::to_bits)).collect();
+        prop_assert_eq!(there_and_back(&path, options, &corners), expected);
+    }
+
+    #[test]
+    fn damage_to_flat_geobuf_is_no_panic(damage in vec((any::<Index>(), any::<u8>()), 1..6), is_tin: bool) {
+        let folder = testing::folder();
+        let path = folder.path().join("mesh.fgb");
+        let options = if is_tin { tin() } else { SinkOptions::default() };
+        written(&path, setup(options), &[], &[]).expect("written");
+        let mut bytes = std::fs::read(&path).expect("a file");
+        for (at, byte) in &damage {
+            let at = at.index(bytes.len());
+            bytes[at] = *byte;
+        }
+        std::fs::write(&path, bytes).expect("damaged");
+        // Any outcome is right.
+        let _ = mesh(&path);
     }
 }

@@ -18,6 +18,9 @@ use crate::raster::{About, GdalName, reason};
 /// Features, or triangles, between two looks at the cancellation token.
 const BETWEEN_CHECKS: u64 = 1024;
 
+/// Is handed a feature and its triangles; those of a large one come some at a time.
+type FeatureVisitor<'a> = dyn FnMut(&Feature<'_>, &[Corners]) -> Result<ControlFlow<()>, OgrError> + 'a;
+
 /// A file that GDAL has open for reading, and which of its layers is the mesh.
 #[derive(Debug)]
 pub(super) struct MeshLayer {
@@ -98,10 +101,7 @@ impl MeshLayer {
     }
 
     /// Hands every feature with its triangles to `visit`, until it breaks. Returns how many features there are.
-    pub(super) fn for_each_feature(
-        &self,
-        visit: &mut dyn FnMut(&Feature<'_>, &[Corners]) -> Result<ControlFlow<()>, OgrError>,
-    ) -> Result<u64, OgrError> {
+    pub(super) fn for_each_feature(&self, visit: &mut FeatureVisitor<'_>) -> Result<u64, OgrError> {
         let _about = About::reading(&self.path);
         let mut layer = self.layer()?;
         layer.reset_feature_reading();

@@ -51,38 +51,13 @@ pub(super) struct TinLayer {
 impl TinLayer {
     /// Creates the file behind `link`, which is not there yet.
     pub(super) fn create(link: Link, path: &Path, plan: &Plan<'_>) -> Result<TinLayer, SinkError> {
-        let Plan { driver, geometry, attributes, crs, ref header } = *plan;
+        let Plan { driver, geometry, attributes, .. } = *plan;
         let _about = About::opening(path);
         let _settings = Settings::of(driver);
         let failed = |error| library(path, &reason(&error));
         let kind = DriverManager::get_driver_by_name(driver.name).map_err(failed)?;
         let mut dataset = kind.create_vector_only(link.path()).map_err(failed)?;
-        let srs = crs.and_then(spatial_ref);
-        let mut layer = dataset
-            .create_layer(LayerOptions {
-                name: LAYER,
-                srs: srs.as_ref(),
-                ty: match geometry {
-                    OgrGeometry::Polygon => OGRwkbGeometryType::wkbPolygon25D,
-                    OgrGeometry::Tin => OGRwkbGeometryType::wkbTINZ,
-                },
-                options: Some(driver.layer_options),
-            })
-            .map_err(failed)?;
-        for Channel { name, number } in attributes {
-            let kind = match number {
-                Number::U8 => OGRFieldType::OFTInteger,
-                Number::F32 | Number::F64 => OGRFieldType::OFTReal,
-            };
-            for corner in 1..=3 {
-                let field = FieldDefn::new(&format!("{name}_{corner}"), kind).map_err(failed)?;
-                field.add_to_layer(&layer).map_err(failed)?;
-            }
-        }
-        if driver.keeps_header {
-            layer.set_metadata_item(HEADER, header, "").map_err(failed)?;
-        }
-        drop(layer);
+        fill_in(&mut dataset, plan).map_err(failed)?;
         let numbers = attributes.iter().map(|attribute| attribute.number).collect();
         Ok(TinLayer {
             dataset,
@@ -140,6 +115,33 @@ impl TinLayer {
         }
         Ok(())
     }
+}
+
+/// Makes the layer with its fields and its header.
+fn fill_in(dataset: &mut Dataset, plan: &Plan<'_>) -> gdal::errors::Result<()> {
+    let srs = plan.crs.and_then(spatial_ref);
+    let mut layer = dataset.create_layer(LayerOptions {
+        name: LAYER,
+        srs: srs.as_ref(),
+        ty: match plan.geometry {
+            OgrGeometry::Polygon => OGRwkbGeometryType::wkbPolygon25D,
+            OgrGeometry::Tin => OGRwkbGeometryType::wkbTINZ,
+        },
+        options: Some(plan.driver.layer_options),
+    })?;
+    for Channel { name, number } in plan.attributes {
+        let kind = match number {
+            Number::U8 => OGRFieldType::OFTInteger,
+            Number::F32 | Number::F64 => OGRFieldType::OFTReal,
+        };
+        for corner in 1..=3 {
+            FieldDefn::new(&format!("{name}_{corner}"), kind)?.add_to_layer(&layer)?;
+        }
+    }
+    if plan.driver.keeps_header {
+        layer.set_metadata_item(HEADER, &plan.header, "")?;
+    }
+    Ok(())
 }
 
 /// How features are made.
