@@ -1,6 +1,7 @@
 //! STL files, and solids that are closed.
 
 use std::collections::HashMap;
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::*;
@@ -160,6 +161,17 @@ fn solids_are_closed_whatever_the_rim() {
     }
 }
 
+/// More edges than are kept in memory.
+#[test]
+fn long_rims() {
+    let rows = ["#.".repeat(50), ".#".repeat(50)];
+    let squares: Vec<&str> = (0..60).map(|row| rows[row % 2].as_str()).collect();
+    let mesh = lattice(&squares);
+    let solid = bytes(&mesh, Some(Base::Depth(2.5)), 1);
+    volume_of_closed(&records(&solid));
+    assert!(bytes(&mesh, Some(Base::Depth(2.5)), 10_000) == solid);
+}
+
 #[test]
 fn of_a_solid_the_surface_is_read() {
     let mesh = lattice(&["#####", "#.#.#", "##.##", "#.#.#", "#####"]);
@@ -169,10 +181,16 @@ fn of_a_solid_the_surface_is_read() {
         written(&path, &mesh, base, 7).expect("written");
         let mut reader = crate::formats::open(&path, None, &Default::default()).expect("a mesh");
         let (mut vertices, mut faces) = (Vec::new(), Vec::new());
-        reader
-            .for_each_vertex(|_, vertex| Ok::<(), crate::formats::ReadError>(vertices.push(vertex)))
-            .expect("vertices");
-        reader.for_each_face(|_, face| Ok::<(), crate::formats::ReadError>(faces.push(face))).expect("faces");
+        let mut take_vertex = |_, vertex: [f64; 3], _: &[f64]| {
+            vertices.push(vertex);
+            ControlFlow::Continue(())
+        };
+        reader.vertices(&[], &mut take_vertex).expect("vertices");
+        let mut take_face = |_, face| {
+            faces.push(face);
+            ControlFlow::Continue(())
+        };
+        reader.faces(&mut take_face).expect("faces");
         (reader.header().clone(), vertices, faces)
     };
     assert_eq!(read("solid.stl", Some(Base::Depth(1.0))), read("tin.stl", None));
