@@ -17,8 +17,6 @@ mod open;
 mod output;
 pub mod ply;
 mod reader;
-#[cfg(test)]
-mod samples_tmp;
 mod sink;
 mod sink_options;
 pub mod sms_2dm;
