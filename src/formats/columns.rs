@@ -35,6 +35,9 @@ const BUFFERS: usize = 8 << 20;
 /// The fewest and the most bytes of one buffer.
 const BUFFER: (usize, usize) = (4 << 10, 1 << 20);
 
+/// How many numbers are put at a time.
+pub(super) const AT_A_TIME: usize = 4096;
+
 impl Columns {
     /// Of `staged`, which is empty.
     pub(super) fn new(staged: StagedFile) -> Columns {
@@ -85,6 +88,25 @@ impl Columns {
         if stretch.buffer.len() >= self.buffer { self.flush(column) } else { Ok(()) }
     }
 
+    /// Takes several numbers that come next in a column, which is faster than one by one. They stay in memory together:
+    /// [`AT_A_TIME`] are enough.
+    ///
+    /// # Errors
+    /// [`SinkError`] if they cannot be written.
+    ///
+    /// # Panics
+    /// If the column has no room for them, at the latest when they are written.
+    pub(super) fn put_all<const N: usize>(
+        &mut self,
+        Column(column): Column,
+        numbers: impl ExactSizeIterator<Item = [u8; N]>,
+    ) -> Result<(), SinkError> {
+        let buffer = &mut self.columns[column].buffer;
+        buffer.reserve(N * numbers.len());
+        numbers.for_each(|number| buffer.extend_from_slice(&number));
+        if buffer.len() >= self.buffer { self.flush(column) } else { Ok(()) }
+    }
+
     /// Writes what is left, and puts the file in place under its final name.
     ///
     /// # Errors
@@ -128,7 +150,10 @@ mod tests {
         let long = 3 * BUFFER.1 as u64;
         let laid = file.lay_out(b"head", &[(5, 2), (8, long), (8 + long, 1)]).expect("laid out");
         for i in 0..long {
-            file.put(laid[1], &[i as u8]).expect("taken");
+            match i % 2 {
+                0 => file.put(laid[1], &[i as u8]).expect("taken"),
+                _ => file.put_all(laid[1], [[i as u8]].into_iter()).expect("taken"),
+            }
             if i == 77 {
                 file.put(laid[2], b"z").expect("taken");
                 file.put(laid[0], b"ab").expect("taken");

@@ -3,7 +3,7 @@
 use super::FORMAT;
 use crate::base::channels::{Channel, Number};
 use crate::base::staged::StagedFile;
-use crate::formats::columns::{Column, Columns};
+use crate::formats::columns::{AT_A_TIME, Column, Columns};
 use crate::formats::wording::{Placer, facts};
 use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 
@@ -183,11 +183,12 @@ impl Sink for VtpSink {
             }
         }
         for (&(column, number), values) in columns.iter().zip(attributes) {
-            for &value in *values {
+            for values in values.chunks(AT_A_TIME) {
+                let values = values.iter();
                 match number {
-                    Number::U8 => self.output.put(column, &[value as u8])?,
-                    Number::F32 => self.output.put(column, &(value as f32).to_le_bytes())?,
-                    Number::F64 => self.output.put(column, &value.to_le_bytes())?,
+                    Number::U8 => self.output.put_all(column, values.map(|value| [*value as u8]))?,
+                    Number::F32 => self.output.put_all(column, values.map(|value| (*value as f32).to_le_bytes()))?,
+                    Number::F64 => self.output.put_all(column, values.map(|value| value.to_le_bytes()))?,
                 }
             }
         }

@@ -27,7 +27,16 @@ pub(super) struct Plain {
 
 impl Plain {
     pub(super) fn new(output: Output, header: Header, placer: Placer, texture: Option<Texture>) -> Plain {
-        Plain { output, header, placer, layout: Layout::default(), corner_bytes: 4, is_empty: false, padding: 0 }
+        Plain {
+            output,
+            header,
+            placer,
+            texture,
+            layout: Layout::default(),
+            corner_bytes: 4,
+            is_empty: false,
+            padding: 0,
+        }
     }
 
     pub(super) fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {

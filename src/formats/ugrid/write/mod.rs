@@ -6,7 +6,7 @@ mod words;
 use super::FORMAT;
 use crate::base::channels::Number;
 use crate::base::staged::StagedFile;
-use crate::formats::columns::{Column, Columns};
+use crate::formats::columns::{AT_A_TIME, Column, Columns};
 use crate::formats::wording::Placer;
 use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 use netcdf::{File, Type, Variable, Version};
@@ -93,20 +93,26 @@ impl Sink for UgridSink {
 
     fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
         assert_eq!(attributes.len(), self.attributes.len(), "attributes");
-        for vertex in vertices {
-            let place = self.placer.place(self.output.path(), *vertex)?;
-            for (&column, value) in self.places.iter().zip(place) {
-                match self.header.frame.single {
-                    true => self.output.put(column, &(value as f32).to_be_bytes())?,
-                    false => self.output.put(column, &value.to_be_bytes())?,
+        let is_single = self.header.frame.single;
+        let mut places = Vec::with_capacity(AT_A_TIME);
+        for vertices in vertices.chunks(AT_A_TIME) {
+            places.clear();
+            for vertex in vertices {
+                places.push(self.placer.place(self.output.path(), *vertex)?);
+            }
+            for (axis, &column) in self.places.iter().enumerate() {
+                let values = places.iter().map(|place| place[axis]);
+                match is_single {
+                    true => self.output.put_all(column, values.map(|value| (value as f32).to_be_bytes()))?,
+                    false => self.output.put_all(column, values.map(f64::to_be_bytes))?,
                 }
             }
         }
         for (&(column, number), values) in self.attributes.iter().zip(attributes) {
-            for &value in *values {
+            for values in values.chunks(AT_A_TIME) {
                 match number {
-                    Type::Float => self.output.put(column, &(value as f32).to_be_bytes())?,
-                    _ => self.output.put(column, &value.to_be_bytes())?,
+                    Type::Float => self.output.put_all(column, values.iter().map(|v| (*v as f32).to_be_bytes()))?,
+                    _ => self.output.put_all(column, values.iter().map(|v| v.to_be_bytes()))?,
                 }
             }
         }
@@ -117,18 +123,8 @@ impl Sink for UgridSink {
         let (column, number) = self.faces.expect("begun");
         for triangle in triangles {
             match number {
-                Type::Int64 => {
-                    for &vertex in triangle {
-                        self.output.put(column, &vertex.to_be_bytes())?;
-                    }
-                }
-                _ => {
-                    let mut face = [0; 12];
-                    for (bytes, &vertex) in face.chunks_exact_mut(4).zip(triangle) {
-                        bytes.copy_from_slice(&(vertex as u32).to_be_bytes());
-                    }
-                    self.output.put(column, &face)?;
-                }
+                Type::Int64 => self.output.put(column, triangle.map(u64::to_be_bytes).as_flattened())?,
+                _ => self.output.put(column, triangle.map(|vertex| (vertex as u32).to_be_bytes()).as_flattened())?,
             }
         }
         Ok(())
