@@ -1,3 +1,5 @@
+//! Reading 2DM files of any origin, and refusing damaged ones.
+
 use std::io::Write;
 
 use super::*;

@@ -1,5 +1,6 @@
 //! Where in a NetCDF file the mesh is: the variables of its nodes and faces.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use super::UgridError;
@@ -75,8 +76,8 @@ impl Finder<'_> {
     fn mesh(&self) -> Result<Mesh, UgridError> {
         let topology = self.topology()?;
         let node_coordinates = self.said(topology, "node_coordinates")?;
-        let coordinates: Vec<&Variable> =
-            node_coordinates.split_whitespace().map(|name| self.variable(name)).collect::<Result<_, _>>()?;
+        let names = node_coordinates.split_whitespace().take(3);
+        let coordinates = names.map(|name| self.variable(name)).collect::<Result<Vec<_>, _>>()?;
         let [first, second, further @ ..] = coordinates.as_slice() else {
             return Err(self.wrong(topology, "two node_coordinates", format!("{node_coordinates:?}")));
         };
@@ -90,11 +91,11 @@ impl Finder<'_> {
         let places = [self.place(x, *node)?, self.place(y, *node)?, self.place(height, *node)?];
         let (faces, corners) = self.corners(topology)?;
         let used = [x.name.as_str(), &y.name, &height.name];
-        let mut attributes: Vec<(Channel, Values)> = Vec::new();
+        let (mut attributes, mut names) = (Vec::new(), HashSet::new());
         let others = self.head.variables.iter().filter(|v| !used.contains(&v.name.as_str()));
         for variable in others.filter(|v| v.dimensions == [*node] && is_plain(v)) {
             let name = attribute_name(&topology.name, &variable.name);
-            if attributes.iter().all(|(other, _)| other.name != name) {
+            if names.insert(name) {
                 let values = self.place(variable, *node)?;
                 let number = match values.meaning {
                     Meaning::Plain => values.number.narrowest(),

@@ -1,3 +1,5 @@
+//! UGRID files byte for byte, and when they become CDF-5.
+
 use super::*;
 use crate::base::CoordinateFrame;
 use crate::base::channels::Channel;

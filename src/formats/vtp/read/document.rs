@@ -10,8 +10,8 @@ use super::tags::{self, Stretch, Tag, TagError};
 /// The most bytes of the strings of `terrabite`, as text.
 const STRINGS: u64 = 64 << 20;
 
-/// The most arrays that are kept.
-const ARRAYS: usize = 10_000;
+/// The most arrays of points that are kept.
+const ARRAYS: usize = 1000;
 
 /// What the XML says.
 #[derive(Debug)]

@@ -1,5 +1,6 @@
 //! A VTP file, pass by pass.
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -8,7 +9,7 @@ use super::VtpError;
 use super::document::{self, Array, Document};
 use super::numbers::{Encoding, Numbers, Type, Value, ValueError};
 use super::tags::Stretch;
-use crate::base::channels::{Channel, Number};
+use crate::base::channels::Channel;
 use crate::base::control::CancelToken;
 use crate::formats::{FaceVisitor, Header, MeshReader, ReadError, VertexVisitor, lines};
 
@@ -279,17 +280,17 @@ impl Values<'_> {
 
 /// Attributes of arrays: of one with several components each is one, numbered from 0; of normals `nx`, `ny` and `nz`.
 fn attributes(arrays: Vec<Array>, normals: Option<&str>) -> (Vec<Channel>, Vec<(Array, u64)>) {
-    let mut found: Vec<(Channel, (Array, u64))> = Vec::new();
+    let (mut found, mut names) = (Vec::new(), HashSet::new());
     for array in arrays.into_iter().filter(|array| (1..=COMPONENTS).contains(&array.components)) {
         let is_normals = array.components == 3 && normals == Some(array.name.as_str());
-        let number: Number = array.number.narrowest();
+        let number = array.number.narrowest();
         for component in 0..array.components {
             let name = match (is_normals, array.components) {
                 (true, _) => ["nx", "ny", "nz"][component as usize].to_string(),
                 (false, 1) => array.name.clone(),
                 (false, _) => format!("{}_{component}", array.name),
             };
-            if !name.is_empty() && found.iter().all(|(channel, _)| channel.name != name) {
+            if !name.is_empty() && names.insert(name.clone()) {
                 found.push((Channel { name, number }, (array.clone(), component)));
             }
         }

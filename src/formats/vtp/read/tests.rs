@@ -1,3 +1,5 @@
+//! Reading VTP files of any origin, and refusing damaged ones.
+
 use std::io::Write;
 
 use super::*;
