@@ -69,9 +69,10 @@ fn options(feature: Feature) -> Options {
         Feature::SmoothedMeasure => ("--measure curvature or product", Remove),
         Feature::Smoothing => ("--smoothing", Remove),
         Feature::InexactScale => ("--z-scale, if it is no power of two", Use("--z-scale 1 or another power of two")),
-        Feature::RoundedToSingle => {
-            ("--precision float, if heights need more digits than it has", Use("--precision double"))
-        }
+        Feature::RoundedToSingle => (
+            "--precision float, if heights need more digits than it has",
+            Use("--precision double, in a format that has it"),
+        ),
     };
     let one = match feature {
         Feature::Polishing => "--quality balanced",

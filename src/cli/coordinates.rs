@@ -29,13 +29,16 @@ pub(super) enum PrecisionArg {
 }
 
 impl CoordinateArgs {
-    /// What of this asks for features, as far as options alone say: `fitted` heights need all their digits.
-    pub(super) fn ask(&self, fitted: bool, asked: &mut Asked) {
+    /// What of this asks for features, as far as options alone say: `fitted` heights need all their digits, and `single` is a
+    /// format that has no other precision.
+    pub(super) fn ask(&self, fitted: bool, single: Option<&str>, asked: &mut Asked) {
         if !self.coordinates().scales_exactly() {
             asked.add_by(Feature::InexactScale, format!("--z-scale {}", self.z_scale));
         }
         if fitted && self.precision == PrecisionArg::Float {
             asked.add_by(Feature::RoundedToSingle, "--precision float");
+        } else if let Some(format) = single.filter(|_| fitted) {
+            asked.add_by(Feature::RoundedToSingle, format!("the format {format}, whose numbers are single"));
         }
     }
 

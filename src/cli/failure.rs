@@ -239,6 +239,8 @@ impl From<Error> for Failure {
             Error::Sink(SinkError::Lossy { .. }) => {
                 Failure::new(error).hint("--precision double, or another --z-scale, loses less")
             }
+            Error::Sink(SinkError::DoubleAttribute { .. }) => Failure::new(error)
+                .hint("PLY, UGRID, VTP and GeoPackage keep them; gdal_translate -ot Float32 makes singles of them"),
             Error::Sink(SinkError::TooLarge { .. }) => {
                 Failure::new(error).hint("a larger --max-error needs fewer; OBJ numbers any number of them")
             }
@@ -307,8 +309,9 @@ impl From<VerifyError> for Failure {
             VerifyError::InfiniteSample { .. } => {
                 Failure::new(error).hint("if it marks missing samples, use --nodata, or --valid-range")
             }
-            VerifyError::Mesh(ReadError::NoAttribute { .. }) => Failure::new(error)
-                .hint("simplify writes it with --attributes or --image; OBJ keeps no attributes, PLY does"),
+            VerifyError::Mesh(ReadError::NoAttribute { .. }) => Failure::new(error).hint(
+                "simplify writes it with --attributes or --image, in a format that keeps attributes, such as PLY",
+            ),
             VerifyError::Scratch { .. } => Failure::new(error).hint("choose another folder with --temp-dir"),
             _ => Failure::new(error),
         }

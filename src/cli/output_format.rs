@@ -67,9 +67,12 @@ pub(super) fn of<'a>(output: &Path, asked: Option<&str>, formats: &'a [Format]) 
 }
 
 fn refused(output: &Path, formats: &[Format]) -> Failure {
-    let joined = |all: Vec<String>| all.join(" or ");
-    let ends = joined(formats.iter().flat_map(|f| f.extensions).map(|e| format!(".{e}")).collect());
-    let options = joined(formats.iter().map(|f| format!("--format {}", f.name)).collect());
+    let ends = listed(formats.iter().flat_map(|f| f.extensions).map(|e| format!(".{e}")).collect());
+    let names = listed(formats.iter().map(|f| f.name.to_string()).collect());
+    let options = match formats {
+        [only] => format!("--format {}", only.name),
+        _ => format!("--format ({names})"),
+    };
     let name = output.display();
     match output.extension().filter(|e| !e.is_empty()) {
         Some(found) => {
@@ -79,6 +82,14 @@ fn refused(output: &Path, formats: &[Format]) -> Failure {
         }
         None => Failure::usage(format!("{name}: expected a name that ends in {ends}, found no extension"))
             .hint(&format!("add the extension, or use {options}")),
+    }
+}
+
+/// Words with commas, and "or" before the last.
+fn listed(mut words: Vec<String>) -> String {
+    match words.pop() {
+        Some(last) if !words.is_empty() => format!("{} or {last}", words.join(", ")),
+        last => last.unwrap_or_default(),
     }
 }
 
@@ -110,18 +121,15 @@ mod tests {
             let found = name.rsplit('.').next().unwrap();
             let said = message(name, None);
             assert!(
-                said.contains(&format!(
-                    "{name}: expected a name that ends in .ply or .obj, found the extension .{found}"
-                ))
+                said.contains(&format!("{name}: expected a name that ends in .ply, .obj, .glb"))
+                    && said.contains(&format!("found the extension .{found}")),
+                "{said}"
             );
-            assert!(said.contains("use --format ply or --format obj to write"), "{said}");
+            assert!(said.contains("use --format (ply, obj, glb") && said.contains("to write that format"), "{said}");
         }
         for name in ["x", "x.", ".ply", "ply", "./-"] {
             let said = message(name, None);
-            assert!(
-                said.contains("found no extension; add the extension, or use --format ply or --format obj"),
-                "{said}"
-            );
+            assert!(said.contains("found no extension; add the extension, or use --format (ply, obj"), "{said}");
         }
     }
 

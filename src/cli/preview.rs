@@ -22,7 +22,7 @@ use crate::raster::{View, bound_gdal_cache};
 pub(crate) struct PreviewArgs {
     /// The raster
     raster: PathBuf,
-    /// The mesh made from it: PLY or OBJ
+    /// The mesh made from it, in any of the formats that simplify writes
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
     /// The picture to make

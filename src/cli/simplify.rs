@@ -19,7 +19,7 @@ use super::progress::Bars;
 use super::{Failure, output_format, print, signals, values, warnings};
 use crate::base::features::{Feature, FeatureSet};
 use crate::field::Choice;
-use crate::formats::{self, FORMATS, Format};
+use crate::formats::{self, FORMATS, Format, Precision};
 use crate::job::normals::Normals;
 use crate::job::rules::{default_engine, default_quality};
 use crate::job::{DEFAULT_TILE, EngineChoice, Error, Params, Quality, VertexHeights};
@@ -33,7 +33,8 @@ pub(crate) struct SimplifyArgs {
     /// The raster: a file, or any name GDAL opens
     #[arg(value_name = "INPUT")]
     pub(super) input: PathBuf,
-    /// The mesh in map coordinates: binary PLY or OBJ, as its extension says
+    /// The mesh, in the format that its extension says: .ply, .obj, .glb, .stl, .xml (LandXML), .nc (UGRID), .vtp, .2dm, .gpkg or
+    /// .fgb
     #[arg(value_name = "OUTPUT")]
     pub(super) output: PathBuf,
     #[command(flatten)]
@@ -245,7 +246,7 @@ impl SimplifyArgs {
         asked.add(Feature::StrongFeasibility, self.feasibility == FeasibilityArg::Strong);
         self.polish.ask(&mut asked);
         self.engine.ask(&mut asked);
-        self.coordinates.ask(self.heights == HeightsArg::Fitted, &mut asked);
+        self.coordinates.ask(self.heights == HeightsArg::Fitted, self.single_format(), &mut asked);
         let quality = self.quality(asked.features());
         if quality != Quality::None {
             asked.add_by(Feature::Polishing, format!("--quality {}", quality.name()));
@@ -259,7 +260,7 @@ impl SimplifyArgs {
     #[cfg(test)]
     pub(super) fn asked_of_doubles(&self) -> Asked {
         let mut asked = self.asked();
-        self.coordinates.ask(true, &mut asked);
+        self.coordinates.ask(true, self.single_format(), &mut asked);
         asked
     }
 
@@ -296,6 +297,12 @@ impl SimplifyArgs {
             params.temp_dir.clone_from(dir);
         }
         params
+    }
+
+    /// What the format of the output is called, if it has single precision alone.
+    fn single_format(&self) -> Option<&'static str> {
+        let format = self.format().ok()?;
+        (!format.precisions.contains(&Precision::Double)).then_some(format.title)
     }
 
     /// The format of the output.
@@ -337,7 +344,7 @@ impl SimplifyArgs {
             RunError::Incompatible(conflicts) => {
                 // The raster's heights need all their digits.
                 let mut asked = asked.clone();
-                self.coordinates.ask(true, &mut asked);
+                self.coordinates.ask(true, self.single_format(), &mut asked);
                 asked.refuse(&conflicts)
             }
             error => error.into(),

@@ -22,7 +22,7 @@ use crate::run::{Input, VerifyReport, VerifyRequest, verify};
 pub(crate) struct VerifyArgs {
     /// The raster the mesh was made from
     raster: PathBuf,
-    /// The mesh: PLY or OBJ
+    /// The mesh, in any of the formats that simplify writes
     mesh: PathBuf,
     /// Vertical distance allowed at every sample, in the raster's unit
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]

@@ -11,13 +11,14 @@ use super::look::look;
 use super::report::{Needs, Report, Seconds, Sources, WorkDirState};
 use super::resume::{Kept, finished};
 use super::{Request, RunError, Warned, provenance};
+use crate::base::channels::{Channel, ChannelBands, Number};
 use crate::base::control::Control;
 use crate::base::features::Feature;
 use crate::base::staged::StagedFile;
 use crate::base::warning::{Warning, WarningCode};
-use crate::base::{Band, Texture};
-use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions, may_have_holes};
-use crate::formats::{self, Attributes, FORMATS, Format, Setup, SinkOption};
+use crate::base::{Band, Texture, channels_of};
+use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions, height_range, may_have_holes};
+use crate::formats::{self, Attributes, Base, FORMATS, Format, Setup, SinkError, SinkOption};
 use crate::job::normals::NormalSource;
 use crate::job::plan::{
     DENSEST, DiskUse, Estimate, Expected, Load, Plan, check_disk, default_budget, estimate, probe, probe_field,
@@ -86,6 +87,34 @@ pub(super) fn check_options(
     Err(RunError::FormatOption { path: output.to_path_buf(), format: format.title, option, formats })
 }
 
+/// Refuses attributes in double precision for a format that has none.
+fn check_attributes(
+    request: &Request<'_>,
+    format: &'static Format,
+    attributes: Option<&ChannelBands>,
+) -> Result<(), RunError> {
+    let channels = attributes.map_or(Vec::new(), |attributes| channels_of(&attributes.bands));
+    match channels.into_iter().find(|c| format.attributes == Attributes::Single && c.number == Number::F64) {
+        None => Ok(()),
+        Some(Channel { name, .. }) => {
+            let path = request.output.clone();
+            Err(SinkError::DoubleAttribute { path, format: format.title, name }.into())
+        }
+    }
+}
+
+/// Refuses a floor that is not below all heights.
+fn check_floor(request: &Request<'_>, band: &Band, control: &Control<'_>) -> Result<(), RunError> {
+    let Some(Base::Height(floor)) = request.sink.base else { return Ok(()) };
+    let lowest = height_range(band, control)?.min;
+    if floor < lowest {
+        return Ok(());
+    }
+    let path = request.output.clone();
+    let expected = format!("a floor below the lowest height, which is {lowest}");
+    Err(SinkError::Unfit { path, expected, found: format!("one at {floor}") }.into())
+}
+
 fn start_threads(threads: usize) -> Result<rayon::ThreadPool, RunError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|e| RunError::Threads { threads, reason: e.to_string() })
@@ -112,6 +141,7 @@ impl<'a> Run<'a> {
         {
             rules::check(features.with(Feature::RoundedToSingle))?;
         }
+        check_attributes(request, format, attributes.as_ref())?;
         let load = Load {
             band,
             importance: importance.as_ref(),
@@ -141,6 +171,9 @@ impl<'a> Run<'a> {
             points: points.as_ref().map(|p| p.set.clone()),
             ..request.params.clone()
         };
+        if is_made {
+            check_floor(request, band, control)?;
+        }
         let texture = if is_made { texture(request, band)? } else { None };
         Ok(Run { request, format, inputs, plan, pool, written, texture, params, warned, control })
     }
