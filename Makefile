@@ -85,12 +85,12 @@ checksums:
 	@scripts/checksums.py
 
 # Nightly, and `cargo install cargo-fuzz`. What is new goes to fuzz/found, so that the corpus stays small.
-FUZZ_TARGETS ?= ply chunk tiff simplify
+FUZZ_TARGETS ?= ply obj glb stl landxml ugrid vtp sms_2dm chunk tiff simplify
 FUZZ_SECONDS ?= 120
 fuzz: setup
 	@for target in $(FUZZ_TARGETS); do \
 		mkdir -p fuzz/found/$$target && \
-		$(CARGO) +nightly fuzz run --sanitizer none $$target fuzz/found/$$target fuzz/corpus/$$target -- \
+		$(CARGO) +nightly fuzz run --sanitizer none $$target fuzz/found/$$target fuzz/corpus/$${target#sms_} -- \
 			-max_total_time=$(FUZZ_SECONDS) -max_len=4096 -timeout=30 || exit 1; \
 	done
 

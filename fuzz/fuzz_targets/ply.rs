@@ -2,4 +2,4 @@
 
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| terrabite::fuzzing::ply(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| terrabite::fuzzing::mesh("ply", bytes));

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use crate::base::RasterError;
 use crate::base::control::Cancelled;
 use crate::base::decimal::Decimal;
+use crate::base::external::ScratchError;
 use crate::base::staged::OutputError;
 use crate::field::FieldError;
 use crate::formats::{ReadError, SinkError};
@@ -206,7 +207,10 @@ impl From<RunError> for Failure {
             RunError::Loss { single: true, .. } => failure.hint("--precision double loses less"),
             RunError::Loss { .. } => failure.hint("--z-scale 1 loses nothing"),
             RunError::Threads { .. } => failure.hint("choose fewer with --threads"),
-            RunError::Scratch(_) => failure.hint("choose another folder with --temp-dir"),
+            RunError::Scratch(ScratchError::Cancelled(stopped)) | RunError::Mesh(ReadError::Cancelled(stopped)) => stopped.into(),
+            RunError::Scratch(_) | RunError::Mesh(ReadError::Scratch(_)) => {
+                failure.hint("choose another folder with --temp-dir")
+            }
             RunError::Mesh(_) => failure,
             RunError::Verify(error) => error.into(),
             RunError::Job(error) => (*error).into(),
@@ -239,6 +243,8 @@ impl From<Error> for Failure {
             Error::Sink(SinkError::Lossy { .. }) => {
                 Failure::new(error).hint("--precision double, or another --z-scale, loses less")
             }
+            Error::Sink(SinkError::Scratch(ScratchError::Cancelled(stopped))) => stopped.into(),
+            Error::Sink(SinkError::Scratch(_)) => Failure::new(error).hint("choose another folder with --temp-dir"),
             Error::Sink(SinkError::DoubleAttribute { .. }) => Failure::new(error)
                 .hint("PLY, UGRID, VTP and GeoPackage keep them; gdal_translate -ot Float32 makes singles of them"),
             Error::Sink(SinkError::TooLarge { .. }) => {

@@ -64,6 +64,8 @@ pub struct Setup {
     pub texture: Option<Texture>,
     /// The folder of temporary files; `None` is the system's.
     pub temp_dir: Option<PathBuf>,
+    /// Ends work that takes longer than a batch, such as sorting.
+    pub cancel: CancelToken,
 }
 
 /// What a reader is told when it is opened.

@@ -3,15 +3,15 @@
 
 mod bytes;
 mod chunk;
+mod mesh;
 mod naive;
-mod ply;
 mod simplify;
 #[cfg(test)]
 mod tests;
 mod tiff;
 
 pub use chunk::chunk;
-pub use ply::ply;
+pub use mesh::mesh;
 pub use simplify::simplify;
 pub use tiff::tiff;
 

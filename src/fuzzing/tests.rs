@@ -8,21 +8,22 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
 
-use super::{naive, ply};
+use super::{mesh, naive};
+use crate::base::CoordinateFrame;
 use crate::base::Heights;
 use crate::base::control::Control;
 use crate::base::lattice::Point;
 use crate::base::mesh::Vertex;
 use crate::base::staged::StagedFile;
 use crate::field::Field;
-use crate::formats::{Header, PlySink};
+use crate::formats::{Base, Compression, FORMATS, Format, Header, Precision, Setup, SinkOptions};
 use crate::job::spool::{Attribute, Chunk, fuzzing as codec};
 use crate::job::{Params, triangulate};
 use crate::kernel::measure::ErrorStats;
 use crate::kernel::seam::{Foreign, RimCounts};
 use crate::raster::quiet_gdal;
 
-type Run = fn(&[u8]);
+type Run = Box<dyn Fn(&[u8])>;
 type Seeds = Vec<(&'static str, Vec<u8>)>;
 
 fn corpus(target: &str) -> PathBuf {
@@ -36,19 +37,55 @@ fn files(target: &str) -> Vec<Vec<u8>> {
     paths.iter().map(|path| std::fs::read(path).expect("a file of the corpus")).collect()
 }
 
-/// Meshes of the raster of `ply`, one of which is within the tolerance by far and one just so.
+/// The formats that are fuzzed: all that are read by code of this house.
+fn fuzzed() -> impl Iterator<Item = &'static Format> {
+    FORMATS.iter().copied().filter(|format| format.name != "ogr")
+}
+
+/// A mesh of the raster of `mesh` in this format, within the tolerance by far or just so.
+fn written(format: &Format, max_error: f64, options: SinkOptions) -> Vec<u8> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("mesh").with_extension(format.extensions[0]);
+    let heights = Heights::F64(mesh::heights());
+    let field = Field::from_heights(mesh::SIDE, mesh::SIDE, heights).expect("a field");
+    let made = triangulate(&field, &Params::new(max_error), &Control::default()).expect("a mesh");
+    let single = !format.precisions.contains(&Precision::Double);
+    let frame = CoordinateFrame { single, ..CoordinateFrame::PLAIN };
+    let setup =
+        Setup { header: Header { frame, ..Header::default() }, loss: f64::INFINITY, options, ..Setup::default() };
+    let staged = StagedFile::create(&path, false, &[]).expect("staged");
+    made.write((format.sink)(staged, setup).expect("a sink"), &Control::default()).expect("written");
+    std::fs::read(&path).expect("a file")
+}
+
+/// Meshes in a format.
+fn meshes_in(format: &'static Format) -> Seeds {
+    let usual = SinkOptions::default();
+    let mut seeds = vec![("exact", written(format, 0.0, usual)), ("binary", written(format, mesh::TOLERANCE, usual))];
+    match format.name {
+        "ply" => seeds = meshes(),
+        "glb" => {
+            let compression = Some(Compression::Meshopt);
+            seeds.push(("compressed", written(format, 0.0, SinkOptions { compression, ..usual })));
+        }
+        "stl" => {
+            let base = Some(Base::Depth(1.0));
+            seeds.push(("solid", written(format, 0.0, SinkOptions { base, ..usual })));
+        }
+        _ => {}
+    }
+    seeds
+}
+
+/// Meshes of the raster of `mesh` as PLY.
 fn meshes() -> Seeds {
     let folder = tempfile::tempdir().expect("a folder");
     let mut meshes = Vec::new();
-    for (name, max_error) in [("exact", 0.0), ("binary", ply::TOLERANCE)] {
-        let path = folder.path().join(name);
-        let heights = Heights::F64(ply::heights());
-        let field = Field::from_heights(ply::SIDE, ply::SIDE, heights).expect("a field");
-        let mesh = triangulate(&field, &Params::new(max_error), &Control::default()).expect("a mesh");
-        let sink = PlySink::new(StagedFile::create(&path, false, &[]).expect("staged"), Header::default());
-        mesh.write(Box::new(sink), &Control::default()).expect("written");
-        meshes.push((name, std::fs::read(&path).expect("a file")));
+    let format = FORMATS[0];
+    for (name, max_error) in [("exact", 0.0), ("binary", mesh::TOLERANCE)] {
+        meshes.push((name, written(format, max_error, SinkOptions::default())));
     }
+    std::fs::write(folder.path().join("exact"), &meshes[0].1).expect("written");
     // The first again as text, with an offset, a factor and an attribute.
     let mut mesh = crate::formats::ply::read::PlyFile::open(&folder.path().join("exact")).expect("a mesh");
     let (vertices, faces) = (mesh.vertex_count(), mesh.face_count());
@@ -189,13 +226,16 @@ fn jobs() -> Seeds {
 #[test]
 fn seeds_pass_and_are_in_the_corpus() {
     let write = std::env::var_os("TERRABITE_CORPUS").is_some_and(|v| v == "write");
-    let targets: [(&str, Seeds, Run); 4] = [
-        ("ply", meshes(), super::ply),
-        ("chunk", chunks(), super::chunk),
-        ("tiff", tiffs(), super::tiff),
-        ("simplify", jobs(), super::simplify),
+    let others: [(&str, Seeds, Run); 3] = [
+        ("chunk", chunks(), Box::new(super::chunk)),
+        ("tiff", tiffs(), Box::new(super::tiff)),
+        ("simplify", jobs(), Box::new(super::simplify)),
     ];
-    for (target, seeds, run) in targets {
+    let formats = fuzzed().map(|format| {
+        let run: Run = Box::new(|bytes| super::mesh(format.name, bytes));
+        (format.name, meshes_in(format), run)
+    });
+    for (target, seeds, run) in formats.chain(others) {
         for (name, bytes) in seeds {
             run(&bytes);
             if write {
@@ -257,12 +297,19 @@ fn any_of(seeds: Seeds) -> impl Strategy<Value = Vec<u8>> {
     (prop::sample::select(seeds), vec(edit(), 1..5)).prop_map(|(seed, edits)| spoilt(seed, &edits))
 }
 
+/// A spoilt mesh of any format, with the format's name.
+fn any_mesh() -> impl Strategy<Value = (&'static str, Vec<u8>)> {
+    let seeds = fuzzed().flat_map(|format| meshes_in(format).into_iter().map(|(_, bytes)| (format.name, bytes)));
+    let seeds: Vec<(&'static str, Vec<u8>)> = seeds.collect();
+    (prop::sample::select(seeds), vec(edit(), 1..5)).prop_map(|((name, seed), edits)| (name, spoilt(seed, &edits)))
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn any_mesh_is_judged(bytes in any_of(meshes())) {
-        super::ply(&bytes);
+    fn any_mesh_is_judged((format, bytes) in any_mesh()) {
+        super::mesh(format, &bytes);
     }
 
     #[test]

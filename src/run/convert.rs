@@ -225,6 +225,7 @@ impl Conversion {
             options: request.sink,
             texture: None,
             temp_dir: request.temp_dir.clone(),
+            cancel: control.cancel.clone(),
         };
         let mut sink = (self.target.sink)(staged, setup)?;
         let needs = sink.needs();

@@ -279,6 +279,7 @@ impl<'a> Run<'a> {
                 options: request.sink,
                 texture: self.texture.clone(),
                 temp_dir: Some(params.temp_dir.clone()),
+                cancel: self.control.cancel.clone(),
             },
         )?;
         self.warn_of_attributes(ranged);

@@ -57,13 +57,14 @@ impl Compressed {
         placer: Placer,
         texture: Option<Texture>,
         temp_dir: Option<&Path>,
+        cancel: CancelToken,
     ) -> Compressed {
         Compressed {
             output,
             header,
             placer,
             texture,
-            scratch: Scratch::new(temp_dir, CancelToken::default()),
+            scratch: Scratch::new(temp_dir, cancel),
             layout: Layout::default(),
             records: Spool::default(),
             chunk: Chunk::default(),

@@ -45,13 +45,18 @@ impl GlbSink {
         let frame = CoordinateFrame { single: true, ..setup.header.frame };
         let setup = Setup { header: Header { frame, ..setup.header }, ..setup };
         let placer = Placer::of(&setup);
-        let Setup { header, options, texture, temp_dir, .. } = setup;
+        let Setup { header, options, texture, temp_dir, cancel, .. } = setup;
         let output = Output::new(staged);
         GlbSink(match options.compression {
             None => Kind::Plain(Box::new(Plain::new(output, header, placer, texture))),
-            Some(crate::formats::Compression::Meshopt) => {
-                Kind::Compressed(Box::new(Compressed::new(output, header, placer, texture, temp_dir.as_deref())))
-            }
+            Some(crate::formats::Compression::Meshopt) => Kind::Compressed(Box::new(Compressed::new(
+                output,
+                header,
+                placer,
+                texture,
+                temp_dir.as_deref(),
+                cancel,
+            ))),
         })
     }
 }

@@ -115,7 +115,7 @@ impl Sink for OgrSink {
         self.check(contents.attributes)?;
         let temp_dir = self.setup.temp_dir.as_deref();
         if !contents.attributes.is_empty() {
-            self.values = Some(Values::new(contents.attributes.len(), temp_dir)?);
+            self.values = Some(Values::new(contents.attributes.len(), temp_dir, self.setup.cancel.clone())?);
             self.of_tin = 1;
         }
         let partial = self.staged.partial_path();

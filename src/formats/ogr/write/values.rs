@@ -26,8 +26,8 @@ pub(super) struct Values {
 }
 
 impl Values {
-    pub(super) fn new(width: usize, temp_dir: Option<&Path>) -> Result<Values, ScratchError> {
-        let scratch = Scratch::new(temp_dir, CancelToken::default());
+    pub(super) fn new(width: usize, temp_dir: Option<&Path>, cancel: CancelToken) -> Result<Values, ScratchError> {
+        let scratch = Scratch::new(temp_dir, cancel);
         let file = scratch.file()?;
         let vertices_of_block = (BLOCK / width).max(1) as u64;
         Ok(Values { scratch, file, width, vertices_of_block, vertices: 0, blocks: vec![None; BLOCKS] })
@@ -72,7 +72,7 @@ mod tests {
     #[test]
     fn every_vertex_finds_its_values() {
         for width in [1, 3, 5000] {
-            let mut values = Values::new(width, None).expect("a file");
+            let mut values = Values::new(width, None, CancelToken::default()).expect("a file");
             let count = if width > 100 { 5 } else { 700_000 / width };
             let of = |vertex: usize, attribute: usize| (vertex * 7 + attribute) as f64;
             let all: Vec<Vec<f64>> = (0..width).map(|a| (0..count).map(|v| of(v, a)).collect()).collect();

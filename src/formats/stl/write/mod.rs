@@ -32,6 +32,7 @@ pub struct StlSink {
     placer: Placer,
     base: Option<Base>,
     temp_dir: Option<PathBuf>,
+    cancel: CancelToken,
     solid: Option<Solid>,
     /// Triangles in the file so far.
     count: u64,
@@ -61,8 +62,17 @@ impl StlSink {
         let frame = CoordinateFrame { single: true, ..setup.header.frame };
         let setup = Setup { header: Header { frame, ..setup.header }, ..setup };
         let placer = Placer::of(&setup);
-        let Setup { options, temp_dir, .. } = setup;
-        StlSink { output: Output::new(staged), frame, placer, base: options.base, temp_dir, solid: None, count: 0 }
+        let Setup { options, temp_dir, cancel, .. } = setup;
+        StlSink {
+            output: Output::new(staged),
+            frame,
+            placer,
+            base: options.base,
+            temp_dir,
+            cancel,
+            solid: None,
+            count: 0,
+        }
     }
 
     fn check_count(&self, found: u64) -> Result<(), SinkError> {
@@ -135,7 +145,7 @@ impl Sink for StlSink {
             Some(base) => {
                 self.check_count(2 * triangles)?;
                 let floor = self.floor(base, contents.bounds)?;
-                let scratch = Scratch::new(self.temp_dir.as_deref(), CancelToken::default());
+                let scratch = Scratch::new(self.temp_dir.as_deref(), self.cancel.clone());
                 self.solid = Some(Solid { floor, rim: Rim::default(), scratch });
                 format!("terrabite STL, {triangles} on base; 5 f64")
             }

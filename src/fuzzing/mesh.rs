@@ -1,4 +1,4 @@
-//! Fuzzing: PLY files, judged.
+//! Fuzzing: meshes of every format, judged.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -12,6 +12,7 @@ use crate::base::Band;
 use crate::base::control::Control;
 use crate::formats::{self, ReadError, ReadOptions};
 use crate::raster::{Raster, quiet_gdal};
+use crate::run::{ConvertRequest, convert};
 use crate::verify::{VerifyOptions, verify};
 
 pub(super) const SIDE: usize = 5;
@@ -37,12 +38,17 @@ fn raster() -> Band {
     Raster::open(path, 1).and_then(|raster| raster.to_band()).expect("opens")
 }
 
-/// A file of any bytes is judged, or refused; and what passes is within the tolerance of every sample and covers the
-/// ground.
-pub fn ply(bytes: &[u8]) {
+/// A file of any bytes, read as a mesh of the format with this name, is judged, or refused; and what passes is within the
+/// tolerance of every sample and covers the ground. Attributes are read as well, and what is read is converted to PLY.
+///
+/// # Panics
+/// If there is no such format, or a promise is broken.
+pub fn mesh(format: &str, bytes: &[u8]) {
+    let format = formats::by_name(format).expect("a format");
     let folder = tempfile::tempdir_in(temp_dir()).expect("a folder");
-    let path = folder.path().join("mesh.ply");
+    let path = folder.path().join("mesh").with_extension(format.extensions[0]);
     std::fs::write(&path, bytes).expect("written");
+    read_all(&path, folder.path());
     let options = VerifyOptions { max_error: TOLERANCE, importance: None, temp_dir: Some(folder.path().to_path_buf()) };
     let Ok(verdict) = verify(&raster(), &path, &options, &Control::default()) else {
         return;
@@ -55,7 +61,8 @@ pub fn ply(bytes: &[u8]) {
     let frame = mesh.header().frame;
     let mut surface = Surface::default();
     mesh.for_each_vertex(|_, [x, y, z]| {
-        surface.places.push(naive::place(x + frame.origin.0, y + frame.origin.1));
+        let (sx, sy) = frame.xy_scale;
+        surface.places.push(naive::place(x / sx + frame.origin.0, y / sy + frame.origin.1));
         surface.heights.push(z / frame.z_scale);
         Ok::<(), ReadError>(())
     })
@@ -68,4 +75,33 @@ pub fn ply(bytes: &[u8]) {
     let heights = heights();
     let ground = Ground::new((SIDE, SIDE), &heights, &[]);
     ground.check(&surface, TOLERANCE).unwrap_or_else(|wrong| panic!("it passes, but {wrong}: {verdict}"));
+}
+
+/// Indices are in range, passes say the same again, and a conversion ends.
+fn read_all(path: &Path, folder: &Path) {
+    let options = ReadOptions { temp_dir: Some(folder.to_path_buf()), ..ReadOptions::default() };
+    let Ok(mut mesh) = formats::open(path, None, &options) else { return };
+    let names: Vec<String> = mesh.attributes().iter().map(|attribute| attribute.name.clone()).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let (vertices, faces) = (mesh.vertex_count(), mesh.face_count());
+    for _ in 0..2 {
+        let mut found = 0;
+        let all = mesh.for_each_vertex_with(&names, |index, _, values| {
+            assert_eq!((index, values.len()), (found, names.len()));
+            found += 1;
+            Ok::<(), ReadError>(())
+        });
+        assert!(all.is_err() || found == vertices, "{found} of {vertices} vertices");
+        let mut found = 0;
+        let all = mesh.for_each_face(|index, face| {
+            assert!(index == found && face.iter().all(|vertex| *vertex < vertices), "{face:?}");
+            found += 1;
+            Ok::<(), ReadError>(())
+        });
+        assert!(all.is_err() || found == faces, "{found} of {faces} faces");
+    }
+    let request = ConvertRequest { temp_dir: options.temp_dir, ..ConvertRequest::new(path, folder.join("out.ply")) };
+    if convert(&request, &Control::default()).is_ok() {
+        formats::open(&folder.join("out.ply"), None, &ReadOptions::default()).expect("what was written");
+    }
 }

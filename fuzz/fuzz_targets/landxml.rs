@@ -1,0 +1,5 @@
+//! Fuzz target: LandXML files.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| terrabite::fuzzing::mesh("landxml", bytes));

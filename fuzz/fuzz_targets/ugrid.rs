@@ -1,0 +1,5 @@
+//! Fuzz target: UGRID files.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| terrabite::fuzzing::mesh("ugrid", bytes));
