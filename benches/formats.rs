@@ -33,12 +33,12 @@ struct Mesh {
 }
 
 impl Mesh {
-    /// Of all samples: coordinates of UTM half a metre apart, heights in single precision.
+    /// Of all samples: coordinates of UTM half a metre apart, heights in single precision, so that no format joins vertices.
     fn new(side: usize) -> Mesh {
         let vertex = |i: usize| {
             let (column, row) = (i % side, i / side);
             let height = fractal(column, row) as f32;
-            [562_000.25 + column as f64 / 2.0, 5_118_000.25 - row as f64 / 2.0, f64::from(height)]
+            [562_000.25 + column as f64 / 2.0, 5_118_000.5 - row as f64 / 2.0, f64::from(height)]
         };
         let vertices: Vec<_> = (0..side * side).map(vertex).collect();
         let cell = |i: usize| {
