@@ -102,8 +102,9 @@ impl Columns {
         numbers: impl ExactSizeIterator<Item = [u8; N]>,
     ) -> Result<(), SinkError> {
         let buffer = &mut self.columns[column].buffer;
-        buffer.reserve(N * numbers.len());
-        numbers.for_each(|number| buffer.extend_from_slice(&number));
+        let begin = buffer.len();
+        buffer.resize(begin + N * numbers.len(), 0);
+        buffer[begin..].as_chunks_mut().0.iter_mut().zip(numbers).for_each(|(place, number)| *place = number);
         if buffer.len() >= self.buffer { self.flush(column) } else { Ok(()) }
     }
 

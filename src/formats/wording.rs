@@ -37,6 +37,7 @@ impl Placer {
     ///
     /// # Errors
     /// See [`placed`].
+    #[inline]
     pub(super) fn place(&self, path: &Path, vertex: [f64; 3]) -> Result<[f64; 3], SinkError> {
         if self.as_is { Ok(vertex) } else { placed(&self.frame, self.loss, path, vertex) }
     }

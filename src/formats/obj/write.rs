@@ -5,9 +5,8 @@ use std::path::Path;
 
 use super::FORMAT;
 use crate::base::Texture;
-use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
-use crate::formats::output::{Output, push_decimal};
+use crate::formats::output::{Output, push_decimal, push_place};
 use crate::formats::wording::{Placer, facts};
 use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 
@@ -19,7 +18,7 @@ use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 /// file, as it would be taken for its CRS.
 ///
 /// The first comment tells how many vertices and triangles there are, and the last line is a comment that ends the mesh: so
-/// readers that know notice when something is missing. Memory: one buffer of a megabyte.
+/// readers that know notice when something is missing. Memory: three megabytes of buffers.
 #[derive(Debug)]
 pub struct ObjSink {
     output: Output,
@@ -74,46 +73,46 @@ impl Sink for ObjSink {
 
     fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
         let normals = if self.has_normals { &attributes[attributes.len() - 3..] } else { &[] };
-        for (i, vertex) in vertices.iter().enumerate() {
-            let [x, y, z] = self.placer.place(self.output.path(), *vertex)?;
-            writeln!(self.output.buffer(), "v {} {} {}", Decimal(x), Decimal(y), Decimal(z)).expect("memory takes all");
-            if let Some(texture) = &self.texture {
+        let (placer, path, texture) = (self.placer, self.output.path().to_path_buf(), &self.texture);
+        self.output.put_side_by_side(vertices, |text, i, vertex| {
+            text.extend_from_slice(b"v ");
+            push_place(text, placer.place(&path, *vertex)?);
+            text.push(b'\n');
+            if let Some(texture) = texture {
                 // On the map, and counted from the bottom.
                 let [u, v] = texture.at(vertex[0], vertex[1]).map(|share| share as f32);
-                writeln!(self.output.buffer(), "vt {u} {}", 1.0 - v).expect("memory takes all");
+                writeln!(text, "vt {u} {}", 1.0 - v).expect("memory takes all");
             }
             if let [nx, ny, nz] = normals {
                 // As short as singles are.
                 let [nx, ny, nz] = [nx[i], ny[i], nz[i]].map(|n| n as f32);
-                writeln!(self.output.buffer(), "vn {nx} {ny} {nz}").expect("memory takes all");
+                writeln!(text, "vn {nx} {ny} {nz}").expect("memory takes all");
             }
-            self.output.drain()?;
-        }
-        Ok(())
+            Ok(())
+        })
     }
 
     fn triangles(&mut self, triangles: &[[u64; 3]], _: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
-        for triangle in triangles {
-            self.output.buffer().push(b'f');
+        // Each vertex has one of each, with its number.
+        let further: &[&[u8]] = match (self.texture.is_some(), self.has_normals) {
+            (false, false) => &[],
+            (true, false) => &[b"/"],
+            (false, true) => &[b"//"],
+            (true, true) => &[b"/", b"/"],
+        };
+        self.output.put_side_by_side(triangles, |text, _, triangle| {
+            text.push(b'f');
             for &vertex in triangle {
-                self.output.buffer().push(b' ');
-                push_decimal(self.output.buffer(), vertex + 1);
-                // Each vertex has one of each, with its number.
-                let further: &[&[u8]] = match (self.texture.is_some(), self.has_normals) {
-                    (false, false) => &[],
-                    (true, false) => &[b"/"],
-                    (false, true) => &[b"//"],
-                    (true, true) => &[b"/", b"/"],
-                };
+                text.push(b' ');
+                push_decimal(text, vertex + 1);
                 for slash in further {
-                    self.output.buffer().extend_from_slice(slash);
-                    push_decimal(self.output.buffer(), vertex + 1);
+                    text.extend_from_slice(slash);
+                    push_decimal(text, vertex + 1);
                 }
             }
-            self.output.buffer().push(b'\n');
-            self.output.drain()?;
-        }
-        Ok(())
+            text.push(b'\n');
+            Ok(())
+        })
     }
 
     fn finish(mut self: Box<Self>) -> Result<(), SinkError> {

@@ -1,11 +1,8 @@
 //! 2DM's writer.
 
-use std::io::Write;
-
 use super::FORMAT;
-use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
-use crate::formats::output::{Output, push_decimal};
+use crate::formats::output::{Output, push_decimal, push_place};
 use crate::formats::wording::{Placer, facts};
 use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 
@@ -15,7 +12,7 @@ use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 /// number of an element is its material, which SMS wants.
 ///
 /// The second line tells how many nodes and elements there are, and the last line is a comment that ends the mesh: so readers
-/// that know notice when something is missing. Memory: one buffer of a megabyte.
+/// that know notice when something is missing. Memory: three megabytes of buffers.
 #[derive(Debug)]
 pub struct Sms2dmSink {
     output: Output,
@@ -46,32 +43,31 @@ impl Sink for Sms2dmSink {
     }
 
     fn vertices(&mut self, vertices: &[[f64; 3]], _: &[&[f64]]) -> Result<(), SinkError> {
-        for vertex in vertices {
-            let [x, y, z] = self.placer.place(self.output.path(), *vertex)?;
-            self.nodes += 1;
-            let buffer = self.output.buffer();
-            buffer.extend_from_slice(b"ND ");
-            push_decimal(buffer, self.nodes);
-            writeln!(buffer, " {} {} {}", Decimal(x), Decimal(y), Decimal(z)).expect("memory takes all");
-            self.output.drain()?;
-        }
-        Ok(())
+        let (placer, path, before) = (self.placer, self.output.path().to_path_buf(), self.nodes);
+        self.nodes += vertices.len() as u64;
+        self.output.put_side_by_side(vertices, |text, i, vertex| {
+            text.extend_from_slice(b"ND ");
+            push_decimal(text, before + i as u64 + 1);
+            text.push(b' ');
+            push_place(text, placer.place(&path, *vertex)?);
+            text.push(b'\n');
+            Ok(())
+        })
     }
 
     fn triangles(&mut self, triangles: &[[u64; 3]], _: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
-        for triangle in triangles {
-            self.elements += 1;
-            let buffer = self.output.buffer();
-            buffer.extend_from_slice(b"E3T ");
-            push_decimal(buffer, self.elements);
+        let before = self.elements;
+        self.elements += triangles.len() as u64;
+        self.output.put_side_by_side(triangles, |text, i, triangle| {
+            text.extend_from_slice(b"E3T ");
+            push_decimal(text, before + i as u64 + 1);
             for &vertex in triangle {
-                buffer.push(b' ');
-                push_decimal(buffer, vertex + 1);
+                text.push(b' ');
+                push_decimal(text, vertex + 1);
             }
-            buffer.extend_from_slice(b" 1\n");
-            self.output.drain()?;
-        }
-        Ok(())
+            text.extend_from_slice(b" 1\n");
+            Ok(())
+        })
     }
 
     fn finish(mut self: Box<Self>) -> Result<(), SinkError> {

@@ -1,5 +1,7 @@
 //! VTP's writer.
 
+use bytemuck::cast;
+
 use super::FORMAT;
 use crate::base::channels::{Channel, Number};
 use crate::base::staged::StagedFile;
@@ -175,11 +177,16 @@ impl Sink for VtpSink {
         let Filled { points, attributes: columns, normals, .. } = self.columns.as_ref().expect("begun");
         let scalars = columns.len();
         assert_eq!(attributes.len(), scalars + if normals.is_some() { 3 } else { 0 }, "attributes");
-        for vertex in vertices {
-            let place = self.placer.place(self.output.path(), *vertex)?;
+        let mut places = Vec::with_capacity(AT_A_TIME);
+        for vertices in vertices.chunks(AT_A_TIME) {
+            places.clear();
+            for vertex in vertices {
+                places.push(self.placer.place(self.output.path(), *vertex)?);
+            }
+            let places = places.iter().copied();
             match self.header.frame.single {
-                true => self.output.put(*points, singles(place).as_flattened())?,
-                false => self.output.put(*points, place.map(f64::to_le_bytes).as_flattened())?,
+                true => self.output.put_all(*points, places.map(singles))?,
+                false => self.output.put_all(*points, places.map(doubles))?,
             }
         }
         for (&(column, number), values) in columns.iter().zip(attributes) {
@@ -194,7 +201,7 @@ impl Sink for VtpSink {
         }
         if let (Some(column), [x, y, z]) = (normals, &attributes[scalars..]) {
             for ((&x, &y), &z) in x.iter().zip(*y).zip(*z) {
-                self.output.put(*column, singles([x, y, z]).as_flattened())?;
+                self.output.put(*column, &singles([x, y, z]))?;
             }
         }
         Ok(())
@@ -202,10 +209,13 @@ impl Sink for VtpSink {
 
     fn triangles(&mut self, triangles: &[[u64; 3]], _: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
         let Filled { connectivity, offsets, .. } = self.columns.as_ref().expect("begun");
-        for triangle in triangles {
-            self.output.put(*connectivity, triangle.map(u64::to_le_bytes).as_flattened())?;
-            self.triangles += 1;
-            self.output.put(*offsets, &(3 * self.triangles).to_le_bytes())?;
+        for triangles in triangles.chunks(AT_A_TIME) {
+            let corners = triangles.iter().map(|triangle| cast::<_, [u8; 24]>(triangle.map(u64::to_le_bytes)));
+            self.output.put_all(*connectivity, corners)?;
+            let before = self.triangles;
+            let ends = (0..triangles.len()).map(|i| (3 * (before + i as u64 + 1)).to_le_bytes());
+            self.output.put_all(*offsets, ends)?;
+            self.triangles += triangles.len() as u64;
         }
         Ok(())
     }
@@ -216,8 +226,12 @@ impl Sink for VtpSink {
     }
 }
 
-fn singles(values: [f64; 3]) -> [[u8; 4]; 3] {
-    values.map(|value| (value as f32).to_le_bytes())
+fn singles(values: [f64; 3]) -> [u8; 12] {
+    cast(values.map(|value| (value as f32).to_le_bytes()))
+}
+
+fn doubles(values: [f64; 3]) -> [u8; 24] {
+    cast(values.map(f64::to_le_bytes))
 }
 
 #[cfg(test)]

@@ -90,6 +90,11 @@ impl Plain {
     }
 
     pub(super) fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
+        if self.layout.fields.len() == 1 && !self.is_empty {
+            let (placer, path) = (self.placer, self.output.path().to_path_buf());
+            let position = |vertex: &[f64; 3]| Ok(y_up(placer.place(&path, *vertex)?).map(f32::to_le_bytes));
+            return self.output.put_all(vertices, |vertex| position(vertex).map(bytemuck::cast::<_, [u8; 12]>));
+        }
         for (i, vertex) in vertices.iter().enumerate() {
             let place = self.placer.place(self.output.path(), *vertex)?;
             if !self.is_empty {
@@ -102,20 +107,10 @@ impl Plain {
     }
 
     pub(super) fn triangles(&mut self, triangles: &[[u64; 3]]) -> Result<(), SinkError> {
-        for triangle in triangles {
-            match self.corner_bytes {
-                2 => {
-                    let [a, b, c] = triangle.map(|vertex| (vertex as u16).to_le_bytes());
-                    self.output.buffer().extend_from_slice([a, b, c].as_flattened());
-                }
-                _ => {
-                    let [a, b, c] = triangle.map(|vertex| (vertex as u32).to_le_bytes());
-                    self.output.buffer().extend_from_slice([a, b, c].as_flattened());
-                }
-            }
-            self.output.drain()?;
+        match self.corner_bytes {
+            2 => self.output.put_all(triangles, |t| Ok::<[u8; 6], _>(bytemuck::cast(t.map(|v| (v as u16).to_le_bytes())))),
+            _ => self.output.put_all(triangles, |t| Ok::<[u8; 12], _>(bytemuck::cast(t.map(|v| (v as u32).to_le_bytes())))),
         }
-        Ok(())
     }
 
     pub(super) fn finish(mut self) -> Result<(), SinkError> {

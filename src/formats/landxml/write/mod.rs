@@ -3,12 +3,9 @@
 mod head;
 mod text;
 
-use std::io::Write;
-
 use super::FORMAT;
-use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
-use crate::formats::output::{Output, push_decimal};
+use crate::formats::output::{Output, push_decimal, push_place};
 use crate::formats::wording::{Placer, facts};
 use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 use text::{attribute, fact};
@@ -19,8 +16,8 @@ use text::{attribute, fact};
 /// Coordinates are the shortest decimals that are read again as the same doubles, in single precision as well. The CRS stands
 /// in `CoordinateSystem` where coordinates are those of the map, and nowhere else. All facts of the header, and how many
 /// vertices and triangles there are, are properties of a feature of the surface, `terrabite`. Date and time, which the schema
-/// asks for, are always those of the first of January 2000, so that the same mesh is the same bytes. Memory: one buffer of a
-/// megabyte.
+/// asks for, are always those of the first of January 2000, so that the same mesh is the same bytes. Memory: three megabytes
+/// of buffers.
 #[derive(Debug)]
 pub struct LandXmlSink {
     output: Output,
@@ -84,32 +81,31 @@ impl Sink for LandXmlSink {
     }
 
     fn vertices(&mut self, vertices: &[[f64; 3]], _: &[&[f64]]) -> Result<(), SinkError> {
-        for vertex in vertices {
-            let [x, y, z] = self.placer.place(self.output.path(), *vertex)?;
-            self.written += 1;
-            let buffer = self.output.buffer();
-            buffer.extend_from_slice(b"<P id=\"");
-            push_decimal(buffer, self.written);
-            writeln!(buffer, "\">{} {} {}</P>", Decimal(y), Decimal(x), Decimal(z)).expect("memory takes all");
-            self.output.drain()?;
-        }
-        Ok(())
+        let (placer, path, before) = (self.placer, self.output.path().to_path_buf(), self.written);
+        self.written += vertices.len() as u64;
+        self.output.put_side_by_side(vertices, |text, i, vertex| {
+            let [x, y, z] = placer.place(&path, *vertex)?;
+            text.extend_from_slice(b"<P id=\"");
+            push_decimal(text, before + i as u64 + 1);
+            text.extend_from_slice(b"\">");
+            push_place(text, [y, x, z]);
+            text.extend_from_slice(b"</P>\n");
+            Ok(())
+        })
     }
 
     fn triangles(&mut self, triangles: &[[u64; 3]], _: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
         self.begin_faces();
-        for [a, b, c] in triangles {
-            let buffer = self.output.buffer();
-            buffer.extend_from_slice(b"<F>");
-            push_decimal(buffer, a + 1);
-            buffer.push(b' ');
-            push_decimal(buffer, b + 1);
-            buffer.push(b' ');
-            push_decimal(buffer, c + 1);
-            buffer.extend_from_slice(b"</F>\n");
-            self.output.drain()?;
-        }
-        Ok(())
+        self.output.put_side_by_side(triangles, |text, _, [a, b, c]| {
+            text.extend_from_slice(b"<F>");
+            push_decimal(text, a + 1);
+            text.push(b' ');
+            push_decimal(text, b + 1);
+            text.push(b' ');
+            push_decimal(text, c + 1);
+            text.extend_from_slice(b"</F>\n");
+            Ok(())
+        })
     }
 
     fn finish(mut self: Box<Self>) -> Result<(), SinkError> {

@@ -2,13 +2,13 @@
 
 mod comment;
 
-use std::io::Write;
+use bytemuck::cast;
 
 use super::FORMAT;
 use crate::base::channels::{Channel, Number};
 use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
-use crate::formats::output::{Output, push_decimal};
+use crate::formats::output::{Output, push_decimal, push_place};
 use crate::formats::wording::{Placer, frame_lines, one_line, run_lines};
 use crate::formats::{Contents, Header, Setup, Sink, SinkError};
 use comment::pieces;
@@ -23,7 +23,7 @@ use comment::pieces;
 /// begins with `+`. A CRS that is longer is not where QGIS looks for one; where it is that of the coordinates, it lies beside
 /// the mesh as `.prj`, in Esri's dialect.
 ///
-/// Vertices are shared, so the mesh is indexed. Memory: one buffer of a megabyte.
+/// Vertices are shared, so the mesh is indexed. Memory: one buffer of a megabyte; for text some two more.
 #[derive(Debug)]
 pub struct PlySink {
     output: Output,
@@ -34,7 +34,7 @@ pub struct PlySink {
 }
 
 /// Bytes of one triangle in the file.
-const TRIANGLE_BYTES: u64 = 13;
+const TRIANGLE_BYTES: usize = 13;
 
 /// The comment of files in text.
 const ENDED: &str = "every line is ended";
@@ -89,19 +89,30 @@ fn comments(header: &Header) -> Vec<String> {
 }
 
 impl PlySink {
-    fn vertex_in_text(&mut self, vertex: [f64; 3], values: impl Iterator<Item = f64>) -> Result<(), SinkError> {
-        let [x, y, z] = self.placer.place(self.output.path(), vertex)?;
-        let buffer = self.output.buffer();
-        write!(buffer, "{} {} {}", Decimal(x), Decimal(y), Decimal(z)).expect("memory takes all");
-        for (value, number) in values.zip(&self.numbers) {
-            buffer.push(b' ');
-            match number {
-                Number::U8 => push_decimal(buffer, value as u64),
-                Number::F32 | Number::F64 => write!(buffer, "{}", Decimal(value)).expect("memory takes all"),
+    fn vertices_in_text(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
+        let (placer, path, numbers) = (self.placer, self.output.path().to_path_buf(), &self.numbers);
+        self.output.put_side_by_side(vertices, |text, i, vertex| {
+            push_place(text, placer.place(&path, *vertex)?);
+            for (values, number) in attributes.iter().zip(numbers) {
+                text.push(b' ');
+                match number {
+                    Number::U8 => push_decimal(text, values[i] as u64),
+                    Number::F32 | Number::F64 => Decimal(values[i]).push_to(text),
+                }
             }
+            text.push(b'\n');
+            Ok(())
+        })
+    }
+
+    /// Vertices that have no attributes are records of one length.
+    fn bare_vertices(&mut self, vertices: &[[f64; 3]]) -> Result<(), SinkError> {
+        let (placer, path) = (self.placer, self.output.path().to_path_buf());
+        let place = |vertex: &[f64; 3]| placer.place(&path, *vertex);
+        match self.header.frame.single {
+            true => self.output.put_all(vertices, |v| Ok::<[u8; 12], _>(cast(place(v)?.map(|v| (v as f32).to_le_bytes())))),
+            false => self.output.put_all(vertices, |v| Ok::<[u8; 24], _>(cast(place(v)?.map(f64::to_le_bytes)))),
         }
-        buffer.push(b'\n');
-        self.output.drain()
     }
 }
 
@@ -137,11 +148,13 @@ impl Sink for PlySink {
 
     fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
         assert_eq!(attributes.len(), self.numbers.len(), "attributes");
+        if self.is_text {
+            return self.vertices_in_text(vertices, attributes);
+        }
+        if attributes.is_empty() {
+            return self.bare_vertices(vertices);
+        }
         for (i, vertex) in vertices.iter().enumerate() {
-            if self.is_text {
-                self.vertex_in_text(*vertex, attributes.iter().map(|values| values[i]))?;
-                continue;
-            }
             for value in self.placer.place(self.output.path(), *vertex)? {
                 match self.header.frame.single {
                     true => self.output.buffer().extend_from_slice(&(value as f32).to_le_bytes()),
@@ -161,26 +174,22 @@ impl Sink for PlySink {
     }
 
     fn triangles(&mut self, triangles: &[[u64; 3]], _: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
-        for triangle in triangles {
-            if self.is_text {
-                let buffer = self.output.buffer();
-                buffer.push(b'3');
+        if self.is_text {
+            return self.output.put_side_by_side(triangles, |text, _, triangle| {
+                text.push(b'3');
                 for &vertex in triangle {
-                    buffer.push(b' ');
-                    push_decimal(buffer, vertex);
+                    text.push(b' ');
+                    push_decimal(text, vertex);
                 }
-                buffer.push(b'\n');
-                self.output.drain()?;
-                continue;
-            }
-            let mut face = [3u8; TRIANGLE_BYTES as usize];
-            for (bytes, &index) in face[1..].chunks_exact_mut(4).zip(triangle) {
-                bytes.copy_from_slice(&(index as u32).to_le_bytes());
-            }
-            self.output.buffer().extend_from_slice(&face);
-            self.output.drain()?;
+                text.push(b'\n');
+                Ok(())
+            });
         }
-        Ok(())
+        self.output.put_all(triangles, |triangle| {
+            let mut face = [3u8; TRIANGLE_BYTES];
+            face[1..].copy_from_slice(triangle.map(|vertex| (vertex as u32).to_le_bytes()).as_flattened());
+            Ok(face)
+        })
     }
 
     fn finish(self: Box<Self>) -> Result<(), SinkError> {

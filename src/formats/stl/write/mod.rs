@@ -2,7 +2,7 @@
 
 mod rim;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::FORMAT;
 use crate::base::CoordinateFrame;
@@ -106,15 +106,11 @@ impl StlSink {
 
     /// The corners as they stand in the file.
     fn placed(&self, corners: &[[f64; 3]; 3]) -> Result<[Corner; 3], SinkError> {
-        let mut placed_corners = [[0.0; 3]; 3];
-        for (place, corner) in placed_corners.iter_mut().zip(corners) {
-            *place = self.placer.place(self.output.path(), *corner)?.map(|v| v as f32);
-        }
-        Ok(placed_corners)
+        placed(&self.placer, self.output.path(), corners)
     }
 
     fn push(&mut self, corners: [Corner; 3]) -> Result<(), SinkError> {
-        push_record(self.output.buffer(), corners);
+        self.output.buffer().extend_from_slice(&record(corners));
         self.count += 1;
         self.output.drain()
     }
@@ -171,21 +167,24 @@ impl Sink for StlSink {
 
     fn triangles(&mut self, triangles: &[[u64; 3]], corners: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
         assert_eq!(triangles.len(), corners.len(), "corners");
-        let mut solid = self.solid.take();
+        let Some(mut solid) = self.solid.take() else {
+            let (placer, path) = (self.placer, self.output.path().to_path_buf());
+            self.count += triangles.len() as u64;
+            return self.output.put_side_by_side(corners, |bytes, _, corners| {
+                bytes.extend_from_slice(&record(placed(&placer, &path, corners)?));
+                Ok(())
+            });
+        };
         for (triangles, corners) in triangles.chunks(rim::AT_ONCE).zip(corners.chunks(rim::AT_ONCE)) {
             for corners in corners {
                 let top = self.placed(corners)?;
                 self.push(top)?;
-                if let Some(Solid { floor, .. }) = solid {
-                    let [a, b, c] = top.map(|[x, y, _]| [x, y, floor]);
-                    self.push([a, c, b])?;
-                }
+                let [a, b, c] = top.map(|[x, y, _]| [x, y, solid.floor]);
+                self.push([a, c, b])?;
             }
-            if let Some(Solid { rim, scratch, .. }) = &mut solid {
-                rim.take(triangles, |i| self.placed(&corners[i]), scratch)?;
-            }
+            solid.rim.take(triangles, |i| self.placed(&corners[i]), &solid.scratch)?;
         }
-        self.solid = solid;
+        self.solid = Some(solid);
         Ok(())
     }
 
@@ -199,13 +198,20 @@ impl Sink for StlSink {
     }
 }
 
-fn push_record(buffer: &mut Vec<u8>, corners: [Corner; 3]) {
+fn placed(placer: &Placer, path: &Path, corners: &[[f64; 3]; 3]) -> Result<[Corner; 3], SinkError> {
+    let [a, b, c] = *corners;
+    let [a, b, c] = [placer.place(path, a)?, placer.place(path, b)?, placer.place(path, c)?];
+    Ok([a, b, c].map(|place| place.map(|v| v as f32)))
+}
+
+/// A triangle as it stands in the file.
+fn record(corners: [Corner; 3]) -> [u8; 50] {
     let mut record = [0; 50];
-    let numbers = normal(corners).into_iter().chain(corners.into_iter().flatten());
-    for (bytes, number) in record.chunks_exact_mut(4).zip(numbers) {
-        bytes.copy_from_slice(&number.to_le_bytes());
+    let [a, b, c] = corners;
+    for (bytes, vector) in record.as_chunks_mut::<12>().0.iter_mut().zip([normal(corners), a, b, c]) {
+        *bytes = bytemuck::cast(vector.map(f32::to_le_bytes));
     }
-    buffer.extend_from_slice(&record);
+    record
 }
 
 /// The unit normal of what stands in the file; zero where there is none.

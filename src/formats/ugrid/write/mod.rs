@@ -121,10 +121,11 @@ impl Sink for UgridSink {
 
     fn triangles(&mut self, triangles: &[[u64; 3]], _: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
         let (column, number) = self.faces.expect("begun");
-        for triangle in triangles {
+        for triangles in triangles.chunks(AT_A_TIME) {
+            let corners = triangles.as_flattened().iter();
             match number {
-                Type::Int64 => self.output.put(column, triangle.map(u64::to_be_bytes).as_flattened())?,
-                _ => self.output.put(column, triangle.map(|vertex| (vertex as u32).to_be_bytes()).as_flattened())?,
+                Type::Int64 => self.output.put_all(column, corners.map(|vertex| vertex.to_be_bytes()))?,
+                _ => self.output.put_all(column, corners.map(|vertex| (*vertex as u32).to_be_bytes()))?,
             }
         }
         Ok(())
