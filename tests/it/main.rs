@@ -4,6 +4,7 @@ mod budget;
 mod changes;
 mod channels;
 mod clip;
+mod convert;
 mod cutline;
 mod estimates;
 mod formats;
