@@ -1,6 +1,6 @@
-"""Opens meshes in trimesh, meshio, ugrid-checks and the netCDF library: readers.py CASES, a file of JSON that lists how each
-is to be checked, what `simplify --json` says of it, and the same mesh as PLY in map coordinates. Exits 1 at the first that
-is something else."""
+"""Opens meshes in trimesh, meshio, ugrid-checks and the netCDF library: readers.py CASES, a file of JSON that lists how
+each is to be checked, what `simplify --json` says of it, and the same mesh as PLY in map coordinates. Exits 1 at the
+first that is something else."""
 
 import json
 import sys
