@@ -3,9 +3,9 @@
 
     TERRABITE=target/release/terrabite scripts/picture.py RASTER
 
-RASTER is a DEM of the mountain (sainte_helens.tif), MAX_ERROR below is what its mesh is made with. PyVista, matplotlib and
-Pillow are those that scripts/readers-requirements.txt brings (READERS_PYTHON names another Python that has them), QGIS is
-that of /usr/bin/python3.
+RASTER is a DEM of the mountain (sainte_helens.tif), MAX_ERROR below is what its mesh is made with. PyVista, matplotlib
+and Pillow are those that scripts/readers-requirements.txt brings (READERS_PYTHON names another Python that has them),
+QGIS is that of /usr/bin/python3.
 """
 
 import json
@@ -116,7 +116,8 @@ def contours_of(core, registry, layer, group):
     made, done = registry.algorithmById("native:meshcontours").run(
         {
             "INPUT": layer.id(), "DATASET_GROUPS": [group], "DATASET_TIME": {"type": "static"}, "INCREMENT": CONTOURS,
-            "MINIMUM": 700.25, "MAXIMUM": 2600, "CRS_OUTPUT": layer.crs(), "OUTPUT_LINES": "TEMPORARY_OUTPUT", "OUTPUT_POLYGONS": "TEMPORARY_OUTPUT",
+            "MINIMUM": 700.25, "MAXIMUM": 2600, "CRS_OUTPUT": layer.crs(), "OUTPUT_LINES": "TEMPORARY_OUTPUT",
+            "OUTPUT_POLYGONS": "TEMPORARY_OUTPUT",
         },
         context,
         feedback,

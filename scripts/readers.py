@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Opens meshes of every format in programs that others wrote, and prints what each finds, as a table for docs/formats.md.
-Called by `make test-readers`, after the build.
+"""Opens meshes of every format in programs that others wrote, and prints what each finds, as a table for
+docs/formats.md. Called by `make test-readers`, after the build.
 
 A mesh in UTM, a quarter of a metre a cell, is written in each format: in map coordinates, where singles are half a
 metre apart, and with `--local`. Each reader opens each file in a process of its own, so one that ends abnormally ends
@@ -447,7 +447,7 @@ def python_of_readers():
     if not PYTHONS[0] <= sys.version_info[:2] <= PYTHONS[1]:
         first, last, here = (".".join(map(str, version)) for version in (*PYTHONS, sys.version_info[:2]))
         sys.exit(
-            f"readers: this is Python {here}, no other is found, and the readers of scripts/readers-requirements.txt are "
+            f"readers: this is Python {here}, no other is found, and what scripts/readers-requirements.txt lists is "
             f"built for Python {first} to {last} alone: install one of those (python{last}, say), with venv"
         )
     return python_with(ROOT / "scripts" / "readers-requirements.txt", TARGET / "readers")

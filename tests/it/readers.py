@@ -228,7 +228,7 @@ def landxml(case):
 def ugrid(case):
     expected = Expected(case)
     logs = check_dataset(expected.path, print_summary=False).logger.report_statement_logrecords()
-    expect("statements of ugrid-checks", [], [record.getMessage() for record in logs])
+    expect("statements of ugrid-checks", [], [str(record.msg) for record in logs])
     with netCDF4.Dataset(expected.path) as file:
         file.set_auto_mask(False)
         columns = [file[f"mesh2d_node_{axis}"][:] for axis in "xyz"]
