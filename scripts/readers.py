@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
-"""Opens meshes of every format in programs that others wrote, and prints what each finds, as the table of docs/formats.md.
-Called by `make test-readers`, after the build.
+"""Opens meshes of every format in programs that others wrote, and prints what each finds, as a table for
+docs/formats.md. Called by `make test-readers`, after the build.
 
-A mesh in UTM, a quarter of a metre a cell, is written in each format: in map coordinates, where singles are half a metre
-apart, and with `--local`. Each reader opens each format in a process of its own, so one that ends abnormally ends nothing
-else. What it finds is held against the same mesh as text (`--ascii`), and against EXPECTED below: exit code 1 where
-something else is found.
+A mesh in UTM, a quarter of a metre a cell, is written in each format: in map coordinates, where singles are half a
+metre apart, and with `--local`. Each reader opens each file in a process of its own, so one that ends abnormally ends
+nothing else. What it finds is held against the same mesh as text (`--ascii`), and against EXPECTED below: exit code 1
+where something else is found.
 
-The readers from PyPI are installed once into target/readers (READERS_PYTHON names the Python of another environment), for
-which a Python from 3.11 to 3.14 is looked for; QGIS is Debian's, and works with /usr/bin/python3 alone.
+The readers from PyPI are installed once into target/readers, for which a Python from 3.11 to 3.14 is looked for
+(READERS_PYTHON names the Python of another environment that has them). QGIS is Debian's, and works with
+/usr/bin/python3 alone.
 """
 
 import json
@@ -46,9 +47,9 @@ ONE_FRAME = ["stl", "glb", "fgb"]
 
 # ---------------------------------------------------------------- readers, each in a process of its own
 #
-# A reader gets a path and its format, and gives a dictionary: `version`; `places`, `triangles` of numbers of places, or
-# `corners` of each triangle; where it has them `colours` of vertices from 0 to 255, `normals`, `crs`, and `also`, a list
-# of words.
+# A reader gets a path and its format, and gives a dictionary: `version`; `places`, and `triangles` of their numbers, or
+# `corners` of each triangle; where it has them `colours` from 0 to 255 (or `colours_of_corners`), `normals`, `crs`,
+# `extent`, and `also`, a list of words.
 
 
 def pyvista(path, form):
@@ -446,8 +447,8 @@ def python_of_readers():
     if not PYTHONS[0] <= sys.version_info[:2] <= PYTHONS[1]:
         first, last, here = (".".join(map(str, version)) for version in (*PYTHONS, sys.version_info[:2]))
         sys.exit(
-            f"readers: this is Python {here}, and the readers of scripts/readers-requirements.txt are built for Python {first} "
-            f"to {last} alone: start scripts/readers.py with one of those"
+            f"readers: this is Python {here}, no other is found, and what scripts/readers-requirements.txt lists is "
+            f"built for Python {first} to {last} alone: install one of those (python{last}, say), with venv"
         )
     return python_with(ROOT / "scripts" / "readers-requirements.txt", TARGET / "readers")
 

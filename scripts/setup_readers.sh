@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs what `make test-readers` needs and Debian lacks by default: QGIS, and libraries that Open3D loads. Where there is no
-# apt-get, it says what is missing.
+# Installs what `make test-readers` needs and Debian lacks by default: QGIS, and libraries that Open3D loads. Where there
+# is no apt-get, it says what is missing.
 set -euo pipefail
 
 missing=()
@@ -14,7 +14,7 @@ library libgomp1 libgomp.so.1
 
 if [ ${#missing[@]} -eq 0 ]; then exit 0; fi
 if ! command -v apt-get >/dev/null; then
-    echo "setup: no apt-get here; missing are ${missing[*]}, or what they are called here; readers without them are skipped or fail" >&2
+    echo "setup: no apt-get here; without these (as Debian calls them) readers are skipped or fail: ${missing[*]}" >&2
     exit 0
 fi
 as_root=()

@@ -1,5 +1,5 @@
-// Opens GLB files in Khronos's validator and in glTF Transform with meshoptimizer's decoder: readers.mjs FOLDER CASES, the
-// folder with their packages, and cases as for readers.py. Exits 1 at the first file that is faulty or another mesh.
+// Opens GLB files in Khronos's validator and in glTF Transform with meshoptimizer's decoder: readers.mjs FOLDER CASES,
+// the folder with their packages, and cases as for readers.py. Exits 1 at the first that is faulty or another mesh.
 
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";

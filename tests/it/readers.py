@@ -1,6 +1,6 @@
-"""Opens meshes in trimesh, meshio, ugrid-checks and the netCDF library: readers.py CASES, a file of JSON that lists how each
-is to be checked, what `simplify --json` says of it, and the same mesh as PLY in map coordinates. Exits 1 at the first that
-is something else."""
+"""Opens meshes in trimesh, meshio, ugrid-checks and the netCDF library: readers.py CASES, a file of JSON that lists how
+each is to be checked, what `simplify --json` says of it, and the same mesh as PLY in map coordinates. Exits 1 at the
+first that is something else."""
 
 import json
 import sys
@@ -228,7 +228,7 @@ def landxml(case):
 def ugrid(case):
     expected = Expected(case)
     logs = check_dataset(expected.path, print_summary=False).logger.report_statement_logrecords()
-    expect("statements of ugrid-checks", [], [record.getMessage() for record in logs])
+    expect("statements of ugrid-checks", [], [str(record.msg) for record in logs])
     with netCDF4.Dataset(expected.path) as file:
         file.set_auto_mask(False)
         columns = [file[f"mesh2d_node_{axis}"][:] for axis in "xyz"]
