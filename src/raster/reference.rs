@@ -39,12 +39,13 @@ impl Raster {
         }
     }
 
-    /// The CRS as other programs take it from a mesh's header: its authority's code, else WKT; `None` where there is none.
+    /// The CRS as other programs take it from a mesh's header: its authority's code; of a compound one without a code that of its
+    /// horizontal part; else WKT; `None` where there is none.
     pub fn crs_definition(&self) -> Option<String> {
         let crs = self.dataset.spatial_ref().ok()?;
         match (crs.auth_name(), crs.auth_code()) {
             (Some(authority), Ok(code)) => Some(format!("{authority}:{code}")),
-            _ => crs.to_wkt().ok().filter(|wkt| !wkt.is_empty()),
+            _ => horizontal_code(&crs).or_else(|| crs.to_wkt().ok().filter(|wkt| !wkt.is_empty())),
         }
     }
 
@@ -55,6 +56,14 @@ impl Raster {
         crs.morph_to_esri().ok()?;
         crs.to_wkt().ok().filter(|wkt| !wkt.is_empty())
     }
+}
+
+/// The code of the horizontal part of a compound CRS.
+fn horizontal_code(crs: &SpatialRef) -> Option<String> {
+    let value = |name: &str, child| crs.get_attr_value(name, child).ok().flatten();
+    value("COMPD_CS", 0)?;
+    let kind = if value("PROJCS", 0).is_some() { "PROJCS|AUTHORITY" } else { "GEOGCS|AUTHORITY" };
+    Some(format!("{}:{}", value(kind, 0)?, value(kind, 1)?))
 }
 
 /// How long the unit of x and y is in a CRS: its authority's code, or WKT; `None` where that is not known.

@@ -66,6 +66,10 @@ impl MeshLayer {
         let Some(crs) = self.layer()?.spatial_ref() else { return Ok(Header::default()) };
         let code = crs.auth_name().zip(crs.auth_code().ok()).map(|(authority, code)| format!("{authority}:{code}"));
         let name = crs.name().unwrap_or_default();
+        // What GDAL makes of a file that has none.
+        if name.starts_with("Undefined ") {
+            return Ok(Header::default());
+        }
         let named = code.as_ref().map_or(name.clone(), |code| format!("{code} ({name})"));
         let definition = code.or_else(|| crs.to_wkt().ok());
         Ok(Header { crs: Crs { definition, name: Some(named), ..Crs::default() }, ..Header::default() })

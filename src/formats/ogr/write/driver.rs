@@ -14,6 +14,8 @@ pub(super) struct Driver {
     pub(super) extension: &'static str,
     /// Whether it keeps metadata of a layer: the header, and with it how coordinates stand.
     pub(super) keeps_header: bool,
+    /// Whether it says that coordinates are degrees where it is given no CRS.
+    pub(super) needs_crs: bool,
     /// Whether a file with so many features has its end, where that is not known by opening it.
     pub(super) has_end: fn(&Path, u64) -> std::io::Result<bool>,
     /// Whether it writes the features of a transaction together.
@@ -29,6 +31,7 @@ const DRIVERS: &[Driver] = &[
         name: "GPKG",
         extension: "gpkg",
         keeps_header: true,
+        needs_crs: true,
         has_end: |_, _| Ok(true),
         has_transactions: true,
         // It would take nine times as long as the rest, with GDAL 3.6.
@@ -44,6 +47,7 @@ const DRIVERS: &[Driver] = &[
         name: "FlatGeobuf",
         extension: "fgb",
         keeps_header: false,
+        needs_crs: false,
         has_end: flat::is_whole,
         has_transactions: false,
         // The index would hold all features in memory.

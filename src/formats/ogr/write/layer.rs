@@ -23,6 +23,10 @@ const NO_LAYER: usize = 1 << 20;
 /// The item of the layer's metadata that has the header.
 const HEADER: &str = "terrabite";
 
+/// The CRS of coordinates that are no CRS's, or of one that is not told. Without any a GeoPackage says that they are degrees.
+const NO_CRS: &str = "ENGCRS[\"Undefined Cartesian SRS\",EDATUM[\"Unknown\"],CS[Cartesian,2],AXIS[\"easting\",east],\
+    AXIS[\"northing\",north],LENGTHUNIT[\"metre\",1]]";
+
 /// What a layer is to be.
 pub(super) struct Plan<'a> {
     pub(super) driver: &'static Driver,
@@ -119,7 +123,7 @@ impl TinLayer {
 
 /// Makes the layer with its fields and its header.
 fn fill_in(dataset: &mut Dataset, plan: &Plan<'_>) -> gdal::errors::Result<()> {
-    let srs = plan.crs.and_then(spatial_ref);
+    let srs = plan.crs.and_then(spatial_ref).or_else(|| spatial_ref(NO_CRS).filter(|_| plan.driver.needs_crs));
     let mut layer = dataset.create_layer(LayerOptions {
         name: LAYER,
         srs: srs.as_ref(),
