@@ -196,11 +196,10 @@ fn placed(placer: &Placer, path: &Path, corners: &[[f64; 3]; 3]) -> Result<[Corn
 
 /// A triangle as it stands in the file.
 fn record(corners: [Corner; 3]) -> [u8; 50] {
+    let [[x, y, z], [ax, ay, az], [bx, by, bz], [cx, cy, cz]] = [normal(corners), corners[0], corners[1], corners[2]];
+    let numbers = [x, y, z, ax, ay, az, bx, by, bz, cx, cy, cz].map(f32::to_le_bytes);
     let mut record = [0; 50];
-    let [a, b, c] = corners;
-    for (bytes, vector) in record.as_chunks_mut::<12>().0.iter_mut().zip([normal(corners), a, b, c]) {
-        *bytes = bytemuck::cast(vector.map(f32::to_le_bytes));
-    }
+    record[..48].copy_from_slice(numbers.as_flattened());
     record
 }
 
