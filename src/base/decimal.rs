@@ -22,11 +22,11 @@ impl Decimal {
         }
         let mut digits = zmij::Buffer::new();
         let digits = digits.format_finite(value);
-        let digits = digits.strip_suffix(".0").unwrap_or(digits);
-        text.extend_from_slice(digits.as_bytes());
+        let digits = digits.strip_suffix(".0").unwrap_or(digits).as_bytes();
+        text.extend_from_slice(digits);
         // Half way between two decimals zmij takes the even digit, the standard library the larger one.
-        let decimals = digits.find('.').map_or(0, |point| digits.len() - point - 1);
-        if is_rounded_down_to_even(value, decimals)
+        let point = rounded_to_even(value).and_then(|decimals| digits.len().checked_sub(decimals + 1));
+        if point.is_some_and(|point| digits[point] == b'.')
             && let Some(last) = text.last_mut()
         {
             *last += 1;
@@ -34,13 +34,14 @@ impl Decimal {
     }
 }
 
-/// Whether a number is half way between two decimals with so many digits after the point, and the last digit of the smaller one
-/// (but for the sign) is even.
-fn is_rounded_down_to_even(value: f64, decimals: usize) -> bool {
+/// With how many digits after the point a number is half way between two decimals, if the last digit of the smaller one (but for
+/// the sign) is even.
+fn rounded_to_even(value: f64) -> Option<usize> {
     let (bits, power) = (value.to_bits() & ((1 << 52) - 1) | 1 << 52, (value.to_bits() >> 52 & 0x7ff) as i64 - 1075);
     let zeros = bits.trailing_zeros();
     // value = odd × 2^-(decimals + 1), so value × 10^decimals = odd × 5^decimals / 2, and powers of 5 are 1 modulo 4.
-    power + i64::from(zeros) == -(decimals as i64 + 1) && bits >> zeros & 3 == 1
+    let decimals = -(power + i64::from(zeros)) - 1;
+    if bits >> zeros & 3 == 1 { usize::try_from(decimals).ok() } else { None }
 }
 
 /// Whether it is displayed without an exponent.

@@ -175,9 +175,11 @@ mod tests {
     fn the_first_failure_is_told() {
         let folder = crate::testing::folder();
         let items: Vec<usize> = (0..PARTS * ITEMS).collect();
-        let failed = output(&folder).put_side_by_side(&items, |_, number, item| match [3 * ITEMS + 5, 9 * ITEMS].contains(item) {
-            true => Err(SinkError::Library { path: folder.path().to_path_buf(), message: number.to_string() }),
-            false => Ok(()),
+        let failed = output(&folder).put_side_by_side(&items, |_, number, item| {
+            match [3 * ITEMS + 5, 9 * ITEMS].contains(item) {
+                true => Err(SinkError::Library { path: folder.path().to_path_buf(), message: number.to_string() }),
+                false => Ok(()),
+            }
         });
         assert!(failed.is_err_and(|error| error.to_string().ends_with(&(3 * ITEMS + 5).to_string())));
     }

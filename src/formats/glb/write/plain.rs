@@ -108,8 +108,12 @@ impl Plain {
 
     pub(super) fn triangles(&mut self, triangles: &[[u64; 3]]) -> Result<(), SinkError> {
         match self.corner_bytes {
-            2 => self.output.put_all(triangles, |t| Ok::<[u8; 6], _>(bytemuck::cast(t.map(|v| (v as u16).to_le_bytes())))),
-            _ => self.output.put_all(triangles, |t| Ok::<[u8; 12], _>(bytemuck::cast(t.map(|v| (v as u32).to_le_bytes())))),
+            2 => self
+                .output
+                .put_all(triangles, |t| Ok::<[u8; 6], _>(bytemuck::cast(t.map(|v| (v as u16).to_le_bytes())))),
+            _ => self
+                .output
+                .put_all(triangles, |t| Ok::<[u8; 12], _>(bytemuck::cast(t.map(|v| (v as u32).to_le_bytes())))),
         }
     }
 

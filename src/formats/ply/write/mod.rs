@@ -110,7 +110,9 @@ impl PlySink {
         let (placer, path) = (self.placer, self.output.path().to_path_buf());
         let place = |vertex: &[f64; 3]| placer.place(&path, *vertex);
         match self.header.frame.single {
-            true => self.output.put_all(vertices, |v| Ok::<[u8; 12], _>(cast(place(v)?.map(|v| (v as f32).to_le_bytes())))),
+            true => {
+                self.output.put_all(vertices, |v| Ok::<[u8; 12], _>(cast(place(v)?.map(|v| (v as f32).to_le_bytes()))))
+            }
             false => self.output.put_all(vertices, |v| Ok::<[u8; 24], _>(cast(place(v)?.map(f64::to_le_bytes)))),
         }
     }
