@@ -2,7 +2,7 @@
 //!
 //! In comes a path; out go, pass by pass, the vertices and the faces of all meshes in the file's scene, turned so that z is up.
 //! A mesh of one primitive with indices keeps its vertices as they are; where there are more, or triangles have no indices,
-//! opening reads all positions and joins vertices at the same place, bit for bit (temporary files: some 60 bytes a vertex).
+//! opening reads all positions and joins vertices at the same place, bit for bit (temporary files: at most 80 bytes a vertex).
 //!
 //! Where the nodes move all meshes by the same way and do nothing else, that way is the frame's origin, and coordinates are
 //! those of the meshes; for files of terrabite, as long as that way is the one they say, the frame is what they say. Other

@@ -7,7 +7,7 @@
 //! beyond ASCII are read as `?`, and UTF-16 is refused.
 //!
 //! Points are numbered in the order of the file. Where their ids are not one after the other, opening reads the file twice more
-//! and sorts ids in temporary files, some 60 bytes for each point and 180 for each face. Otherwise opening reads it once; each
+//! and sorts ids in temporary files, at most 80 bytes for each point and 240 for each face. Otherwise opening reads it once; each
 //! pass reads it again.
 //!
 //! Memory: one buffer of 256 KiB, one tag or text of at most 16 MiB, and what is said of the mesh, 1 MiB of it at most; two

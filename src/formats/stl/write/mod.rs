@@ -200,28 +200,31 @@ impl Sink for StlSink {
 
 fn placed(placer: &Placer, path: &Path, corners: &[[f64; 3]; 3]) -> Result<[Corner; 3], SinkError> {
     let [a, b, c] = *corners;
-    let [a, b, c] = [placer.place(path, a)?, placer.place(path, b)?, placer.place(path, c)?];
-    Ok([a, b, c].map(|place| place.map(|v| v as f32)))
+    let corner = |vertex| placer.place(path, vertex).map(|[x, y, z]| [x as f32, y as f32, z as f32]);
+    Ok([corner(a)?, corner(b)?, corner(c)?])
 }
 
 /// A triangle as it stands in the file.
 fn record(corners: [Corner; 3]) -> [u8; 50] {
     let mut record = [0; 50];
     let [a, b, c] = corners;
-    for (bytes, vector) in record.as_chunks_mut::<12>().0.iter_mut().zip([normal(corners), a, b, c]) {
-        *bytes = bytemuck::cast(vector.map(f32::to_le_bytes));
+    let vectors = [normal(corners), a, b, c];
+    for (bytes, number) in record.as_chunks_mut().0.iter_mut().zip(vectors.as_flattened()) {
+        *bytes = number.to_le_bytes();
     }
     record
 }
 
 /// The unit normal of what stands in the file; zero where there is none.
 fn normal([a, b, c]: [Corner; 3]) -> Corner {
-    let from_a = |p: Corner| [0, 1, 2].map(|i| f64::from(p[i]) - f64::from(a[i]));
+    let minus = |p: f32, q: f32| f64::from(p) - f64::from(q);
+    let from_a = |p: Corner| [minus(p[0], a[0]), minus(p[1], a[1]), minus(p[2], a[2])];
     let (u, v) = (from_a(b), from_a(c));
     let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     let length = (cross[0] * cross[0] + cross[1] * cross[1] + cross[2] * cross[2]).sqrt();
     // Zero is no number that is written with a sign.
-    if length > 0.0 && length.is_finite() { cross.map(|n| (n / length) as f32 + 0.0) } else { [0.0; 3] }
+    let unit = |n: f64| (n / length) as f32 + 0.0;
+    if length > 0.0 && length.is_finite() { [unit(cross[0]), unit(cross[1]), unit(cross[2])] } else { [0.0; 3] }
 }
 
 #[cfg(test)]
