@@ -69,10 +69,9 @@ fn options(feature: Feature) -> Options {
         Feature::SmoothedMeasure => ("--measure curvature or product", Remove),
         Feature::Smoothing => ("--smoothing", Remove),
         Feature::InexactScale => ("--z-scale, if it is no power of two", Use("--z-scale 1 or another power of two")),
-        Feature::RoundedToSingle => (
-            "--precision float, if heights need more digits than it has",
-            Use("--precision double, in a format that has it"),
-        ),
+        Feature::RoundedToSingle => {
+            ("--precision float, if heights need more digits than it has", Use("--precision double"))
+        }
     };
     let one = match feature {
         Feature::Polishing => "--quality balanced",
@@ -81,6 +80,9 @@ fn options(feature: Feature) -> Options {
     };
     Options { any, one, without }
 }
+
+/// What a feature's option begins with where it is the format of the output that asks for it.
+pub(super) const BY_FORMAT: &str = "the format ";
 
 /// What a command line asks for.
 #[derive(Debug, Clone, Default)]
@@ -150,6 +152,9 @@ impl Words for Asked {
             let named = features.iter().filter(|&&f| options(f).without == way).flat_map(|&f| self.names(f));
             match way {
                 Without::Remove => format!("remove {}", list(named)),
+                Without::Use(_) if named.clone().any(|name| name.starts_with(BY_FORMAT)) => {
+                    "choose a format that has doubles, such as PLY".to_string()
+                }
                 Without::Use(other) => format!("use {other}"),
                 Without::Replace(other) => format!("use {other} instead of {}", list(named)),
             }

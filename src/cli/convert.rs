@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use super::coordinates::PrecisionArg;
+use super::coordinates::{PrecisionArg, check_precision};
 use super::format_options::FormatArgs;
 use super::progress::Bars;
 use super::{Failure, GDAL_CACHE, output_format, print, warnings};
@@ -24,8 +24,8 @@ pub(crate) struct ConvertArgs {
     #[command(flatten)]
     format: FormatArgs,
     /// Number type of coordinates, where the format has both; those that are float already stay so
-    #[arg(long, help_heading = "Format", value_enum, default_value_t = PrecisionArg::Double)]
-    precision: PrecisionArg,
+    #[arg(long, help_heading = "Format", value_enum)]
+    precision: Option<PrecisionArg>,
     /// The folder of temporary files [default: the system's]
     #[arg(long, help_heading = "Run", value_name = "DIR")]
     temp_dir: Option<PathBuf>,
@@ -42,12 +42,15 @@ pub(crate) struct ConvertArgs {
 
 pub(crate) fn run(args: &ConvertArgs) -> Result<ExitCode, Failure> {
     let named = output_format::of(&args.output, args.format.name(), output_format::MESHES)?.name;
+    if let Some(format) = formats::by_name(named) {
+        check_precision(args.precision, format)?;
+    }
     bound_gdal_cache(GDAL_CACHE);
     let bars = Bars::new(args.quiet);
     let request = ConvertRequest {
         format: formats::by_name(named),
         sink: args.format.sink(),
-        single: args.precision == PrecisionArg::Float,
+        single: args.precision == Some(PrecisionArg::Float),
         overwrite: args.overwrite,
         temp_dir: args.temp_dir.clone(),
         ..ConvertRequest::new(&args.input, &args.output)

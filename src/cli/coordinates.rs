@@ -2,9 +2,10 @@
 
 use clap::ValueEnum;
 
-use super::combinations::Asked;
-use super::values;
+use super::combinations::{Asked, BY_FORMAT};
+use super::{Failure, values};
 use crate::base::features::Feature;
+use crate::formats::{Format, Precision};
 use crate::run::Coordinates;
 
 /// How coordinates are written.
@@ -17,9 +18,10 @@ pub(super) struct CoordinateArgs {
     /// Multiply heights by this in the output, as the header says; --max-error is about the heights of the raster
     #[arg(long, hide_short_help = true, value_name = "F", default_value_t = 1.0, value_parser = values::factor, allow_hyphen_values = true)]
     z_scale: f64,
-    /// Number type of coordinates; float implies --local, and what heights lose in it is taken from --max-error
-    #[arg(long, hide_short_help = true, value_enum, default_value_t = PrecisionArg::Double)]
-    precision: PrecisionArg,
+    /// Number type of coordinates; float implies --local, and what heights lose in it is taken from --max-error [default: double
+    /// where the format has it]
+    #[arg(long, hide_short_help = true, value_enum)]
+    precision: Option<PrecisionArg>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -35,15 +37,29 @@ impl CoordinateArgs {
         if !self.coordinates().scales_exactly() {
             asked.add_by(Feature::InexactScale, format!("--z-scale {}", self.z_scale));
         }
-        if fitted && self.precision == PrecisionArg::Float {
+        if fitted && self.precision == Some(PrecisionArg::Float) {
             asked.add_by(Feature::RoundedToSingle, "--precision float");
         } else if let Some(format) = single.filter(|_| fitted) {
-            asked.add_by(Feature::RoundedToSingle, format!("the format {format}, whose numbers are single"));
+            asked.add_by(Feature::RoundedToSingle, format!("{BY_FORMAT}{format}, whose numbers are single"));
         }
+    }
+
+    /// Refuses doubles for a format that has none.
+    pub(super) fn check(&self, format: &Format) -> Result<(), Failure> {
+        check_precision(self.precision, format)
     }
 
     /// What is asked for.
     pub(super) fn coordinates(&self) -> Coordinates {
-        Coordinates { local: self.local, z_scale: self.z_scale, single: self.precision == PrecisionArg::Float }
+        Coordinates { local: self.local, z_scale: self.z_scale, single: self.precision == Some(PrecisionArg::Float) }
     }
+}
+
+/// Refuses doubles for a format that has none.
+pub(super) fn check_precision(asked: Option<PrecisionArg>, format: &Format) -> Result<(), Failure> {
+    if asked != Some(PrecisionArg::Double) || format.precisions.contains(&Precision::Double) {
+        return Ok(());
+    }
+    let message = format!("expected a format that has doubles, found {} with --precision double", format.title);
+    Err(Failure::usage(message).hint("remove the option, or choose PLY, OBJ, VTP or UGRID"))
 }

@@ -10,7 +10,7 @@ use crate::base::decimal::Decimal;
 use crate::base::external::ScratchError;
 use crate::base::staged::OutputError;
 use crate::field::FieldError;
-use crate::formats::{ReadError, SinkError};
+use crate::formats::{ReadError, SinkError, SinkOption};
 use crate::job::Error;
 use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
@@ -204,20 +204,46 @@ impl From<RunError> for Failure {
             RunError::Texture(DrapeError::Elsewhere { .. }) => failure.hint("gdalinfo shows where it lies"),
             RunError::Texture(_) => failure,
             RunError::Indistinct { .. } => failure.hint("choose --precision double"),
-            RunError::Loss { single: true, .. } => failure.hint("--precision double loses less"),
+            RunError::Loss { single: true, .. } => failure.hint("--precision double loses less, in a format that has it: PLY, OBJ, VTP, UGRID"),
             RunError::Loss { .. } => failure.hint("--z-scale 1 loses nothing"),
             RunError::Threads { .. } => failure.hint("choose fewer with --threads"),
             RunError::Scratch(ScratchError::Cancelled(stopped)) | RunError::Mesh(ReadError::Cancelled(stopped)) => stopped.into(),
-            RunError::Scratch(_) | RunError::Mesh(ReadError::Scratch(_)) => {
-                failure.hint("choose another folder with --temp-dir")
-            }
-            RunError::Mesh(_) => failure,
+            RunError::Scratch(ref scratch) | RunError::Mesh(ReadError::Scratch(ref scratch)) => of_scratch(scratch, &error),
+            RunError::Mesh(_) | RunError::NotFinite { .. } => failure,
             RunError::Verify(error) => error.into(),
             RunError::Job(error) => (*error).into(),
             RunError::Kept { error, dir, fate } => Failure::from(*error).hint(&kept(&dir, &fate)),
-            RunError::FormatOption { .. } => Failure::usage(error).hint("choose another format, or remove the option"),
+            RunError::FormatOption { path, format, option, formats } => {
+                let (option, path) = (options_of(option), path.display());
+                Failure::usage(format!("{path}: {option} is for {formats}, and this is {format}"))
+                    .hint("choose another format, or remove the option")
+            }
             RunError::Format { .. } => failure.hint("use --format"),
         }
+    }
+}
+
+/// The options by which formats are asked for something.
+fn options_of(option: SinkOption) -> &'static str {
+    match option {
+        SinkOption::Ascii => "--ascii",
+        SinkOption::Base => "--base-height or --base-depth",
+        SinkOption::Compression => "--mesh-compression",
+        SinkOption::OgrDriver => "--format OGR:…",
+        SinkOption::OgrGeometry => "--ogr-geometry",
+        SinkOption::Normals => "--normals",
+        SinkOption::Texture => "--texture",
+    }
+}
+
+/// Temporary files: a full disk has an exit code of its own.
+fn of_scratch(scratch: &ScratchError, error: &dyn std::fmt::Display) -> Failure {
+    let failure = Failure::new(error).hint("choose another folder with --temp-dir");
+    match scratch {
+        ScratchError::File { source, .. } if source.kind() == ErrorKind::StorageFull => {
+            Failure { code: DISK_TOO_SMALL, ..failure }
+        }
+        _ => failure,
     }
 }
 
@@ -244,7 +270,13 @@ impl From<Error> for Failure {
                 Failure::new(error).hint("--precision double, or another --z-scale, loses less")
             }
             Error::Sink(SinkError::Scratch(ScratchError::Cancelled(stopped))) => stopped.into(),
-            Error::Sink(SinkError::Scratch(_)) => Failure::new(error).hint("choose another folder with --temp-dir"),
+            Error::Sink(SinkError::Scratch(ref scratch)) => of_scratch(scratch, &error),
+            Error::Sink(SinkError::Library { ref message, .. })
+                if message.contains("disk") && message.contains("full") =>
+            {
+                Failure { code: DISK_TOO_SMALL, ..Failure::new(&error) }
+                    .hint("free some space, or write to another disk")
+            }
             Error::Sink(SinkError::DoubleAttribute { .. }) => Failure::new(error)
                 .hint("PLY, UGRID, VTP and GeoPackage keep them; gdal_translate -ot Float32 makes singles of them"),
             Error::Sink(SinkError::TooLarge { .. }) => {
@@ -318,7 +350,9 @@ impl From<VerifyError> for Failure {
             VerifyError::Mesh(ReadError::NoAttribute { .. }) => Failure::new(error).hint(
                 "simplify writes it with --attributes or --image, in a format that keeps attributes, such as PLY",
             ),
-            VerifyError::Scratch { .. } => Failure::new(error).hint("choose another folder with --temp-dir"),
+            VerifyError::Scratch(ref scratch) | VerifyError::Mesh(ReadError::Scratch(ref scratch)) => {
+                of_scratch(scratch, &error)
+            }
             _ => Failure::new(error),
         }
     }

@@ -193,6 +193,7 @@ impl From<FeasibilityArg> for Feasibility {
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let format = args.format()?;
+    args.coordinates.check(format)?;
     let asked = args.asked();
     asked.check()?;
     let bars = Bars::new(args.quiet);

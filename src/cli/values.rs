@@ -3,6 +3,7 @@
 //! Options that take [`max_error`] set `allow_hyphen_values`: clap would take `-1` for an unknown option and never ask.
 
 use std::num::NonZeroUsize;
+use std::path::Path;
 
 use super::format_options::MeshFormat;
 use crate::base::ValidRange;
@@ -62,7 +63,10 @@ pub(crate) fn mesh_format(text: &str) -> Result<MeshFormat, String> {
         let known = formats::ogr::named(driver).map(|driver| MeshFormat { name: "ogr", driver: Some(driver) });
         return known.ok_or_else(|| format!("expected OGR:GPKG or OGR:FlatGeobuf, found OGR:{}", &text[4..]));
     }
-    match formats::by_name(&name) {
+    let by_extension = || formats::by_extension(Path::new(&format!("mesh.{name}")));
+    match formats::by_name(&name).or_else(by_extension) {
+        Some(format) if name == "gpkg" => Ok(MeshFormat { name: format.name, driver: Some("GPKG") }),
+        Some(format) if name == "fgb" => Ok(MeshFormat { name: format.name, driver: Some("FlatGeobuf") }),
         Some(format) => Ok(MeshFormat { name: format.name, driver: None }),
         None => Err(format!("expected one of {}", known())),
     }

@@ -91,6 +91,14 @@ pub enum ReadError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// There is a folder, a device or a pipe. Meshes are read more than once, from any place.
+    #[error("{}: expected a file, found {found}", path.display())]
+    NotAFile {
+        /// What was to be a mesh.
+        path: PathBuf,
+        /// What is there.
+        found: &'static str,
+    },
     /// Neither its name nor its first bytes are those of a format that is read.
     #[error("{}: expected a mesh in one of the formats {expected}, found none of them", path.display())]
     Unrecognised {

@@ -23,6 +23,7 @@ pub fn by_extension(path: &Path) -> Option<&'static Format> {
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is of no known format, or is damaged where opening looks at it.
 pub fn open(path: &Path, format: Option<&Format>, options: &ReadOptions) -> Result<Box<dyn MeshReader>, ReadError> {
+    must_be_a_file(path)?;
     if let Some(format) = format {
         return (format.reader)(path, options);
     }
@@ -35,6 +36,7 @@ pub fn open(path: &Path, format: Option<&Format>, options: &ReadOptions) -> Resu
 /// # Errors
 /// [`ReadError`] if the file cannot be read, or is of no known format.
 pub fn recognised(path: &Path) -> Result<&'static Format, ReadError> {
+    must_be_a_file(path)?;
     let io = |source| ReadError::Io { path: path.to_path_buf(), source };
     let mut beginning = Vec::new();
     File::open(path).and_then(|f| f.take(BEGINNING as u64).read_to_end(&mut beginning)).map_err(io)?;
@@ -45,4 +47,14 @@ pub fn recognised(path: &Path) -> Result<&'static Format, ReadError> {
             expected: FORMATS.iter().map(|f| f.title).collect::<Vec<_>>().join(", "),
         }
     })
+}
+
+/// Opening a pipe would wait for whoever writes to it. What cannot be looked at is left to whoever opens it.
+fn must_be_a_file(path: &Path) -> Result<(), ReadError> {
+    let found = match path.metadata() {
+        Ok(metadata) if metadata.is_dir() => "a folder",
+        Ok(metadata) if !metadata.is_file() => "a device or a pipe",
+        _ => return Ok(()),
+    };
+    Err(ReadError::NotAFile { path: path.to_path_buf(), found })
 }

@@ -63,6 +63,13 @@ pub fn drape(path: &Path, extent: [f64; 4], crs: Option<&str>, size: usize) -> R
     let _about = About::reading(path);
     let failed =
         |what| move |error: GdalError| DrapeError::Gdal { path: path.to_path_buf(), what, reason: reason(&error) };
+    if path.is_absolute() && !path.starts_with("/vsi") || path.parent().is_some_and(|p| p == Path::new("")) {
+        // GDAL has no words for it.
+        if let Err(error) = path.metadata() {
+            let (path, what) = (path.to_path_buf(), "cannot be opened as an image");
+            return Err(DrapeError::Gdal { path, what, reason: error.to_string() });
+        }
+    }
     let source = Dataset::open(path).map_err(failed("cannot be opened as an image"))?;
     let bands = usable_bands(&source, path)?;
     if source.geo_transform().is_err() {

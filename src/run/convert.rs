@@ -313,12 +313,16 @@ fn write_triangles(
     Ok(sink.triangles(&triangles, &corners)?)
 }
 
-/// Between what the vertices lie, as the file has them.
+/// Between what the vertices lie, as the file has them; all of them must be somewhere.
 fn bounds(reader: &mut dyn MeshReader) -> Result<Bounds, RunError> {
     let mut bounds = Bounds::EMPTY;
-    reader.for_each_vertex(|_, vertex| {
+    let path = reader.path().to_path_buf();
+    reader.for_each_vertex(|index, vertex| {
+        if !vertex.iter().all(|v| v.is_finite()) {
+            return Err(RunError::NotFinite { path: path.clone(), vertex: index, found: vertex });
+        }
         bounds = bounds.with(vertex);
-        Ok::<(), RunError>(())
+        Ok(())
     })?;
     Ok(bounds)
 }

@@ -80,7 +80,7 @@ pub enum RunError {
     },
     /// Heights lose more in writing than half of what they may be off.
     #[error(
-        "{}: expected to lose at most half of the {what} {limit} in writing heights, found a loss of up to {loss:e} with \
+        "{}: expected to lose at most half of the {what} {limit} in writing heights, found a loss of up to {loss:.2e} with \
          heights up to {largest}",
         path.display()
     )]
@@ -105,6 +105,16 @@ pub enum RunError {
         threads: usize,
         /// What the system says.
         reason: String,
+    },
+    /// A vertex of the mesh that is converted is nowhere.
+    #[error("{}: vertex {vertex}: expected finite coordinates, found {found:?}", path.display())]
+    NotFinite {
+        /// The mesh.
+        path: PathBuf,
+        /// The vertex, from 0.
+        vertex: u64,
+        /// Its coordinates.
+        found: [f64; 3],
     },
     /// The mesh that is converted.
     #[error(transparent)]

@@ -12,7 +12,7 @@ use super::packed::Packing;
 use crate::base::control::CancelToken;
 
 /// The most bytes of a JSON chunk; terrabite writes no longer ones.
-const JSON_BYTES: u64 = 64 << 20;
+const JSON_BYTES: u64 = 16 << 20;
 
 /// Decompressed views are kept as long as they do not take more than so many bytes, but for the latest.
 const KEPT_BYTES: usize = 64 << 20;

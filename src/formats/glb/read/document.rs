@@ -1,9 +1,10 @@
 //! The JSON chunk of a GLB, as far as it says where triangles are.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use serde::de::{IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 /// The document. Numbers of parts are not believed: they may be out of range.
 #[derive(Debug, Deserialize)]
@@ -31,7 +32,71 @@ pub(super) struct Document {
 pub(super) struct Asset {
     pub(super) version: String,
     pub(super) generator: Option<String>,
-    extras: Option<serde_json::Value>,
+    #[serde(default)]
+    extras: Extras,
+}
+
+/// What terrabite says in the extras of an asset, which may be anything.
+#[derive(Debug, Default)]
+struct Extras(Option<serde_json::Value>);
+
+impl<'de> Deserialize<'de> for Extras {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Extras, D::Error> {
+        deserializer.deserialize_any(ExtrasVisitor)
+    }
+}
+
+/// Keeps the value of `terrabite`, and nothing else.
+struct ExtrasVisitor;
+
+impl<'de> Visitor<'de> for ExtrasVisitor {
+    type Value = Extras;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("extras")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Extras, A::Error> {
+        let mut found = None;
+        while let Some(key) = map.next_key::<String>()? {
+            match key.as_str() {
+                "terrabite" => found = Some(map.next_value()?),
+                _ => {
+                    map.next_value::<IgnoredAny>()?;
+                }
+            }
+        }
+        Ok(Extras(found))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Extras, A::Error> {
+        while seq.next_element::<IgnoredAny>()?.is_some() {}
+        Ok(Extras(None))
+    }
+
+    fn visit_bool<E>(self, _: bool) -> Result<Extras, E> {
+        Ok(Extras(None))
+    }
+
+    fn visit_i64<E>(self, _: i64) -> Result<Extras, E> {
+        Ok(Extras(None))
+    }
+
+    fn visit_u64<E>(self, _: u64) -> Result<Extras, E> {
+        Ok(Extras(None))
+    }
+
+    fn visit_f64<E>(self, _: f64) -> Result<Extras, E> {
+        Ok(Extras(None))
+    }
+
+    fn visit_str<E>(self, _: &str) -> Result<Extras, E> {
+        Ok(Extras(None))
+    }
+
+    fn visit_unit<E>(self) -> Result<Extras, E> {
+        Ok(Extras(None))
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -140,7 +205,7 @@ impl Asset {
     }
 
     fn texts(&self, name: &str) -> Option<Vec<String>> {
-        let texts = self.extras.as_ref()?.get("terrabite")?.get(name)?.as_array()?;
+        let texts = self.extras.0.as_ref()?.get(name)?.as_array()?;
         Some(texts.iter().filter_map(|text| text.as_str()).map(one_line).collect())
     }
 }

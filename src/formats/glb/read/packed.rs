@@ -2,8 +2,8 @@
 
 use super::document::Packed;
 
-/// The most bytes of a decompressed view.
-const LIMIT: u64 = 1 << 30;
+/// The most bytes of a decompressed view, which is held as a whole.
+const LIMIT: u64 = 256 << 20;
 
 /// A compressed view, checked against the file and the extension's rules.
 #[derive(Debug, Clone, Copy)]

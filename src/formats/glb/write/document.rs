@@ -368,8 +368,8 @@ fn view(stretch: &Stretch, bytes: u64, byte_stride: Option<u64>, mode: &'static 
     }
 }
 
-/// The most bytes of a JSON chunk: readers take it as a whole. Three billion vertices have as much.
-const JSON_BYTES: usize = 64 << 20;
+/// The most bytes of a JSON chunk: readers take it as a whole. A billion vertices have as much.
+const JSON_BYTES: usize = 16 << 20;
 
 /// All of a GLB before the content of its BIN chunk: the file's header, the JSON chunk and the header of the BIN chunk, if
 /// there is one. `bin` is a multiple of 4.

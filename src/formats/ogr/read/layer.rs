@@ -31,6 +31,10 @@ pub(super) struct MeshLayer {
     cancel: CancelToken,
 }
 
+/// The drivers for a file without a mark: those that read nothing but the file.
+const DRIVERS: &[&str] =
+    &["GPKG", "FlatGeobuf", "SQLite", "ESRI Shapefile", "GeoJSON", "GeoJSONSeq", "CSV", "GML", "DXF"];
+
 impl MeshLayer {
     pub(super) fn open(path: &Path, cancel: &CancelToken) -> Result<MeshLayer, OgrError> {
         let io = |source| OgrError::Io { path: path.to_path_buf(), source };
@@ -43,7 +47,7 @@ impl MeshLayer {
             open_flags: GdalOpenFlags::GDAL_OF_READONLY
                 | GdalOpenFlags::GDAL_OF_VECTOR
                 | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
-            allowed_drivers: drivers,
+            allowed_drivers: drivers.or(Some(DRIVERS)),
             ..DatasetOptions::default()
         };
         let dataset = Dataset::open_ex(name.path(), options)

@@ -61,8 +61,11 @@ impl OgrSink {
             of_tin: TRIANGLES_OF_TIN,
         };
         if !driver.keeps_header && sink.setup.header.frame != CoordinateFrame::PLAIN {
-            let found = format!("{}, which keeps neither offsets nor scales nor the precision", driver.name);
-            return Err(sink.unfit("GPKG, for other coordinates than those of the map in double precision", found));
+            let found =
+                "coordinates in single precision, less an origin or scaled: a GeoPackage keeps them".to_string();
+            let expected =
+                format!("coordinates of the map in double precision, the only ones that {} keeps", driver.name);
+            return Err(sink.unfit(&expected, found));
         }
         Ok(sink)
     }
@@ -83,7 +86,9 @@ impl OgrSink {
             None => Ok(()),
             Some(i) => {
                 let name = &attributes[i].name;
-                Err(self.unfit("names that differ in more than upper and lower case", format!("{name} twice")))
+                let first = attributes[..i].iter().find(|a| a.name.eq_ignore_ascii_case(name)).expect("found above");
+                let expected = "attributes whose names differ in more than upper and lower case";
+                Err(self.unfit(expected, format!("{:?} and {name:?}", first.name)))
             }
         }
     }

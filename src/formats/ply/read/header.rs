@@ -134,7 +134,7 @@ pub(super) struct Header {
 pub(super) fn read_header(path: &Path, reader: &mut impl BufRead) -> Result<Header, PlyError> {
     let mut lines = Lines { path, reader: reader.take(HEADER_LIMIT as u64), number: 0, bytes: 0 };
     if lines.next()?.as_str() != "ply" {
-        return Err(lines.error("ply, the mark of a PLY file", "something else"));
+        return Err(lines.error("ply, the mark of a PLY file", "other bytes"));
     }
     let format = lines.next()?;
     let encoding = match format.split_whitespace().collect::<Vec<_>>()[..] {
@@ -198,7 +198,7 @@ impl<R: BufRead> Lines<'_, R> {
         if line.last() != Some(&b'\n') {
             // A first line without end is most often no PLY file at all.
             if self.number == 1 {
-                return Err(self.error("ply, the mark of a PLY file", "something else"));
+                return Err(self.error("ply, the mark of a PLY file", "other bytes"));
             }
             if self.bytes == HEADER_LIMIT {
                 return Err(PlyError::HeaderTooLong { path: self.path.to_path_buf(), limit: HEADER_LIMIT });

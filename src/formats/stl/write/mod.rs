@@ -100,7 +100,10 @@ impl StlSink {
             Some(lowest) => format!("a floor below the lowest vertex, which is at {lowest}"),
             None => "a floor at a finite height".to_string(),
         };
-        let found = format!("one at {height}");
+        let found = match lowest {
+            Some(lowest) if height < lowest => format!("one at {height}, which single precision does not tell from it"),
+            _ => format!("one at {height}"),
+        };
         Err(SinkError::Unfit { path: self.output.path().to_path_buf(), expected, found })
     }
 
