@@ -64,7 +64,7 @@ mod tests {
             Metres::OnEllipsoid { semi_major: 6_378_137.0, semi_minor: 6_356_752.314_245, radians: 1f64.to_radians() };
         // The lengths that tables have.
         assert_eq!(earth.at(0.0), (111_319.5, 110_574.3));
-        assert_eq!(earth.at(45.0), (78_846.81, 111_131.8));
+        assert_eq!(earth.at(45.0), (78_846.84, 111_131.8));
         assert_eq!(earth.at(-45.0), earth.at(45.0));
         let sphere = Metres::OnEllipsoid { semi_major: 1e6, semi_minor: 1e6, radians: 1.0 };
         assert_eq!(sphere.at(0.0), (1e6, 1e6));
