@@ -68,10 +68,13 @@ pub(super) fn of<'a>(output: &Path, asked: Option<&str>, formats: &'a [Format]) 
 
 fn refused(output: &Path, formats: &[Format]) -> Failure {
     let ends = listed(formats.iter().flat_map(|f| f.extensions).map(|e| format!(".{e}")).collect());
-    let names = listed(formats.iter().map(|f| f.name.to_string()).collect());
     let options = match formats {
         [only] => format!("--format {}", only.name),
-        _ => format!("--format ({names})"),
+        [usual, others @ ..] => {
+            let others = listed(others.iter().map(|f| f.name.to_string()).collect());
+            format!("--format {} (or {others})", usual.name)
+        }
+        [] => String::new(),
     };
     let name = output.display();
     match output.extension().filter(|e| !e.is_empty()) {
@@ -125,11 +128,11 @@ mod tests {
                     && said.contains(&format!("found the extension .{found}")),
                 "{said}"
             );
-            assert!(said.contains("use --format (ply, obj, glb") && said.contains("to write that format"), "{said}");
+            assert!(said.contains("use --format ply (or obj, glb") && said.contains("to write that format"), "{said}");
         }
         for name in ["x", "x.", ".ply", "ply", "./-"] {
             let said = message(name, None);
-            assert!(said.contains("found no extension; add the extension, or use --format (ply, obj"), "{said}");
+            assert!(said.contains("found no extension; add the extension, or use --format ply (or obj"), "{said}");
         }
     }
 

@@ -65,12 +65,12 @@ fn options_of_other_formats_are_refused() {
     let folder = Folder::new();
     let dem = dem(&folder);
     for (output, option, words) in [
-        ("tin.obj", &["--ascii"][..], "(PLY), found OBJ"),
-        ("tin.ply", &["--base-depth", "5"], "(STL), found PLY"),
-        ("tin.ply", &["--mesh-compression", "meshopt"], "(GLB), found PLY"),
-        ("tin.ply", &["--ogr-geometry", "tin"], "(OGR), found PLY"),
-        ("tin.stl", &["--normals", "area"], "(PLY, OBJ, GLB, VTP), found STL"),
-        ("tin.ply", &["--texture", "none.tif"], "(OBJ, GLB), found PLY"),
+        ("tin.obj", &["--ascii"][..], "--ascii is for PLY, and this is OBJ"),
+        ("tin.ply", &["--base-depth", "5"], "--base-depth is for STL, and this is PLY"),
+        ("tin.ply", &["--mesh-compression", "meshopt"], "--mesh-compression is for GLB, and this is PLY"),
+        ("tin.ply", &["--ogr-geometry", "tin"], "--ogr-geometry is for OGR, and this is PLY"),
+        ("tin.stl", &["--normals", "area"], "--normals is for PLY, OBJ, GLB, VTP, and this is STL"),
+        ("tin.ply", &["--texture", "none.tif"], "--texture is for OBJ, GLB, and this is PLY"),
     ] {
         let output = folder.at(output);
         let run = ["simplify", &dem, &output, "--max-error", "1"];
