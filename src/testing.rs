@@ -1,8 +1,12 @@
 //! What the unit tests of all modules share.
 
+use std::io::Write;
+use std::path::Path;
+
 use proptest::prelude::ProptestConfig;
 use tempfile::TempDir;
 
+use crate::formats::{Format, MeshReader, ReadError, ReadOptions};
 use crate::fuzzing::temp_dir;
 use crate::job::Params;
 
@@ -40,6 +44,42 @@ fn the_long_tests_are_asked_for_by_name() {
 ///
 /// # Panics
 /// If it cannot be opened.
-pub(crate) fn band(path: &std::path::Path, number: usize) -> crate::base::Band {
+pub(crate) fn band(path: &Path, number: usize) -> crate::base::Band {
     crate::raster::Raster::open(path, number).and_then(|raster| raster.to_band()).expect("a raster")
+}
+
+/// Vertices and faces.
+pub(crate) type Mesh = (Vec<[f64; 3]>, Vec<[u64; 3]>);
+
+/// All that a reader has, faces first: passes may come in any order.
+pub(crate) fn mesh(reader: &mut dyn MeshReader) -> Result<Mesh, ReadError> {
+    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+    reader.for_each_face(|_, face| {
+        faces.push(face);
+        Ok::<(), ReadError>(())
+    })?;
+    reader.for_each_vertex(|_, vertex| {
+        vertices.push(vertex);
+        Ok::<(), ReadError>(())
+    })?;
+    Ok((vertices, faces))
+}
+
+/// A file with these bytes.
+pub(crate) fn file(bytes: &[u8]) -> tempfile::NamedTempFile {
+    let mut file = tempfile::NamedTempFile::new_in(temp_dir()).expect("a file");
+    file.write_all(bytes).expect("written");
+    file
+}
+
+/// The mesh in these bytes, or what is wrong: a message must begin with the name of the file, which is left out.
+pub(crate) fn mesh_in(format: &Format, bytes: &[u8]) -> Result<Mesh, String> {
+    let file = file(bytes);
+    let read = (format.reader)(file.path(), &ReadOptions::default()).and_then(|mut reader| mesh(reader.as_mut()));
+    read.map_err(|error| without_name(file.path(), &error.to_string()))
+}
+
+/// A message without the name of the file, with which it must begin.
+pub(crate) fn without_name(path: &Path, said: &str) -> String {
+    said.strip_prefix(&format!("{}: ", path.display())).unwrap_or_else(|| panic!("{said}")).to_string()
 }

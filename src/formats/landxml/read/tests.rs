@@ -1,43 +1,17 @@
 //! Reading LandXML files of any origin, and refusing damaged ones.
 
-use std::io::Write;
-
 use super::*;
+use crate::formats::landxml::FORMAT;
 use crate::formats::{MeshReader, ReadError, ReadOptions};
-
-type Mesh = (Vec<[f64; 3]>, Vec<[u64; 3]>);
+use crate::testing::{Mesh, file, mesh_in};
 
 fn opened(path: &std::path::Path) -> Result<LandXmlReader, ReadError> {
     LandXmlReader::open(path, &ReadOptions::default())
 }
 
-fn mesh(reader: &mut dyn MeshReader) -> Result<Mesh, ReadError> {
-    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
-    reader.for_each_face(|_, face| {
-        faces.push(face);
-        Ok::<(), ReadError>(())
-    })?;
-    reader.for_each_vertex(|_, vertex| {
-        vertices.push(vertex);
-        Ok::<(), ReadError>(())
-    })?;
-    Ok((vertices, faces))
-}
-
-fn file(bytes: &[u8]) -> tempfile::NamedTempFile {
-    let mut file = tempfile::NamedTempFile::new().unwrap();
-    file.write_all(bytes).unwrap();
-    file
-}
-
 /// The mesh in these bytes, or what is wrong.
 fn read(bytes: impl AsRef<[u8]>) -> Result<Mesh, String> {
-    let file = file(bytes.as_ref());
-    let name = file.path().display().to_string();
-    opened(file.path()).and_then(|mut reader| mesh(&mut reader)).map_err(|error| {
-        let said = error.to_string();
-        said.strip_prefix(&format!("{name}: ")).unwrap_or_else(|| panic!("{said}")).to_string()
-    })
+    mesh_in(&FORMAT, bytes.as_ref())
 }
 
 /// Vertices are x, y, z: easting, northing, elevation.

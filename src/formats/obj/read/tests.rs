@@ -4,33 +4,12 @@ use std::io::Write;
 
 use super::{ObjError, ObjReader};
 use crate::base::control::CancelToken;
+use crate::formats::obj::FORMAT;
 use crate::formats::{MeshReader, ReadError};
+use crate::testing::{Mesh, mesh_in};
 
-type Mesh = (Vec<[f64; 3]>, Vec<[u64; 3]>);
-
-/// The mesh in these bytes, or what is wrong.
 fn read(bytes: &[u8]) -> Result<Mesh, String> {
-    let mut file = tempfile::NamedTempFile::new().unwrap();
-    file.write_all(bytes).unwrap();
-    let name = file.path().display().to_string();
-    let read = || -> Result<Mesh, ReadError> {
-        let mut mesh = ObjReader::open(file.path(), &CancelToken::default())?;
-        let mesh: &mut dyn MeshReader = &mut mesh;
-        let (mut vertices, mut faces) = (Vec::new(), Vec::new());
-        mesh.for_each_vertex(|_, vertex| {
-            vertices.push(vertex);
-            Ok::<(), ReadError>(())
-        })?;
-        mesh.for_each_face(|_, face| {
-            faces.push(face);
-            Ok::<(), ReadError>(())
-        })?;
-        Ok((vertices, faces))
-    };
-    read().map_err(|error| {
-        let said = error.to_string();
-        said.strip_prefix(&format!("{name}: ")).unwrap_or_else(|| panic!("{said}")).to_string()
-    })
+    mesh_in(&FORMAT, bytes)
 }
 
 const VERTICES: [[f64; 3]; 4] = [[0.0, 0.0, 1.5], [1.0, 0.0, -2e3], [0.0, 1.0, 7.0], [1.0, 1.0, 0.25]];

@@ -4,32 +4,17 @@ use std::io::Write;
 
 use super::*;
 use crate::base::control::CancelToken;
+use crate::formats::sms_2dm::FORMAT;
 use crate::formats::{MeshReader, ReadError};
+use crate::testing::{Mesh, mesh_in};
 
 const TRIANGLE: &str = "MESH2D\nND 1 0 0 1.5\nND 2 1 0 -2e3\nND 3 0 1 0\nE3T 1 1 2 3 1\n";
 
-type Found = (Vec<[f64; 3]>, Vec<[u64; 3]>);
-
-fn read(bytes: &[u8]) -> Result<Found, String> {
-    let mut file = tempfile::NamedTempFile::new().unwrap();
-    file.write_all(bytes).unwrap();
-    let said = |error: String| error.split_once(": ").expect("the path").1.to_string();
-    let mut mesh = Sms2dmReader::open(file.path(), &CancelToken::default()).map_err(|e| said(e.to_string()))?;
-    let mesh: &mut dyn MeshReader = &mut mesh;
-    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
-    let faces_read = mesh.for_each_face(|_, face| {
-        faces.push(face);
-        Ok::<(), ReadError>(())
-    });
-    let vertices_read = mesh.for_each_vertex(|_, vertex| {
-        vertices.push(vertex);
-        Ok::<(), ReadError>(())
-    });
-    faces_read.and(vertices_read).map_err(|e| said(e.to_string()))?;
-    Ok((vertices, faces))
+fn read(bytes: &[u8]) -> Result<Mesh, String> {
+    mesh_in(&FORMAT, bytes)
 }
 
-fn expected() -> Found {
+fn expected() -> Mesh {
     (vec![[0.0, 0.0, 1.5], [1.0, 0.0, -2e3], [0.0, 1.0, 0.0]], vec![[0, 1, 2]])
 }
 

@@ -1,48 +1,22 @@
 //! Reading STL files of any origin, and refusing damaged ones.
 
-use std::io::Write;
-
 use super::*;
 use crate::base::CoordinateFrame;
 use crate::formats::{MeshReader, ReadError, ReadOptions};
-
-type Mesh = (Vec<[f64; 3]>, Vec<[u64; 3]>);
+use crate::testing::{Mesh, file, mesh, without_name};
 
 fn opened(path: &std::path::Path) -> Result<StlReader, ReadError> {
     StlReader::open(path, &ReadOptions::default())
 }
 
-fn mesh(reader: &mut dyn MeshReader) -> Result<Mesh, ReadError> {
-    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
-    reader.for_each_vertex(|_, vertex| {
-        vertices.push(vertex);
-        Ok::<(), ReadError>(())
-    })?;
-    reader.for_each_face(|_, face| {
-        faces.push(face);
-        Ok::<(), ReadError>(())
-    })?;
-    Ok((vertices, faces))
-}
-
-fn file(bytes: &[u8]) -> tempfile::NamedTempFile {
-    let mut file = tempfile::NamedTempFile::new().unwrap();
-    file.write_all(bytes).unwrap();
-    file
-}
-
 /// The mesh in these bytes, and the frame; or what is wrong.
 fn read(bytes: &[u8]) -> Result<(Mesh, CoordinateFrame), String> {
     let file = file(bytes);
-    let name = file.path().display().to_string();
     let read = || {
         let mut reader = opened(file.path())?;
         Ok((mesh(&mut reader)?, reader.header().frame))
     };
-    read().map_err(|error: ReadError| {
-        let said = error.to_string();
-        said.strip_prefix(&format!("{name}: ")).unwrap_or_else(|| panic!("{said}")).to_string()
-    })
+    read().map_err(|error: ReadError| without_name(file.path(), &error.to_string()))
 }
 
 type Corner = [f32; 3];

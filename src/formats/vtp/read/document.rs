@@ -155,7 +155,9 @@ impl Reading<'_> {
 
     /// An array whose content ends here, if it stands in the XML.
     fn array(&mut self, tag: &Tag, end: u64) -> Result<(), VtpError> {
-        let name = tag.attribute("Name").unwrap_or_default();
+        // Points need no name.
+        let usual = if self.section == Section::Points { "Points" } else { "" };
+        let name = tag.attribute("Name").filter(|name| !name.is_empty()).unwrap_or(usual);
         if self.section == Section::FieldData {
             let is_facts = name == "terrabite" && tag.attribute("format") == Some("ascii");
             if is_facts && tag.attribute("type") == Some("String") {

@@ -1,11 +1,11 @@
 //! Reading VTP files of any origin, and refusing damaged ones.
 
-use std::io::Write;
-
 use super::*;
 use crate::base::channels::Number;
 use crate::base::control::CancelToken;
+use crate::formats::vtp::FORMAT;
 use crate::formats::{MeshReader, ReadError};
+use crate::testing::{Mesh, file, mesh_in, without_name};
 
 /// Two triangles on four points, as text.
 const SQUARE: &str = "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n\
@@ -20,33 +20,17 @@ const SQUARE: &str = "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" versio
     <Polys><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2 2 1 3</DataArray>\n\
     <DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">3 6</DataArray></Polys></Piece></PolyData></VTKFile>\n";
 
-type Found = (Vec<[f64; 3]>, Vec<[u64; 3]>);
-
 fn open(bytes: &[u8]) -> Result<(tempfile::NamedTempFile, VtpReader), String> {
-    let mut file = tempfile::NamedTempFile::new().unwrap();
-    file.write_all(bytes).unwrap();
-    let prefix = format!("{}: ", file.path().display());
+    let file = file(bytes);
     let mesh = VtpReader::open(file.path(), &CancelToken::default());
-    mesh.map(|mesh| (file, mesh)).map_err(|e| e.to_string().strip_prefix(&prefix).expect("the path").to_string())
+    mesh.map_err(|error| without_name(file.path(), &error.to_string())).map(|mesh| (file, mesh))
 }
 
-fn read(bytes: &[u8]) -> Result<Found, String> {
-    let (_file, mut mesh) = open(bytes)?;
-    let mesh: &mut dyn MeshReader = &mut mesh;
-    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
-    let faces_read = mesh.for_each_face(|_, face| {
-        faces.push(face);
-        Ok::<(), ReadError>(())
-    });
-    let vertices_read = mesh.for_each_vertex(|_, vertex| {
-        vertices.push(vertex);
-        Ok::<(), ReadError>(())
-    });
-    faces_read.and(vertices_read).map_err(|e| e.to_string().split_once(": ").expect("the path").1.to_string())?;
-    Ok((vertices, faces))
+fn read(bytes: &[u8]) -> Result<Mesh, String> {
+    mesh_in(&FORMAT, bytes)
 }
 
-fn expected() -> Found {
+fn expected() -> Mesh {
     (vec![[0.0, 0.0, 1.5], [1.0, 0.0, -2e3], [0.0, 1.0, 0.25], [1.0, 1.0, 7.0]], vec![[0, 1, 2], [2, 1, 3]])
 }
 
