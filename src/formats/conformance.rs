@@ -44,7 +44,7 @@ fn setup(header: Header, loss: f64) -> Setup {
     Setup { header, loss, ..Setup::default() }
 }
 
-/// Calls a sink, but no more than so many times.
+/// Calls a sink, but no more than `calls` times.
 fn feed(sink: &mut dyn Sink, given: &Given, calls: usize) -> Result<(), SinkError> {
     let attributes: Vec<Channel> = given.attributes.iter().map(|(channel, _)| channel.clone()).collect();
     let needs = sink.needs();

@@ -66,7 +66,7 @@ pub trait Sink {
     /// What will come.
     ///
     /// # Errors
-    /// [`SinkError::TooLarge`] if the format cannot number so many.
+    /// [`SinkError::TooLarge`] if there is more than the format can number.
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError>;
 
     /// The next vertices: x, y on the map, height; and their values of every attribute, in the order of

@@ -156,7 +156,7 @@ impl Welded {
     /// The vertices of these elements, the first one's first.
     ///
     /// # Panics
-    /// If there are not so many.
+    /// If there are fewer.
     pub(super) fn some(&self, scratch: &Scratch, first: u64, count: usize) -> Result<Vec<u64>, ScratchError> {
         assert!(first + count as u64 <= self.elements, "elements {first} and {count} more of {}", self.elements);
         let mut numbers = vec![[0]; count];

@@ -125,7 +125,7 @@ fn triangle() -> Given {
     }
 }
 
-/// So many columns of vertices in so many rows, with a colour, a band and normals.
+/// A grid of vertices of this many columns and rows, with a colour, a band and normals.
 fn grid(columns: u64, rows: u64) -> Given {
     let at =
         |i: u64| [3e5 + 30.0 * (i % columns) as f64, 5e6 - 30.0 * (i / columns) as f64, 700.1 + (i * i % 911) as f64];

@@ -17,7 +17,7 @@ pub const FORMAT: Format = Format {
     unit: Unit::OfCrs,
     vertices: Vertices::Shared,
     header: HeaderKept::All,
-    // Numbers have 64 bits; a file of so many would be longer than any can be.
+    // Numbers have 64 bits; no file is long enough for more.
     limits: Limits { vertices: 1 << 48, triangles: 1 << 48 },
     attributes: Attributes::All,
     options: &[],

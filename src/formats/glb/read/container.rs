@@ -14,7 +14,7 @@ use crate::base::control::CancelToken;
 /// The most bytes of a JSON chunk; terrabite writes no longer ones.
 const JSON_BYTES: u64 = 16 << 20;
 
-/// Decompressed views are kept as long as they do not take more than so many bytes, but for the latest.
+/// Decompressed views are kept as long as they take no more bytes than this, but for the latest.
 const KEPT_BYTES: usize = 64 << 20;
 
 /// A GLB file, open for reading.
@@ -130,7 +130,7 @@ impl GlbFile {
         }))
     }
 
-    /// Where a chunk ends that begins at `offset` and says that it has so many bytes.
+    /// Where a chunk ends that begins at `offset` and says how many bytes it has.
     fn chunk(&self, offset: u64, bytes: u32) -> Result<u64, GlbError> {
         let end = offset + 8 + u64::from(bytes);
         match end <= self.bytes {

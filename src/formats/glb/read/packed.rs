@@ -111,7 +111,7 @@ fn words(indices: Vec<u32>) -> Vec<u8> {
     indices.into_iter().flat_map(u32::to_le_bytes).collect()
 }
 
-/// A vertex of so many words: `Default` is not for long arrays.
+/// A vertex of N words: `Default` is not for long arrays.
 #[derive(Clone)]
 struct Words<const N: usize>([u32; N]);
 

@@ -20,7 +20,7 @@ const VERTICES: usize = u16::MAX as usize;
 /// The most triangles of a primitive; usual ones have twice as many as vertices.
 const TRIANGLES: usize = 4 * VERTICES;
 
-/// The records of so many vertices, in the mesh's order, are read at once.
+/// Vertices whose records, in the mesh's order, are read at once.
 const WINDOW: u64 = 1024;
 
 /// Vertices wait in a temporary file until triangles name them; what is compressed waits in another until its length is
@@ -235,7 +235,7 @@ fn extent(records: &[u8], stride: usize) -> ([f32; 3], [f32; 3]) {
     (min, max)
 }
 
-/// Records of so many bytes, a multiple of 4 and at most 252, in the version of the codec that the extension has.
+/// Records of `stride` bytes, a multiple of 4 and at most 252, in the version of the codec that the extension has.
 fn encoded(records: &[u8], stride: usize) -> Result<Vec<u8>, meshopt::Error> {
     fn encode<const N: usize>(records: &[u8]) -> Result<Vec<u8>, meshopt::Error> {
         meshopt::encode_vertex_buffer_level(records.as_chunks::<N>().0, 2, Some(0))

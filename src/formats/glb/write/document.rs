@@ -399,7 +399,7 @@ pub(super) fn front(path: &Path, json: &[u8], bin: u64) -> Result<Vec<u8>, SinkE
     Ok(front)
 }
 
-/// The file would have so many bytes, or more.
+/// The file would have this many bytes, or more.
 pub(super) fn too_long(path: &Path, bytes: u64) -> SinkError {
     SinkError::Unfit {
         path: path.to_path_buf(),

@@ -46,7 +46,7 @@ impl Spool {
         Ok(())
     }
 
-    /// Reads so many bytes from `offset` on.
+    /// Reads as many bytes as the buffer has, from `offset` on.
     pub(super) fn read(&mut self, scratch: &Scratch, offset: u64, bytes: &mut [u8]) -> Result<(), ScratchError> {
         let Some(file) = &mut self.file else { return Ok(()) };
         file.seek(SeekFrom::Start(offset)).and_then(|_| file.read_exact(bytes)).map_err(|e| scratch.error(e))

@@ -160,7 +160,7 @@ impl ObjReader {
         Ok(())
     }
 
-    /// The vertices of a face, from 0; so many come before it.
+    /// The vertices of a face, from 0; `before` is how many come before it.
     fn face(&self, lines: &Lines<'_>, before: u64) -> Result<[u64; 3], ObjError> {
         let wrong = || self.line_error(lines, "f and three numbers of vertices");
         let text = std::str::from_utf8(lines.line()).map_err(|_| wrong())?;

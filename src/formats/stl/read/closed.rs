@@ -28,7 +28,7 @@ pub(super) struct Closed<'s> {
 }
 
 impl<'s> Closed<'s> {
-    /// Of a solid whose surface has so many triangles.
+    /// Of a solid whose surface has this many triangles.
     pub(super) fn new(path: &'s Path, tops: u64, scratch: &'s Scratch) -> Closed<'s> {
         let edges = Sorter::new(scratch, SORT_BYTES);
         Closed { path, tops, floor: None, top: [[0.0; 3]; 3], taken: 0, edges }

@@ -183,7 +183,7 @@ impl Form {
     }
 }
 
-/// What the text of a header of terrabite's says of a file with so many triangles.
+/// What the text of a header of terrabite's says of a file with this many triangles.
 fn kind(path: &Path, text: &[u8], count: u64) -> Result<Kind, StlError> {
     let words = String::from_utf8_lossy(text).trim_end().to_string();
     let wrong = |expected| StlError::Header { path: path.to_path_buf(), offset: 0, expected, found: words.clone() };

@@ -221,7 +221,7 @@ impl Finder<'_> {
         Crs { definition: text("EPSG_code").map(str::to_string).or(epsg).or_else(wkt), ..Crs::default() }
     }
 
-    /// The file must be long enough for so many values.
+    /// The file must be long enough for these values.
     fn must_have(&self, variable: &Variable, values: u64) -> Result<(), UgridError> {
         let bytes = values.checked_mul(variable.number.bytes() as u64);
         let end = bytes.and_then(|bytes| bytes.checked_add(variable.begin)).unwrap_or(u64::MAX);

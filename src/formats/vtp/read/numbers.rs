@@ -155,7 +155,7 @@ pub(super) struct Numbers<'a> {
     encoding: Encoding,
     number: Type,
     is_big: bool,
-    /// Bytes of base64 that are decoded, of which so many are left.
+    /// Bytes of base64 that are decoded, and how many of them are left.
     decoded: [u8; 3],
     left: usize,
     word: String,
@@ -210,7 +210,7 @@ impl<'a> Numbers<'a> {
         self.number.parse(&self.word).ok_or_else(|| ValueError::Wrong(format!("{:?}", shortened(&self.word))))
     }
 
-    /// Fills `bytes` from base64; false if there are not so many.
+    /// Fills `bytes` from base64; false if there are fewer.
     fn decode(&mut self, bytes: &mut [u8]) -> Result<bool, ValueError> {
         for byte in bytes {
             if self.left == 0 && !self.decode_three()? {

@@ -40,7 +40,7 @@ impl<'a> Stretch<'a> {
         Ok(Some(self.buffer[self.at - 1]))
     }
 
-    /// The next bytes; false if there are not so many.
+    /// The next bytes; false if there are fewer.
     #[inline]
     pub(super) fn bytes(&mut self, bytes: &mut [u8]) -> io::Result<bool> {
         if let Some(found) = self.buffer.get(self.at..self.at + bytes.len()) {
