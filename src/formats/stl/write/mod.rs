@@ -179,12 +179,15 @@ impl Sink for StlSink {
             });
         };
         for (triangles, corners) in triangles.chunks(rim::AT_ONCE).zip(corners.chunks(rim::AT_ONCE)) {
-            for corners in corners {
-                let top = self.placed(corners)?;
-                self.push(top)?;
-                let [a, b, c] = top.map(|[x, y, _]| [x, y, solid.floor]);
-                self.push([a, c, b])?;
-            }
+            let (placer, path, floor) = (self.placer, self.output.path().to_path_buf(), solid.floor);
+            self.count += 2 * triangles.len() as u64;
+            self.output.put_side_by_side(corners, |bytes, _, corners| {
+                let top = placed(&placer, &path, corners)?;
+                let [a, b, c] = top.map(|[x, y, _]| [x, y, floor]);
+                bytes.extend_from_slice(&record(top));
+                bytes.extend_from_slice(&record([a, c, b]));
+                Ok(())
+            })?;
             solid.rim.take(triangles, |i| self.placed(&corners[i]), &solid.scratch)?;
         }
         self.solid = Some(solid);

@@ -22,6 +22,28 @@ type Edge = [u64; 5];
 /// places.
 type End = [u64; 6];
 
+/// Edges that wait for their opposites; a power of two.
+const WAITING: usize = 1 << 14;
+
+/// The edges that came last, each at the place that its vertices tell: most opposites come soon.
+struct Waiting(Vec<Option<[u64; 3]>>);
+
+impl Waiting {
+    /// Takes an edge, and its opposite out if that is here. What had its place is handed back.
+    fn take(&mut self, edge: [u64; 3]) -> Option<[u64; 3]> {
+        let [low, high, _] = edge;
+        let mixed = (low ^ (high / 2).rotate_left(32)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let slot = &mut self.0[(mixed >> 40) as usize % WAITING];
+        match slot.replace(edge) {
+            Some(other) if (other[0], other[1] ^ 1) == (low, high) => {
+                *slot = None;
+                None
+            }
+            other => other,
+        }
+    }
+}
+
 /// Takes triangles, and keeps the edges that have no opposite among those that came with them.
 #[derive(Debug, Default)]
 pub(super) struct Rim {
@@ -48,15 +70,16 @@ impl Rim {
         scratch: &Scratch,
     ) -> Result<(), E> {
         // Lower vertex, higher vertex with the direction, number of the edge.
-        let mut edges = Vec::with_capacity(3 * triangles.len());
+        let (mut edges, mut waiting) = (Vec::new(), Waiting(vec![None; WAITING]));
         for (i, triangle) in triangles.iter().enumerate() {
             for side in 0..3 {
                 let (a, b) = (triangle[side], triangle[(side + 1) % 3]);
                 if a != b {
-                    edges.push([a.min(b), 2 * a.max(b) + u64::from(a > b), (3 * i + side) as u64]);
+                    edges.extend(waiting.take([a.min(b), 2 * a.max(b) + u64::from(a > b), (3 * i + side) as u64]));
                 }
             }
         }
+        edges.extend(waiting.0.into_iter().flatten());
         edges.sort_unstable();
         for group in edges.chunk_by(is_beside) {
             for &[low, high, number] in unmatched(group) {
