@@ -5,6 +5,8 @@
 //! each other, so that `verify` judges what was written, and not what was meant; what they share is data. A new format is a
 //! folder, and a row in the table; `conformance.rs` holds every row to its promises.
 
+#[cfg(test)]
+mod any_mesh;
 mod columns;
 #[cfg(test)]
 mod conformance;
@@ -25,6 +27,7 @@ mod sink;
 mod sink_options;
 pub mod sms_2dm;
 pub mod stl;
+mod text;
 pub mod ugrid;
 pub mod vtp;
 mod weld;
@@ -41,6 +44,7 @@ pub use ply::PlySink;
 pub use reader::{FaceVisitor, MeshReader, VertexVisitor};
 pub use sink::{Bounds, Contents, Needs, Sink};
 pub use sink_options::{Base, Compression, OgrGeometry, SinkOption, SinkOptions};
+pub use text::TextError;
 
 /// Every format that is written and read; the first is the usual one.
 pub const FORMATS: &[&Format] = &[

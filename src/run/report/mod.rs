@@ -12,6 +12,7 @@
 //! | `filled_samples` | of voids that are filled, `filled_voids` in number: covered, bound by no tolerance |
 //! | `trimmed_samples` | on the ground, left uncovered where the rim was simplified |
 
+mod needs;
 mod text;
 
 use std::path::Path;
@@ -27,12 +28,12 @@ use crate::base::warning::Warnings;
 use crate::base::{Band, Cutline, Encoding, PointCounts, Reference};
 use crate::field::{Access, Field};
 use crate::formats::Format;
-use crate::job::plan::{Estimate, Plan};
-use crate::job::work_dir::Finished;
+use crate::job::plan::Plan;
 use crate::job::{EngineChoice, Goal, Mesh, Outcome, Params, Quality, Summary, TileTimes, VertexHeights};
 use crate::kernel::measure::{ErrorStats, ShapeStats, WeightedStats};
 use crate::kernel::triangulate::Feasibility;
 
+pub use needs::{Needs, WorkDirState};
 pub use text::{BinaryBytes, Line, band, grouped, heights, place};
 
 /// The number of the JSON's schema. It grows when a field changes its name or meaning, not when one is added.
@@ -255,35 +256,6 @@ pub struct Seconds {
     pub threads: TileTimes,
 }
 
-/// What a run will need, before it begins.
-#[derive(Debug, Clone, Serialize)]
-pub struct Needs {
-    /// See [`SCHEMA`].
-    pub schema: u32,
-    /// How the density was found, in words.
-    #[serde(skip)]
-    pub found_by: &'static str,
-    /// The disk.
-    pub estimate: Estimate,
-    /// The memory.
-    pub memory: Plan,
-    /// What is finished in the work dir; null without one.
-    pub work_dir: Option<WorkDirState>,
-    /// What the user should know of the inputs.
-    pub warnings: Warnings,
-}
-
-/// What of a job is finished in its work dir.
-#[derive(Debug, Clone, Copy, Serialize)]
-pub struct WorkDirState {
-    /// Tiles of the first pass, in all.
-    pub tiles: u64,
-    /// Tiles of the second pass, over the seams, in all; 0 where there is none.
-    pub seams: u64,
-    /// What is finished of them.
-    pub finished: Finished,
-}
-
 /// What a report is made from beside the mesh.
 pub(super) struct Sources<'a> {
     pub(super) request: &'a Request<'a>,
@@ -295,12 +267,6 @@ pub(super) struct Sources<'a> {
     pub(super) written: &'a Written,
     /// Whether there is a work dir.
     pub(super) continues: bool,
-}
-
-impl Needs {
-    pub(super) fn new(found_by: &'static str, estimate: Estimate, memory: Plan) -> Needs {
-        Needs { schema: SCHEMA, found_by, estimate, memory, work_dir: None, warnings: Warnings::default() }
-    }
 }
 
 impl Report {

@@ -1,33 +1,21 @@
 //! An OBJ file, pass by pass.
 
-use std::fs::File;
-use std::io::{Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::ObjError;
-use super::line::{Kind, LINE_LIMIT, LineError, Lines, counts, kind};
+use super::line::{Kind, counts, kind};
 use crate::base::channels::Channel;
 use crate::base::control::CancelToken;
-use crate::formats::{FaceVisitor, Header, MeshReader, ReadError, VertexVisitor, lines};
-
-/// Lines between two looks at whether to stop; a power of two.
-const PACE: u64 = 1 << 14;
-
-/// Bytes of comments at the head of a file that are kept.
-const HEAD_LIMIT: usize = 1 << 20;
-
-/// The last line of what terrabite writes.
-const END: &str = "# end of mesh";
+use crate::formats::text::{Head, Lines, Text};
+use crate::formats::{FaceVisitor, Header, MeshReader, ReadError, TextError, VertexVisitor, lines};
 
 /// An OBJ file with triangles, open for reading.
 #[derive(Debug)]
 pub struct ObjReader {
-    path: PathBuf,
-    file: File,
+    text: Text,
     header: Header,
     vertices: u64,
     faces: u64,
-    cancel: CancelToken,
 }
 
 impl ObjReader {
@@ -37,10 +25,8 @@ impl ObjReader {
     /// [`ObjError`] when the file cannot be read, has lines that belong to no mesh of triangles, or has not what its first
     /// line tells, where terrabite has written it.
     pub fn open(path: &Path, cancel: &CancelToken) -> Result<ObjReader, ObjError> {
-        let file = File::open(path).map_err(|source| ObjError::Io { path: path.to_path_buf(), source })?;
-        let header = Header::default();
-        let mut mesh =
-            ObjReader { path: path.to_path_buf(), file, header, vertices: 0, faces: 0, cancel: cancel.clone() };
+        let text = Text::open(path, true, cancel)?;
+        let mut mesh = ObjReader { text, header: Header::default(), vertices: 0, faces: 0 };
         let head = mesh.count()?;
         mesh.header = header_of(&head);
         Ok(mesh)
@@ -49,103 +35,65 @@ impl ObjReader {
     /// Counts, and returns the comments before anything else.
     fn count(&mut self) -> Result<Vec<String>, ObjError> {
         let (mut vertices, mut faces) = (0, 0);
-        let (mut head, mut head_bytes, mut is_head) = (Vec::new(), 0, true);
-        let mut has_end = false;
-        let last = self.for_each_line(|lines| {
+        let (mut head, mut is_head) = (Head::default(), true);
+        let last = self.text.for_each_line(|lines| {
             let line = lines.line();
             match kind(line) {
                 Kind::Vertex => vertices += 1,
                 Kind::Face => faces += 1,
-                Kind::Unknown => return Err(self.line_error(lines, "a line of an OBJ mesh of triangles")),
-                Kind::Unused => is_head = false,
-                Kind::Nothing => {
-                    if is_head && vertices + faces == 0 && !line.is_empty() && head_bytes + line.len() <= HEAD_LIMIT {
-                        head_bytes += line.len();
-                        head.push(String::from_utf8_lossy(line).into_owned());
-                    }
+                Kind::Unknown => {
+                    return Err(self.text.line_error(lines, "a line of an OBJ mesh of triangles"));
                 }
+                Kind::Unused => is_head = false,
+                Kind::Nothing if is_head && vertices + faces == 0 && !line.is_empty() => head.keep(line),
+                Kind::Nothing => {}
             }
-            has_end = line == END.as_bytes() && lines.ended();
+            head.look_for_end(lines);
             Ok(true)
         })?;
-        let declared = head.first().and_then(|line| counts(line));
-        match declared {
-            None if vertices == 0 => return Err(ObjError::NoVertices { path: self.path.clone() }),
+        match head.comments.first().and_then(|line| counts(line)) {
+            None if vertices == 0 => return Err(ObjError::NoVertices { path: self.text.path().to_path_buf() }),
             None => {}
-            Some(_) if !has_end => {
-                return Err(ObjError::Truncated { path: self.path.clone(), expected: END, line: last });
-            }
             Some((told, told_faces)) => {
+                head.check_end(&self.text, last)?;
                 let counts = [("vertices", told, vertices), ("triangles", told_faces, faces)];
-                if let Some((what, expected, found)) = counts.into_iter().find(|(_, told, found)| told != found) {
-                    return Err(ObjError::Count { path: self.path.clone(), what, expected, found });
-                }
-                head.remove(0);
+                self.text.check_counts("first", counts)?;
+                head.comments.remove(0);
             }
         }
         (self.vertices, self.faces) = (vertices, faces);
-        Ok(head)
+        Ok(head.comments)
     }
 
-    /// Hands every line to `visit` until it returns false; returns the number of the last one.
-    fn for_each_line(&self, mut visit: impl FnMut(&Lines<'_>) -> Result<bool, ObjError>) -> Result<u64, ObjError> {
-        let io = |source| ObjError::Io { path: self.path.clone(), source };
-        let mut file = &self.file;
-        file.seek(SeekFrom::Start(0)).map_err(io)?;
-        let mut lines = Lines::new(file);
-        loop {
-            if lines.number().is_multiple_of(PACE) {
-                self.cancel.check()?;
-            }
-            match lines.advance() {
-                Ok(true) if visit(&lines)? => {}
-                Ok(_) => return Ok(lines.number()),
-                Err(LineError::Io(source)) => return Err(io(source)),
-                Err(LineError::TooLong) => {
-                    let (path, line) = (self.path.clone(), lines.number());
-                    return Err(ObjError::LineTooLong { path, line, limit: LINE_LIMIT });
-                }
-            }
-        }
-    }
-
-    fn line_error(&self, lines: &Lines<'_>, expected: &'static str) -> ObjError {
-        let line = lines.line();
-        let found = String::from_utf8_lossy(&line[..line.len().min(400)]).trim().chars().take(80).collect();
-        ObjError::Line { path: self.path.clone(), line: lines.number(), expected, found }
-    }
-
-    fn changed(&self, what: &'static str, expected: u64, found: u64) -> ObjError {
-        ObjError::Changed { path: self.path.clone(), what, expected, found }
-    }
-
-    fn read_vertices(&self, visit: &mut VertexVisitor<'_>) -> Result<(), ObjError> {
+    fn read_vertices(&self, visit: &mut VertexVisitor<'_>) -> Result<(), TextError> {
         let (mut index, mut broken) = (0, false);
-        self.for_each_line(|lines| {
+        self.text.for_each_line(|lines| {
             let line = lines.line();
             if kind(line) != Kind::Vertex {
                 return Ok(true);
             }
             if index == self.vertices {
-                return Err(self.changed("vertices", self.vertices, index + 1));
+                return Err(self.text.changed("vertices", self.vertices, index + 1));
             }
-            let vertex = vertex(line).ok_or_else(|| self.line_error(lines, "v and three numbers"))?;
+            let vertex = vertex(line).ok_or_else(|| self.text.line_error(lines, "v and three numbers"))?;
             broken = visit(index, vertex, &[]).is_break();
             index += 1;
             Ok(!broken)
         })?;
         if !broken && index != self.vertices {
-            return Err(self.changed("vertices", self.vertices, index));
+            return Err(self.text.changed("vertices", self.vertices, index));
         }
         Ok(())
     }
 
     fn read_faces(&self, visit: &mut FaceVisitor<'_>) -> Result<(), ObjError> {
         let (mut index, mut before, mut broken) = (0, 0, false);
-        self.for_each_line(|lines| {
+        self.text.for_each_line(|lines| {
             match kind(lines.line()) {
                 Kind::Vertex => before += 1,
-                Kind::Face if index == self.faces => return Err(self.changed("faces", self.faces, index + 1)),
+                Kind::Face if index == self.faces => {
+                    return Err(ObjError::from(self.text.changed("faces", self.faces, index + 1)));
+                }
                 Kind::Face => {
                     broken = visit(index, self.face(lines, before)?).is_break();
                     index += 1;
@@ -155,14 +103,14 @@ impl ObjReader {
             Ok(!broken)
         })?;
         if !broken && index != self.faces {
-            return Err(self.changed("faces", self.faces, index));
+            return Err(self.text.changed("faces", self.faces, index).into());
         }
         Ok(())
     }
 
     /// The vertices of a face, from 0; `before` is how many come before it.
     fn face(&self, lines: &Lines<'_>, before: u64) -> Result<[u64; 3], ObjError> {
-        let wrong = || self.line_error(lines, "f and three numbers of vertices");
+        let wrong = || ObjError::from(self.text.line_error(lines, "f and three numbers of vertices"));
         let text = std::str::from_utf8(lines.line()).map_err(|_| wrong())?;
         let mut face = [0; 3];
         let mut corners = 0;
@@ -173,7 +121,7 @@ impl ObjReader {
                 _ => before.checked_sub(number.unsigned_abs()).filter(|_| number != 0),
             };
             let vertex = vertex.filter(|v| *v < self.vertices).ok_or_else(|| ObjError::VertexIndex {
-                path: self.path.clone(),
+                path: self.text.path().to_path_buf(),
                 line: lines.number(),
                 vertices: self.vertices,
                 before,
@@ -186,7 +134,11 @@ impl ObjReader {
         }
         match corners {
             3 => Ok(face),
-            _ => Err(ObjError::NotATriangle { path: self.path.clone(), line: lines.number(), found: corners as u64 }),
+            _ => Err(ObjError::NotATriangle {
+                path: self.text.path().to_path_buf(),
+                line: lines.number(),
+                found: corners as u64,
+            }),
         }
     }
 }
@@ -225,7 +177,7 @@ fn header_of(head: &[String]) -> Header {
 
 impl MeshReader for ObjReader {
     fn path(&self) -> &Path {
-        &self.path
+        self.text.path()
     }
 
     fn vertex_count(&self) -> u64 {

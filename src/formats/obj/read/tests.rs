@@ -5,7 +5,7 @@ use std::io::Write;
 use super::{ObjError, ObjReader};
 use crate::base::control::CancelToken;
 use crate::formats::obj::FORMAT;
-use crate::formats::{MeshReader, ReadError};
+use crate::formats::{MeshReader, ReadError, TextError};
 use crate::testing::{Mesh, mesh_in};
 
 fn read(bytes: &[u8]) -> Result<Mesh, String> {
@@ -100,5 +100,8 @@ fn a_file_that_changes_between_passes_is_an_error() {
     let [vertices, faces] = pass(&format!("{TRIANGLE}{TRIANGLE}"));
     assert!(vertices.contains("found 4") && faces.contains("found 2"), "{vertices} {faces}");
     assert_eq!(pass(TRIANGLE), ["", ""]);
-    assert!(matches!(ObjReader::open("no/such/file".as_ref(), &CancelToken::default()), Err(ObjError::Io { .. })));
+    assert!(matches!(
+        ObjReader::open("no/such/file".as_ref(), &CancelToken::default()),
+        Err(ObjError::Text(TextError::Io { .. }))
+    ));
 }
