@@ -335,7 +335,7 @@ fn take_back(fitting: Option<Fitting>) {
     let task = task(&tile, &rim.domain, 2.0, Feasibility::Weak, &cancel);
     let (mut judge, mut net) = (Judge::new(&task), Net::default());
     judge.fitting = fitting;
-    net.load(&rim.domain, &cut(&task));
+    net.load(&rim.domain, &mut cut(&task));
     Repair::measure(&mut net, &judge);
     let (mut hole, mut filler) = (super::hole::Hole::default(), super::filling::Filler::default());
     let mut improver = super::improve::Improver::default();
