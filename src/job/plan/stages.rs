@@ -5,7 +5,7 @@
 //! is there all the time: the samples, and what stages keep of ordinary tiles.
 
 use super::Load;
-use crate::base::handed_over::KEPT_BYTES;
+use crate::base::handed_over::{KEPT_BYTES, KEPT_BYTES_PER_TRIANGLE};
 use crate::job::Quality;
 
 /// A mesh, or a chunk: 16 for its vertex, 12 for each triangle.
@@ -16,7 +16,7 @@ const ENCODED: u64 = MESH;
 
 /// What polishing takes, the mesh included: see [`crate::kernel::polish::Scratch`]. While a mesh is loaded, its triangles
 /// are there twice.
-const POLISHING: u64 = MESH + 2 * 32 + 4 + 4;
+const POLISHING: u64 = MESH + 2 * 32 + 4;
 
 /// What a region of the second pass takes when the last of its chunks is read: three quarters of its mesh, that chunk and
 /// its encoded form; and numbers and kinds of vertices.
@@ -60,7 +60,7 @@ pub(super) fn writing_bytes(load: &Load<'_>, samples: u64) -> u64 {
 
 /// What one thread holds of a tile with so many samples.
 pub(super) fn thread_bytes(load: &Load<'_>, samples: u64) -> u64 {
-    let kept = KEPT_BYTES.min(samples * 2 * 161);
+    let kept = KEPT_BYTES.min(2 * samples * KEPT_BYTES_PER_TRIANGLE);
     samples * (samples_bytes(load) + stage_bytes(load)) + kept
 }
 
