@@ -8,7 +8,7 @@ use super::mesh::TileMesh;
 
 /// Tiles of more triangles are dense: what a stage needs for one is freed when the stage is over. So a thread keeps less than
 /// [`KEPT_BYTES`] from tile to tile. (Few are many in unit tests, so that small tiles are dense.)
-pub(crate) const DENSE: usize = if cfg!(test) { 1 << 10 } else { 1 << 14 };
+pub(crate) const DENSE: usize = if cfg!(test) { 1 << 8 } else { 1 << 14 };
 
 /// Encoded chunks of more bytes are those of dense tiles.
 pub(crate) const DENSE_BYTES: usize = 24 * DENSE;

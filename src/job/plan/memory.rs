@@ -33,7 +33,7 @@ const PAGES: u64 = 9 << 20;
 const BLOCK_COPIES: u64 = 3;
 
 /// What a thread has beside its tile: its stack, the rim, the statistics of errors.
-const BESIDE: u64 = 256 << 10;
+pub(super) const BESIDE: u64 = 256 << 10;
 
 /// What a goal takes beside tiles: how far they have to tell, and where all of them end.
 const GOAL: u64 = 5 << 20;
