@@ -1,5 +1,7 @@
 //! What the unit tests of all modules share.
 
+pub(crate) mod heap;
+
 use std::io::Write;
 use std::path::Path;
 

@@ -14,6 +14,7 @@ pub mod faults;
 pub mod features;
 mod files;
 mod georef;
+pub(crate) mod handed_over;
 mod identity;
 pub mod lattice;
 mod memory;

@@ -109,6 +109,11 @@ impl Validity {
         (row + 1) as usize * (self.width + 2) + (column + 1) as usize
     }
 
+    /// How many samples of a window of this size are valid.
+    pub(crate) fn count_valid(&self, width: usize, height: usize) -> usize {
+        if self.is_whole() { width * height } else { (0..height).flat_map(|row| self.row(row)).filter(|v| **v).count() }
+    }
+
     /// Whether every sample is valid and none of a bridged hole, those around the window among them.
     #[inline(always)]
     pub fn is_whole(&self) -> bool {

@@ -13,6 +13,7 @@ mod engine;
 mod failure;
 mod format_options;
 mod goal;
+mod heap;
 mod importance;
 mod info;
 mod input;
@@ -98,6 +99,7 @@ A closed pipe on standard output is no failure.";
 
 /// Runs the command line of this process to its end. Called once, from `main`.
 pub fn main() -> ExitCode {
+    heap::give_back_large_blocks();
     crate::raster::keep_gdal_warnings();
     let cli = match parse() {
         Ok(cli) => cli,

@@ -5,6 +5,7 @@ use crate::base::GeoTransform;
 use crate::base::channels::{Channel, Number};
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
+use crate::base::handed_over::{DENSE_BYTES, clear, make_room};
 use crate::base::lattice::STEPS;
 use crate::base::mesh::Vertex;
 use crate::base::tiling::{TileGrid, TileId};
@@ -29,6 +30,9 @@ pub struct Mesh {
     pub(super) other_bytes: u64,
     pub(super) found: u64,
 }
+
+/// Vertices or triangles that a sink is given at a time.
+const AT_A_TIME: usize = 1 << 15;
 
 /// The whole mesh in numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -91,15 +95,16 @@ impl Mesh {
         (0..self.spool.tiles()).map(move |tile| {
             let mut chunk = Chunk::default();
             self.spool.read(tile, &mut chunk, &mut buffer)?;
+            clear(&mut buffer, DENSE_BYTES);
             Ok(chunk)
         })
     }
 
     /// Hands the mesh to a sink: contents, vertices on the map, triangles; then asks it to finish.
     ///
-    /// Three passes over the chunks' counts, their vertices and their triangles; memory: two rows of counts, one chunk. A sink
-    /// that asks for bounds costs a pass more; one that asks for corners costs another, and two rows of the vertices that
-    /// tiles lend to each other.
+    /// Three passes over the chunks' counts, their vertices and their triangles; memory: two rows of counts, one chunk and its
+    /// encoded form. A sink that asks for bounds costs a pass more; one that asks for corners costs another, and two rows of
+    /// the vertices that tiles lend to each other.
     ///
     /// # Errors
     /// [`Error`]; the sink is dropped unfinished then.
@@ -191,8 +196,6 @@ impl Mesh {
             control.cancel.check()?;
             let chunk = chunk?;
             let tile = self.chunks.tile(chunk.tile);
-            placed.clear();
-            placed.extend(chunk.vertices.iter().map(|vertex| self.on_the_map(tile, vertex)));
             let mut attributes: Vec<&[f64]> = chunk.attributes.iter().map(|a| a.values.as_slice()).collect();
             if let Some(maker) = &mut normals {
                 let normals = maker.of_chunk(&chunk)?;
@@ -202,7 +205,12 @@ impl Mesh {
                 });
                 attributes.extend(axes.iter().map(Vec::as_slice));
             }
-            sink.vertices(&placed, &attributes)?;
+            for (first, vertices) in (0..).step_by(AT_A_TIME).zip(chunk.vertices.chunks(AT_A_TIME)) {
+                placed.clear();
+                placed.extend(vertices.iter().map(|vertex| self.on_the_map(tile, vertex)));
+                let values: Vec<&[f64]> = attributes.iter().map(|a| &a[first..first + vertices.len()]).collect();
+                sink.vertices(&placed, &values)?;
+            }
             faults::reach(Point::Vertices);
             summary.relaxed += chunk.relaxed;
             summary.errors.add(&chunk.errors);
@@ -228,14 +236,18 @@ impl Mesh {
                 ids.next_row()?;
             }
             ids.of_chunk(&chunk, &mut numbers);
-            numbered.clear();
-            numbered.extend(chunk.triangles.iter().map(|&t| turned(t).map(|i| numbers[i as usize])));
             if has_corners {
                 self.place_all(&chunk, &ids, &mut places);
-                corners.clear();
-                corners.extend(chunk.triangles.iter().map(|&t| turned(t).map(|i| places[i as usize])));
             }
-            sink.triangles(&numbered, &corners)?;
+            for triangles in chunk.triangles.chunks(AT_A_TIME) {
+                numbered.clear();
+                numbered.extend(triangles.iter().map(|&t| turned(t).map(|i| numbers[i as usize])));
+                corners.clear();
+                if has_corners {
+                    corners.extend(triangles.iter().map(|&t| turned(t).map(|i| places[i as usize])));
+                }
+                sink.triangles(&numbered, &corners)?;
+            }
             faults::reach(Point::Triangles);
             control.progress.step(Stage::Write, 0);
         }
@@ -246,7 +258,7 @@ impl Mesh {
     pub(super) fn place_all(&self, chunk: &Chunk, ids: &Ids<'_>, into: &mut Vec<[f64; 3]>) {
         let tile = self.chunks.tile(chunk.tile);
         let (lent, inside) = chunk.vertices.split_at(chunk.before_borrowed());
-        into.clear();
+        make_room(into, chunk.vertices.len() + chunk.foreign.len());
         into.extend(lent.iter().map(|vertex| self.on_the_map(tile, vertex)));
         into.extend(chunk.foreign.iter().map(|&foreign| {
             let (owner, vertex) = ids.borrowed(tile, foreign);

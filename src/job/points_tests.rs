@@ -99,7 +99,7 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
         assert!(mesh.vertices.iter().copied().eq(rim.domain.fixed()));
         let errors = measure(&tile, &mesh, tolerance, &place, Bare::Nothing);
         let mut chunk = Chunk::default();
-        chunk.fill(index, &rim, &mesh, errors, tile.checksum());
+        chunk.fill(index, &rim, &mut mesh, errors, tile.checksum());
         spool.append(&chunk, &mut Vec::new()).expect("kept");
     }
     let (geo_transform, times) = (field.geo_transform(), TileTimes::default());

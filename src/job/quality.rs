@@ -40,11 +40,6 @@ impl Quality {
             Quality::Best => Some(Effort::Best),
         }
     }
-
-    /// What it adds to what a thread needs for a tile, per sample: 33 bytes per vertex and 48 per triangle.
-    pub(super) fn bytes_per_sample(&self) -> u64 {
-        if *self == Quality::None { 0 } else { 130 }
-    }
 }
 
 /// How meshes are polished, if they are.

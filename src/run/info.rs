@@ -17,8 +17,8 @@ use crate::base::warning::Warnings;
 use crate::base::{Band, Encoding, Mark, RasterError, Reference, SampleType, ValidRange};
 use crate::field::{may_have_holes, suits_windows};
 use crate::formats::FORMATS;
+use crate::job::grid;
 use crate::job::plan::{Estimate, Load, Plan, SAMPLES_PER_TRIANGLE, default_budget, estimate};
-use crate::job::{Params, grid};
 use crate::raster::{Raster, View};
 
 /// A raster's description.
@@ -164,17 +164,16 @@ impl Info {
             None => heights,
             Some(a) => heights.with_channels(&a.bands, a.planar, format),
         };
-        let Params { engine, quality, trim, .. } = request.params;
         let load = Load {
             band,
             importance,
             channels: attributes.map_or(&[], |a| &a.bands),
             grid,
-            engine,
-            quality,
-            trim,
+            params: &request.params,
             points: 0,
             holes: request.fill_voids > 0 && may_have_holes(band),
+            solid: false,
+            normals: false,
         };
         let threads = request.threads.map_or_else(all_cores, usize::from);
         Ok(Info {

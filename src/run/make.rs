@@ -147,11 +147,11 @@ impl<'a> Run<'a> {
             importance: importance.as_ref(),
             channels: attributes.as_ref().map_or(&[], |a| &a.bands),
             grid: grid(band.width(), band.height(), &request.params)?,
-            engine: request.params.engine,
-            quality: request.params.quality,
-            trim: request.params.trim,
+            params: &request.params,
             points: points.as_ref().map_or(0, |p| p.set.len()),
             holes: request.fill_voids > 0 && may_have_holes(band),
+            solid: request.sink.base.is_some(),
+            normals: request.normals.is_some(),
         };
         let wanted = request.threads.map_or_else(all_cores, usize::from);
         let plan = Plan::new(request.memory.unwrap_or_else(default_budget), &load, wanted)?;

@@ -22,9 +22,9 @@ fn the_peak_stays_within_the_budget() {
     ];
     for dem in &rasters {
         for (quality, engine, least, least_long) in [
-            ("none", "greedy-cuts", "84MiB", "118MiB"),
-            ("none", "greedy-insertion", "90MiB", "140MiB"),
-            ("fast", "greedy-insertion", "98MiB", "172MiB"),
+            ("none", "greedy-cuts", "82MiB", "94MiB"),
+            ("none", "greedy-insertion", "82MiB", "94MiB"),
+            ("fast", "greedy-insertion", "82MiB", "94MiB"),
         ] {
             let tin = folder.at("tin.ply");
             let memory = if is_long() { least_long } else { least };
@@ -43,7 +43,7 @@ fn the_peak_stays_within_the_budget() {
 fn the_peak_stays_within_the_budget_beside_holes() {
     let folder = Folder::new();
     let speckled = |c: usize, r: usize| if c % 2 == 1 && r % 2 == 1 { -32768.0 } else { rough(c, r) };
-    let (side, tile, memory) = if is_long() { (1021, "512", "180MiB") } else { (511, "256", "100MiB") };
+    let (side, tile, memory) = if is_long() { (1021, "512", "112MiB") } else { (511, "256", "92MiB") };
     let dem = Dem::new(side, side).heights(speckled).nodata(-32768.0).tiled(256).compressed().write(&folder, "dem.tif");
     let tin = folder.at("tin.ply");
     let run = ["simplify", &dem, &tin, "--max-error", "0", "--json", "--memory", memory, "--fill-holes", "1"];

@@ -226,7 +226,7 @@ fn weights_are_part_of_the_memory_plan() {
     let folder = Folder::new();
     let rough = |c: usize, r: usize| ((c * c * 31 + r * r * 17 + c * r * 7) % 1009) as f64;
     let (width, height, tile, memory) =
-        if is_long() { (1020, 520, "512", "176MiB") } else { (510, 260, "256", "100MiB") };
+        if is_long() { (1020, 520, "512", "98MiB") } else { (510, 260, "256", "86MiB") };
     let dem = Dem::new(width, height).heights(rough).tiled(256).compressed().write(&folder, "dem.tif");
     let file = Dem::new(width, height).kind(Kind::Float64).heights(|c, r| ((c + r) % 3) as f64);
     let file = file.tiled(256).compressed().write(&folder, "weights.tif");

@@ -38,7 +38,7 @@ pub(in crate::job) struct Told {
 
 const RECORD: usize = 56;
 
-/// Records read at a time.
+/// Records written and read at a time.
 const BATCH: usize = 4096;
 
 impl Curves {
@@ -56,18 +56,20 @@ impl Curves {
         self.next.load(Ordering::Relaxed) + self.tiles as u64 * 16
     }
 
-    /// Keeps what a tile tells, in the order of its keys. `buffer` is scratch memory.
+    /// Keeps what a tile tells, in the order of its keys. `buffer` is scratch memory, 56 bytes for each of [`BATCH`] records.
     pub(in crate::job) fn tell(&self, tile: usize, told: &[Told], buffer: &mut Vec<u8>) -> io::Result<()> {
-        buffer.clear();
-        for t in told {
-            let [rank, interior, owner, ordinal] = t.key.words();
-            let Cost { points, triangles } = t.cost;
-            for word in [rank, interior, owner, ordinal, points, triangles, t.squares.to_bits()] {
-                buffer.extend_from_slice(&word.to_le_bytes());
+        let offset = self.next.fetch_add((told.len() * RECORD) as u64, Ordering::Relaxed);
+        for (told, offset) in told.chunks(BATCH).zip((offset..).step_by(BATCH * RECORD)) {
+            buffer.clear();
+            for t in told {
+                let [rank, interior, owner, ordinal] = t.key.words();
+                let Cost { points, triangles } = t.cost;
+                for word in [rank, interior, owner, ordinal, points, triangles, t.squares.to_bits()] {
+                    buffer.extend_from_slice(&word.to_le_bytes());
+                }
             }
+            self.file.write_all_at(buffer, offset)?;
         }
-        let offset = self.next.fetch_add(buffer.len() as u64, Ordering::Relaxed);
-        self.file.write_all_at(buffer, offset)?;
         let mut entry = [0; 16];
         entry[..8].copy_from_slice(&offset.to_le_bytes());
         entry[8..].copy_from_slice(&(told.len() as u64).to_le_bytes());

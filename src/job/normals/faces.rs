@@ -2,6 +2,7 @@
 
 use super::{NormalSource, unit};
 use crate::base::CoordinateFrame;
+use crate::base::handed_over::make_room;
 use crate::base::tiling::TileId;
 use crate::job::spool::{Chunk, Ids};
 use crate::job::{Error, Mesh};
@@ -15,7 +16,6 @@ pub(in crate::job) struct Maker<'a> {
     row: usize,
     /// Of this row of chunks and the next: what the triangles around each lent vertex add up to.
     lent: [Vec<Vec<[f64; 3]>>; 2],
-    places: Vec<[f64; 3]>,
     normals: Vec<[f64; 3]>,
 }
 
@@ -23,8 +23,7 @@ impl<'a> Maker<'a> {
     pub(super) fn new(source: &NormalSource<'a>, mesh: &'a Mesh) -> Result<Maker<'a>, Error> {
         let ids = Ids::with_vertices(&mesh.spool, mesh.chunks)?;
         let lent = [Vec::new(), Vec::new()];
-        let (places, normals) = (Vec::new(), Vec::new());
-        let mut maker = Maker { mesh, frame: source.frame, ids, row: 0, lent, places, normals };
+        let mut maker = Maker { mesh, frame: source.frame, ids, row: 0, lent, normals: Vec::new() };
         maker.lent[0] = maker.nothing(0);
         maker.add_row()?;
         Ok(maker)
@@ -39,7 +38,8 @@ impl<'a> Maker<'a> {
             self.add_row()?;
         }
         let (before, foreign) = (chunk.before_borrowed(), chunk.foreign.len());
-        let mut sums = self.lent[0][tile.column].clone();
+        let mut sums = Vec::with_capacity(chunk.vertices.len());
+        sums.extend_from_slice(&self.lent[0][tile.column]);
         sums.resize(chunk.vertices.len(), [0.0; 3]);
         self.for_each_corner(chunk, |corner, normal| {
             // Those that are lent have their sums already.
@@ -47,7 +47,7 @@ impl<'a> Maker<'a> {
                 add(&mut sums[corner - foreign], normal);
             }
         });
-        self.normals.clear();
+        make_room(&mut self.normals, sums.len());
         self.normals.extend(sums.into_iter().map(unit));
         Ok(&self.normals)
     }
@@ -88,7 +88,7 @@ impl<'a> Maker<'a> {
     /// Calls `visit` with every corner of every triangle, as the triangles count them, and the triangle's normal: upwards, twice
     /// as long as the triangle is large.
     fn for_each_corner(&self, chunk: &Chunk, mut visit: impl FnMut(usize, [f64; 3])) {
-        let mut places = Vec::with_capacity(self.places.len());
+        let mut places = Vec::new();
         self.mesh.place_all(chunk, &self.ids, &mut places);
         let CoordinateFrame { xy_scale, z_scale, .. } = self.frame;
         for triangle in &chunk.triangles {

@@ -305,6 +305,7 @@ impl Run<'_> {
         }
         let samples = maker.shared().chunk.errors.all_samples();
         let (bare, trimmed) = maker.count_bare(self, &place)?;
+        maker.shared().hand_over();
         let progress = self.job.control.progress;
         if found {
             progress.found(self.pass.stage(), samples);

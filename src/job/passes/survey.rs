@@ -14,6 +14,7 @@ use super::tiles::{TileMaker, task};
 use super::{Job, Workspace};
 use crate::base::Tile;
 use crate::base::control::Stage;
+use crate::base::handed_over::make_room;
 use crate::base::tiling::{TileGrid, TileId, TilePlace};
 use crate::job::Error;
 use crate::job::goal::{Cost, Curves, Floor, GoalTooSmall, Outcome, Told, find_cut};
@@ -211,7 +212,7 @@ impl TileMaker {
         let most = goal.max_points.into_iter().chain(goal.max_triangles).min().unwrap_or(u64::MAX);
         let squares = goal.max_rms.is_some().then_some(share);
         let order = Order { rim: &late, tile: place.index as u64, cut, most, squares };
-        self.told.clear();
+        make_room(&mut self.told, tile.width() * tile.height() + 1);
         let told = &mut self.told;
         if rim.domain.loops.is_empty() {
             told.push(Told { key: Key::FIRST, cost: Cost { points, triangles: 0 }, squares: 0.0 });

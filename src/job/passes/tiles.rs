@@ -50,7 +50,7 @@ impl Maker for TileMaker {
         let errors = clocks.measure.time(|| self.measure(job, place, bound));
         clocks.spool.time(|| {
             let Workspace { tile, chunk, .. } = &mut self.shared;
-            chunk.fill(place.index, &rim, &self.mesh, errors, tile.checksum());
+            chunk.fill(place.index, &rim, &mut self.mesh, errors, tile.checksum());
             let names = job.field.channels().iter().map(|c| c.name.as_str());
             chunk.set_attributes(names, |channel, vertex| tile.channel_at_vertex(channel, vertex));
         });

@@ -1,11 +1,12 @@
 //! What one thread needs for a tile, whatever the pass.
 
+use crate::base::handed_over::{DENSE_BYTES, clear};
 use crate::base::{RasterError, Tile, Window};
 use crate::field::{Field, LoadScratch};
 use crate::job::spool::Chunk;
 use crate::job::{Error, Params};
 
-/// The samples of a tile and its chunk; reused from tile to tile.
+/// The samples of a tile and its chunk; reused from tile to tile, but for dense ones.
 #[derive(Default)]
 pub(in crate::job) struct Workspace {
     pub(in crate::job) tile: Tile,
@@ -20,6 +21,12 @@ impl Workspace {
     /// Loads the samples of a window.
     pub(super) fn load(&mut self, field: &Field, window: Window) -> Result<(), Error> {
         Ok(field.load_with(window, &mut self.tile, &mut self.loading)?)
+    }
+
+    /// The tile is done: frees what a dense one has taken.
+    pub(super) fn hand_over(&mut self) {
+        self.chunk.hand_over();
+        clear(&mut self.encoded, DENSE_BYTES);
     }
 
     /// Finds the points in a window.

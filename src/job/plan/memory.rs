@@ -4,21 +4,18 @@
 //! by watching: a pool of one `TileMaker` per thread, GDAL's block cache of a fixed size, the pages of
 //! one window per thread, and what the process has anyway. What does not fit lowers the number of threads; the tile
 //! size never follows the budget, because it decides the bytes written.
+//!
+//! `stages` says what a thread holds of a tile. When all tiles are there, one chunk at a time is written, and what tiles
+//! took is gone.
 
+use super::stages::{samples_bytes, thread_bytes, writing_bytes};
 use crate::base::Band;
 use crate::base::tiling::TileGrid;
-use crate::job::{EngineChoice, Quality};
+use crate::job::Params;
 
-/// What the process takes before any tile: the program, GDAL and its libraries, the stacks. Measured 42 MiB.
-const BASE: u64 = 52 << 20;
-
-/// What weights add to what a thread needs, per sample: 8 themselves, and 4 as heights are double then, whatever their
-/// type.
-const BYTES_PER_WEIGHT: u64 = 12;
-
-/// What bridged holes add to what a thread needs, per sample: that of weights, which say where no tolerance binds, a flag,
-/// and the place and height of a sample that is bridged.
-const BYTES_PER_BRIDGED: u64 = BYTES_PER_WEIGHT + 1 + 16;
+/// What the process takes before any tile: the program, GDAL and its libraries, the stacks. Measured 57 MiB, of which 46 are
+/// pages of the libraries.
+const BASE: u64 = 60 << 20;
 
 /// What the set of all points takes per point, see `PointSet`.
 const BYTES_PER_POINT: u64 = 8;
@@ -29,17 +26,17 @@ const TILE_BYTES_PER_POINT: u64 = 80;
 /// What a cutline takes per vertex: its sides, in lists that grow by doubling; and each thread for those that cross its tile.
 const BYTES_PER_CUTLINE_VERTEX: u64 = 64;
 
-/// What a channel adds to that: samples 8, the vertices' values in the chunk, as it grows, 16, and encoded 8.
-const BYTES_PER_CHANNEL_SAMPLE: u64 = 32;
-
-/// What trimming adds to that, see [`crate::kernel::boundary`]: 3 bytes and, where every sample is a vertex of a loop, 72 for that.
-const BYTES_PER_TRIMMED_SAMPLE: u64 = 75;
-
-/// Mapped pages of one window, see `field::store`; in units of the decoder, one unit and one block.
-const PER_THREAD: u64 = 9 << 20;
+/// Mapped pages of one window while it is copied, see `field::store`; in units of the decoder, one unit and one block.
+const PAGES: u64 = 9 << 20;
 
 /// Copies of one source block that decoding it takes at a time: in the file, in GDAL's cache, in our window.
 const BLOCK_COPIES: u64 = 3;
+
+/// What a thread has beside its tile: its stack, the rim, the statistics of errors.
+pub(super) const BESIDE: u64 = 256 << 10;
+
+/// What a goal takes beside tiles: how far they have to tell, and where all of them end.
+const GOAL: u64 = 5 << 20;
 
 /// GDAL's block cache, as a share of the budget and within limits.
 const CACHE_SHARE: u64 = 10;
@@ -56,23 +53,37 @@ pub struct Load<'a> {
     pub channels: &'a [Band],
     /// The tiles.
     pub grid: TileGrid,
-    /// What triangulates them.
-    pub engine: EngineChoice,
-    /// How they are polished.
-    pub quality: Quality,
-    /// How many cells the rim may lose.
-    pub trim: u32,
+    /// What is made of them: the engine, polishing, goals, trimming.
+    pub params: &'a Params,
     /// How many samples must be vertices.
     pub points: usize,
     /// Whether holes are bridged.
     pub holes: bool,
+    /// Whether the mesh becomes a solid.
+    pub solid: bool,
+    /// Whether vertices have normals.
+    pub normals: bool,
 }
 
 impl<'a> Load<'a> {
-    /// A raster and nothing else, by the engine that is the default.
-    pub fn of(band: &'a Band, grid: TileGrid) -> Load<'a> {
-        let (engine, quality) = (EngineChoice::default(), Quality::default());
-        Load { band, importance: None, channels: &[], grid, engine, quality, trim: 0, points: 0, holes: false }
+    /// A raster and nothing else.
+    pub fn of(band: &'a Band, grid: TileGrid, params: &'a Params) -> Load<'a> {
+        Load {
+            band,
+            importance: None,
+            channels: &[],
+            grid,
+            params,
+            points: 0,
+            holes: false,
+            solid: false,
+            normals: false,
+        }
+    }
+
+    /// The heights, the weights, the channels.
+    pub(super) fn bands(&self) -> impl Iterator<Item = &'a Band> {
+        std::iter::once(self.band).chain(self.importance).chain(self.channels)
     }
 }
 
@@ -118,40 +129,76 @@ impl Plan {
     /// # Errors
     /// [`BudgetTooSmall`].
     pub fn new(budget_bytes: u64, load: &Load<'_>, threads: usize) -> Result<Plan, BudgetTooSmall> {
-        let Load { band, importance, channels, grid, engine, quality, trim, points, holes } = *load;
-        // Blocks of bands that are interleaved are decoded together.
-        let blocks = block_bytes(band) + importance.into_iter().chain(channels).map(block_bytes).sum::<u64>();
-        let weights = if importance.is_some() { BYTES_PER_WEIGHT } else { 0 };
-        let weights = if holes { BYTES_PER_BRIDGED } else { weights };
-        let trimming = if trim > 0 { BYTES_PER_TRIMMED_SAMPLE } else { 0 };
-        let channels = channels.len() as u64 * BYTES_PER_CHANNEL_SAMPLE;
-        let per_sample = engine.bytes_per_sample() + quality.bytes_per_sample() + weights + channels + trimming;
-        let cache_bytes = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
-        let cutline = band.cutline().map_or(0, |c| c.counts().1) * BYTES_PER_CUTLINE_VERTEX;
-        let base = BASE + points as u64 * BYTES_PER_POINT + cutline;
-        let fixed = base + cache_bytes;
-        let per_thread = |samples: usize| {
-            let points = samples.min(points) as u64 * TILE_BYTES_PER_POINT;
-            samples as u64 * per_sample + points + cutline + PER_THREAD + BLOCK_COPIES * blocks
-        };
-        let each = per_thread(grid.largest());
-        let fitting = budget_bytes.saturating_sub(fixed) / each;
-        if fitting == 0 {
-            // The smallest cache goes with the smallest budget.
-            let smallest_bytes = (base + *CACHE.start() + each).next_multiple_of(1 << 20);
-            let fits = |cells: &usize| base + cache_bytes + per_thread((cells + 1) * (cells + 1)) <= budget_bytes;
-            let tile = (1..=64).rev().map(|i| i * 32).find(fits);
-            if smallest_bytes > budget_bytes {
-                return Err(BudgetTooSmall { budget_bytes, smallest_bytes, tile });
-            }
+        let reckoning = Reckoning::new(load);
+        let share = (budget_bytes / CACHE_SHARE).clamp(*CACHE.start(), *CACHE.end());
+        let samples = load.grid.largest();
+        let (each, writing) = (reckoning.of_thread(samples), writing_bytes(load, samples as u64));
+        let fitting = budget_bytes.saturating_sub(reckoning.fixed(share)) / each;
+        let fits = |cache: u64, each: u64| reckoning.fixed(cache) + each.max(writing) <= budget_bytes;
+        // The smallest cache goes with the smallest budget.
+        let cache_bytes = if fits(share, each) { share } else { *CACHE.start() };
+        if !fits(cache_bytes, each) {
+            let smallest_bytes = (reckoning.fixed(*CACHE.start()) + each.max(writing)).next_multiple_of(1 << 20);
+            let tile = (1..=64)
+                .rev()
+                .map(|i| i * 32)
+                .find(|cells: &usize| reckoning.fits(share, (cells + 1).pow(2), budget_bytes));
+            return Err(BudgetTooSmall { budget_bytes, smallest_bytes, tile });
         }
         let threads = (fitting.max(1) as usize).min(threads);
-        let cache_bytes = if fitting == 0 { *CACHE.start() } else { cache_bytes };
-        let needed_bytes = base + cache_bytes + threads as u64 * each;
-        let tiles = threads as u64 * grid.largest() as u64 * per_sample;
-        let before_tiles_bytes = (budget_bytes + tiles).saturating_sub(needed_bytes);
+        let busy = threads as u64;
+        let needed_bytes = reckoning.fixed(cache_bytes) + (busy * each).max(writing);
+        let before_tiles_bytes =
+            budget_bytes.saturating_sub(reckoning.fixed(cache_bytes) + busy * (PAGES + reckoning.per_thread));
         Ok(Plan { budget_bytes, threads, cache_bytes, needed_bytes, before_tiles_bytes })
     }
+}
+
+/// What a run holds, whatever the budget.
+struct Reckoning<'a> {
+    load: &'a Load<'a>,
+    /// Whatever the number of threads, but for the cache.
+    base: u64,
+    /// What the cache comes to at the most: all blocks of all bands.
+    cacheable: u64,
+    /// Whatever the tile.
+    per_thread: u64,
+}
+
+impl<'a> Reckoning<'a> {
+    fn new(load: &'a Load<'a>) -> Reckoning<'a> {
+        let cutline = load.band.cutline().map_or(0, |c| c.counts().1) * BYTES_PER_CUTLINE_VERTEX;
+        // Blocks of bands that are interleaved are decoded together.
+        let blocks: u64 = load.bands().map(block_bytes).sum();
+        let cacheable = load.bands().map(cacheable_bytes).sum();
+        let goal = if load.params.goal.is_none() { 0 } else { GOAL };
+        let base = BASE + load.points as u64 * BYTES_PER_POINT + cutline + goal;
+        Reckoning { load, base, cacheable, per_thread: BESIDE + cutline + BLOCK_COPIES * blocks }
+    }
+
+    /// All but what threads hold.
+    fn fixed(&self, cache_bytes: u64) -> u64 {
+        self.base + cache_bytes.min(self.cacheable)
+    }
+
+    /// What a thread holds with a tile of so many samples. While these are copied, nothing else is there of the tile.
+    fn of_thread(&self, samples: usize) -> u64 {
+        let points = samples.min(self.load.points) as u64 * TILE_BYTES_PER_POINT;
+        let loading = samples as u64 * samples_bytes(self.load) + PAGES;
+        thread_bytes(self.load, samples as u64).max(loading) + points + self.per_thread
+    }
+
+    /// Whether one thread with tiles of so many samples keeps to a budget.
+    fn fits(&self, cache_bytes: u64, samples: usize, budget_bytes: u64) -> bool {
+        let tile = self.of_thread(samples).max(writing_bytes(self.load, samples as u64));
+        self.fixed(cache_bytes) + tile <= budget_bytes
+    }
+}
+
+fn cacheable_bytes(band: &Band) -> u64 {
+    let (width, height) = band.block_size();
+    let sides = [(band.width(), width), (band.height(), height)].map(|(len, block)| (len + 2 * block) as u64);
+    sides[0].saturating_mul(sides[1]).saturating_mul(band.sample_type().bytes() as u64)
 }
 
 fn block_bytes(band: &Band) -> u64 {

@@ -4,6 +4,9 @@ mod density;
 mod disk;
 mod estimate;
 mod memory;
+mod stages;
+#[cfg(test)]
+mod tests;
 
 pub use density::{Expected, probe, probe_field};
 pub use disk::{DiskTooSmall, DiskUse, check_disk};

@@ -1,5 +1,6 @@
 //! The mesh of one tile, as it is kept until all are there.
 
+use crate::base::handed_over::{DENSE, clear};
 use crate::base::mesh::{TileMesh, Vertex};
 use crate::kernel::measure::ErrorStats;
 use crate::kernel::seam::{Foreign, Rim, RimCounts};
@@ -61,35 +62,48 @@ pub struct ChunkCounts {
 }
 
 impl Chunk {
-    /// Fills the chunk with a tile mesh over `rim`, made from samples of this checksum, reusing its memory.
-    pub fn fill(&mut self, tile: usize, rim: &Rim, mesh: &TileMesh, errors: ErrorStats, samples_checksum: u32) {
+    /// Fills the chunk with a tile mesh over `rim`, made from samples of this checksum. It takes the mesh, and leaves an
+    /// empty one with memory of its own.
+    pub fn fill(&mut self, tile: usize, rim: &Rim, mesh: &mut TileMesh, errors: ErrorStats, samples_checksum: u32) {
         // Vertices of loops inside and points of the domain are the tile's own, as all that is inside.
         let used = rim.owned.total() as usize - rim.idle.len();
         let inside = rim.on_sides();
         self.tile = tile;
         self.rim = rim.owned;
-        self.vertices.clear();
-        self.vertices.extend_from_slice(&mesh.vertices[..used]);
-        for &(place, vertex) in &rim.idle {
-            self.vertices.insert(place as usize, vertex);
-        }
-        self.vertices.extend_from_slice(&mesh.vertices[inside..]);
+        self.relaxed = mesh.relaxed;
+        self.take(mesh);
+        let behind = self.vertices.len() - used;
         self.shared = 0;
         self.foreign.clone_from(&rim.foreign);
         self.borrowed.clear();
-        self.borrowed.extend_from_slice(&mesh.vertices[used..inside]);
-        self.triangles.clone_from(&mesh.triangles);
+        self.borrowed.extend(self.vertices.drain(used..inside));
         if !rim.idle.is_empty() {
+            let mut owned = self.vertices[..used].to_vec();
+            rim.idle.iter().for_each(|&(place, vertex)| owned.insert(place as usize, vertex));
+            self.vertices.splice(..used, owned);
             let idle: Vec<u32> = rim.idle.iter().map(|(place, _)| *place).collect();
             let in_use = (0..rim.owned.total()).filter(|place| idle.binary_search(place).is_err());
-            let behind = (rim.owned.total()..).take(mesh.vertices.len() - used);
+            let behind = (rim.owned.total()..).take(behind);
             let numbers: Vec<u32> = in_use.chain(behind).collect();
             self.triangles.as_flattened_mut().iter_mut().for_each(|i| *i = numbers[*i as usize]);
         }
         self.attributes.clear();
         self.errors = errors;
-        self.relaxed = mesh.relaxed;
         self.samples_checksum = samples_checksum;
+    }
+
+    /// Takes the vertices and triangles of a mesh, and leaves an empty one.
+    pub(in crate::job) fn take(&mut self, mesh: &mut TileMesh) {
+        std::mem::swap(&mut self.vertices, &mut mesh.vertices);
+        std::mem::swap(&mut self.triangles, &mut mesh.triangles);
+        mesh.hand_over();
+    }
+
+    /// Forgets vertices, triangles and attributes. Their memory is kept if they were not many.
+    pub(in crate::job) fn hand_over(&mut self) {
+        clear(&mut self.vertices, DENSE / 2);
+        clear(&mut self.triangles, DENSE);
+        self.attributes.clear();
     }
 
     /// How many of its own vertices come before those it borrows.

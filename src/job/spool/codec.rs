@@ -1,6 +1,7 @@
 //! Chunks as bytes: little-endian, fixed-size records, a checksum at the end.
 
 use super::{Attribute, Chunk};
+use crate::base::handed_over::make_room;
 use crate::base::lattice::Point;
 use crate::base::mesh::Vertex;
 use crate::kernel::measure::{ANGLES, BINS, ErrorStats, Extent, HeightStats, OVERSHOOTS, ShapeStats, WeightedStats};
@@ -8,6 +9,9 @@ use crate::kernel::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
 const VERSION: u32 = 10;
+
+/// What every chunk has: its head, the statistics of its errors, the checksum.
+const FIXED_BYTES: usize = 256 + 8 * (BINS + ANGLES + OVERSHOOTS);
 
 /// What is wrong with some bytes: (expected, found).
 pub(super) type Damage = (String, String);
@@ -25,6 +29,10 @@ pub(super) fn encode(chunk: &Chunk, out: &mut Vec<u8>) {
     let RimCounts { corners, north, west, east, south } = chunk.rim;
     let Chunk { vertices, borrowed, foreign, triangles, attributes, .. } = chunk;
     let lengths = [vertices.len(), borrowed.len(), foreign.len(), triangles.len(), attributes.len()];
+    let values: usize = attributes.iter().map(|a| 12 + a.name.len() + 8 * a.values.len()).sum();
+    out.reserve_exact(
+        16 * (vertices.len() + borrowed.len() + foreign.len()) + 12 * triangles.len() + values + FIXED_BYTES,
+    );
     for count in [corners, north, west, east, south].into_iter().chain(lengths.map(|l| l as u32)) {
         out.extend_from_slice(&count.to_le_bytes());
     }
@@ -233,8 +241,7 @@ impl<'a> Reader<'a> {
         record: impl Fn([u8; N]) -> Result<T, Damage>,
     ) -> Result<(), Damage> {
         let bytes = self.take(count.saturating_mul(N))?;
-        into.clear();
-        into.reserve(count);
+        make_room(into, count);
         let (records, _) = bytes.as_chunks::<N>();
         records.iter().try_for_each(|&r| record(r).map(|t| into.push(t)))
     }

@@ -8,6 +8,7 @@ use super::folders::Folders;
 use super::index::{Index, Record};
 use super::unlinked::Unlinked;
 use super::{Chunk, ChunkCounts, SpoolError, codec};
+use crate::base::handed_over::make_room;
 
 /// Chunks on disk, found by their tile's number: in unlinked temporary files, or in a folder that outlives the run.
 ///
@@ -160,6 +161,7 @@ impl Spool {
                     let found = format!("{length} bytes at {offset}");
                     return Err(damaged((format!("a chunk within {kept} bytes"), found)));
                 }
+                make_room(buffer, length as usize);
                 buffer.resize(length as usize, 0);
                 unlinked.read(offset, buffer).map_err(|e| self.failed(e))?;
             }

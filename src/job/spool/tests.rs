@@ -165,7 +165,7 @@ fn tiles(grid: TileGrid, points: &PointSet) -> Vec<(Chunk, Vec<Vertex>)> {
             mesh.vertices.push(Vertex { at: Point::of_sample(1, 1), height: samples.at(1, 1) });
         }
         let mut chunk = Chunk::default();
-        chunk.fill(index, &rim, &mesh, ErrorStats::default(), samples.checksum());
+        chunk.fill(index, &rim, &mut mesh.clone(), ErrorStats::default(), samples.checksum());
         (chunk, mesh.vertices)
     };
     (0..grid.len()).map(tile).collect()

@@ -1,6 +1,7 @@
 //! What was, for as long as it may have to come back.
 
 use super::net::{Net, Triangle};
+use crate::base::handed_over::make_room;
 use crate::base::mesh::Vertex;
 
 /// The state of triangles and vertices before a move that may be taken back. Each is noted at its first change only.
@@ -20,7 +21,7 @@ impl Journal {
     pub(super) fn reset(&mut self, triangles: usize, vertices: usize) {
         (self.open, self.epoch) = (false, 0);
         for (noted, len) in [(&mut self.triangle_noted, triangles), (&mut self.vertex_noted, vertices)] {
-            noted.clear();
+            make_room(noted, len);
             noted.resize(len, 0);
         }
     }

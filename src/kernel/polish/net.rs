@@ -1,6 +1,7 @@
 //! The mesh while it is being changed: triangles that know their neighbours.
 
 use super::journal::Journal;
+use crate::base::handed_over::{DENSE, clear, make_room};
 use crate::base::lattice::orient;
 use crate::base::mesh::{Domain, TileMesh, Vertex};
 
@@ -58,7 +59,8 @@ impl Locked {
 /// A triangulation under change. Slots of triangles and numbers of vertices stay what they are; what is removed leaves
 /// its slot empty, and changes never need more slots than they empty.
 ///
-/// Memory: 48 bytes per triangle (12 of them to load a mesh) and 28 per vertex, the journal's marks included.
+/// Memory: 36 bytes per triangle and 24 per vertex, the journal's marks included. The vertices are the mesh's own list; its
+/// triangles are there for as long as it takes to load or store them.
 #[derive(Debug, Default)]
 pub(super) struct Net {
     pub(super) vertices: Vec<Vertex>,
@@ -67,18 +69,17 @@ pub(super) struct Net {
     pub(super) triangles: Vec<Triangle>,
     locked: Locked,
     pub(super) journal: Journal,
-    /// While loading: half-edges by the lower number of their ends, and where each number's begin.
-    sides: Vec<u32>,
-    starts: Vec<u32>,
+    /// While loading: edges of the loops, sorted; and the half-edges whose lower end is one vertex.
     rim: Vec<(u32, u32)>,
+    bucket: Vec<u32>,
 }
 
 impl Net {
-    /// Takes over a finished mesh over this domain.
+    /// Takes over a finished mesh over this domain, and leaves it empty.
     ///
     /// # Panics
     /// If an edge is neither a loop's nor shared by two triangles in opposite directions.
-    pub(super) fn load(&mut self, domain: &Domain, mesh: &TileMesh) {
+    pub(super) fn load(&mut self, domain: &Domain, mesh: &mut TileMesh) {
         self.take(domain.fixed().count() as u32, mesh);
         for l in &domain.loops {
             self.rim.extend((0..l.len()).map(|i| (l[i], l[(i + 1) % l.len()])));
@@ -87,34 +88,42 @@ impl Net {
         self.link_all(Lone::Refused);
     }
 
-    /// Takes over a part of a mesh, whose first vertices are locked. Edges between these may have one triangle.
+    /// Takes over a part of a mesh, whose first vertices are locked, and leaves it empty. Edges between these may have one
+    /// triangle.
     ///
     /// # Panics
     /// If another edge has, or one has more than two.
-    pub(super) fn load_part(&mut self, locked: u32, mesh: &TileMesh) {
+    pub(super) fn load_part(&mut self, locked: u32, mesh: &mut TileMesh) {
         self.take(locked, mesh);
         self.link_all(Lone::BetweenLocked);
     }
 
-    fn take(&mut self, locked: u32, mesh: &TileMesh) {
+    fn take(&mut self, locked: u32, mesh: &mut TileMesh) {
         self.locked = Locked(locked);
-        self.vertices.clone_from(&mesh.vertices);
-        self.triangles.clear();
+        std::mem::swap(&mut self.vertices, &mut mesh.vertices);
+        mesh.vertices.clear();
+        make_room(&mut self.triangles, mesh.triangles.len());
         self.triangles.extend(mesh.triangles.iter().map(|&corners| Triangle { corners, ..Triangle::GONE }));
-        self.outgoing.clear();
-        self.outgoing.resize(mesh.vertices.len(), NONE);
+        clear(&mut mesh.triangles, DENSE);
+        make_room(&mut self.outgoing, self.vertices.len());
+        self.outgoing.resize(self.vertices.len(), NONE);
         self.journal.reset(self.triangles.len(), self.vertices.len());
         self.rim.clear();
     }
 
     /// Finds every side's twin. A loop's edge has none, even if another loop runs back along it.
     fn link_all(&mut self, lone: Lone) {
-        self.gather_sides();
-        let Net { sides, starts, triangles, locked, .. } = self;
-        for bounds in starts.windows(2) {
-            let bucket = &mut sides[bounds[0] as usize..bounds[1] as usize];
+        self.chain_sides();
+        let Net { bucket, triangles, outgoing, locked, .. } = self;
+        for first in outgoing {
+            bucket.clear();
+            let mut side = std::mem::replace(first, NONE);
+            while side != NONE {
+                bucket.push(side);
+                side = std::mem::replace(&mut triangles[side as usize / 3].twins[side as usize % 3], NONE);
+            }
             bucket.sort_unstable_by_key(|&e| (high(triangles, e), e));
-            let mut rest = &*bucket;
+            let mut rest = &bucket[..];
             while let Some(&first) = rest.first() {
                 let sides = rest.iter().take_while(|&&e| high(triangles, e) == high(triangles, first)).count();
                 match rest[..sides] {
@@ -128,52 +137,53 @@ impl Net {
                 rest = &rest[sides..];
             }
         }
+        for (t, triangle) in (0u32..).zip(&self.triangles) {
+            for (i, &v) in (0..).zip(&triangle.corners) {
+                self.outgoing[v as usize] = 3 * t + i;
+            }
+        }
     }
 
-    /// Lists the half-edges that must have a twin by the lower number of their ends. Half-edges of loops are left out.
-    fn gather_sides(&mut self) {
-        let Net { sides, starts, rim, triangles, outgoing, locked, .. } = self;
-        let mut each = |visit: &mut dyn FnMut(usize, u32)| {
-            for (t, triangle) in (0u32..).zip(triangles.iter()) {
-                for i in 0..3 {
-                    let (a, b) = (triangle.corners[i], triangle.corners[(i + 1) % 3]);
-                    outgoing[a as usize] = 3 * t + i as u32;
-                    let on_rim = locked.has(a) && locked.has(b) && rim.binary_search(&(a, b)).is_ok();
-                    if !on_rim {
-                        visit(a.min(b) as usize, 3 * t + i as u32);
-                    }
+    /// Chains the half-edges that must have a twin by the lower number of their ends: that vertex has the first of them
+    /// as the one that goes out, each has the next as its twin. Half-edges of loops are left out.
+    fn chain_sides(&mut self) {
+        let Net { rim, triangles, outgoing, locked, .. } = self;
+        for (t, triangle) in (0u32..).zip(triangles) {
+            for i in 0..3 {
+                let (a, b) = (triangle.corners[i], triangle.corners[(i + 1) % 3]);
+                let on_rim = locked.has(a) && locked.has(b) && rim.binary_search(&(a, b)).is_ok();
+                if !on_rim {
+                    triangle.twins[i] = std::mem::replace(&mut outgoing[a.min(b) as usize], 3 * t + i as u32);
                 }
             }
-        };
-        // Counts first, one place further on, so that filling moves the starts of buckets to where they belong.
-        starts.clear();
-        starts.resize(self.vertices.len() + 2, 0);
-        each(&mut |low, _| starts[low + 2] += 1);
-        for i in 1..starts.len() {
-            starts[i] += starts[i - 1];
         }
-        sides.clear();
-        sides.resize(starts[starts.len() - 1] as usize, NONE);
-        each(&mut |low, side| {
-            sides[starts[low + 1] as usize] = side;
-            starts[low + 1] += 1;
-        });
-        starts.pop();
     }
 
-    /// Gives back what is left, as a mesh: the domain's vertices first, everything in the order it came in.
+    /// Gives back what is left, as a mesh: the domain's vertices first, everything in the order it came in. What a dense
+    /// mesh has taken, is freed.
     pub(super) fn store(&mut self, mesh: &mut TileMesh) {
-        mesh.clear();
+        let is_dense = self.triangles.len() > DENSE;
+        if is_dense {
+            self.journal = Journal::default();
+        }
         // The half-edges are of no more use: their place takes the new numbers.
-        for (number, vertex) in self.outgoing.iter_mut().zip(&self.vertices) {
+        let mut count = 0;
+        for v in 0..self.vertices.len() {
             // Those that are locked stay even if no triangle has them: a part of a mesh may be without.
-            if *number != NONE || self.locked.has(mesh.vertices.len() as u32) {
-                *number = mesh.vertices.len() as u32;
-                mesh.vertices.push(*vertex);
+            if self.outgoing[v] != NONE || self.locked.has(count) {
+                self.outgoing[v] = count;
+                self.vertices[count as usize] = self.vertices[v];
+                count += 1;
             }
         }
-        let alive = self.triangles.iter().filter(|t| t.alive());
-        mesh.triangles.extend(alive.map(|t| t.corners.map(|v| self.outgoing[v as usize])));
+        self.vertices.truncate(count as usize);
+        std::mem::swap(&mut self.vertices, &mut mesh.vertices);
+        let alive = || self.triangles.iter().filter(|t| t.alive());
+        make_room(&mut mesh.triangles, alive().count());
+        mesh.triangles.extend(alive().map(|t| t.corners.map(|v| self.outgoing[v as usize])));
+        if is_dense {
+            *self = Net::default();
+        }
     }
 
     /// Whether a vertex stays what it is.

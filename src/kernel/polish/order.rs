@@ -1,6 +1,7 @@
 //! In which order vertices are visited, and which need not be visited again.
 
 use super::net::{NONE, Net};
+use crate::base::handed_over::{DENSE, make_room};
 
 /// What a vertex may be visited for.
 #[derive(Debug, Clone, Copy)]
@@ -29,10 +30,11 @@ pub(super) struct Order {
 impl Order {
     /// Takes the free vertices of a net; all are due.
     pub(super) fn reset(&mut self, net: &Net) {
-        self.raster.clear();
-        self.raster.extend((0..net.vertices.len() as u32).filter(|&v| net.is_free(v)));
+        let free = || (0..net.vertices.len() as u32).filter(|&v| net.is_free(v));
+        make_room(&mut self.raster, free().count());
+        self.raster.extend(free());
         self.raster.sort_unstable_by_key(|&v| (net.vertex(v).at.y, net.vertex(v).at.x));
-        self.due.clear();
+        make_room(&mut self.due, net.vertices.len());
         self.due.resize(net.vertices.len(), ALL);
     }
 
@@ -47,6 +49,13 @@ impl Order {
             let beside = alive.filter(|t| t.corners.iter().any(is_due));
             let ring: Vec<u32> = beside.flat_map(|t| t.corners).collect();
             ring.into_iter().for_each(|v| self.make_due(v));
+        }
+    }
+
+    /// Frees what a dense mesh has taken.
+    pub(super) fn hand_over(&mut self) {
+        if self.due.len() > DENSE {
+            *self = Order::default();
         }
     }
 

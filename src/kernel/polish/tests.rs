@@ -290,11 +290,11 @@ fn a_cancelled_polish_says_so() {
         Rim::new(&tile, 2.0, &[], &TilePlace::alone(tile.width(), tile.height()), &mut MinLink::default(), &cancel)
             .expect("not yet");
     let task = task(&tile, &rim.domain, 2.0, Feasibility::Weak, &cancel);
-    let mut mesh = cut(&task);
+    let mesh = cut(&task);
     cancel.cancel();
     for effort in EFFORTS {
         assert_eq!(
-            polish(&task, &Options { effort, ..Options::default() }, &mut Scratch::default(), &mut mesh),
+            polish(&task, &Options { effort, ..Options::default() }, &mut Scratch::default(), &mut mesh.clone()),
             Err(Cancelled)
         );
     }
@@ -335,7 +335,7 @@ fn take_back(fitting: Option<Fitting>) {
     let task = task(&tile, &rim.domain, 2.0, Feasibility::Weak, &cancel);
     let (mut judge, mut net) = (Judge::new(&task), Net::default());
     judge.fitting = fitting;
-    net.load(&rim.domain, &cut(&task));
+    net.load(&rim.domain, &mut cut(&task));
     Repair::measure(&mut net, &judge);
     let (mut hole, mut filler) = (super::hole::Hole::default(), super::filling::Filler::default());
     let mut improver = super::improve::Improver::default();

@@ -74,8 +74,8 @@ pub trait Engine: Send + Sync {
     /// What it can do.
     fn capabilities(&self) -> Capabilities;
 
-    /// What a thread needs for a tile, in bytes per sample, at the most: where every sample is a vertex, and there are
-    /// twice as many triangles. The tile, the mesh, its chunk and the encoded chunk are a part of it: 136 bytes.
+    /// What the engine takes for a tile beside its samples, in bytes per sample, at the most: where every sample is a vertex,
+    /// and there are twice as many triangles. The mesh is a part of it: 40 bytes.
     fn bytes_per_sample(&self) -> u64;
 
     /// Everything that decides the bytes of a tile, its options among them, as text: equal exactly if the bytes are.

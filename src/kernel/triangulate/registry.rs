@@ -64,7 +64,7 @@ mod tests {
         for (i, engine) in all.iter().enumerate() {
             assert!(all[..i].iter().all(|other| other.name() != engine.name()), "{}", engine.name());
             assert!(all[..i].iter().all(|other| other.identity() != engine.identity()), "{}", engine.identity());
-            assert!(engine.bytes_per_sample() >= 136);
+            assert!(engine.bytes_per_sample() >= 40);
             assert!(engine.capabilities().goals || engine.progressive().is_none());
         }
         assert!(all.contains(&EngineChoice::default()));

@@ -106,10 +106,10 @@ impl SeamMaker {
     /// if there is one: over all jobs, those of every tile.
     fn gather(&mut self, run: &Run<'_>, place: &TilePlace) -> Result<Stays, Error> {
         let (grid, shifted) = (run.job.grid, run.pass.grid());
-        let Workspace { chunk, encoded, points, .. } = &mut self.shared;
         let mut stays = Stays::default();
         self.region.begin(place);
         for tile in run.pass.needed(place.index) {
+            let Workspace { chunk, encoded, .. } = &mut self.shared;
             needed(run).read(tile, chunk, encoded)?;
             self.region.add(grid, shifted, chunk);
             stays.trimmed += chunk.errors.trimmed;
@@ -117,8 +117,9 @@ impl SeamMaker {
                 stays.relaxed = chunk.relaxed;
                 stays.shape = chunk.errors.shape.take();
             }
+            self.shared.hand_over();
         }
-        self.region.end(points);
+        self.region.end(&self.shared.points);
         Ok(stays)
     }
 }

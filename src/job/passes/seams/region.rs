@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::lines::Lines;
 use crate::base::Window;
+use crate::base::handed_over::DENSE;
 use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::{TileMesh, Vertex};
 use crate::base::tiling::{TileGrid, TileId, TilePlace};
@@ -17,7 +18,8 @@ use crate::kernel::seam::{Foreign, RimCounts};
 /// their vertices, the *shared* ones, stay what they are. The region of least number that has a vertex of such a triangle
 /// owns it.
 ///
-/// Memory: that of a tile mesh and its encoded form, and 60 bytes per triangle inside.
+/// Memory: that of a tile mesh; while it is put together also 29 bytes per vertex, a chunk of another pass and its encoded
+/// form.
 #[derive(Debug, Default)]
 pub(super) struct Region {
     id: TileId,
@@ -66,6 +68,9 @@ enum Kind {
 
 const NONE: u32 = u32::MAX;
 
+/// Vertices whose sides are listed at a time: about 48 bytes for each.
+const VERTICES_AT_A_TIME: u32 = 1 << 15;
+
 impl Region {
     /// Begins with a region of no triangles.
     pub(super) fn begin(&mut self, place: &TilePlace) {
@@ -95,6 +100,11 @@ impl Region {
         };
         self.scratch.numbers.clear();
         self.scratch.numbers.resize(chunk.vertices.len() + borrowed, NONE);
+        // Lists that double would take up to twice what they hold.
+        let is_inside = |t: &[u32; 3]| t.iter().all(|&i| lines.region(vertex(i).at) == self.id);
+        self.mesh.triangles.reserve_exact(chunk.triangles.iter().filter(|t| is_inside(t)).count());
+        let all = chunk.vertices.iter().chain(&chunk.borrowed);
+        self.mesh.vertices.reserve_exact(all.filter(|v| lines.region(v.at) == self.id).count());
         for &triangle in &chunk.triangles {
             let vertices = triangle.map(vertex);
             let regions = vertices.map(|v| lines.region(v.at));
@@ -172,7 +182,7 @@ impl Region {
     /// stay vertices, by rows, then by columns.
     pub(super) fn end(&mut self, points: &[(usize, usize)]) {
         self.lock_rim();
-        let Region { mesh, scratch: Scratch { kinds, numbers, order, on_lines, .. }, .. } = self;
+        let Region { mesh, passing, scratch: Scratch { kinds, numbers, order, on_lines, .. }, .. } = self;
         for (vertex, kind) in mesh.vertices.iter().zip(kinds.iter_mut()) {
             let sample = vertex.at.sample();
             if *kind == Kind::Free
@@ -195,26 +205,37 @@ impl Region {
         self.seams.clear();
         self.seams.extend(on_lines.values().map(|&v| numbers[v as usize]).filter(|&v| v >= self.locked));
         let before = std::mem::take(&mut mesh.vertices);
+        mesh.vertices = Vec::with_capacity(before.len() + 3 * passing.len());
         mesh.vertices.extend(order.iter().map(|&v| before[v as usize]));
+        drop(before);
         mesh.triangles.as_flattened_mut().iter_mut().for_each(|v| *v = numbers[*v as usize]);
         for corner in self.owned.as_flattened_mut() {
             if let Corner::Own(v) = corner {
                 *v = numbers[*v as usize];
             }
         }
+        if self.mesh.triangles.len() > DENSE {
+            self.scratch = Scratch::default();
+        }
     }
 
-    /// Locks both ends of every side that one triangle inside has.
+    /// Locks both ends of every side that one triangle inside has: those sides at a time whose lower end is one of a range of
+    /// vertices.
     fn lock_rim(&mut self) {
         let Region { mesh, scratch: Scratch { kinds, sides, .. }, .. } = self;
-        sides.clear();
-        for &[a, b, c] in &mesh.triangles {
-            sides.extend([(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), p.max(q))));
-        }
-        sides.sort_unstable();
-        for edge in sides.chunk_by(|a, b| a == b).filter(|edge| edge.len() == 1) {
-            for v in [edge[0].0, edge[0].1] {
-                kinds[v as usize] = kinds[v as usize].min(Kind::Locked);
+        let count = mesh.vertices.len() as u32;
+        for first in (0..count).step_by(VERTICES_AT_A_TIME as usize) {
+            let range = first..first.saturating_add(VERTICES_AT_A_TIME);
+            sides.clear();
+            for &[a, b, c] in &mesh.triangles {
+                let all = [(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), p.max(q)));
+                sides.extend(all.into_iter().filter(|(low, _)| range.contains(low)));
+            }
+            sides.sort_unstable();
+            for edge in sides.chunk_by(|a, b| a == b).filter(|edge| edge.len() == 1) {
+                for v in [edge[0].0, edge[0].1] {
+                    kinds[v as usize] = kinds[v as usize].min(Kind::Locked);
+                }
             }
         }
     }
@@ -222,6 +243,8 @@ impl Region {
     /// Lends the mesh together with all triangles that may pass over the region.
     pub(super) fn with_passing<T>(&mut self, look: impl FnOnce(&TileMesh) -> T) -> T {
         let (vertices, triangles) = (self.mesh.vertices.len(), self.mesh.triangles.len());
+        self.mesh.triangles.reserve_exact(self.passing.len());
+        self.mesh.vertices.reserve_exact(3 * self.passing.len());
         for corners in &self.passing {
             let first = self.mesh.vertices.len() as u32;
             self.mesh.vertices.extend_from_slice(corners);
@@ -233,22 +256,22 @@ impl Region {
         result
     }
 
-    /// Fills a chunk of the shifted grid, whose errors are left to the caller.
-    pub(super) fn fill(&self, tile: usize, chunk: &mut Chunk) {
+    /// Fills a chunk of the shifted grid, whose errors are left to the caller. It takes the mesh.
+    pub(super) fn fill(&mut self, tile: usize, chunk: &mut Chunk) {
         let (shared, borrowed) = (self.shared, self.foreign.len() as u32);
         (chunk.tile, chunk.rim, chunk.shared) = (tile, RimCounts::default(), shared);
         chunk.borrowed.clear();
         chunk.attributes.clear();
-        chunk.vertices.clone_from(&self.mesh.vertices);
+        chunk.relaxed = self.mesh.relaxed;
+        chunk.take(&mut self.mesh);
         chunk.foreign.clone_from(&self.foreign);
         let number = |v: u32| if v < shared { v } else { v + borrowed };
         let of_corner = |corner: Corner| match corner {
             Corner::Own(v) => number(v),
             Corner::Foreign(i) => shared + i,
         };
-        chunk.triangles.clear();
-        chunk.triangles.extend(self.mesh.triangles.iter().map(|t| t.map(number)));
+        chunk.triangles.as_flattened_mut().iter_mut().for_each(|v| *v = number(*v));
+        chunk.triangles.reserve_exact(self.owned.len());
         chunk.triangles.extend(self.owned.iter().map(|t| t.map(of_corner)));
-        chunk.relaxed = self.mesh.relaxed;
     }
 }

@@ -2,7 +2,8 @@
 
 use super::Edge;
 use super::edge_grid::EdgeGrid;
-use crate::base::lattice::Point;
+use crate::base::handed_over::RESERVED_SAMPLES;
+use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::{Domain, TileMesh, Vertex};
 
 /// The rim of the untriangulated ground, and the mesh eaten so far.
@@ -69,6 +70,10 @@ impl Front {
     /// Starts anew with the rim of a domain, none of it eaten, reusing the memory. `mesh` lends its own.
     pub(super) fn reset(&mut self, domain: &Domain, far_corner: Point, mut mesh: TileMesh) {
         mesh.clear();
+        // Pages that are not needed stay untouched, and lists that double take up to twice what they hold.
+        let samples = ((far_corner.x / STEPS + 1) as usize * (far_corner.y / STEPS + 1) as usize).min(RESERVED_SAMPLES);
+        mesh.vertices.reserve_exact(samples);
+        mesh.triangles.reserve_exact(2 * samples);
         mesh.vertices.extend_from_slice(&domain.vertices);
         self.mesh = mesh;
         self.nodes.clear();

@@ -5,7 +5,7 @@
 //! their own: the ground is what can be reached from the left sides of loop edges without crossing one.
 
 use super::surface::{Site, Surface};
-use super::topology::{NONE, next, prev};
+use super::topology::{next, prev};
 use crate::base::lattice::{Point, STEPS, orient};
 use crate::base::mesh::{Domain, Vertex};
 
@@ -35,6 +35,7 @@ pub(super) fn triangulate(domain: &Domain, surface: &mut Surface) {
         near = enforce(surface, near, a, b);
     }
     keep_ground(surface, &edges, count);
+    drop(edges);
     surface.legalize_all();
 }
 
@@ -53,7 +54,8 @@ fn loop_edges(domain: &Domain) -> Vec<(u32, u32)> {
         let ends = l.iter().copied().zip(l.iter().copied().cycle().skip(1)).collect::<Vec<_>>();
         ends.into_iter()
     };
-    let mut edges: Vec<(u32, u32)> = domain.loops.iter().flat_map(of_loop).collect();
+    let mut edges = Vec::with_capacity(domain.loops.iter().map(Vec::len).sum());
+    edges.extend(domain.loops.iter().flat_map(of_loop));
     edges.sort_unstable();
     edges
 }
@@ -158,17 +160,7 @@ fn keep_ground(surface: &mut Surface, edges: &[(u32, u32)], count: u32) {
             }
         }
     }
-    let mut number = vec![NONE; all as usize];
-    let mut kept = super::topology::Topology::default();
-    for t in (0..all).filter(|&t| ground[t as usize]) {
-        number[t as usize] = kept.add(surface.topology.corners(t));
-    }
-    for e in (0..3 * all).filter(|&e| ground[e as usize / 3]) {
-        let f = surface.topology.twin(e);
-        if !surface.topology.is_locked(e) && e < f && ground[f as usize / 3] && !is_loop(e) && !is_loop(f) {
-            kept.pair(3 * number[e as usize / 3] + e % 3, 3 * number[f as usize / 3] + f % 3);
-        }
-    }
-    surface.topology = kept;
+    drop(pending);
+    surface.topology.retain(&ground, |a, b| [(a, b), (b, a)].iter().any(|edge| edges.binary_search(edge).is_ok()));
     surface.vertices.truncate(count as usize);
 }

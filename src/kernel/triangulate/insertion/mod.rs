@@ -32,6 +32,7 @@ use super::{Capabilities, Engine, EngineScratch, Feasibility, Progressive, Task}
 use crate::base::Tile;
 use crate::base::control::Cancelled;
 use crate::base::features::{Feature, FeatureSet};
+use crate::base::handed_over::{DENSE, RESERVED_SAMPLES};
 use crate::base::mesh::{Domain, TileMesh};
 
 pub use self::options::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
@@ -52,7 +53,7 @@ pub struct GreedyInsertion {
     pub options: InsertionOptions,
 }
 
-/// The memory of greedy insertion: about 140 bytes per vertex.
+/// The memory of greedy insertion: 48 bytes per triangle and 16 per vertex, so 112 per vertex.
 #[derive(Debug, Default)]
 pub struct Scratch {
     surface: Surface,
@@ -63,16 +64,19 @@ pub struct Scratch {
     beyond: Vec<Candidate>,
 }
 
-/// Samples of a tile up to which memory is reserved for the densest mesh: pages that are not needed stay untouched, and
-/// growing lists do not take twice what they hold.
-const RESERVED_SAMPLES: usize = 1 << 22;
-
 impl Scratch {
     fn reserve(&mut self, tile: &Tile) {
-        let samples = (tile.width() * tile.height()).min(RESERVED_SAMPLES);
+        let samples = tile.validity().count_valid(tile.width(), tile.height()).min(RESERVED_SAMPLES);
         // As many vertices as samples, and the frame of the first triangulation.
         self.surface.reserve(samples + 4);
         self.candidates.reserve(2 * samples);
+    }
+
+    /// Frees what a dense tile has taken.
+    fn hand_over(&mut self) {
+        if self.surface.topology.len() as usize > DENSE {
+            *self = Scratch::default();
+        }
     }
 
     /// A refinement of the ground of `domain`, nothing inserted yet; `mesh` lends its memory.
@@ -83,6 +87,8 @@ impl Scratch {
         domain: &Domain,
         mesh: &mut TileMesh,
     ) -> Refinement<'a> {
+        // First: it takes some memory that is free when the rest is taken.
+        let measure = importance::prepare(options.measure, task.tile);
         mesh.clear();
         std::mem::swap(&mut self.surface.vertices, &mut mesh.vertices);
         self.reserve(task.tile);
@@ -101,7 +107,7 @@ impl Scratch {
             star: &mut self.star,
             scanner: Scanner { tile: task.tile, tolerance: task.tolerance },
             strong: strong.then(|| Tester::new(task.tile, task.tolerance, Feasibility::Strong)),
-            measure: importance::prepare(options.measure, task.tile),
+            measure,
             beyond: &mut self.beyond,
             rim_comes: false,
             rim_is_free: false,
@@ -123,10 +129,15 @@ impl Engine for GreedyInsertion {
         Capabilities { points: true, channels: true, goals: true }
     }
 
-    /// Beside the mesh and its copies 24 bytes of half-edges and 24 of candidates and their heap a triangle, and the
-    /// vertices; data-dependent swapping keeps 8 more a triangle.
+    /// The vertices; for a triangle 24 bytes of half-edges and 24 of its candidate, and the mesh's triangles when the
+    /// candidates are gone. Data-dependent swapping keeps 8 more a triangle, curvature 8 a sample. A pass inserts up to a third
+    /// of all samples, and lists them, 24 bytes for each.
     fn bytes_per_sample(&self) -> u64 {
-        270
+        let InsertionOptions { swap, selection, measure } = &self.options;
+        let swap = if matches!(swap, Swap::DataDependent(_)) { 2 * 8 } else { 0 };
+        let selection = if matches!(selection, Selection::Sequential) { 0 } else { 2 * 24 / 3 };
+        let measure = if matches!(measure, Measure::Curvature(_) | Measure::Product(_)) { 8 } else { 0 };
+        16 + 2 * (24 + 24) + swap + selection + measure
     }
 
     fn identity(&self) -> String {
@@ -164,6 +175,7 @@ impl Engine for GreedyInsertion {
         refinement.scan_all()?;
         refinement.run()?;
         refinement.finish(mesh);
+        scratch.of::<Scratch>().hand_over();
         Ok(())
     }
 }
@@ -184,6 +196,7 @@ impl Progressive for GreedyInsertion {
         refinement.scan_all()?;
         refinement.run_in_order(task.domain, order, told)?;
         refinement.finish(mesh);
+        scratch.of::<Scratch>().hand_over();
         Ok(())
     }
 }

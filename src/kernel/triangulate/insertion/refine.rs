@@ -9,6 +9,7 @@ use super::squares::Squares;
 use super::surface::{Site, Surface};
 use super::topology::next;
 use crate::base::control::{CancelToken, Cancelled};
+use crate::base::handed_over::{DENSE, make_room};
 use crate::base::lattice::Point;
 use crate::base::mesh::{TileMesh, Vertex};
 use crate::kernel::triangulate::feasible::Tester;
@@ -115,9 +116,10 @@ impl Refinement<'_> {
 
     /// All candidates from a score on, best first, none twice.
     pub(super) fn select(&self, threshold: f64, into: &mut Vec<(Candidate, u32)>) {
-        into.clear();
-        let all = self.candidates.triangles().iter();
-        into.extend(all.filter_map(|&t| self.candidates.get(t).map(|c| (c, t))).filter(|(c, _)| c.score >= threshold));
+        let all = || self.candidates.triangles().iter().filter_map(|&t| self.candidates.get(t).map(|c| (c, t)));
+        let selected = || all().filter(|(c, _)| c.score >= threshold);
+        make_room(into, selected().count());
+        into.extend(selected());
         into.sort_unstable_by(|(a, t), (b, u)| {
             b.score.total_cmp(&a.score).then(a.sample.cmp(&b.sample)).then(t.cmp(u))
         });
@@ -247,6 +249,10 @@ impl Refinement<'_> {
         mesh.relaxed = self.count_relaxed();
         std::mem::swap(&mut self.surface.vertices, &mut mesh.vertices);
         let topology = &self.surface.topology;
+        if topology.len() as usize > DENSE {
+            *self.candidates = Candidates::default();
+        }
+        make_room(&mut mesh.triangles, topology.len() as usize);
         mesh.triangles.extend((0..topology.len()).map(|t| topology.corners(t)));
     }
 

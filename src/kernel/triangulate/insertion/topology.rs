@@ -88,6 +88,30 @@ impl Topology {
         self.twin(e) == NONE
     }
 
+    /// Keeps some triangles, in their order. Their edges with the others are locked, and those between two vertices for which
+    /// `is_locked` says so.
+    pub(super) fn retain(&mut self, kept: &[bool], is_locked: impl Fn(u32, u32) -> bool) {
+        let mut count = 0;
+        let mut number = |&is_kept: &bool| {
+            count += u32::from(is_kept);
+            if is_kept { count - 1 } else { NONE }
+        };
+        let numbers: Vec<u32> = kept.iter().map(&mut number).collect();
+        for (t, &number) in (0..).zip(&numbers).filter(|(_, number)| **number != NONE) {
+            let corners = self.corners(t);
+            let twins = [0, 1, 2].map(|i| {
+                let f = self.twin(3 * t + i as u32);
+                let stays = f != NONE && kept[f as usize / 3] && !is_locked(corners[i], corners[(i + 1) % 3]);
+                if stays { 3 * numbers[f as usize / 3] + f % 3 } else { NONE }
+            });
+            // Never behind the triangle that is looked at.
+            self.set(number, corners);
+            self.twins[3 * number as usize..3 * number as usize + 3].copy_from_slice(&twins);
+        }
+        self.origins.truncate(3 * count as usize);
+        self.twins.truncate(3 * count as usize);
+    }
+
     /// A triangle of its own, all edges locked so far.
     pub(super) fn add(&mut self, corners: [u32; 3]) -> u32 {
         self.origins.extend(corners);
