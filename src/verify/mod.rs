@@ -79,6 +79,7 @@
 //!
 //! Architecture invariant: nothing here imports an engine, a spool or a sink.
 
+mod band;
 mod bare;
 mod boundary;
 mod cells;
@@ -88,6 +89,7 @@ mod edges;
 mod error;
 mod exact;
 mod faces;
+mod feed;
 mod finding;
 mod grid;
 mod ground;
@@ -99,9 +101,11 @@ mod pace;
 mod plane;
 mod ranges;
 mod rim;
+mod row;
 mod runs;
 mod samples;
 mod segments;
+mod spans;
 mod strip;
 mod surface;
 mod sweep;

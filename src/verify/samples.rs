@@ -135,13 +135,32 @@ pub(super) fn number_or_nodata(number: f64) -> String {
 
 /// The bands of a raster of heights, with those of its importance raster where there is one.
 ///
-/// Memory use is that of one or two [`BandReader`]s, and a byte for each sample of a band where there are flags.
+/// Memory use is that of one or two [`BandReader`]s.
 #[derive(Debug)]
 pub(super) struct Bands<'r> {
     heights: BandReader<'r>,
     weights: Option<BandReader<'r>>,
     runs: Vec<RunFlags<'r>>,
+}
+
+/// The rows of one band, to be read into again: heights, weights and flags, none of the latter where there are none.
+///
+/// Memory use is constant: 8 bytes for each sample of a band, 8 more where there are weights, a byte where there are flags.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    heights: Vec<f64>,
+    weights: Vec<f64>,
     flags: Vec<u8>,
+}
+
+impl Rows {
+    /// All of them.
+    pub(super) fn samples(&self) -> Samples<'_> {
+        fn some<T>(values: &[T]) -> Option<&[T]> {
+            (!values.is_empty()).then_some(values)
+        }
+        Samples { heights: &self.heights, weights: some(&self.weights), flags: some(&self.flags) }
+    }
 }
 
 /// Rows of samples: heights, NaN where there are none; weights as many as heights, or none where all errors weigh the same;
@@ -161,7 +180,7 @@ impl<'r> Bands<'r> {
 
     pub(super) fn new(heights: BandReader<'r>, importance: Option<&'r Band>) -> Self {
         let weights = importance.map(|raster| BandReader::new(raster).by(heights.rows()));
-        Bands { heights, weights, runs: Vec::new(), flags: Vec::new() }
+        Bands { heights, weights, runs: Vec::new() }
     }
 
     /// With flags of samples.
@@ -170,30 +189,25 @@ impl<'r> Bands<'r> {
         self
     }
 
-    /// Rows in a band; the last one may have fewer.
-    pub(super) fn rows(&self) -> usize {
-        self.heights.rows()
-    }
-
     /// How many bands there are.
     pub(super) fn count(&self) -> usize {
         self.heights.count()
     }
 
-    /// One band, row by row.
-    pub(super) fn read(&mut self, band: usize) -> Result<Samples<'_>, VerifyError> {
+    /// Reads one band, the one after that of the call before.
+    pub(super) fn read(&mut self, band: usize, rows: &mut Rows) -> Result<(), VerifyError> {
         let (first_row, width) = (band * self.heights.rows(), self.heights.raster().width());
-        let heights = self.heights.read(band)?;
-        let weights = self.weights.as_mut().map(|weights| weights.read_weights(band, heights)).transpose()?;
-        self.flags.clear();
-        if self.runs.is_empty() {
-            return Ok(Samples { heights, weights, flags: None });
+        self.heights.read(band)?;
+        if let Some(weights) = &mut self.weights {
+            weights.read_weights(band, &self.heights.heights)?;
+            std::mem::swap(&mut weights.heights, &mut rows.weights);
         }
-        self.flags.resize(heights.len(), 0);
-        for runs in &mut self.runs {
-            runs.set(first_row, width, &mut self.flags, |_| Ok(()))?;
+        std::mem::swap(&mut self.heights.heights, &mut rows.heights);
+        rows.flags.clear();
+        if !self.runs.is_empty() {
+            rows.flags.resize(rows.heights.len(), 0);
         }
-        Ok(Samples { heights, weights, flags: Some(&self.flags) })
+        self.runs.iter_mut().try_for_each(|runs| runs.set(first_row, width, &mut rows.flags, |_| Ok(())))
     }
 }
 

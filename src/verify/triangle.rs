@@ -40,6 +40,12 @@ impl Triangle {
         orientation(a, b, c)
     }
 
+    /// Whether all coordinates are below 2²⁸: 64 bits hold the product of any two differences, times [`STEPS`].
+    pub(super) fn is_small(&self) -> bool {
+        const LIMIT: i64 = 1 << 28;
+        self.corners.iter().all(|(x, y)| x.abs() < LIMIT && y.abs() < LIMIT)
+    }
+
     /// The first and the last row of samples that the closed triangle touches, the first one after the last where it
     /// lies between two rows or off the raster.
     pub(super) fn rows(&self, grid: &Grid) -> (i64, i64) {
@@ -77,12 +83,12 @@ impl Triangle {
                 0 if at_zero == 0 => interior = (0, -1),
                 0 => {}
                 1.. => {
-                    let (column, on_edge) = divide(at_zero, step);
+                    let (column, on_edge) = divide_wide(at_zero, step);
                     closed.1 = closed.1.min(column);
                     interior.1 = interior.1.min(column - on_edge);
                 }
                 _ => {
-                    let (column, on_edge) = divide(at_zero, step);
+                    let (column, on_edge) = divide_wide(at_zero, step);
                     closed.0 = closed.0.max(-column);
                     interior.0 = interior.0.max(-column + on_edge);
                 }
@@ -92,11 +98,17 @@ impl Triangle {
     }
 }
 
+/// The quotient rounded down, and what is left over.
+pub(super) fn divide(numerator: i64, step: i64) -> (i64, i64) {
+    (numerator.div_euclid(step), numerator.rem_euclid(step))
+}
+
 /// The quotient rounded down, and 1 where nothing is left over, else 0. Most numerators are small, and a 64-bit
 /// division is several times faster.
-fn divide(numerator: i128, step: i128) -> (i64, i64) {
+fn divide_wide(numerator: i128, step: i128) -> (i64, i64) {
     if let (Ok(n), Ok(s)) = (i64::try_from(numerator), i64::try_from(step)) {
-        return (n.div_euclid(s), i64::from(n.rem_euclid(s) == 0));
+        let (quotient, rest) = divide(n, s);
+        return (quotient, i64::from(rest == 0));
     }
     let quotient = numerator.div_euclid(step).clamp(-(1 << 60), 1 << 60);
     (quotient as i64, i64::from(numerator.rem_euclid(step) == 0))
