@@ -30,10 +30,7 @@ pub(super) struct Band<'s> {
 impl<'s> Band<'s> {
     pub(super) fn new(grid: Grid, tolerance: f64, first_row: i64, samples: Samples<'s>) -> Self {
         let lines = samples.heights.par_chunks(grid.width as usize);
-        // All are looked at, as vectors.
-        let has_nodata = |line: &[f64]| line.iter().fold(false, |found, h| found | h.is_nan());
-        let tally = |line: &[f64]| RowTally { has_nodata: has_nodata(line), ..RowTally::default() };
-        let tallies: Vec<RowTally> = lines.map(tally).collect();
+        let tallies: Vec<RowTally> = lines.map(RowTally::new).collect();
         Band {
             grid,
             tolerance,
@@ -82,8 +79,9 @@ impl<'s> Band<'s> {
         for ((row, marks), tally) in (self.rows.0..).zip(self.marks.chunks(width)).zip(&self.tallies) {
             let place = |column: usize| self.grid.sample(column as i64, row);
             // Nothing is wrong most often, and that is soon known.
-            let is_wrong = marks.iter().fold(0, |all, mark| all | mark) & mark::WRONG != 0;
-            for (column, mark) in marks.iter().enumerate().filter(|_| is_wrong) {
+            let all = marks.iter().fold(0, |all, mark| all | mark);
+            let wrong = if all & mark::WRONG == 0 { &[] } else { marks };
+            for (column, mark) in wrong.iter().enumerate() {
                 if mark & mark::OVERLAP != 0 {
                     comparison.overlapped.add(|| place(column));
                 }
@@ -94,6 +92,10 @@ impl<'s> Band<'s> {
             if let Some((column, face)) = tally.touched {
                 let count = marks.iter().filter(|mark| **mark & mark::TOUCHED != 0).count() as u64;
                 comparison.touched.add_all(count, || TouchPlace { sample: place(column as usize), face });
+            }
+            if tally.range[0] <= tally.range[1] {
+                let [min, max] = comparison.range.unwrap_or(tally.range);
+                comparison.range = Some([min.min(tally.range[0]), max.max(tally.range[1])]);
             }
             comparison.covered += tally.covered;
             comparison.sum_of_squares += tally.sum_of_squares;

@@ -21,8 +21,10 @@ pub(super) mod mark {
 
 /// What one row's samples add to the comparison. Rows are worked on alone and put together in order, so that the sums come out the
 /// same whatever the threads and the bands.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct RowTally {
+    /// The least and the largest height; the other way round where there is none.
+    pub(super) range: [f64; 2],
     /// Whether there are samples without a height.
     pub(super) has_nodata: bool,
     pub(super) covered: u64,
@@ -91,6 +93,9 @@ impl Row<'_> {
     /// Judges each of these samples of the span, first and last column, by itself.
     fn judge(&mut self, plane: &Plane, line: &Line, span: &RowSpan, columns: (i64, i64)) {
         let (samples, marks, tally) = (self.samples, &mut *self.marks, &mut *self.tally);
+        if columns.0 > columns.1 {
+            return;
+        }
         let range = columns.0..=columns.1;
         let is_bridged = |column: i64| samples.flags(column as usize) & flag::BRIDGED != 0;
         let has_nodata = tally.has_nodata;
@@ -133,6 +138,27 @@ impl Row<'_> {
 }
 
 impl RowTally {
+    /// Of a row whose samples no triangle has passed.
+    pub(super) fn new(heights: &[f64]) -> RowTally {
+        // By lanes, which the compiler makes vectors of. NaN is neither less nor larger.
+        let (lanes, rest) = heights.as_chunks::<8>();
+        let (mut least, mut largest, mut has_nodata) = ([f64::INFINITY; 8], [f64::NEG_INFINITY; 8], false);
+        for lane in lanes {
+            for (i, &h) in lane.iter().enumerate() {
+                least[i] = if h < least[i] { h } else { least[i] };
+                largest[i] = if h > largest[i] { h } else { largest[i] };
+                has_nodata |= h.is_nan();
+            }
+        }
+        has_nodata |= rest.iter().any(|h| h.is_nan());
+        // A zero has no sign here.
+        let min = least.iter().chain(rest).fold(f64::INFINITY, |min, h| min.min(h + 0.0));
+        let max = largest.iter().chain(rest).fold(f64::NEG_INFINITY, |max, h| max.max(h + 0.0));
+        let (worst, weighted_worst, touched) = (None, None, None);
+        let range = [min, max];
+        RowTally { range, has_nodata, covered: 0, sum_of_squares: 0.0, worst, weighted_worst, touched }
+    }
+
     /// Keeps the sample if it is the worst so far.
     fn weigh(&mut self, plane: &Plane, (column, row): (i64, i64), samples: Samples<'_>, judged: Judged) {
         let judged = self.refined(plane, (column, row), samples, judged);

@@ -90,7 +90,6 @@ impl Sweep<'_, '_> {
     fn pass(&mut self, rows: &Rows) -> Result<(), VerifyError> {
         let (grid, cancel) = (self.grid, &self.control.cancel);
         let mut band = Band::new(grid, self.tolerance, self.row, rows.samples());
-        self.comparison.range = widened(self.comparison.range, band.samples.heights);
         self.row = band.rows.1;
         let after = self.row;
         let goes_on = |words: &TriangleWords| Triangle::from_words(words).rows(&grid).1 >= after;
@@ -108,22 +107,4 @@ impl Sweep<'_, '_> {
         self.control.progress.step(Stage::Compare, band.samples.heights.len() as u64);
         Ok(())
     }
-}
-
-/// The range of these heights and those before.
-fn widened(range: Option<[f64; 2]>, heights: &[f64]) -> Option<[f64; 2]> {
-    let before = range.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
-    // By lanes, which the compiler makes vectors of. NaN is neither less nor larger.
-    let (lanes, rest) = heights.as_chunks::<8>();
-    let (mut least, mut largest) = ([before[0]; 8], [before[1]; 8]);
-    for lane in lanes {
-        for (i, &h) in lane.iter().enumerate() {
-            least[i] = if h < least[i] { h } else { least[i] };
-            largest[i] = if h > largest[i] { h } else { largest[i] };
-        }
-    }
-    // A zero has no sign here.
-    let min = least.iter().chain(rest).fold(before[0], |min, h| min.min(h + 0.0));
-    let max = largest.iter().chain(rest).fold(before[1], |max, h| max.max(h + 0.0));
-    (min <= max).then_some([min, max])
 }

@@ -98,9 +98,16 @@ impl Triangle {
     }
 }
 
-/// The quotient rounded down, and what is left over.
+/// The quotient by a positive number, rounded down, and what is left over.
 pub(super) fn divide(numerator: i64, step: i64) -> (i64, i64) {
-    (numerator.div_euclid(step), numerator.rem_euclid(step))
+    // Below 2⁵³ a quotient of doubles is rounded to no whole number that it has not reached: those are farther from it than
+    // its own last bit. It is found several times as fast.
+    let quotient = match numerator.unsigned_abs() < 1 << 52 && step < 1 << 52 {
+        true => (numerator as f64 / step as f64) as i64,
+        false => numerator / step,
+    };
+    let rest = numerator - quotient * step;
+    if rest < 0 { (quotient - 1, rest + step) } else { (quotient, rest) }
 }
 
 /// The quotient rounded down, and 1 where nothing is left over, else 0. Most numerators are small, and a 64-bit
@@ -142,6 +149,19 @@ mod tests {
             let (first, last) = t.rows(&grid);
             let touched = corners.iter().map(|c| c.1).min() <= Some(4 * row) && corners.iter().map(|c| c.1).max() >= Some(4 * row);
             prop_assert_eq!(first <= row && row <= last, touched);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn quotients_are_rounded_down(
+            step in prop_oneof![1i64..100, 1i64..1 << 31, 1i64..1 << 52, 1i64..1 << 60], multiple in any::<i32>(), off in -2i64..3,
+            any in any::<i64>(),
+        ) {
+            let near = step.saturating_mul(i64::from(multiple)).saturating_add(off);
+            for numerator in [near, any] {
+                prop_assert_eq!(divide(numerator, step), (numerator.div_euclid(step), numerator.rem_euclid(step)));
+            }
         }
     }
 
