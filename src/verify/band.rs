@@ -12,8 +12,9 @@ use super::sweep::Comparison;
 use super::triangle::{Triangle, TriangleWords};
 use super::verdict::{WeightedWorst, WorstSample};
 
-/// Pieces a band is cut into for the threads.
-const TASKS: usize = 32;
+/// Pieces a band is cut into for each thread: one that is done early takes what others have left. A triangle is set up anew in
+/// each piece.
+const TASKS: usize = 4;
 
 /// Some rows of samples and what is known about them.
 pub(super) struct Band<'s> {
@@ -50,7 +51,7 @@ impl<'s> Band<'s> {
         };
         let (planes, extents): (Vec<Plane>, Vec<(i64, i64)>) = batch.par_iter().map(read).unzip();
         let width = grid.width as usize;
-        let rows = self.tallies.len().div_ceil(TASKS);
+        let rows = self.tallies.len().div_ceil(TASKS * rayon::current_num_threads());
         let tasks = self.tallies.par_chunks_mut(rows).zip(self.marks.par_chunks_mut(rows * width));
         let samples = self.samples;
         tasks.enumerate().for_each(|(task, (tallies, marks))| {

@@ -102,6 +102,7 @@ mod ground;
 mod heights;
 mod holes;
 mod joins;
+mod line;
 mod outline;
 mod pace;
 mod plane;

@@ -2,6 +2,7 @@
 
 use super::exact::{rounded_error, within, within_weighted};
 use super::grid::STEPS;
+use super::line::Line;
 use super::samples::Samples;
 use super::triangle::{RowSpan, Triangle};
 
@@ -32,68 +33,6 @@ pub(super) struct Plane {
     surely_within: f64,
     /// More than this, and it is not for sure.
     surely_above: f64,
-}
-
-/// The surface over one row of samples, from the first one in the triangle on.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Line {
-    row: i64,
-    /// The column of the first sample.
-    first: i64,
-    height: f64,
-    /// The weights wb, wc at the first sample, and by how much they change from column to column.
-    weights: (f64, f64),
-    steps: (f64, f64),
-    slopes: (f64, f64),
-}
-
-/// What samples next to each other come to.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Errors {
-    /// The largest error, as [`Judged::error`] has it before it is refined.
-    pub(super) largest: f64,
-    /// NaN where some sample has no height.
-    pub(super) sum_of_squares: f64,
-}
-
-impl Line {
-    /// The row.
-    pub(super) fn row(&self) -> i64 {
-        self.row
-    }
-
-    #[inline(always)]
-    fn surface(&self, columns: f64) -> f64 {
-        let (wb, wc) = (self.weights.0 + columns * self.steps.0, self.weights.1 + columns * self.steps.1);
-        self.height + (wb * self.slopes.0 + wc * self.slopes.1)
-    }
-
-    /// The errors of these samples, the first one in column `first`.
-    pub(super) fn errors(&self, first: i64, samples: &[f64]) -> Errors {
-        const LANES: usize = 8;
-        let first = (first - self.first) as f64;
-        let (lanes, rest) = samples.as_chunks::<LANES>();
-        let (mut largest, mut sums) = ([0.0f64; LANES], [0.0f64; LANES]);
-        for (chunk, samples) in lanes.iter().enumerate() {
-            let first = first + (chunk * LANES) as f64;
-            for (i, sample) in samples.iter().enumerate() {
-                let error = (sample - self.surface(first + i as f64)).abs();
-                largest[i] = if error > largest[i] { error } else { largest[i] };
-                sums[i] += error * error;
-            }
-        }
-        let (mut largest_of_all, mut sum) = (0.0f64, 0.0);
-        for (i, sample) in rest.iter().enumerate() {
-            let error = (sample - self.surface(first + (lanes.len() * LANES + i) as f64)).abs();
-            largest_of_all = if error > largest_of_all { error } else { largest_of_all };
-            sum += error * error;
-        }
-        if !lanes.is_empty() {
-            largest_of_all = largest.into_iter().fold(largest_of_all, f64::max);
-            sum += sums.into_iter().sum::<f64>();
-        }
-        Errors { largest: largest_of_all, sum_of_squares: sum }
-    }
 }
 
 /// A sample's vertical distance to the surface.
@@ -193,15 +132,15 @@ impl Plane {
         line: &Line,
         columns: (i64, i64),
         samples: Samples<'_>,
-        visit: impl FnMut(i64, Judged),
+        mut visit: impl FnMut(i64, Judged),
     ) {
         let row = line.row;
         match samples.weights {
-            None => judge_each(line, columns, samples.heights, visit, |column, sample, surface, error| {
-                self.judge(column, row, sample, surface, error)
+            None => line.visit(columns, samples.heights, |column, sample, surface, error| {
+                visit(column, self.judge(column, row, sample, surface, error));
             }),
-            Some(weights) => judge_each(line, columns, samples.heights, visit, |column, sample, surface, error| {
-                self.judge_weighted(column, row, sample, surface, error, weights[column as usize])
+            Some(weights) => line.visit(columns, samples.heights, |column, sample, surface, error| {
+                visit(column, self.judge_weighted(column, row, sample, surface, error, weights[column as usize]));
             }),
         }
     }
@@ -259,24 +198,6 @@ impl Plane {
         };
         let (wb, wc) = (turn(c, a), turn(a, b));
         [self.double_area - wb - wc, wb, wc]
-    }
-}
-
-fn judge_each(
-    line: &Line,
-    (first, last): (i64, i64),
-    samples: &[f64],
-    mut visit: impl FnMut(i64, Judged),
-    judge: impl Fn(i64, f64, f64, f64) -> Judged,
-) {
-    for column in first..=last {
-        let sample = samples[column as usize];
-        if sample.is_nan() {
-            continue;
-        }
-        let surface = line.surface((column - line.first) as f64);
-        let error = (sample - surface).abs();
-        visit(column, judge(column, sample, surface, error));
     }
 }
 

@@ -1,6 +1,7 @@
 //! One row of samples in one triangle.
 
-use super::plane::{Judged, Line, Plane};
+use super::line::Line;
+use super::plane::{Judged, Plane};
 use super::samples::{Samples, flag};
 use super::triangle::RowSpan;
 
@@ -132,7 +133,7 @@ impl Row<'_> {
                 tally.covered += 1;
                 tally.sum_of_squares += judged.error * judged.error;
             }
-            tally.weigh(plane, (column, line.row()), samples, judged);
+            tally.weigh(plane, (column, line.row), samples, judged);
         });
     }
 }

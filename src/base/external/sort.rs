@@ -20,7 +20,12 @@ const READ_BYTES: usize = 64 << 10;
 
 /// As arrays are compared; the loop is unrolled.
 fn compare<const N: usize>(a: &[u64; N], b: &[u64; N]) -> Ordering {
-    (0..N).map(|word| a[word].cmp(&b[word])).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+    for word in 0..N {
+        if a[word] != b[word] {
+            return a[word].cmp(&b[word]);
+        }
+    }
+    Ordering::Equal
 }
 
 /// Takes records of `N` words in any order and gives them back in ascending order, the first word first.
