@@ -119,16 +119,16 @@ pub fn verify(request: &VerifyRequest, control: &Control<'_>) -> Result<VerifyRe
 }
 
 /// What GDAL's cache is to hold: a row of blocks of each of these bands and the others of its raster, because rows pass a few at
-/// a time, fewer than blocks have; and half as much for others. No less and no more than these limits.
+/// a time, fewer than blocks have; and an eighth more for others. No less and no more than these limits.
 fn cache_bytes<'b>(bands: impl Iterator<Item = &'b Band>) -> u64 {
     const LIMITS: (u64, u64) = (8 << 20, 64 << 20);
     let rows = bands.map(|band| {
         let (across, down) = band.block_size();
         let samples = (band.width().next_multiple_of(across) as u64).saturating_mul(down as u64);
-        samples.saturating_mul((band.sample_type().bytes() * band.bands) as u64)
+        samples.saturating_mul((band.sample_type().bytes() * band.bands + usize::from(band.has_mask())) as u64)
     });
     let row = rows.fold(0u64, u64::saturating_add);
-    row.saturating_add(row / 2).clamp(LIMITS.0, LIMITS.1)
+    row.saturating_add(row / 8).clamp(LIMITS.0, LIMITS.1)
 }
 
 #[cfg(feature = "gdal")]

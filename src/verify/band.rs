@@ -16,6 +16,14 @@ use super::verdict::{WeightedWorst, WorstSample};
 /// each piece.
 const TASKS: usize = 4;
 
+/// The surfaces of a batch of triangles, and the first and the last row that each touches. It is used again for the next batch:
+/// memory that each thread allocates in turn is given back to the system by none.
+#[derive(Default)]
+pub(super) struct Planes {
+    planes: Vec<Plane>,
+    extents: Vec<(i64, i64)>,
+}
+
 /// Some rows of samples and what is known about them.
 pub(super) struct Band<'s> {
     grid: Grid,
@@ -42,14 +50,16 @@ impl<'s> Band<'s> {
         }
     }
 
-    /// Holds a batch of triangles, in the order of their first rows, against the band.
-    pub(super) fn compare(&mut self, batch: &[TriangleWords]) {
+    /// Holds a batch of triangles, in the order of their first rows, against the band. What is in `planes` is replaced.
+    pub(super) fn compare(&mut self, batch: &[TriangleWords], planes: &mut Planes) {
         let (grid, tolerance, top) = (self.grid, self.tolerance, self.rows.0);
         let read = |words| {
             let triangle = Triangle::from_words(words);
             (Plane::new(triangle, tolerance), triangle.rows(&grid))
         };
-        let (planes, extents): (Vec<Plane>, Vec<(i64, i64)>) = batch.par_iter().map(read).unzip();
+        let Planes { planes, extents } = planes;
+        batch.par_iter().map(read).unzip_into_vecs(planes, extents);
+        let (planes, extents) = (&*planes, &*extents);
         let width = grid.width as usize;
         let rows = self.tallies.len().div_ceil(TASKS * rayon::current_num_threads());
         let tasks = self.tallies.par_chunks_mut(rows).zip(self.marks.par_chunks_mut(rows * width));

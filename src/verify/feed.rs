@@ -35,15 +35,25 @@ impl<'s, const N: usize> Feed<'s, N> {
     }
 
     /// The next batch for the band that ends before row `after`; an empty one where there is no more. Those that `goes_on`
-    /// finds are given to the next band, too.
-    pub(super) fn next(&mut self, after: i64, goes_on: impl Fn(&[u64; N]) -> bool) -> Piece<N> {
-        let batch = match self.waiting.next() {
-            Some(piece) => piece?,
-            None => {
-                let in_band = |record: &Result<[u64; N], _>| record.as_ref().map_or(true, |r| (r[0] as i64) < after);
-                std::iter::from_fn(|| self.coming.next_if(in_band)).take(BATCH).collect::<Result<_, _>>()?
+    /// finds are given to the next band, too. `batch` is one that has been used.
+    pub(super) fn next(
+        &mut self,
+        mut batch: Vec<[u64; N]>,
+        after: i64,
+        goes_on: impl Fn(&[u64; N]) -> bool,
+    ) -> Piece<N> {
+        if let Some(piece) = self.waiting.next() {
+            batch = piece?;
+        } else {
+            batch.clear();
+            batch.reserve_exact(BATCH);
+            let in_band = |record: &Result<[u64; N], _>| record.as_ref().map_or(true, |r| (r[0] as i64) < after);
+            while batch.len() < BATCH
+                && let Some(record) = self.coming.next_if(in_band)
+            {
+                batch.push(record?);
             }
-        };
+        }
         batch.iter().filter(|record| goes_on(record)).try_for_each(|record| self.next.push(*record))?;
         Ok(batch)
     }

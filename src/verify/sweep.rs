@@ -3,7 +3,7 @@
 use crate::base::control::{Control, Stage};
 
 use super::VerifyError;
-use super::band::Band;
+use super::band::{Band, Planes};
 use super::feed::Feed;
 use super::finding::{Finding, SamplePlace, TouchPlace};
 use super::grid::Grid;
@@ -54,10 +54,18 @@ pub(super) fn sweep<'s>(
     let bands = reader.count();
     let samples = grid.width as u64 * grid.height as u64;
     control.progress.begin(Stage::Compare, bands as u64, samples);
-    let comparison = Comparison { weighted: reader.are_weighted(), ..Comparison::default() };
-    let triangles = Feed::new(triangles, scratch);
-    let mut sweep =
-        Sweep { grid, tolerance, control, triangles, ground: Ground::new(grid), outline, comparison, row: 0 };
+    let mut sweep = Sweep {
+        grid,
+        tolerance,
+        control,
+        triangles: Feed::new(triangles, scratch),
+        batches: Default::default(),
+        planes: Planes::default(),
+        ground: Ground::new(grid),
+        outline,
+        comparison: Comparison { weighted: reader.are_weighted(), ..Comparison::default() },
+        row: 0,
+    };
     let (mut here, mut next) = (Rows::default(), Rows::default());
     reader.read(0, &mut here)?;
     for index in 0..bands {
@@ -78,6 +86,9 @@ struct Sweep<'s, 'c> {
     tolerance: f64,
     control: &'c Control<'c>,
     triangles: Feed<'s, TRIANGLE_WORDS>,
+    /// The batch that is worked on, and one that has been used; and what is made of a batch.
+    batches: [Vec<TriangleWords>; 2],
+    planes: Planes,
     ground: Ground,
     outline: Outline<'s>,
     comparison: Comparison,
@@ -93,13 +104,15 @@ impl Sweep<'_, '_> {
         self.row = band.rows.1;
         let after = self.row;
         let goes_on = |words: &TriangleWords| Triangle::from_words(words).rows(&grid).1 >= after;
-        let triangles = &mut self.triangles;
+        let (triangles, planes) = (&mut self.triangles, &mut self.planes);
         triangles.begin();
-        let mut batch = triangles.next(after, goes_on)?;
-        while !batch.is_empty() {
+        let [here, next] = &mut self.batches;
+        *here = triangles.next(std::mem::take(here), after, goes_on)?;
+        while !here.is_empty() {
             cancel.check()?;
-            let (next, ()) = rayon::join(|| triangles.next(after, goes_on), || band.compare(&batch));
-            batch = next?;
+            let used = std::mem::take(next);
+            let (following, ()) = rayon::join(|| triangles.next(used, after, goes_on), || band.compare(here, planes));
+            *next = std::mem::replace(here, following?);
         }
         cancel.check()?;
         band.add_to(&mut self.comparison);
