@@ -1,5 +1,6 @@
 //! `verify`: judges a mesh.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -8,9 +9,8 @@ use super::combinations::Asked;
 use super::importance::ImportanceArgs;
 use super::input::InputArgs;
 use super::progress::Bars;
-use super::{Failure, GDAL_CACHE, print, values, warnings};
+use super::{Failure, print, values, warnings};
 use crate::base::features::Feature;
-use crate::raster::bound_gdal_cache;
 use crate::run::{Input, VerifyReport, VerifyRequest, verify};
 
 /// Judge a mesh against its raster: vertical errors, coverage, cracks, folds.
@@ -41,6 +41,9 @@ pub(crate) struct VerifyArgs {
     attributes: AttributeArgs,
     #[command(flatten)]
     importance: ImportanceArgs,
+    /// Threads to work with [default: as many as the machine has cores]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
+    threads: Option<NonZeroUsize>,
     /// Where temporary files go (about 200 bytes per triangle)
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
@@ -66,13 +69,13 @@ impl VerifyArgs {
 
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     args.asked().check_samples()?;
-    bound_gdal_cache(GDAL_CACHE);
     let bars = Bars::new(args.quiet);
     let request = VerifyRequest {
         attributes: args.attributes.attributes(),
         importance: args.importance.input(),
         fill_voids: args.fill_holes,
         trim: args.trim,
+        threads: args.threads,
         temp_dir: args.temp_dir.clone(),
         ..VerifyRequest::new(
             Input::Raster { path: args.raster.clone(), view: args.input.view() },

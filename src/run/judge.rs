@@ -1,13 +1,17 @@
 //! Judging a mesh as a run: `verify` with everything opened, and its report.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use serde::Serialize;
 
 use super::inputs::{open, open_importance};
 use super::look::look;
+use super::make::all_cores;
 use super::report::SCHEMA;
+use super::threads::start_threads;
 use super::{Attributes, Input, RunError, Warned};
+use crate::base::Band;
 use crate::base::control::Control;
 use crate::base::warning::Warnings;
 use crate::formats::Format;
@@ -32,6 +36,8 @@ pub struct VerifyRequest {
     pub fill_voids: u64,
     /// So many cells from missing samples the mesh may end short of the ground.
     pub trim: u32,
+    /// Threads to work with; `None` is as many as the machine has cores. The verdict does not depend on them.
+    pub threads: Option<NonZeroUsize>,
     /// The folder of temporary files; `None` is the system's.
     pub temp_dir: Option<PathBuf>,
 }
@@ -68,14 +74,13 @@ impl VerifyRequest {
             importance: None,
             fill_voids: 0,
             trim: 0,
+            threads: None,
             temp_dir: None,
         }
     }
 }
 
 /// Judges a mesh, see [`verify_ground`]. A mesh that is merely wrong is a report.
-///
-/// Sorting and comparing run on the threads of the current rayon pool.
 ///
 /// # Errors
 /// [`RunError`]: the raster, the mesh or what else is read cannot be used, or the caller asked to stop.
@@ -90,7 +95,12 @@ pub fn verify(request: &VerifyRequest, control: &Control<'_>) -> Result<VerifyRe
     let (max_error, temp_dir) = (request.max_error, request.temp_dir.clone());
     let options = VerifyOptions { max_error, importance: importance.as_ref(), temp_dir };
     let ground = GroundOptions { fill_holes: request.fill_voids, trim: request.trim };
-    let verdict = verify_ground(&band, &request.mesh, &options, ground, attributes.as_ref(), control)?;
+    let further = attributes.iter().flat_map(|a| &a.bands).chain(&importance);
+    bound_gdal_cache(cache_bytes(further.chain([&band])));
+    let pool = start_threads(request.threads.map_or_else(all_cores, usize::from))?;
+    let judge = || verify_ground(&band, &request.mesh, &options, ground, attributes.as_ref(), control);
+    let verdict = pool.install(judge)?;
+    drop(pool);
     let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
     if verdict.nodata + verdict.bridged > 0 && !is_flat {
         let look = look(&band, control).map_err(RunError::of_look)?;
@@ -107,3 +117,24 @@ pub fn verify(request: &VerifyRequest, control: &Control<'_>) -> Result<VerifyRe
         verdict,
     })
 }
+
+/// What GDAL's cache is to hold: a row of blocks of each of these bands and the others of its raster, because rows pass a few at
+/// a time, fewer than blocks have; and an eighth more for others. No less and no more than these limits.
+fn cache_bytes<'b>(bands: impl Iterator<Item = &'b Band>) -> u64 {
+    const LIMITS: (u64, u64) = (8 << 20, 64 << 20);
+    let rows = bands.map(|band| {
+        let (across, down) = band.block_size();
+        let samples = (band.width().next_multiple_of(across) as u64).saturating_mul(down as u64);
+        samples.saturating_mul((band.sample_type().bytes() * band.bands + usize::from(band.has_mask())) as u64)
+    });
+    let row = rows.fold(0u64, u64::saturating_add);
+    row.saturating_add(row / 8).clamp(LIMITS.0, LIMITS.1)
+}
+
+#[cfg(feature = "gdal")]
+fn bound_gdal_cache(bytes: u64) {
+    crate::raster::bound_gdal_cache(bytes);
+}
+
+#[cfg(not(feature = "gdal"))]
+fn bound_gdal_cache(_: u64) {}

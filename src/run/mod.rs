@@ -22,6 +22,7 @@ mod provenance;
 pub mod report;
 mod request;
 mod resume;
+mod threads;
 
 pub use convert::{ConvertReport, ConvertRequest, convert};
 pub use error::{Fate, RunError};

@@ -4,6 +4,7 @@ use crate::formats::MeshReader;
 
 use super::VerifyError;
 use super::finding::{Finding, VertexPlace};
+use super::gather::{Counted, Gather, Key, MIX};
 use super::grid::Grid;
 use super::pace::Pace;
 use super::vertices::{Vertex, VertexStore, VertexWriter};
@@ -84,20 +85,61 @@ impl VertexFindings {
         &mut self,
         grid: &Grid,
         vertices: &mut VertexStore<'_>,
-        uses: Sorted<'_, 1>,
+        uses: Gather<'_, UseKey>,
         pace: &mut Pace<'_>,
     ) -> Result<(), VerifyError> {
-        let mut expected = 0;
-        for record in uses.map(Some).chain([None]) {
-            pace.tick()?;
-            // After the last use, all the rest is unused.
-            let used = record.transpose()?.map_or(vertices.count(), |[v]| v);
-            for unused in expected..used {
-                let vertex = vertices.get(unused)?;
-                self.unused.add(|| grid.vertex(unused, vertex));
+        let (mut uses, joined) = uses.finish()?;
+        pace.pass(joined)?;
+        let count = vertices.count();
+        let mut unused = |vertex: u64| {
+            if vertex < count {
+                let at = vertices.get(vertex)?;
+                self.unused.add(|| grid.vertex(vertex, at));
             }
-            expected = expected.max(used + 1);
+            Ok::<(), VerifyError>(())
+        };
+        let mut expected = 0;
+        while let Some(([block, used], records)) = uses.next()? {
+            pace.pass(records)?;
+            (expected * UseKey::BLOCK..block * UseKey::BLOCK).try_for_each(&mut unused)?;
+            let bits = (0..UseKey::BLOCK).filter(|bit| used >> bit & 1 == 0);
+            bits.map(|bit| block * UseKey::BLOCK + bit).try_for_each(&mut unused)?;
+            expected = block + 1;
         }
-        Ok(())
+        // After the last use, all the rest is unused.
+        (expected * UseKey::BLOCK..count).try_for_each(&mut unused)
     }
+}
+
+/// Which vertices of a block faces use: `[block, a bit for each of its vertices]`.
+#[derive(Debug)]
+pub(super) struct UseKey;
+
+impl UseKey {
+    /// Vertices of a block.
+    const BLOCK: u64 = 64;
+
+    /// Of a face with this corner.
+    pub(super) fn record(vertex: u64) -> Counted {
+        [vertex / UseKey::BLOCK, 1 << (vertex % UseKey::BLOCK)]
+    }
+}
+
+impl Key for UseKey {
+    fn is_same(a: Counted, b: Counted) -> bool {
+        a[0] == b[0]
+    }
+
+    fn join(a: Counted, b: Counted) -> Counted {
+        [a[0], a[1] | b[1]]
+    }
+
+    fn hash([block, _]: Counted) -> u64 {
+        block.wrapping_mul(MIX)
+    }
+}
+
+/// For the corners of all faces. Memory: 0.1 MiB of slots, and a sort of 4.
+pub(super) fn use_sort(scratch: &Scratch) -> Gather<'_, UseKey> {
+    Gather::new(scratch, 1 << 13, 4 << 20)
 }

@@ -15,11 +15,19 @@ pub(super) fn within(sample: f64, heights: [f64; 3], weights: [i128; 3], toleran
 
 /// The answer in 128 bits, where the numbers fit.
 fn in_128_bits(sample: f64, heights: [f64; 3], weights: [i128; 3], tolerance: f64) -> Option<bool> {
+    let [za, zb, zc] = heights;
+    let (double_area, [h, za, zb, zc, e], _) = whole_numbers(weights, [sample, za, zb, zc, tolerance])?;
+    Some(distance(double_area, h, weights, [za, zb, zc]) <= e.unsigned_abs() * double_area.unsigned_abs())
+}
+
+/// D, and numbers as whole multiples of a power of two that they have in common, whose exponent comes last. `None` where the
+/// product of one with D may be 2¹²⁵ or more.
+fn whole_numbers<const K: usize>(weights: [i128; 3], numbers: [f64; K]) -> Option<(i128, [i128; K], i32)> {
     let double_area: i128 = weights.iter().sum();
     let room = double_area.leading_zeros() as i32 - 3;
-    let parts = [sample, heights[0], heights[1], heights[2], tolerance].map(split);
+    let parts = numbers.map(split);
     let unit = parts.iter().filter(|(m, _)| *m != 0).map(|(_, e)| *e).min().unwrap_or(0);
-    let mut whole = [0i128; 5];
+    let mut whole = [0i128; K];
     for (out, (mantissa, exponent)) in whole.iter_mut().zip(parts).filter(|(_, (m, _))| *m != 0) {
         let bits = (64 - mantissa.unsigned_abs().leading_zeros()) as i32;
         if bits + exponent - unit > room {
@@ -27,10 +35,13 @@ fn in_128_bits(sample: f64, heights: [f64; 3], weights: [i128; 3], tolerance: f6
         }
         *out = i128::from(mantissa) << (exponent - unit);
     }
-    // Each product is below 2¹²⁵, and so is the weighted sum, because the weights add up to D.
-    let [h, za, zb, zc, e] = whole;
-    let surface = weights[0] * za + weights[1] * zb + weights[2] * zc;
-    Some((h * double_area - surface).abs() <= e * double_area)
+    Some((double_area, whole, unit))
+}
+
+/// |h·D − Σ w·z| of whole numbers. Each product is below 2¹²⁵, and so is the weighted sum, because the weights add up to D.
+fn distance(double_area: i128, h: i128, weights: [i128; 3], heights: [i128; 3]) -> u128 {
+    let [za, zb, zc] = heights;
+    (h * double_area - (weights[0] * za + weights[1] * zb + weights[2] * zc)).unsigned_abs()
 }
 
 /// |h − (wa·za + wb·zb + wc·zc)/D| · importance ≤ tolerance: the same question where errors are weighted. The importance
@@ -55,20 +66,9 @@ fn weighted_in_128_bits(
     importance: f64,
     tolerance: f64,
 ) -> Option<bool> {
-    let double_area: i128 = weights.iter().sum();
-    let room = double_area.leading_zeros() as i32 - 3;
-    let parts = [sample, heights[0], heights[1], heights[2]].map(split);
-    let unit = parts.iter().filter(|(m, _)| *m != 0).map(|(_, e)| *e).min().unwrap_or(0);
-    let mut whole = [0i128; 4];
-    for (out, (mantissa, exponent)) in whole.iter_mut().zip(parts).filter(|(_, (m, _))| *m != 0) {
-        let bits = (64 - mantissa.unsigned_abs().leading_zeros()) as i32;
-        if bits + exponent - unit > room {
-            return None;
-        }
-        *out = i128::from(mantissa) << (exponent - unit);
-    }
-    let [h, za, zb, zc] = whole;
-    let error = (h * double_area - (weights[0] * za + weights[1] * zb + weights[2] * zc)).unsigned_abs();
+    let [za, zb, zc] = heights;
+    let (double_area, [h, za, zb, zc], unit) = whole_numbers(weights, [sample, za, zb, zc])?;
+    let error = distance(double_area, h, weights, [za, zb, zc]);
     let ((importance, importance_exponent), (tolerance, tolerance_exponent)) = (split(importance), split(tolerance));
     let left = error.checked_mul(u128::from(importance.unsigned_abs()))?;
     let right = double_area.unsigned_abs().checked_mul(u128::from(tolerance.unsigned_abs()))?;
@@ -86,21 +86,49 @@ fn weighted_in_128_bits(
 /// |h − (wa·za + wb·zb + wc·zc)/D|, rounded to the nearest double, of two the even one. Errors below 2⁻¹⁰²² may be off by a
 /// bit.
 pub(super) fn rounded_error(sample: f64, heights: [f64; 3], weights: [i128; 3]) -> f64 {
+    rounded_in_128_bits(sample, heights, weights).unwrap_or_else(|| rounded_in_rationals(sample, heights, weights))
+}
+
+/// The same in 128 bits, where the numbers fit.
+fn rounded_in_128_bits(sample: f64, heights: [f64; 3], weights: [i128; 3]) -> Option<f64> {
+    let [za, zb, zc] = heights;
+    let (double_area, [h, za, zb, zc], unit) = whole_numbers(weights, [sample, za, zb, zc])?;
+    let (numerator, denominator) = (distance(double_area, h, weights, [za, zb, zc]), double_area.unsigned_abs());
+    let bits = |number: u128| (128 - number.leading_zeros()) as i32;
+    let shift = QUOTIENT_BITS + bits(denominator) - bits(numerator);
+    let (numerator, denominator) = match shift {
+        // Beyond 128 bits nothing is told.
+        0.. if QUOTIENT_BITS + bits(denominator) > 128 => return None,
+        0.. if numerator == 0 => return Some(0.0),
+        0.. => (numerator << shift, denominator),
+        _ => (numerator, denominator << -shift),
+    };
+    let quotient = (numerator / denominator) as u64;
+    Some(rounded(quotient, numerator % denominator != 0, i64::from(unit - shift)))
+}
+
+/// A quotient of this number of bits or one more, and a last bit that tells whether something is left, are rounded in one step.
+const QUOTIENT_BITS: i32 = 56;
+
+/// (quotient + a rest below 1, if there is one) · 2^exponent.
+fn rounded(quotient: u64, has_rest: bool, exponent: i64) -> f64 {
+    let scaled = ((quotient << 1) | u64::from(has_rest)) as f64;
+    // In two steps, each of them a double.
+    let exponent = exponent - 1;
+    let half = exponent / 2;
+    scaled * 2f64.powi(half as i32) * 2f64.powi((exponent - half) as i32)
+}
+
+fn rounded_in_rationals(sample: f64, heights: [f64; 3], weights: [i128; 3]) -> f64 {
     let error = error(sample, heights, weights);
     let (numerator, denominator) = (error.numer().magnitude(), error.denom().magnitude());
-    // A quotient of 56 or 57 bits, and a last bit that tells whether something is left, are rounded in one step.
-    let shift = 56 + denominator.bits() as i64 - numerator.bits() as i64;
+    let shift = i64::from(QUOTIENT_BITS) + denominator.bits() as i64 - numerator.bits() as i64;
     let (numerator, denominator) = match shift {
         0.. => (numerator << shift, denominator.clone()),
         _ => (numerator.clone(), denominator << -shift),
     };
     let quotient = u64::try_from(&numerator / &denominator).expect("57 bits");
-    let rest = u64::from((numerator % denominator) != BigUint::ZERO);
-    let scaled = ((quotient << 1) | rest) as f64;
-    // In two steps, each of them a double.
-    let exponent = -(shift + 1);
-    let half = exponent / 2;
-    scaled * 2f64.powi(half as i32) * 2f64.powi((exponent - half) as i32)
+    rounded(quotient, (numerator % denominator) != BigUint::ZERO, -shift)
 }
 
 /// The definition, word by word.
@@ -178,6 +206,9 @@ mod tests {
             let slow = in_rationals(sample, heights, weights, tolerance);
             prop_assert!(in_128_bits(sample, heights, weights, tolerance).is_none_or(|fast| fast == slow));
             prop_assert!(!tie || slow);
+            let exact = rounded_in_rationals(sample, heights, weights);
+            let is_tiny = exact < f64::MIN_POSITIVE;
+            prop_assert!(rounded_in_128_bits(sample, heights, weights).is_none_or(|fast| fast == exact || is_tiny));
             prop_assert_eq!(slow, within_weighted(sample, heights, weights, 1.0, tolerance));
         }
 

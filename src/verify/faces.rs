@@ -3,17 +3,20 @@
 use crate::formats::MeshReader;
 
 use super::VerifyError;
+use super::corners::{UseKey, use_sort};
+use super::edges::{EdgeKey, edge_sort};
 use super::finding::{FacePlace, Finding};
+use super::gather::Gather;
 use super::grid::{Grid, orientation};
 use super::pace::Pace;
 use super::triangle::{TRIANGLE_WORDS, Triangle};
 use super::vertices::{Vertex, VertexStore};
 use crate::base::external::{Scratch, Sorted, Sorter};
 
-/// Bytes of the three sorts that are filled side by side.
+/// Bytes of the sort of triangles.
 const TRIANGLE_BYTES: usize = 16 << 20;
-const EDGE_BYTES: usize = 12 << 20;
-const USE_BYTES: usize = 4 << 20;
+/// Faces that are taken at a time.
+const CHUNK: usize = 16 << 10;
 
 /// What one pass over the faces finds by itself.
 #[derive(Debug, Default)]
@@ -26,47 +29,82 @@ pub(super) struct FaceFindings {
 }
 
 /// What it leaves to be looked at in another order.
-#[derive(Debug)]
 pub(super) struct FaceSorts<'s> {
     /// Triangles that touch samples, by first row.
     pub(super) triangles: Sorted<'s, TRIANGLE_WORDS>,
-    /// `[low vertex, high vertex, face · 2 + (1 where the face runs from high to low)]`.
-    pub(super) edges: Sorted<'s, 3>,
+    pub(super) edges: Gather<'s, EdgeKey>,
     /// The corners of all faces.
-    pub(super) uses: Sorted<'s, 1>,
+    pub(super) uses: Gather<'s, UseKey>,
 }
 
 /// Reads the faces once: judges each by itself and sorts what has to be seen in order.
+///
+/// Memory use is constant: the sorts', and 24 bytes for each face of a chunk.
 pub(super) fn read_faces<'s>(
     mesh: &mut dyn MeshReader,
-    vertices: &mut VertexStore<'_>,
+    vertices: &mut VertexStore<'s>,
     grid: &Grid,
     scratch: &'s Scratch,
     pace: &mut Pace<'_>,
 ) -> Result<(FaceFindings, FaceSorts<'s>), VerifyError> {
-    let mut found = FaceFindings::default();
-    let mut triangles = Sorter::new(scratch, TRIANGLE_BYTES);
-    let mut edges = Sorter::new(scratch, EDGE_BYTES);
-    let mut uses = Sorter::new(scratch, USE_BYTES);
-    mesh.for_each_face(|face, corners| {
-        pace.tick()?;
-        for (from, to) in [(corners[0], corners[1]), (corners[1], corners[2]), (corners[2], corners[0])] {
-            uses.push([from])?;
-            // An edge from a vertex to itself joins nothing; its face is found degenerate.
-            if from != to {
-                edges.push([from.min(to), from.max(to), face * 2 + u64::from(from > to)])?;
-            }
-        }
-        let corners = [vertices.get(corners[0])?, vertices.get(corners[1])?, vertices.get(corners[2])?];
-        let Some(triangle) = found.judge(grid, face, corners) else { return Ok(()) };
-        let (first, last) = triangle.rows(grid);
-        if first <= last {
-            triangles.push(triangle.words(first))?;
+    let triangles = Sorter::new(scratch, TRIANGLE_BYTES);
+    let (edges, uses) = (edge_sort(scratch), use_sort(scratch));
+    let mut faces = Faces { grid, vertices, found: FaceFindings::default(), triangles, edges, uses, count: 0 };
+    let mut chunk = Vec::with_capacity(CHUNK);
+    mesh.for_each_face(|_, corners| {
+        chunk.push(corners);
+        if chunk.len() == CHUNK {
+            faces.take(&chunk)?;
+            pace.pass(CHUNK as u64)?;
+            chunk.clear();
         }
         Ok::<(), VerifyError>(())
     })?;
-    let sorts = FaceSorts { triangles: triangles.finish()?, edges: edges.finish()?, uses: uses.finish()? };
-    Ok((found, sorts))
+    faces.take(&chunk)?;
+    pace.pass(chunk.len() as u64)?;
+    let Faces { found, triangles, edges, uses, .. } = faces;
+    Ok((found, FaceSorts { triangles: triangles.finish()?, edges, uses }))
+}
+
+/// What is made of faces.
+struct Faces<'a, 's> {
+    grid: &'a Grid,
+    vertices: &'a mut VertexStore<'s>,
+    found: FaceFindings,
+    triangles: Sorter<'s, TRIANGLE_WORDS>,
+    edges: Gather<'s, EdgeKey>,
+    uses: Gather<'s, UseKey>,
+    /// How many have been taken.
+    count: u64,
+}
+
+impl Faces<'_, '_> {
+    /// Takes the next faces: corners and edges on one thread, places on another.
+    fn take(&mut self, faces: &[[u64; 3]]) -> Result<(), VerifyError> {
+        let Faces { grid, vertices, found, triangles, edges, uses, count } = self;
+        let by_number = || {
+            faces.iter().try_for_each(|&[a, b, c]| {
+                [a, b, c].into_iter().try_for_each(|vertex| uses.push(UseKey::record(vertex)))?;
+                // An edge from a vertex to itself joins nothing; its face is found degenerate.
+                let sides = [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| from != to);
+                sides.map(|(from, to)| EdgeKey::record(from, to)).try_for_each(|record| edges.push(record))
+            })
+        };
+        let by_place = || {
+            (*count..).zip(faces).try_for_each(|(face, &[a, b, c])| {
+                let corners = [vertices.get(a)?, vertices.get(b)?, vertices.get(c)?];
+                let Some(triangle) = found.judge(grid, face, corners) else { return Ok(()) };
+                let (first, last) = triangle.rows(grid);
+                if first <= last {
+                    triangles.push(triangle.words(first))?;
+                }
+                Ok::<(), VerifyError>(())
+            })
+        };
+        let (numbers, places) = rayon::join(by_number, by_place);
+        *count += faces.len() as u64;
+        numbers.and(places)
+    }
 }
 
 impl FaceFindings {

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::finding::{Finding, SamplePlace};
 use super::grid::{Grid, STEPS};
+use super::row::mark;
 use super::samples::{Samples, flag};
 use super::segments::{ALONG_COLUMN, ALONG_ROW, FALLING, RISING, Segment, SegmentRows, Segments};
 
@@ -64,8 +65,8 @@ impl Ground {
         Ground { grid, states, segments: Vec::new(), row: 0, settled: 0, found: GroundFindings::default() }
     }
 
-    /// Takes the next rows, and whether a triangle touches the sample. Gives the rows that are settled by that.
-    pub(super) fn settle(&mut self, samples: Samples<'_>, covered: impl Fn(usize) -> bool + Sync) -> Settled<'_> {
+    /// Takes the next rows, and their marks ([`mark::COVERED`]). Gives the rows that are settled by that.
+    pub(super) fn settle(&mut self, samples: Samples<'_>, marks: &[u8]) -> Settled<'_> {
         let heights = samples.heights;
         let width = self.grid.width as usize;
         // Of the row above the first unsettled one only the heights are asked for.
@@ -75,26 +76,31 @@ impl Ground {
         // Room for the row below the last one; growing by doubling would take twice as much.
         self.states.reserve_exact(heights.len() + width);
         self.states.resize(held + heights.len(), 0);
-        self.states[held..].par_iter_mut().with_min_len(1 << 14).zip(heights).enumerate().for_each(
-            |(i, (state, height))| {
-                let valid = match (height.is_nan(), samples.flags(i) & flag::BRIDGED != 0) {
-                    (false, _) => VALID,
-                    (true, true) => VALID | BRIDGED,
-                    (true, false) => 0,
-                };
-                let strip = if samples.flags(i) & flag::NEAR != 0 { STRIP } else { 0 };
-                *state = valid | strip | if covered(i) { COVERED } else { 0 };
-            },
-        );
+        let states =
+            self.states[held..].par_chunks_mut(width).zip(heights.par_chunks(width)).zip(marks.par_chunks(width));
+        states.enumerate().for_each(|(row, ((states, heights), marks))| {
+            for ((state, height), mark) in states.iter_mut().zip(heights).zip(marks) {
+                *state = if height.is_nan() { 0 } else { VALID } | if mark & mark::COVERED != 0 { COVERED } else { 0 };
+            }
+            let Some(flags) = samples.flags else { return };
+            for (state, flags) in states.iter_mut().zip(&flags[row * width..]) {
+                if flags & flag::BRIDGED != 0 && *state & VALID == 0 {
+                    *state |= VALID | BRIDGED;
+                }
+                if flags & flag::NEAR != 0 {
+                    *state |= STRIP;
+                }
+            }
+        });
         let last = self.row + (self.states.len() / width) as i64 - 1 == self.grid.height;
         if last {
             self.states.extend(std::iter::repeat_n(0, width));
         }
         let rows = (self.states.len() / width).saturating_sub(2);
-        self.segments.clear();
-        self.segments.reserve_exact(rows * width);
-        self.segments.resize(rows * width, [Segment::default(); 4]);
-        let is_full = |row: &[u8]| row.iter().all(|s| s & (VALID | BRIDGED | STRIP) == VALID);
+        self.segments.reserve_exact((rows * width).saturating_sub(self.segments.len()));
+        self.segments.resize(rows * width, Segments::default());
+        // All are looked at, as vectors.
+        let is_full = |row: &[u8]| row.iter().fold(true, |full, s| full & (s & (VALID | BRIDGED | STRIP) == VALID));
         let full: Vec<bool> = self.states.par_chunks(width).map(is_full).collect();
         let states = &self.states;
         let line = |row: usize| &states[row * width..(row + 1) * width];
@@ -102,9 +108,12 @@ impl Ground {
             .segments
             .par_chunks_mut(width)
             .enumerate()
-            .map(|(i, segments)| match full[i] && full[i + 1] && full[i + 2] {
-                true => full_row(line(i + 1), segments),
-                false => any_row([line(i), line(i + 1), line(i + 2)], segments),
+            .map(|(i, segments)| {
+                segments.fill(Segments::default());
+                match full[i] && full[i + 1] && full[i + 2] {
+                    true => full_row(line(i + 1), segments),
+                    false => any_row([line(i), line(i + 1), line(i + 2)], segments),
+                }
             })
             .collect();
         for (row, found) in (self.row..).zip(settled) {
@@ -176,7 +185,9 @@ fn full_row(here: &[u8], segments: &mut [Segments]) -> Row {
     segments[0][ALONG_COLUMN] = Segment::beside(false, true);
     segments[last][ALONG_COLUMN] = Segment::beside(true, false);
     let mut row = Row { checked: here.len() as u64, double_area: 2 * HALF * last as i64, ..Row::default() };
-    here.iter().enumerate().filter(|(_, s)| **s & COVERED == 0).for_each(|(column, _)| row.uncovered.add(column));
+    if here.iter().fold(COVERED, |all, s| all & s) == 0 {
+        here.iter().enumerate().filter(|(_, s)| **s & COVERED == 0).for_each(|(column, _)| row.uncovered.add(column));
+    }
     row
 }
 

@@ -12,10 +12,15 @@
 //! rectangle of their centres.
 //!
 //! Passes over the raster find the holes that are bridged (`holes`) and the strip that may be bare (`strip`), where they are
-//! asked for. Two passes over the file put vertices, triangles, edges and corners in order by external sorts (`sort`); then
+//! asked for. Two passes over the file put vertices, triangles, edges and corners in order by external sorts
+//! (`base/external`; what the faces around an edge or a vertex have in common meets before the sort, `gather`); then
 //! triangles, and edges of one face, sweep over the raster from the first row to the last (`sweep`, `ground`,
-//! `boundary` or `rim`). Memory is bounded whatever the raster and the mesh, by about 70 MiB (8 more with an importance raster)
-//! beside GDAL's own cache: every type that buffers says how much.
+//! `boundary` or `rim`). Memory is bounded whatever the raster and the mesh, by about 60 MiB (12 more with an importance
+//! raster, one for each thread) beside GDAL's own cache: every type that buffers says how much.
+//!
+//! All threads of the current rayon pool work on one band of rows at a time (`band`), each on rows of its own, while one of
+//! them reads the next. A row sees its triangles in the order of the sort (`feed`), whichever band and thread it falls to, and
+//! rows are put together in their order: so the verdict is the same, bit for bit, whatever the threads and the bands.
 //!
 //! # Why that is enough
 //!
@@ -79,6 +84,7 @@
 //!
 //! Architecture invariant: nothing here imports an engine, a spool or a sink.
 
+mod band;
 mod bare;
 mod boundary;
 mod cells;
@@ -88,20 +94,25 @@ mod edges;
 mod error;
 mod exact;
 mod faces;
+mod feed;
 mod finding;
+mod gather;
 mod grid;
 mod ground;
 mod heights;
 mod holes;
 mod joins;
+mod line;
 mod outline;
 mod pace;
 mod plane;
 mod ranges;
 mod rim;
+mod row;
 mod runs;
 mod samples;
 mod segments;
+mod spans;
 mod strip;
 mod surface;
 mod sweep;

@@ -22,8 +22,14 @@ impl<'c> Pace<'c> {
 
     /// One record has passed.
     pub(super) fn tick(&mut self) -> Result<(), VerifyError> {
-        self.passed += 1;
-        if self.passed.is_multiple_of(Self::STEP) {
+        self.pass(1)
+    }
+
+    /// Several have.
+    pub(super) fn pass(&mut self, records: u64) -> Result<(), VerifyError> {
+        let before = self.passed / Self::STEP;
+        self.passed += records;
+        for _ in before..self.passed / Self::STEP {
             self.control.cancel.check()?;
             self.control.progress.step(self.stage, 0);
         }

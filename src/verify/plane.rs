@@ -2,6 +2,7 @@
 
 use super::exact::{rounded_error, within, within_weighted};
 use super::grid::STEPS;
+use super::line::Line;
 use super::samples::Samples;
 use super::triangle::{RowSpan, Triangle};
 
@@ -24,6 +25,7 @@ const U: f64 = f64::EPSILON / 2.0;
 pub(super) struct Plane {
     pub(super) triangle: Triangle,
     double_area: i128,
+    is_small: bool,
     slopes: (f64, f64),
     tolerance: f64,
     slack: f64,
@@ -61,7 +63,16 @@ impl Plane {
             false => (f64::NEG_INFINITY, f64::INFINITY),
         };
         let slopes = (rise_b / area, rise_c / area);
-        Plane { triangle, double_area, slopes, tolerance, slack, surely_within, surely_above }
+        Plane {
+            triangle,
+            double_area,
+            is_small: triangle.is_small(),
+            slopes,
+            tolerance,
+            slack,
+            surely_within,
+            surely_above,
+        }
     }
 
     /// What errors are held against.
@@ -69,7 +80,7 @@ impl Plane {
         self.tolerance
     }
 
-    /// By how much an error that was found by [`Plane::judge_row`] may be off. 0 where the surface is level, and the error
+    /// By how much an error that was found by [`Plane::judge_line`] may be off. 0 where the surface is level, and the error
     /// rounded once.
     pub(super) fn slack(&self) -> f64 {
         let [za, zb, zc] = self.triangle.heights;
@@ -90,41 +101,47 @@ impl Plane {
         self.triangle.heights.iter().all(|z| z.is_finite())
     }
 
-    /// Judges the samples of a span that have a height, in order; `samples` is the whole row.
-    pub(super) fn judge_row(&self, row: i64, span: &RowSpan, samples: Samples<'_>, visit: impl FnMut(i64, Judged)) {
-        match samples.weights {
-            None => self.judge_each(row, span, samples.heights, visit, |column, sample, surface, error| {
-                self.judge(column, row, sample, surface, error)
-            }),
-            Some(weights) => self.judge_each(row, span, samples.heights, visit, |column, sample, surface, error| {
-                self.judge_weighted(column, row, sample, surface, error, weights[column as usize])
-            }),
-        }
+    /// The surface over the samples of a row.
+    pub(super) fn line(&self, row: i64, span: &RowSpan) -> Line {
+        let [a, b, c] = self.triangle.corners;
+        let first = span.closed.0;
+        let weights = match self.is_small {
+            true => {
+                let (x, y) = (STEPS * first, STEPS * row);
+                let turn = |p: (i64, i64), q: (i64, i64)| ((q.0 - p.0) * (y - p.1) - (q.1 - p.1) * (x - p.0)) as f64;
+                (turn(c, a), turn(a, b))
+            }
+            false => {
+                let [_, wb, wc] = self.weights(first, row);
+                (wb as f64, wc as f64)
+            }
+        };
+        let steps = ((STEPS * (c.1 - a.1)) as f64, (STEPS * (a.1 - b.1)) as f64);
+        Line { row, first, height: self.triangle.heights[0], weights, steps, slopes: self.slopes }
     }
 
-    fn judge_each(
+    /// Whether samples with errors of at most this are within the tolerance for sure; it is not asked of weighted errors.
+    pub(super) fn is_surely_within(&self, error: f64) -> bool {
+        error <= self.surely_within
+    }
+
+    /// Judges those of these samples of a line, first and last column, that have a height, in order; `samples` is the whole
+    /// row.
+    pub(super) fn judge_line(
         &self,
-        row: i64,
-        span: &RowSpan,
-        samples: &[f64],
+        line: &Line,
+        columns: (i64, i64),
+        samples: Samples<'_>,
         mut visit: impl FnMut(i64, Judged),
-        judge: impl Fn(i64, f64, f64, f64) -> Judged,
     ) {
-        let [a, b, c] = self.triangle.corners;
-        let (first, last) = span.closed;
-        let [_, wb, wc] = self.weights(first, row);
-        let (wb, wc) = (wb as f64, wc as f64);
-        let (step_b, step_c) = ((STEPS * (c.1 - a.1)) as f64, (STEPS * (a.1 - b.1)) as f64);
-        let za = self.triangle.heights[0];
-        for column in first..=last {
-            let sample = samples[column as usize];
-            if sample.is_nan() {
-                continue;
-            }
-            let steps = (column - first) as f64;
-            let surface = za + ((wb + steps * step_b) * self.slopes.0 + (wc + steps * step_c) * self.slopes.1);
-            let error = (sample - surface).abs();
-            visit(column, judge(column, sample, surface, error));
+        let row = line.row;
+        match samples.weights {
+            None => line.visit(columns, samples.heights, |column, sample, surface, error| {
+                visit(column, self.judge(column, row, sample, surface, error));
+            }),
+            Some(weights) => line.visit(columns, samples.heights, |column, sample, surface, error| {
+                visit(column, self.judge_weighted(column, row, sample, surface, error, weights[column as usize]));
+            }),
         }
     }
 
@@ -200,6 +217,10 @@ mod tests {
         Samples { heights, weights: None, flags: None }
     }
 
+    fn judge_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, visit: impl FnMut(i64, Judged)) {
+        plane.judge_line(&plane.line(row, span), span.closed, samples, visit);
+    }
+
     proptest! {
         /// Tolerances a few rounding errors beside the error are where a wrong bound would show.
         #[test]
@@ -211,21 +232,31 @@ mod tests {
             let Some(triangle) = Triangle::new(0, corners, heights) else { return Ok(()) };
             let Some(span) = triangle.row_span(row, 100) else { return Ok(()) };
             let mut samples = vec![0.0; 100];
-            Plane::new(triangle, 0.0).judge_row(row, &span, plain(&[0.0; 100]), |c, j| samples[c as usize] = j.surface + lift);
+            judge_row(&Plane::new(triangle, 0.0), row, &span, plain(&[0.0; 100]), |c, j| samples[c as usize] = j.surface + lift);
             let size = heights.iter().fold(0f64, |m, z| m.max(z.abs()));
             let mut errors = Vec::new();
-            Plane::new(triangle, 0.0).judge_row(row, &span, plain(&samples), |_, j| errors.push(j.error));
+            judge_row(&Plane::new(triangle, 0.0), row, &span, plain(&samples), |_, j| errors.push(j.error));
+            let loose = Plane::new(triangle, 1e300);
+            let inside = &samples[span.closed.0 as usize..=span.closed.1 as usize];
+            let found = loose.line(row, &span).errors(span.closed.0, inside);
+            let (mut largest, mut squares) = (0f64, 0.0);
+            judge_row(&loose, row, &span, plain(&samples), |_, j| {
+                largest = largest.max(j.error);
+                squares += j.error * j.error;
+            });
+            assert_eq!(found.largest, largest);
+            assert!((found.sum_of_squares - squares).abs() <= 1e-13 * squares);
             for error in errors {
                 let tolerance = (error + nudge * U * size).max(0.0);
                 let plane = Plane::new(triangle, tolerance);
-                plane.judge_row(row, &span, plain(&samples), |column, judged| {
+                judge_row(&plane, row, &span, plain(&samples), |column, judged| {
                     let exact = within(samples[column as usize], triangle.heights, plane.weights(column, row), tolerance);
                     assert_eq!(judged.within, exact);
                     assert_eq!(judged.error <= tolerance, exact);
                 });
                 let plane = Plane::new(triangle, tolerance * weight);
                 let weighted = Samples { heights: &samples, weights: Some(&[weight; 100]), flags: None };
-                plane.judge_row(row, &span, weighted, |column, judged| {
+                judge_row(&plane, row, &span, weighted, |column, judged| {
                     let (sample, bary) = (samples[column as usize], plane.weights(column, row));
                     let exact = within_weighted(sample, triangle.heights, bary, weight, tolerance * weight);
                     assert_eq!(judged.within, exact);
@@ -242,7 +273,7 @@ mod tests {
         let samples: Vec<f64> = (0..8).map(f64::from).collect();
         let span = triangle.row_span(3, 8).unwrap();
         let mut seen = 0;
-        Plane::new(triangle, 0.0).judge_row(3, &span, plain(&samples), |column, judged| {
+        judge_row(&Plane::new(triangle, 0.0), 3, &span, plain(&samples), |column, judged| {
             assert_eq!((judged.error, judged.surface, judged.within), (0.0, column as f64, true));
             seen += 1;
         });

@@ -8,15 +8,17 @@ use crate::base::external::ScratchError;
 /// Row, first column, first column after: sorts by rows.
 pub(super) type Run = [u64; 3];
 
+type Runs<'s> = Box<dyn Iterator<Item = Result<Run, ScratchError>> + Send + 's>;
+
 /// Sets flags of samples by runs that come in the order of their rows.
 pub(super) struct RunFlags<'s> {
-    runs: Peekable<Box<dyn Iterator<Item = Result<Run, ScratchError>> + 's>>,
+    runs: Peekable<Runs<'s>>,
     flag: u8,
 }
 
 impl<'s> RunFlags<'s> {
-    pub(super) fn new(runs: impl Iterator<Item = Result<Run, ScratchError>> + 's, flag: u8) -> RunFlags<'s> {
-        let runs: Box<dyn Iterator<Item = Result<Run, ScratchError>> + 's> = Box::new(runs);
+    pub(super) fn new(runs: impl Iterator<Item = Result<Run, ScratchError>> + Send + 's, flag: u8) -> RunFlags<'s> {
+        let runs: Runs<'s> = Box::new(runs);
         RunFlags { runs: runs.peekable(), flag }
     }
 

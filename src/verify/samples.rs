@@ -31,7 +31,7 @@ pub(super) struct BandReader<'r> {
 
 impl<'r> BandReader<'r> {
     /// Samples in a band, about.
-    const SAMPLES: usize = 1 << 20;
+    const SAMPLES: usize = 1 << 19;
 
     pub(super) fn new(raster: &'r Band) -> Self {
         let rows = (Self::SAMPLES / raster.width()).clamp(1, raster.height());
@@ -70,59 +70,67 @@ impl<'r> BandReader<'r> {
 
     /// The heights of one band, row by row: finite, or NaN.
     pub(super) fn read(&mut self, band: usize) -> Result<&[f64], VerifyError> {
-        let (width, row) = (self.raster().width(), band * self.rows);
-        self.read_numbers(band)?;
-        match self.heights.iter().position(|h| h.is_infinite()) {
-            None => Ok(&self.heights),
-            Some(at) => Err(VerifyError::InfiniteSample {
-                path: self.raster().path().to_path_buf(),
-                column: at % width,
-                row: row + at / width,
-                found: self.heights[at],
-            }),
-        }
+        let mut heights = std::mem::take(&mut self.heights);
+        let result = self.read_into(band, &mut heights);
+        self.heights = heights;
+        result.map(|()| self.heights.as_slice())
     }
 
-    /// The same, of a band that may have anything where there is no height.
+    /// The same, in place of what is in `heights`.
+    fn read_into(&mut self, band: usize, heights: &mut Vec<f64>) -> Result<(), VerifyError> {
+        let (width, row) = (self.raster().width(), band * self.rows);
+        self.read_numbers_into(band, heights)?;
+        // All are looked at, as vectors.
+        if !heights.iter().fold(false, |found, h| found | h.is_infinite()) {
+            return Ok(());
+        }
+        let at = heights.iter().position(|h| h.is_infinite()).expect("there is one");
+        let (path, found) = (self.raster().path().to_path_buf(), heights[at]);
+        Err(VerifyError::InfiniteSample { path, column: at % width, row: row + at / width, found })
+    }
+
+    /// The heights of a band that may have anything where there is no height.
     pub(super) fn read_numbers(&mut self, band: usize) -> Result<&[f64], VerifyError> {
+        let mut heights = std::mem::take(&mut self.heights);
+        let result = self.read_numbers_into(band, &mut heights);
+        self.heights = heights;
+        result.map(|()| self.heights.as_slice())
+    }
+
+    fn read_numbers_into(&mut self, band: usize, heights: &mut Vec<f64>) -> Result<(), VerifyError> {
         let row = band * self.rows;
         let height = self.rows.min(self.raster().height() - row);
         let window = Window { column: 0, row, width: self.raster().width(), height };
-        self.heights.resize(window.len(), 0.0);
+        heights.resize(window.len(), 0.0);
         let Some(bands) = &mut self.level else {
-            self.reader.read(window, &mut self.heights)?;
-            return Ok(&self.heights);
+            return Ok(self.reader.read(window, heights)?);
         };
-        self.heights.fill(0.0);
+        heights.fill(0.0);
         let mut values = vec![0.0; window.len()];
         for band in bands {
             band.read(window, &mut values)?;
-            self.heights.iter_mut().zip(&values).filter(|(_, v)| v.is_nan()).for_each(|(height, _)| *height = f64::NAN);
+            heights.iter_mut().zip(&values).filter(|(_, v)| v.is_nan()).for_each(|(height, _)| *height = f64::NAN);
         }
         if let Some(cutline) = self.reader.band().cutline() {
             let mut inside = Vec::new();
             cutline.mask(window, &mut inside);
-            self.heights
-                .iter_mut()
-                .zip(inside)
-                .filter(|(_, inside)| !inside)
-                .for_each(|(height, _)| *height = f64::NAN);
+            heights.iter_mut().zip(inside).filter(|(_, inside)| !inside).for_each(|(height, _)| *height = f64::NAN);
         }
-        Ok(&self.heights)
+        Ok(())
     }
 
     /// The numbers of one band as weights of errors: finite and not negative wherever there is a height.
-    fn read_weights(&mut self, band: usize, heights: &[f64]) -> Result<&[f64], VerifyError> {
+    fn read_weights(&mut self, band: usize, heights: &[f64], weights: &mut Vec<f64>) -> Result<(), VerifyError> {
         let (first_row, width) = (band * self.rows, self.raster().width());
-        self.read_numbers(band)?;
+        self.read_numbers_into(band, weights)?;
         let wrong = |(weight, height): (&f64, &f64)| !(*weight >= 0.0 && weight.is_finite() || height.is_nan());
-        match self.heights.iter().zip(heights).position(wrong) {
-            None => Ok(&self.heights),
+        match weights.iter().zip(heights).position(wrong) {
+            None => Ok(()),
             Some(at) => Err(VerifyError::NotAWeight {
                 path: self.raster().path().to_path_buf(),
                 column: at % width,
                 row: first_row + at / width,
-                found: number_or_nodata(self.heights[at]),
+                found: number_or_nodata(weights[at]),
             }),
         }
     }
@@ -135,13 +143,32 @@ pub(super) fn number_or_nodata(number: f64) -> String {
 
 /// The bands of a raster of heights, with those of its importance raster where there is one.
 ///
-/// Memory use is that of one or two [`BandReader`]s, and a byte for each sample of a band where there are flags.
+/// Memory use is that of one or two [`BandReader`]s.
 #[derive(Debug)]
 pub(super) struct Bands<'r> {
     heights: BandReader<'r>,
     weights: Option<BandReader<'r>>,
     runs: Vec<RunFlags<'r>>,
+}
+
+/// The rows of one band, to be read into again: heights, weights and flags, none of the latter where there are none.
+///
+/// Memory use is constant: 8 bytes for each sample of a band, 8 more where there are weights, a byte where there are flags.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    heights: Vec<f64>,
+    weights: Vec<f64>,
     flags: Vec<u8>,
+}
+
+impl Rows {
+    /// All of them.
+    pub(super) fn samples(&self) -> Samples<'_> {
+        fn some<T>(values: &[T]) -> Option<&[T]> {
+            (!values.is_empty()).then_some(values)
+        }
+        Samples { heights: &self.heights, weights: some(&self.weights), flags: some(&self.flags) }
+    }
 }
 
 /// Rows of samples: heights, NaN where there are none; weights as many as heights, or none where all errors weigh the same;
@@ -161,7 +188,7 @@ impl<'r> Bands<'r> {
 
     pub(super) fn new(heights: BandReader<'r>, importance: Option<&'r Band>) -> Self {
         let weights = importance.map(|raster| BandReader::new(raster).by(heights.rows()));
-        Bands { heights, weights, runs: Vec::new(), flags: Vec::new() }
+        Bands { heights, weights, runs: Vec::new() }
     }
 
     /// With flags of samples.
@@ -170,30 +197,23 @@ impl<'r> Bands<'r> {
         self
     }
 
-    /// Rows in a band; the last one may have fewer.
-    pub(super) fn rows(&self) -> usize {
-        self.heights.rows()
-    }
-
     /// How many bands there are.
     pub(super) fn count(&self) -> usize {
         self.heights.count()
     }
 
-    /// One band, row by row.
-    pub(super) fn read(&mut self, band: usize) -> Result<Samples<'_>, VerifyError> {
+    /// Reads one band, the one after that of the call before.
+    pub(super) fn read(&mut self, band: usize, rows: &mut Rows) -> Result<(), VerifyError> {
         let (first_row, width) = (band * self.heights.rows(), self.heights.raster().width());
-        let heights = self.heights.read(band)?;
-        let weights = self.weights.as_mut().map(|weights| weights.read_weights(band, heights)).transpose()?;
-        self.flags.clear();
-        if self.runs.is_empty() {
-            return Ok(Samples { heights, weights, flags: None });
+        self.heights.read_into(band, &mut rows.heights)?;
+        if let Some(weights) = &mut self.weights {
+            weights.read_weights(band, &rows.heights, &mut rows.weights)?;
         }
-        self.flags.resize(heights.len(), 0);
-        for runs in &mut self.runs {
-            runs.set(first_row, width, &mut self.flags, |_| Ok(()))?;
+        rows.flags.clear();
+        if !self.runs.is_empty() {
+            rows.flags.resize(rows.heights.len(), 0);
         }
-        Ok(Samples { heights, weights, flags: Some(&self.flags) })
+        self.runs.iter_mut().try_for_each(|runs| runs.set(first_row, width, &mut rows.flags, |_| Ok(())))
     }
 }
 

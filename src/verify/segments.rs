@@ -1,5 +1,7 @@
 //! Stretches of a line that edges follow, added up.
 
+use rayon::prelude::*;
+
 use super::finding::{Finding, MapPlace};
 use super::grid::{Grid, STEPS};
 
@@ -143,6 +145,29 @@ impl Track {
     }
 }
 
+/// Samples of a row that are passed over together where no segment begins at them.
+const PIECE: usize = 64;
+
+/// Whether no segment begins at any of these samples.
+fn is_blank(samples: &[Segments]) -> bool {
+    samples.as_flattened().iter().fold(0, |all, segment| all | segment.0) == 0
+}
+
+/// Segments of a row: how many, and the first one's column and kind.
+#[derive(Debug, Clone, Copy, Default)]
+struct Laid {
+    count: u64,
+    first: Option<(usize, usize)>,
+}
+
+impl Laid {
+    /// Also those of a sample, by kinds.
+    fn and(self, column: usize, kinds: [bool; 4]) -> Laid {
+        let first = self.first.or_else(|| kinds.iter().position(|is| *is).map(|kind| (column, kind)));
+        Laid { count: self.count + kinds.iter().filter(|is| **is).count() as u64, first }
+    }
+}
+
 impl SegmentRows<'_> {
     /// Lays a track along its segments in these rows. True where the ground's boundary does not run along all of it.
     pub(super) fn lay(&mut self, track: &Track) -> bool {
@@ -161,11 +186,21 @@ impl SegmentRows<'_> {
 
     /// Finds the segments of the boundary that no edge has followed, and those that several have.
     pub(super) fn tell(&self, found: &mut BoundaryFindings) {
-        for (index, segments) in self.segments.iter().enumerate().filter(|(_, s)| **s != [Segment(0); 4]) {
-            for (kind, segment) in segments.iter().enumerate() {
-                found.gaps.add_all(u64::from(segment.is_open()), || self.place(index, kind));
-                found.doubled.add_all(u64::from(segment.is_doubled()), || self.place(index, kind));
-            }
+        let width = self.grid.width as usize;
+        let rows = self.segments.par_chunks(width).map(|row| {
+            // Most rows have nothing but the first and the last segment, most pieces nothing.
+            let pieces = row.chunks(PIECE).enumerate().filter(|(_, piece)| !is_blank(piece));
+            let all = pieces.flat_map(|(at, piece)| (at * PIECE..).zip(piece));
+            all.fold([Laid::default(); 2], |found, (column, segments)| {
+                let open = segments.map(Segment::is_open);
+                let doubled = segments.map(Segment::is_doubled);
+                [found[0].and(column, open), found[1].and(column, doubled)]
+            })
+        });
+        for (row, [gaps, doubled]) in rows.collect::<Vec<_>>().into_iter().enumerate() {
+            let place = |laid: Laid| laid.first.map(|(column, kind)| self.place(row * width + column, kind));
+            found.gaps.add_all(gaps.count, || place(gaps).expect("there is one"));
+            found.doubled.add_all(doubled.count, || place(doubled).expect("there is one"));
         }
     }
 

@@ -40,6 +40,12 @@ impl Triangle {
         orientation(a, b, c)
     }
 
+    /// Whether all coordinates are below 2²⁸: 64 bits hold the product of any two differences, times [`STEPS`].
+    pub(super) fn is_small(&self) -> bool {
+        const LIMIT: i64 = 1 << 28;
+        self.corners.iter().all(|(x, y)| x.abs() < LIMIT && y.abs() < LIMIT)
+    }
+
     /// The first and the last row of samples that the closed triangle touches, the first one after the last where it
     /// lies between two rows or off the raster.
     pub(super) fn rows(&self, grid: &Grid) -> (i64, i64) {
@@ -77,12 +83,12 @@ impl Triangle {
                 0 if at_zero == 0 => interior = (0, -1),
                 0 => {}
                 1.. => {
-                    let (column, on_edge) = divide(at_zero, step);
+                    let (column, on_edge) = divide_wide(at_zero, step);
                     closed.1 = closed.1.min(column);
                     interior.1 = interior.1.min(column - on_edge);
                 }
                 _ => {
-                    let (column, on_edge) = divide(at_zero, step);
+                    let (column, on_edge) = divide_wide(at_zero, step);
                     closed.0 = closed.0.max(-column);
                     interior.0 = interior.0.max(-column + on_edge);
                 }
@@ -92,11 +98,24 @@ impl Triangle {
     }
 }
 
+/// The quotient by a positive number, rounded down, and what is left over.
+pub(super) fn divide(numerator: i64, step: i64) -> (i64, i64) {
+    // Below 2⁵³ a quotient of doubles is rounded to no whole number that it has not reached: those are farther from it than
+    // its own last bit. It is found several times as fast.
+    let quotient = match numerator.unsigned_abs() < 1 << 52 && step < 1 << 52 {
+        true => (numerator as f64 / step as f64) as i64,
+        false => numerator / step,
+    };
+    let rest = numerator - quotient * step;
+    if rest < 0 { (quotient - 1, rest + step) } else { (quotient, rest) }
+}
+
 /// The quotient rounded down, and 1 where nothing is left over, else 0. Most numerators are small, and a 64-bit
 /// division is several times faster.
-fn divide(numerator: i128, step: i128) -> (i64, i64) {
+fn divide_wide(numerator: i128, step: i128) -> (i64, i64) {
     if let (Ok(n), Ok(s)) = (i64::try_from(numerator), i64::try_from(step)) {
-        return (n.div_euclid(s), i64::from(n.rem_euclid(s) == 0));
+        let (quotient, rest) = divide(n, s);
+        return (quotient, i64::from(rest == 0));
     }
     let quotient = numerator.div_euclid(step).clamp(-(1 << 60), 1 << 60);
     (quotient as i64, i64::from(numerator.rem_euclid(step) == 0))
@@ -130,6 +149,19 @@ mod tests {
             let (first, last) = t.rows(&grid);
             let touched = corners.iter().map(|c| c.1).min() <= Some(4 * row) && corners.iter().map(|c| c.1).max() >= Some(4 * row);
             prop_assert_eq!(first <= row && row <= last, touched);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn quotients_are_rounded_down(
+            step in prop_oneof![1i64..100, 1i64..1 << 31, 1i64..1 << 52, 1i64..1 << 60], multiple in any::<i32>(), off in -2i64..3,
+            any in any::<i64>(),
+        ) {
+            let near = step.saturating_mul(i64::from(multiple)).saturating_add(off);
+            for numerator in [near, any] {
+                prop_assert_eq!(divide(numerator, step), (numerator.div_euclid(step), numerator.rem_euclid(step)));
+            }
         }
     }
 

@@ -39,6 +39,17 @@ fn the_exit_code_is_the_verdict() {
 }
 
 #[test]
+fn any_number_of_threads_says_the_same() {
+    let said = |threads| {
+        let output = terrabite(&["--max-error", "0.5", "--json", "--threads", threads]);
+        assert_eq!(output.status.code(), Some(1));
+        output.stdout
+    };
+    assert!(said("1") == said("2") && said("1") == said("5"));
+    assert_eq!(terrabite(&["--max-error", "0.5", "--threads", "0"]).status.code(), Some(2));
+}
+
+#[test]
 fn a_pass_and_a_failure_say_what_was_found() {
     let passed = String::from_utf8(terrabite(&["--max-error", "1"]).stdout).unwrap();
     assert!(passed.contains("6 samples, 4 vertices, 2 triangles"), "{passed}");

@@ -4,8 +4,9 @@
 //! all of them at once. Here a record is a few machine words compared in order, all runs of a sort share one file
 //! without a name, and no more than [`FAN_IN`] of them are merged at a time.
 
-use std::cmp::Reverse;
+use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
+use std::collections::binary_heap::PeekMut;
 use std::fs::File;
 
 use rayon::slice::ParallelSliceMut;
@@ -16,6 +17,16 @@ use super::{Scratch, ScratchError};
 const FAN_IN: usize = 64;
 /// Bytes read of one run at a time.
 const READ_BYTES: usize = 64 << 10;
+
+/// As arrays are compared; the loop is unrolled.
+fn compare<const N: usize>(a: &[u64; N], b: &[u64; N]) -> Ordering {
+    for word in 0..N {
+        if a[word] != b[word] {
+            return a[word].cmp(&b[word]);
+        }
+    }
+    Ordering::Equal
+}
 
 /// Takes records of `N` words in any order and gives them back in ascending order, the first word first.
 ///
@@ -59,7 +70,7 @@ impl<'s, const N: usize> Sorter<'s, N> {
     }
 
     fn write_run(&mut self) -> Result<(), ScratchError> {
-        self.buffer.par_sort_unstable();
+        self.buffer.par_sort_unstable_by(compare);
         if self.file.is_none() {
             self.file = Some(self.scratch.file()?);
         }
@@ -76,7 +87,7 @@ impl<'s, const N: usize> Sorter<'s, N> {
     /// [`ScratchError`].
     pub(crate) fn finish(mut self) -> Result<Sorted<'s, N>, ScratchError> {
         if self.runs.is_empty() {
-            self.buffer.par_sort_unstable();
+            self.buffer.par_sort_unstable_by(compare);
             return Ok(Sorted::Memory(self.buffer.into_iter()));
         }
         if !self.buffer.is_empty() {
@@ -136,8 +147,35 @@ pub(crate) struct Merge<'s, const N: usize> {
     scratch: &'s Scratch,
     file: File,
     cursors: Vec<Cursor<N>>,
-    heads: BinaryHeap<Reverse<([u64; N], usize)>>,
+    heads: BinaryHeap<Reverse<Head<N>>>,
 }
+
+/// The next record of a run.
+#[derive(Debug, Clone, Copy)]
+struct Head<const N: usize> {
+    record: [u64; N],
+    run: usize,
+}
+
+impl<const N: usize> Ord for Head<N> {
+    fn cmp(&self, other: &Self) -> Ordering {
+        compare(&self.record, &other.record).then(self.run.cmp(&other.run))
+    }
+}
+
+impl<const N: usize> PartialOrd for Head<N> {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl<const N: usize> PartialEq for Head<N> {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl<const N: usize> Eq for Head<N> {}
 
 /// What is left of one run: some of it in memory, the rest in the file.
 #[derive(Debug)]
@@ -151,27 +189,27 @@ impl<'s, const N: usize> Merge<'s, N> {
     fn new(scratch: &'s Scratch, file: File, runs: &[Run]) -> Result<Self, ScratchError> {
         let cursors = runs.iter().map(|&rest| Cursor { rest, buffer: Vec::new(), next: 0 }).collect();
         let mut merge = Merge { scratch, file, cursors, heads: BinaryHeap::new() };
-        for index in 0..runs.len() {
-            merge.advance(index)?;
+        for run in 0..runs.len() {
+            let first = merge.cursors[run].advance(merge.scratch, &merge.file)?;
+            merge.heads.extend(first.map(|record| Reverse(Head { record, run })));
         }
         Ok(merge)
     }
+}
 
-    /// Puts the next record of one run among the heads.
-    fn advance(&mut self, index: usize) -> Result<(), ScratchError> {
-        let cursor = &mut self.cursors[index];
-        if cursor.next == cursor.buffer.len() {
-            let count = cursor.rest.count.min((READ_BYTES / size_of::<[u64; N]>()) as u64);
-            cursor.buffer.resize(count as usize, [0; N]);
-            self.scratch.read(&self.file, cursor.rest.first, &mut cursor.buffer)?;
-            cursor.rest = Run { first: cursor.rest.first + count, count: cursor.rest.count - count };
-            cursor.next = 0;
+impl<const N: usize> Cursor<N> {
+    /// The run's next record.
+    fn advance(&mut self, scratch: &Scratch, file: &File) -> Result<Option<[u64; N]>, ScratchError> {
+        if self.next == self.buffer.len() {
+            let count = self.rest.count.min((READ_BYTES / size_of::<[u64; N]>()) as u64);
+            self.buffer.resize(count as usize, [0; N]);
+            scratch.read(file, self.rest.first, &mut self.buffer)?;
+            self.rest = Run { first: self.rest.first + count, count: self.rest.count - count };
+            self.next = 0;
         }
-        if let Some(&record) = cursor.buffer.get(cursor.next) {
-            cursor.next += 1;
-            self.heads.push(Reverse((record, index)));
-        }
-        Ok(())
+        let record = self.buffer.get(self.next).copied();
+        self.next += usize::from(record.is_some());
+        Ok(record)
     }
 }
 
@@ -179,8 +217,15 @@ impl<const N: usize> Iterator for Merge<'_, N> {
     type Item = Result<[u64; N], ScratchError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let Reverse((record, index)) = self.heads.pop()?;
-        Some(self.advance(index).map(|()| record))
+        // The run's next record takes the place of its last one: it sinks from the top, which is less than a pop and a push.
+        let mut head = self.heads.peek_mut()?;
+        let Reverse(Head { record, run }) = *head;
+        match self.cursors[run].advance(self.scratch, &self.file) {
+            Ok(Some(next)) => *head = Reverse(Head { record: next, run }),
+            Ok(None) => drop(PeekMut::pop(head)),
+            Err(error) => return Some(Err(error)),
+        }
+        Some(Ok(record))
     }
 }
 

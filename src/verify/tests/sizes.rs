@@ -44,10 +44,12 @@ fn a_mesh_larger_than_every_buffer_gives_the_same_verdict_in_any_order_and_with_
     let count = mesh.faces.len();
     mesh.heights[1000] += 0.75;
     mesh.faces = (0..count).map(|i| mesh.faces[i * 1009 % count]).collect();
-    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let one = alone.install(|| judge(&dir, &raster, &mesh, size));
-    let many = judge(&dir, &raster, &mesh, size);
-    assert_eq!(serde_json::to_string(&one).unwrap(), serde_json::to_string(&many).unwrap());
+    let [one, two, many] = [1, 2, 5].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| judge(&dir, &raster, &mesh, size))
+    });
+    let text = |verdict| serde_json::to_string(verdict).unwrap();
+    assert_eq!((text(&one), text(&two)), (text(&many), text(&many)));
     assert_eq!((many.failures().len(), many.worst.unwrap().error), (1, 0.75));
 }
 
