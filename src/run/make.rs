@@ -10,6 +10,7 @@ use super::inputs::{Inputs, Points};
 use super::look::look;
 use super::report::{Needs, Report, Seconds, Sources, WorkDirState};
 use super::resume::{Kept, finished};
+use super::threads::start_threads;
 use super::{Request, RunError, Warned, provenance};
 use crate::base::channels::{Channel, ChannelBands, Number};
 use crate::base::control::Control;
@@ -113,11 +114,6 @@ fn check_floor(request: &Request<'_>, band: &Band, control: &Control<'_>) -> Res
     let path = request.output.clone();
     let expected = format!("a floor below the lowest height, which is {lowest}");
     Err(SinkError::Unfit { path, expected, found: format!("one at {floor}") }.into())
-}
-
-fn start_threads(threads: usize) -> Result<rayon::ThreadPool, RunError> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|e| RunError::Threads { threads, reason: e.to_string() })
 }
 
 impl<'a> Run<'a> {
