@@ -13,7 +13,7 @@ fn every_edge_is_swept_at_most_once() {
     let cancel = CancelToken::default();
     for kind in 0..3 {
         // Small enough for the engine to keep what it has noted.
-        let tile = tile(40, 36, 11, kind);
+        let tile = tile(27, 24, 11, kind);
         let rim = rim(&tile, 1.0);
         for feasibility in [Feasibility::Weak, Feasibility::Strong] {
             let (mut mesh, mut scratch) = (TileMesh::default(), EngineScratch::default());
