@@ -127,17 +127,25 @@ impl Engine for GreedyCuts {
     }
 
     fn triangulate(&self, task: &Task<'_>, scratch: &mut EngineScratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
+        let memory = scratch.of::<Scratch>();
+        self.cut(task, memory, mesh)?;
+        if mesh.triangles.len() > DENSE {
+            *memory = Scratch::default();
+        }
+        Ok(())
+    }
+}
+
+impl GreedyCuts {
+    fn cut(&self, task: &Task<'_>, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
         assert!(task.domain.points.is_empty(), "{} points for an engine that takes none", task.domain.points.len());
-        let Scratch { front, plain, improved, last_resort } = scratch.of();
+        let Scratch { front, plain, improved, last_resort } = scratch;
         front.reset(task.domain, task.tile.far_corner(), std::mem::take(mesh));
         match self.cuts {
             Cuts::Plain => eat(task, front, plain, last_resort),
             Cuts::Improved => eat(task, front, improved, last_resort),
         }?;
         *mesh = front.take_mesh();
-        if mesh.triangles.len() > DENSE {
-            *scratch.of::<Scratch>() = Scratch::default();
-        }
         Ok(())
     }
 }

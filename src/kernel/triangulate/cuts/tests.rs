@@ -12,14 +12,13 @@ conformance!(improved, GreedyCuts::IMPROVED);
 fn every_edge_is_swept_at_most_once() {
     let cancel = CancelToken::default();
     for kind in 0..3 {
-        // Small enough for the engine to keep what it has noted.
-        let tile = tile(27, 24, 11, kind);
+        let tile = tile(90, 80, 11, kind);
         let rim = rim(&tile, 1.0);
         for feasibility in [Feasibility::Weak, Feasibility::Strong] {
-            let (mut mesh, mut scratch) = (TileMesh::default(), EngineScratch::default());
+            let (mut mesh, mut scratch) = (TileMesh::default(), Scratch::default());
             let task = Task { tile: &tile, domain: &rim.domain, tolerance: 1.0, feasibility, cancel: &cancel };
-            GreedyCuts::IMPROVED.triangulate(&task, &mut scratch, &mut mesh).expect("nobody cancels");
-            let swept = scratch.of::<Scratch>().improved.seen.len();
+            GreedyCuts::IMPROVED.cut(&task, &mut scratch, &mut mesh).expect("nobody cancels");
+            let swept = scratch.improved.seen.len();
             assert!(swept > 0 && swept < 3 * mesh.triangles.len(), "{swept} of {}", mesh.triangles.len());
         }
     }
