@@ -432,4 +432,23 @@ mod tests {
         let broken = || measure(&tile.with_weights(weights), &mesh, 2.0, &alone, Bare::Nothing);
         assert!(std::panic::catch_unwind(broken).is_err());
     }
+
+    /// Among the smallest numbers there are, the step of a row is off by as much as the tolerance; the error found is not.
+    #[test]
+    fn errors_of_the_smallest_heights_are_exact() {
+        const UNIT: f64 = f64::from_bits(1);
+        let heights = (0..24).map(|i| (f64::from(i % 12) * 6.0 / 11.0).round() * UNIT).collect();
+        let tile = Tile::from_heights(12, 2, Heights::F64(heights));
+        let vertex = |c: i32, r: i32| Vertex { at: Point::of_sample(c, r), height: tile.at(c as usize, r as usize) };
+        let mesh = TileMesh {
+            vertices: vec![vertex(0, 0), vertex(11, 0), vertex(11, 1), vertex(0, 1)],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            relaxed: 0,
+        };
+        let measured = |tile: &Tile| measure(tile, &mesh, UNIT, &TilePlace::alone(12, 2), Bare::Nothing);
+        // 0.4545… units at the most are none, rounded.
+        assert_eq!((measured(&tile).samples, measured(&tile).max), (24, 0.0));
+        let weighted = measured(&tile.clone().with_weights(vec![1.0; 24]));
+        assert_eq!((weighted.max, weighted.weighted_max), (0.0, 0.0));
+    }
 }

@@ -143,8 +143,8 @@ impl MinLink {
         self.ways.clear();
         self.ways.resize(heights.len(), Way { links: u32::MAX, squares: f64::INFINITY, next: end });
         self.ways[end] = Way { links: 0, squares: 0.0, next: end };
-        // What a slope can be off by through rounding, generously.
-        let doubt = (2.0 * highest + allowed.largest()) * (8.0 * f64::EPSILON);
+        // What a slope can be off by through rounding, generously: a share, and half of the smallest number there is.
+        let doubt = (2.0 * highest + allowed.largest()) * (8.0 * f64::EPSILON) + f64::from_bits(2);
         self.layer.clear();
         self.layer.push(end);
         let mut links = 0;
@@ -376,6 +376,17 @@ mod tests {
             prop_assert_eq!(path.len() - 1, links);
             let ours: f64 = path.windows(2).map(|l| squares(&heights, l[0], l[1])).sum();
             prop_assert!(ours <= error + 1e-9 * (1.0 + error), "{} against {}", ours, error);
+        }
+
+        /// Everything by 2⁻¹⁰⁷⁴, the smallest number: nothing is lost, and nothing may be decided otherwise.
+        #[test]
+        fn the_smallest_heights_take_as_many_links(
+            heights in prop::collection::vec((-60i32..60).prop_map(f64::from), 2..40),
+            tolerance in (0i32..50).prop_map(f64::from),
+        ) {
+            let small: Vec<f64> = heights.iter().map(|z| z * f64::from_bits(1)).collect();
+            let path = min_link(&small, tolerance * f64::from_bits(1), &[]);
+            prop_assert_eq!(path.len(), min_link(&heights, tolerance, &[]).len());
         }
 
         #[test]

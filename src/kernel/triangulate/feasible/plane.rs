@@ -1,5 +1,6 @@
 //! The plane of a triangle at samples, exact where it matters.
 
+use super::coarse_doubles;
 use crate::base::lattice::{Point, STEPS, orient};
 use crate::base::mesh::Vertex;
 
@@ -93,12 +94,13 @@ impl Plane {
     }
 
     /// A bound of what rounding does to a distance from the plane that is found by [`Plane::at`] and [`Plane::step`], beside
-    /// the rounding of the distance itself. 0 where the plane is level: there the one subtraction is rounded correctly.
+    /// the rounding of the distance itself. 0 where the plane is level, and only there: the one subtraction is rounded
+    /// correctly. Elsewhere it is never 0, as shares of the smallest numbers there are would be.
     pub(crate) fn doubt(&self) -> f64 {
         let [rise_b, rise_c] = self.rise.map(f64::abs);
         let rise = rise_b.max(rise_c);
         let largest = self.corners.iter().map(|v| v.height.abs()).fold(0.0, f64::max);
-        if rise == 0.0 { 0.0 } else { 16.0 * f64::EPSILON * (rise + largest) }
+        if rise == 0.0 { 0.0 } else { 16.0 * f64::EPSILON * (rise + largest) + coarse_doubles(rise) }
     }
 
     /// Whether a height at a place inside is within the tolerance of the plane, exactly.
