@@ -15,6 +15,7 @@ help:
 	@echo 'make check   formatting, lints and documentation, warnings denied'
 	@echo 'make bench   the benchmark: against pydelatin and against GDAL alone'
 	@echo 'make bench-quality  what every --quality is worth, against pydelatin'
+	@echo '                    (choose: BENCH_OPTIONS="--against REV", a commit to compare with)'
 	@echo 'make bench-scale    from 4096 x 4096 to 32768 x 32768 (choose: SIZES=4096,8192)'
 	@echo 'make bench-kernels  the parts, by criterion'
 	@echo 'make paper   repeats the experiments of Garland & Heckbert 1995, tables and plots'

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from bench_common import (
     CPU, GDAL_FLOOR, MIB, PEAK, ROOT, TERRABITE, WALL, WORK, best, grouped, interleaved, machine, median, note,
-    print_table, run, verify,
+    print_table, run, simplify, verify,
 )
 from environment import python_with
 
@@ -45,11 +45,18 @@ class Raster:
     width: int
     height: int
     geotransform: list
-    raw: Path
 
     @property
     def samples(self):
         return self.width * self.height
+
+    @property
+    def raw(self):
+        """The bare heights for pydelatin, made when they are asked for first."""
+        raw = WORK / f"{self.name}.f32"
+        if not raw.exists() or raw.stat().st_size != 4 * self.samples:
+            run(GDAL_FLOOR, "raw", self.path, raw)
+        return raw
 
 
 def main():
@@ -65,7 +72,7 @@ def main():
     rows = []
     for name, path, tolerance in cases():
         if arguments.only in name:
-            rows += compare(prepared(name, path), tolerance, python, arguments)
+            rows += compare(described(name, path), tolerance, python, arguments)
     print("\n".join(header))
     print(f"Peer: {peer(python)}; {arguments.rounds} runs of each in turn, medians\n")
     print_table(HEADER, rows)
@@ -87,13 +94,9 @@ def cases():
     return made
 
 
-def prepared(name, path):
-    """A raster and its bare heights for pydelatin."""
+def described(name, path):
     told = run(TERRABITE, "info", path, "--json").json()
-    raw = WORK / f"{name}.f32"
-    if not raw.exists() or raw.stat().st_size != 4 * told["width"] * told["height"]:
-        run(GDAL_FLOOR, "raw", path, raw)
-    return Raster(name, path, told["width"], told["height"], told["geotransform"], raw)
+    return Raster(name, path, told["width"], told["height"], told["geotransform"])
 
 
 def compare(raster, tolerance, python, arguments):
@@ -103,10 +106,7 @@ def compare(raster, tolerance, python, arguments):
     child = [python, Path(__file__).with_name("bench_pydelatin.py"), raster.raw, raster.width, raster.height, tolerance]
 
     def terrabite(threads, options):
-        return run(
-            TERRABITE, "simplify", raster.path, mesh, "--max-error", tolerance, "--threads", threads, "--overwrite",
-            "--temp-dir", WORK, "--json", *options,
-        )
+        return simplify(TERRABITE, raster.path, mesh, tolerance, threads, options)
 
     programs, ours = {}, {}
     for name, options in VARIANTS.items():

@@ -1,6 +1,7 @@
 """What the benchmarks share: running a program and measuring it from outside, tables, the machine's description."""
 
 import json
+import math
 import os
 import platform
 import statistics
@@ -106,6 +107,26 @@ def verify(raster, mesh, tolerance):
     if not done.printed.startswith("{"):
         sys.exit(f"bench: cannot verify {mesh}: {done.printed}")
     return done, done.json()
+
+
+def verified(raster, mesh, tolerance):
+    """The verdict on a mesh that must be within the tolerance."""
+    verdict = verify(raster, mesh, tolerance)[1]
+    if not verdict["passed"]:
+        sys.exit(f"bench: {mesh} of {raster} at {tolerance}: {verdict['failures']}")
+    return verdict
+
+
+def simplify(program, raster, mesh, tolerance, threads, options):
+    """One run of a build of terrabite."""
+    return run(
+        program, "simplify", raster, mesh, "--max-error", tolerance, "--threads", threads, "--overwrite", "--temp-dir", WORK,
+        "--json", *options,
+    )
+
+
+def geometric(values):
+    return math.exp(sum(map(math.log, values)) / len(values))
 
 
 def lists_option(command, option):

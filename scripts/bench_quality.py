@@ -3,17 +3,19 @@
 Every raster of the data folder without nodata is simplified at three tolerances, one for each range of samples per
 triangle (4 to 20, 20 to 100, 100 to 700 of greedy insertion's). Every mesh is judged by `terrabite verify`. Times are
 taken inside the processes, of triangulation alone, and compared on rasters of at least 4 million samples. Prints tables
-for docs/quality.md.
+for docs/quality.md. With `--against REV` another commit takes pydelatin's place (bench_against.py).
 """
 
 import argparse
-import math
 import statistics
 import sys
-
-from bench import DATA, environment, peer, prepared
-from bench_common import TERRABITE, WORK, grouped, machine, note, print_table, run, settle, verify
 from pathlib import Path
+
+import bench_against
+from bench import DATA, described, environment, peer
+from bench_common import (
+    TERRABITE, WORK, geometric, grouped, machine, note, print_table, run, settle, simplify, verified,
+)
 
 # Name, tolerances by range.
 CASES = [
@@ -35,6 +37,8 @@ QUALITIES = {
     "best": ["--quality", "best"],
     "best, fitted": ["--quality", "best", "--heights", "fitted"],
 }
+# What is compared with another commit, unless others are chosen.
+AGAINST = ["fast", "balanced", "balanced, fitted"]
 LARGE = 4_000_000
 
 
@@ -42,29 +46,69 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--only", default="", help="only rasters whose name contains this")
-    parser.add_argument("--qualities", default="; ".join(QUALITIES), help="some of these, between semicolons")
+    parser.add_argument("--large", action="store_true", help="only rasters of at least 4 million samples")
+    parser.add_argument("--tolerances", default="", help="only these of each raster's, between commas")
+    parser.add_argument("--qualities", default="", help=f"some of these, between semicolons: {'; '.join(QUALITIES)}")
     parser.add_argument("--patience", type=float, default=5, help="seconds to wait for idle cores before a run")
+    parser.add_argument("--against", metavar="REV", help=f"build this commit and compare with it, by default {'; '.join(AGAINST)}")
+    parser.add_argument("--rounds", type=int, default=3, help="with --against: runs of each build")
+    parser.add_argument("--peer", action="store_true", help="with --against: pydelatin, too")
     arguments = parser.parse_args()
-    chosen = [name.strip() for name in arguments.qualities.split(";")]
-    wanted = [q for q in QUALITIES if q in chosen]
+    wanted = chosen(arguments)
     WORK.mkdir(parents=True, exist_ok=True)
-    python = environment()
-    rows, shares, speeds = [], {q: [] for q in wanted}, {q: [] for q in wanted}
-    for name, tolerances in CASES:
+    other = bench_against.Build(arguments.against) if arguments.against else None
+    header, chosen_cases = machine(), list(cases(arguments))
+    if not chosen_cases:
+        sys.exit(f"bench: no case is left: see --only, --large and --tolerances, and the rasters in {DATA}")
+    if other:
+        pairs = [
+            bench_against.measure(raster, tolerance, q, QUALITIES[q], raster.samples >= LARGE, other, arguments)
+            for raster, tolerance, _ in chosen_cases
+            for q in wanted
+        ]
+        print("\n".join(header))
+        bench_against.report(pairs, other, arguments)
+    if arguments.peer or not other:
+        against_peer(chosen_cases, wanted, header, arguments)
+
+
+def chosen(arguments):
+    """The qualities that are asked for."""
+    names = [name.strip() for name in arguments.qualities.split(";") if name.strip()]
+    unknown = [name for name in names if name not in QUALITIES]
+    if unknown:
+        sys.exit(f"bench: unknown qualities: {'; '.join(unknown)} (there are {'; '.join(QUALITIES)})")
+    return names or (AGAINST if arguments.against else list(QUALITIES))
+
+
+def cases(arguments):
+    """Rasters, tolerances and ranges of density that are asked for."""
+    tolerances = [float(t) for t in arguments.tolerances.split(",") if t.strip()]
+    for name, of_raster in CASES:
         path = DATA / f"{name}.tif"
         if arguments.only not in name:
             continue
         if not path.exists():
             note(f"{path} is not there: left out")
             continue
-        raster = prepared(name, path)
-        for tolerance, density in zip(tolerances, RANGES):
-            compare(raster, tolerance, density, python, arguments, wanted, rows, shares, speeds)
-    print("\n".join(machine()))
+        raster = described(name, path)
+        if arguments.large and raster.samples < LARGE:
+            continue
+        for tolerance, density in zip(of_raster, RANGES):
+            if not tolerances or float(tolerance) in tolerances:
+                yield raster, tolerance, density
+
+
+def against_peer(chosen_cases, wanted, header, arguments):
+    python = environment()
+    rows, shares, speeds = [], {q: [] for q in wanted}, {q: [] for q in wanted}
+    for raster, tolerance, density in chosen_cases:
+        compare(raster, tolerance, density, python, arguments, wanted, rows, shares, speeds)
+    print("\n".join(header))
     print(f"Peer: {peer(python)}; {arguments.threads} threads against its one\n")
-    header = ["raster, tolerance", "quality", "samples each", "triangles", "÷ peer", "RMS ÷ tolerance",
-              "smallest angle, 5 % / 50 %", "edges beyond, %", "seconds", "speed ÷ peer"]
-    print_table(header, rows)
+    columns = ["raster, tolerance", "quality", "samples each", "triangles", "÷ peer", "RMS ÷ tolerance",
+               "smallest angle, 5 % / 50 %", "edges beyond, %", "seconds", "speed ÷ peer"]
+    print_table(columns, rows)
     print()
     summary = []
     for q in wanted:
@@ -107,19 +151,10 @@ def compare(raster, tolerance, density, python, arguments, wanted, rows, shares,
 
 def simplified(raster, tolerance, options, mesh, arguments):
     settle(arguments.patience)
-    done = run(
-        TERRABITE, "simplify", raster.path, mesh, "--max-error", tolerance, "--threads", arguments.threads, "--overwrite",
-        "--temp-dir", WORK, "--json", *options,
-    )
-    verdict = verify(raster.path, mesh, tolerance)[1]
-    if not verdict["passed"]:
-        sys.exit(f"bench: {raster.name} at {tolerance}, {options}: {verdict['failures']}")
+    done = simplify(TERRABITE, raster.path, mesh, tolerance, arguments.threads, options)
+    verified(raster.path, mesh, tolerance)
     mesh.unlink()
     return done.json()
-
-
-def geometric(values):
-    return math.exp(sum(map(math.log, values)) / len(values))
 
 
 if __name__ == "__main__":
