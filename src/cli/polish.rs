@@ -42,15 +42,25 @@ pub(super) struct PolishArgs {
     /// To what share a round must bring down the energy of violating triangles for another to follow
     #[arg(long, hide_short_help = true, value_name = "SHARE", value_parser = values::shrink)]
     polish_shrink: Option<f32>,
+    /// What energy violating triangles may have for the last round of repair to follow, and five times as much for each
+    /// round before it, or any
+    #[arg(long, hide_short_help = true, value_name = "ENERGY", value_parser = values::reach)]
+    polish_reach: Option<f32>,
     /// Steps of a vertex that moves in a round of repair
     #[arg(long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     polish_steps: Option<u32>,
+    /// Whether the first of these is half as long from one round to the next
+    #[arg(long, hide_short_help = true, value_name = "BOOL")]
+    polish_finer: Option<bool>,
     /// Steps of a vertex that moves between passes
     #[arg(long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     polish_steps_between: Option<u32>,
     /// Places looked at around a vertex that stands on a sample
     #[arg(long, hide_short_help = true, value_enum, value_name = "N")]
     polish_places: Option<PlacesArg>,
+    /// In how many rows, about, these are compared first where triangles are large, or all
+    #[arg(long, hide_short_help = true, value_name = "N", value_parser = values::rows)]
+    polish_rows: Option<u32>,
     /// Whether edges turn between passes, too
     #[arg(long, hide_short_help = true, value_name = "BOOL")]
     polish_turns: Option<bool>,
@@ -103,13 +113,16 @@ impl PolishArgs {
             yield_of: self.polish_yield.unwrap_or(usual.yield_of),
             rounds: self.polish_rounds.unwrap_or(usual.rounds),
             shrink: self.polish_shrink.unwrap_or(usual.shrink),
+            reach: self.polish_reach.unwrap_or(usual.reach),
             steps: self.polish_steps.unwrap_or(usual.steps),
+            finer: self.polish_finer.unwrap_or(usual.finer),
             steps_between: self.polish_steps_between.unwrap_or(usual.steps_between),
             places: match self.polish_places {
                 None => usual.places,
                 Some(PlacesArg::Four) => 4,
                 Some(PlacesArg::Eight) => 8,
             },
+            rows: self.polish_rows.unwrap_or(usual.rows),
             turns: self.polish_turns.unwrap_or(usual.turns),
             longest_ring: self.polish_longest_ring.unwrap_or(usual.longest_ring),
             longest_repaired: self.polish_longest_repaired.unwrap_or(usual.longest_repaired),
@@ -129,9 +142,12 @@ impl PolishArgs {
             ("--polish-yield", self.polish_yield.is_some()),
             ("--polish-rounds", self.polish_rounds.is_some()),
             ("--polish-shrink", self.polish_shrink.is_some()),
+            ("--polish-reach", self.polish_reach.is_some()),
             ("--polish-steps", self.polish_steps.is_some()),
+            ("--polish-finer", self.polish_finer.is_some()),
             ("--polish-steps-between", self.polish_steps_between.is_some()),
             ("--polish-places", self.polish_places.is_some()),
+            ("--polish-rows", self.polish_rows.is_some()),
             ("--polish-turns", self.polish_turns.is_some()),
             ("--polish-longest-ring", self.polish_longest_ring.is_some()),
             ("--polish-longest-repaired", self.polish_longest_repaired.is_some()),

@@ -111,6 +111,18 @@ pub(crate) fn sweeps(text: &str) -> Result<u32, String> {
     text.parse().map_err(|_| "expected a whole number, or all".to_string())
 }
 
+/// A number of rows, or `all`.
+pub(crate) fn rows(text: &str) -> Result<u32, String> {
+    let rows = if text == "all" { Some(Schedule::ALL) } else { text.parse().ok().filter(|&rows| rows >= 8) };
+    rows.ok_or_else(|| "expected a whole number from 8 on, or all".to_string())
+}
+
+/// An energy above 0, or `any`.
+pub(crate) fn reach(text: &str) -> Result<f32, String> {
+    let reach = if text == "any" { Some(f32::INFINITY) } else { text.parse().ok().filter(|&e: &f32| e > 0.0) };
+    reach.ok_or_else(|| "expected a number above 0, such as 0.04, or any".to_string())
+}
+
 /// `CAP,CAP,…`.
 pub(crate) fn caps(text: &str) -> Result<Caps, String> {
     let values: Option<Vec<f32>> = text.split(',').map(|cap| cap.trim().parse().ok()).collect();

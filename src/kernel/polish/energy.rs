@@ -6,8 +6,9 @@
 //! It only steers: what is kept has passed the exact test.
 
 use super::lanes::{Kernel, LANES, Lanes, run};
-use super::net::Fit;
-use crate::base::lattice::STEPS;
+use super::net::{Fit, NONE};
+use super::witnesses::Witnesses;
+use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::Vertex;
 use crate::base::{Heights, Tile};
 use crate::kernel::triangulate::Feasibility;
@@ -73,7 +74,7 @@ impl<'a> Meter<'a> {
     /// Measures a triangle with positive orientation. Stops once its energy is above `limit`; what it then returns is
     /// above it, too.
     pub(super) fn fit(&self, corners: [Vertex; 3], limit: f32) -> Fit {
-        self.with_edges(self.fit_samples(corners, limit), corners, limit)
+        self.with_edges(self.scan(corners, limit, 1), corners, limit)
     }
 
     /// Adds a triangle's edges, where they count, to how its samples fit.
@@ -86,13 +87,35 @@ impl<'a> Meter<'a> {
                 }
                 let t = (tester.edge_deviation(p, q) * self.per_tolerance) as f32;
                 fit.energy += energy(t);
-                fit.worst = if t > fit.worst { t } else { fit.worst };
+                if t > fit.worst {
+                    (fit.worst, fit.place) = (t, NONE);
+                }
             }
         }
         fit
     }
 
-    fn fit_samples(&self, [a, b, c]: [Vertex; 3], limit: f32) -> Fit {
+    /// Remembers where a triangle is worst, if that counts.
+    pub(super) fn note(&self, fit: Fit, witnesses: &mut Witnesses) {
+        if fit.worst > ONSET && fit.place != NONE {
+            witnesses.note(fit.place as usize, self.tile, self.per_tolerance);
+        }
+    }
+
+    /// Makes a place a witness, if it is a sample.
+    pub(super) fn call(&self, at: Point, witnesses: &mut Witnesses) {
+        if let Some((column, row)) = at.sample() {
+            witnesses.note(row * self.tile.width + column, self.tile, self.per_tolerance);
+        }
+    }
+
+    /// About the energy of a triangle's samples, from every `stride`th row alone: small errors count `stride` times, as
+    /// those of rows between will be like them; violations count once.
+    pub(super) fn coarse_energy(&self, corners: [Vertex; 3], limit: f32, stride: i32) -> f32 {
+        self.scan(corners, limit, stride).energy
+    }
+
+    fn scan(&self, [a, b, c]: [Vertex; 3], limit: f32, stride: i32) -> Fit {
         let frame = Frame {
             spans: Spans::new(a.at, b.at, c.at),
             plane: Plane::new(a, b, c),
@@ -100,11 +123,13 @@ impl<'a> Meter<'a> {
             width: self.tile.width,
             per_tolerance: self.per_tolerance,
             limit,
+            stride,
         };
         let weights = &self.tile.weights[..];
         match &self.tile.heights {
-            Heights::F32(heights) => run(Scan { frame, heights, weights }),
-            Heights::F64(heights) => run(Scan { frame, heights, weights }),
+            Heights::F32(heights) => run(Scan::<_, false> { frame, heights, weights }),
+            Heights::F64(heights) if weights.is_empty() => run(Scan::<_, false> { frame, heights, weights }),
+            Heights::F64(heights) => run(Scan::<_, true> { frame, heights, weights }),
         }
     }
 }
@@ -149,9 +174,11 @@ struct Frame {
     width: usize,
     per_tolerance: f64,
     limit: f32,
+    /// From one row that is read to the next: a power of two.
+    stride: i32,
 }
 
-struct Scan<'a, H> {
+struct Scan<'a, H, const WEIGHTED: bool> {
     frame: Frame,
     heights: &'a [H],
     /// Empty, or one for every height.
@@ -171,9 +198,11 @@ struct Line<H> {
 struct Sums<E> {
     energy: E,
     worst: E,
+    /// The bits of where a lane's worst is, less the lane.
+    place: E,
 }
 
-impl<H: Sample> Kernel for Scan<'_, H> {
+impl<H: Sample, const WEIGHTED: bool> Kernel for Scan<'_, H, WEIGHTED> {
     type Output = Fit;
 
     #[inline(always)]
@@ -182,31 +211,52 @@ impl<H: Sample> Kernel for Scan<'_, H> {
         let reference = H::of(self.frame.height_of_a);
         let offset = self.frame.height_of_a - reference.to_f64();
         let per_tolerance = self.frame.per_tolerance;
-        let mut sums = Sums { energy: on.all(0.0), worst: on.all(0.0) };
+        let mut sums = Sums { energy: on.all(0.0), worst: on.all(0.0), place: on.all(0.0) };
         let (gradient, origin) = (plane.gradient(), plane.origin());
         let [across, down] = gradient.map(|g| g * per_tolerance);
         let offset = offset * per_tolerance;
         let step = (across * f64::from(STEPS)) as f32;
-        let rows = spans.rows();
-        let mut row = *rows.start();
-        while row <= *rows.end() {
-            let (first, last) = spans.columns(row);
-            if first <= last {
-                let index = row as usize * self.frame.width + first as usize;
-                let (x, y) = (f64::from(first * STEPS - origin.x), f64::from(row * STEPS - origin.y));
-                let start = (across * x + down * y + offset) as f32;
-                sums = self.row(index, (last - first + 1) as usize, Line { start, step, reference }, sums, on);
-            }
-            row += 1;
-            if row % ROWS_BETWEEN_LOOKS == 0 && total(&on.parts(sums.energy)) > self.frame.limit {
-                break;
+        let stride = self.frame.stride;
+        let mut until_look = ROWS_BETWEEN_LOOKS;
+        'halves: for half in spans.halves() {
+            let mut row = next_multiple(half.first, stride);
+            while row <= half.last {
+                let (first, last) = half.columns(row);
+                if first <= last {
+                    let index = row as usize * self.frame.width + first as usize;
+                    let (x, y) = (f64::from(first * STEPS - origin.x), f64::from(row * STEPS - origin.y));
+                    let start = (across * x + down * y + offset) as f32;
+                    sums = self.row(index, (last - first + 1) as usize, Line { start, step, reference }, sums, on);
+                }
+                row += stride;
+                until_look -= 1;
+                if until_look == 0 {
+                    if on.total(sums.energy) > self.frame.limit {
+                        break 'halves;
+                    }
+                    until_look = ROWS_BETWEEN_LOOKS;
+                }
             }
         }
-        Fit { energy: total(&on.parts(sums.energy)), worst: largest(&on.parts(sums.worst)) }
+        let worst = on.parts(sums.worst);
+        let largest = largest(&worst);
+        let lane = worst.iter().position(|&w| w == largest).unwrap_or(0);
+        let place = on.parts(sums.place)[lane].to_bits();
+        let place = if place >= NOWHERE || largest <= 0.0 { NONE } else { place + lane as u32 };
+        Fit { energy: on.total(sums.energy), worst: largest, place }
     }
 }
 
-impl<H: Sample> Scan<'_, H> {
+/// The next row that is a multiple of a stride.
+#[inline(always)]
+fn next_multiple(row: i32, stride: i32) -> i32 {
+    (row + stride - 1) & !(stride - 1)
+}
+
+/// Places are kept as the bits of numbers that are finite; tiles have no more samples, but if they did, the rest would have no place.
+const NOWHERE: u32 = f32::MAX.to_bits();
+
+impl<H: Sample, const WEIGHTED: bool> Scan<'_, H, WEIGHTED> {
     /// Whole lanes; those past the end do not count, and the tile has room for them ([`crate::base::PADDING`]).
     #[inline(always)]
     fn row<L: Lanes>(
@@ -217,38 +267,87 @@ impl<H: Sample> Scan<'_, H> {
         mut sums: Sums<L::Eight>,
         on: L,
     ) -> Sums<L::Eight> {
-        let per_tolerance = on.all(self.frame.per_tolerance as f32);
-        let (start, step) = (on.all(line.start), on.all(line.step));
-        let mut first = 0;
-        while first < count {
-            let lane = self.heights[index + first..].first_chunk::<LANES>().expect("a tile is padded");
-            let mut factors = on.of(COUNTS[(count - first).min(LANES)]);
-            if !self.weights.is_empty() {
-                let weights = self.weights[index + first..].first_chunk::<LANES>().expect("a tile is padded");
-                factors = on.mul(factors, on.of(weights.map(|w| w as f32)));
+        let row = Row {
+            per_tolerance: on.all(self.frame.per_tolerance as f32),
+            pull: on.all(PULL * self.frame.stride as f32),
+            start: on.all(line.start),
+            step: on.all(line.step),
+            reference: line.reference,
+        };
+        let lanes = self.heights[index..index + count.next_multiple_of(LANES)].as_chunks::<LANES>().0;
+        let mut place = index.min(NOWHERE as usize) as u32;
+        if WEIGHTED {
+            let weights = self.weights[index..index + count.next_multiple_of(LANES)].as_chunks::<LANES>().0;
+            for (i, (lane, weights)) in lanes.iter().zip(weights).enumerate() {
+                let counts = on.of(COUNTS[(count - i * LANES).min(LANES)]);
+                let factors = on.mul(counts, on.of(weights.map(|w| w as f32)));
+                let t = on.mul(row.errors(lane, along(i * LANES, on), on), factors);
+                sums.add(t, row.pull, place, on);
+                place += LANES as u32;
             }
-            let above = on.mul(on.of(lane.map(|height| height.above(line.reference))), per_tolerance);
-            let along = on.add(on.all(first as f32), on.of(INDEX));
-            let error = on.sub(on.add(start, on.mul(step, along)), above);
-            let t = on.mul(on.abs(error), factors);
-            sums.energy = on.add(sums.energy, energies(on, t));
-            sums.worst = on.max(t, sums.worst);
-            first += LANES;
+            return sums;
         }
+        let (last, whole) = lanes.split_last().expect("a row is not empty");
+        let mut at = on.of(INDEX);
+        for lane in whole {
+            sums.add(row.errors(lane, at, on), row.pull, place, on);
+            at = on.add(at, on.all(LANES as f32));
+            place += LANES as u32;
+        }
+        let counts = on.of(COUNTS[count - whole.len() * LANES]);
+        sums.add(on.mul(row.errors(last, at, on), counts), row.pull, place, on);
         sums
+    }
+}
+
+/// The numbers of eight samples of a row, from one on.
+#[inline(always)]
+fn along<L: Lanes>(first: usize, on: L) -> L::Eight {
+    on.add(on.all(first as f32), on.of(INDEX))
+}
+
+/// A [`Line`] in lanes.
+struct Row<E, H> {
+    per_tolerance: E,
+    pull: E,
+    start: E,
+    step: E,
+    reference: H,
+}
+
+impl<E, H: Sample> Row<E, H> {
+    /// How far eight samples are from the triangle.
+    #[inline(always)]
+    fn errors<L: Lanes<Eight = E>>(&self, lane: &[H; LANES], at: E, on: L) -> E
+    where
+        E: Copy,
+    {
+        let heights: [f32; LANES] = std::array::from_fn(|i| lane[i].above(self.reference));
+        let above = on.mul(on.of(heights), self.per_tolerance);
+        on.abs(on.sub(on.add(self.start, on.mul(self.step, at)), above))
+    }
+}
+
+impl<E: Copy> Sums<E> {
+    /// Adds eight errors; the first sample's is at `place`.
+    #[inline(always)]
+    fn add<L: Lanes<Eight = E>>(&mut self, t: E, pull: E, place: u32, on: L) {
+        self.energy = on.add(self.energy, energies(on, t, pull));
+        self.place = on.if_greater(t, self.worst, on.all(f32::from_bits(place)), self.place);
+        self.worst = on.max(t, self.worst);
     }
 }
 
 /// The energies of eight errors.
 #[inline(always)]
-pub(super) fn energies<L: Lanes>(on: L, t: L::Eight) -> L::Eight {
+pub(super) fn energies<L: Lanes>(on: L, t: L::Eight, pull: L::Eight) -> L::Eight {
     let over = on.max(on.sub(t, on.all(ONSET)), on.all(0.0));
     let t2 = on.mul(t, t);
-    on.add(on.mul(over, over), on.mul(on.all(PULL), on.mul(t2, t2)))
+    on.add(on.mul(over, over), on.mul(pull, on.mul(t2, t2)))
 }
 
 /// The energy of one error, as a share of the tolerance.
-fn energy(t: f32) -> f32 {
+pub(super) fn energy(t: f32) -> f32 {
     let (over, t2) = (t - ONSET, t * t);
     let over = if over > 0.0 { over } else { 0.0 };
     over * over + PULL * (t2 * t2)

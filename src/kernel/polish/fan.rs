@@ -1,12 +1,15 @@
 //! A vertex inside its ring: where its triangles fit best.
 
+mod coarse;
+
 use super::angles::Sharpest;
 use super::energy::Meter;
 use super::fitting::{Fitting, near_surface};
 use super::judge::Judge;
 use super::net::Fit;
 use super::star::Star;
-use crate::base::lattice::{Point, STEPS, orient};
+use super::witnesses::Witnesses;
+use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::Vertex;
 
 /// The eight neighbours, in cells.
@@ -15,7 +18,7 @@ const AROUND: [(i32, i32); 8] = [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 
 /// Which parts of a Gauss–Newton step are tried.
 const PARTS: [f64; 2] = [1.0, 0.4];
 /// A step that rounding would lead nowhere goes to the neighbour, if it is longer than this, in lattice steps.
-const LEAST_STEP: f64 = 0.15;
+const LEAST_STEP: f64 = 0.150;
 /// None is longer than this part of the way to the nearest vertex of the ring, or a cell.
 const FARTHEST: f64 = 0.7;
 
@@ -23,6 +26,8 @@ const FARTHEST: f64 = 0.7;
 #[derive(Debug, Default)]
 pub(super) struct Fan {
     ring: Vec<Vertex>,
+    /// Its edges: what is to the left of them all is inside.
+    edges: Vec<RingEdge>,
     /// How the triangles fit at the best apex found so far.
     pub(super) fits: Vec<Fit>,
     trial: Vec<Fit>,
@@ -30,7 +35,54 @@ pub(super) struct Fan {
     /// early.
     order: Vec<u32>,
     star: Star,
+    /// Samples that were far from triangles around here.
+    witnesses: Witnesses,
+    /// What they say, by triangles.
+    parts: Vec<f32>,
     sharpest: Sharpest,
+}
+
+/// Where to look for a better place on samples, and what it must offer.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Look {
+    /// How far away, in cells.
+    pub(super) step: i32,
+    /// How many of the eight directions.
+    pub(super) places: usize,
+    /// Below which share of what it is the energy must fall.
+    pub(super) share: f32,
+    /// How far triangles may be from their samples, as a share of the limit.
+    pub(super) farthest: f32,
+    /// In how many rows, about, places are compared.
+    pub(super) rows: u32,
+}
+
+impl Look {
+    fn places_around(self, centre: Point) -> impl Iterator<Item = Point> {
+        let step = self.step * STEPS;
+        AROUND[..self.places].iter().map(move |&(x, y)| Point { x: centre.x + x * step, y: centre.y + y * step })
+    }
+}
+
+/// An edge of the ring: which side of it a place is on takes two products.
+#[derive(Debug, Clone, Copy)]
+struct RingEdge {
+    x: i64,
+    y: i64,
+    across: i64,
+}
+
+impl RingEdge {
+    fn new(from: Point, to: Point) -> RingEdge {
+        let (x, y) = (i64::from(to.x - from.x), i64::from(to.y - from.y));
+        RingEdge { x, y, across: x * i64::from(from.y) - y * i64::from(from.x) }
+    }
+
+    /// Whether a place is strictly to the left: [`orient`] is positive.
+    #[inline(always)]
+    fn is_left(self, place: Point) -> bool {
+        self.x * i64::from(place.y) - self.y * i64::from(place.x) > self.across
+    }
 }
 
 impl Fan {
@@ -44,6 +96,9 @@ impl Fan {
         self.sharpest = sharpest;
         self.ring.clear();
         self.ring.extend(ring);
+        self.edges.clear();
+        let ends = self.ring.iter().zip(self.ring.iter().cycle().skip(1));
+        self.edges.extend(ends.map(|(from, to)| RingEdge::new(from.at, to.at)));
         self.fits.clear();
         self.fits.extend(fits);
         self.trial.clone_from(&self.fits);
@@ -53,32 +108,45 @@ impl Fan {
         self.order.sort_by(|&a, &b| fits[b as usize].energy.total_cmp(&fits[a as usize].energy));
     }
 
+    /// Calls the samples as witnesses that are worst in triangles which nearly violate the tolerance, or do.
+    pub(super) fn call_witnesses(&mut self, meter: &Meter<'_>) {
+        self.witnesses.clear();
+        for &i in self.order.iter().rev() {
+            meter.note(self.fits[i as usize], &mut self.witnesses);
+        }
+    }
+
     /// How far the nearest vertex of the ring is from a place, in lattice steps, by the longer coordinate.
     pub(super) fn clearance(&self, from: Point) -> i32 {
         let distance = |r: &Vertex| (r.at.x - from.x).abs().max((r.at.y - from.y).abs());
         self.ring.iter().map(distance).min().unwrap_or(0)
     }
 
-    /// One round of the first `places` of eight, `step` cells around an apex. Returns the best of those where the energy falls below
-    /// `share` of what it is, else the apex itself.
-    pub(super) fn look_around(
-        &mut self,
-        centre: Vertex,
-        step: i32,
-        places: usize,
-        share: f32,
-        meter: &Meter<'_>,
-    ) -> Vertex {
-        let mut limit = self.energy() * share;
-        let mut best = centre;
-        for &(x, y) in &AROUND[..places] {
-            let place = Point { x: centre.at.x + x * step * STEPS, y: centre.at.y + y * step * STEPS };
-            if let Some(apex) = self.try_at(place, limit, meter) {
-                limit = self.energy();
-                best = apex;
+    /// One round of places around an apex. Returns the best of those where the energy falls below a share of what it is,
+    /// else the apex itself.
+    pub(super) fn look_around(&mut self, centre: Vertex, look: Look, meter: &Meter<'_>) -> Vertex {
+        let stride = self.stride(look.rows, meter);
+        if stride > 1 {
+            return self.look_coarsely(centre, look, stride, meter);
+        }
+        let (mut limit, mut best) = (self.energy() * look.share, centre);
+        for place in look.places_around(centre.at) {
+            if let Some(apex) = self.on_sample(place, meter)
+                && self.try_at(apex, limit, look.farthest, meter)
+            {
+                (limit, best) = (self.energy(), apex);
             }
         }
         best
+    }
+
+    /// The apex on a sample, if that is a place for it.
+    fn on_sample(&self, place: Point, meter: &Meter<'_>) -> Option<Vertex> {
+        if !self.holds(place, meter) {
+            return None;
+        }
+        let (column, row) = (place.x / STEPS, place.y / STEPS);
+        Some(Vertex { at: place, height: meter.tile().at(column as usize, row as usize) })
     }
 
     /// One Gauss–Newton step of an apex that has a height of its own. Returns the best of the old place and where it
@@ -141,9 +209,7 @@ impl Fan {
         if place.x < 0 || place.y < 0 || place.x > far.x || place.y > far.y {
             return false;
         }
-        let k = self.ring.len();
-        let inside = |i: usize| orient(self.ring[i].at, self.ring[(i + 1) % k].at, place) > 0;
-        (0..k).all(inside) && self.is_blunt_at(place)
+        self.edges.iter().all(|edge| edge.is_left(place)) && self.is_blunt_at(place)
     }
 
     /// Whether no triangle to a place inside the ring is too sharp.
@@ -152,28 +218,39 @@ impl Fan {
         self.sharpest.allows_any() || (0..self.ring.len()).all(|i| self.sharpest.allows(self.triangle(apex, i)))
     }
 
-    /// The sample at a place, if the energy is below `limit` there: then the fits are those it gives.
-    fn try_at(&mut self, place: Point, limit: f32, meter: &Meter<'_>) -> Option<Vertex> {
-        if !self.holds(place, meter) {
-            return None;
+    /// What the witnesses say of an apex, in all and (in `parts`) of each triangle; if it is not below `limit`, or one is
+    /// farther than `farthest`, some number that is not, either.
+    fn ask_witnesses(&mut self, apex: Vertex, limit: f32, farthest: f32) -> f32 {
+        self.parts.clear();
+        self.parts.resize(self.ring.len(), 0.0);
+        self.witnesses.speak(&self.ring, apex, limit, farthest, &mut self.parts)
+    }
+
+    /// Whether the energy is below `limit` at an apex, and no triangle farther than `farthest`: then the fits are those it
+    /// gives.
+    fn try_at(&mut self, apex: Vertex, limit: f32, farthest: f32, meter: &Meter<'_>) -> bool {
+        // What the witnesses say of the triangles that are still to be measured.
+        let mut rest = self.ask_witnesses(apex, limit, farthest);
+        let hopeful = rest < limit;
+        if !hopeful {
+            return false;
         }
-        let k = self.ring.len();
-        let (column, row) = (place.x / STEPS, place.y / STEPS);
-        let apex = Vertex { at: place, height: meter.tile().at(column as usize, row as usize) };
         let mut sum = 0.0;
-        for turn in 0..k {
+        for turn in 0..self.ring.len() {
             let i = self.order[turn] as usize;
-            self.trial[i] = meter.fit(self.triangle(apex, i), limit - sum);
+            rest = (rest - self.parts[i]).max(0.0);
+            self.trial[i] = meter.fit(self.triangle(apex, i), limit - sum - rest);
             sum += self.trial[i].energy;
             // Not if it is no number, either.
-            let below = sum < limit;
+            let below = sum + rest < limit && self.trial[i].worst <= farthest;
             if !below {
+                meter.note(self.trial[i], &mut self.witnesses);
                 self.order[turn / 2..=turn].rotate_right(1);
-                return None;
+                return false;
             }
         }
         std::mem::swap(&mut self.fits, &mut self.trial);
-        Some(apex)
+        true
     }
 
     /// Settles the fits of the best apex, and says whether every triangle is within the tolerance.

@@ -11,43 +11,53 @@ use crate::base::mesh::Vertex;
 
 /// Says what triangles and chords weigh.
 pub(super) trait Weigher {
+    /// What becomes known of a triangle as it is weighed.
+    type Known: Copy + Default;
     /// The weight of a triangle with positive orientation, not negative; infinite, or anything not below `budget`, where
     /// it cannot be used.
     fn triangle(&mut self, corners: [Vertex; 3], budget: f64) -> f64;
+    /// What is known of the last triangle that could be used.
+    fn known(&self) -> Self::Known;
     /// Whether two vertices of the ring may be joined across the hole.
     fn chord(&mut self, p: Vertex, q: Vertex) -> bool;
 }
 
 /// The table of the dynamic program: 12 bytes for every pair of vertices of the ring.
 #[derive(Debug, Default)]
-pub(super) struct Filler {
+pub(super) struct Filler<K> {
     ring: Vec<Vertex>,
     /// Per pair i < j the least weight of the polygon i, i+1, …, j, and the corner of its triangle at the edge j–i.
     best: Vec<(f64, u32)>,
+    /// What is known of these triangles.
+    known: Vec<K>,
     stack: Vec<(u32, u32)>,
     /// The answer: positions on the ring.
     pub(super) triangles: Vec<[u32; 3]>,
+    /// What is known of each, unless it was cut off as an ear.
+    pub(super) found: Vec<K>,
 }
 
-impl Filler {
+impl<K: Copy + Default> Filler<K> {
     /// Finds the triangles of least weight. Returns their weight, or `None` if no triangulation is below `limit`.
     pub(super) fn fill(
         &mut self,
         ring: impl Iterator<Item = Vertex>,
         limit: f64,
-        weigher: &mut impl Weigher,
+        weigher: &mut impl Weigher<Known = K>,
     ) -> Option<f64> {
         self.ring.clear();
         self.ring.extend(ring);
         let k = self.ring.len();
         self.best.clear();
         self.best.resize(k * k, (f64::INFINITY, 0));
+        self.known.clear();
+        self.known.resize(k * k, K::default());
         for i in 0..k - 1 {
             self.best[i * k + i + 1].0 = 0.0;
         }
         for gap in 2..k {
             for i in 0..k - gap {
-                self.best[i * k + i + gap] = self.cell(i, i + gap, limit, weigher);
+                (self.best[i * k + i + gap], self.known[i * k + i + gap]) = self.cell(i, i + gap, limit, weigher);
             }
         }
         let weight = self.best[k - 1].0;
@@ -58,9 +68,9 @@ impl Filler {
         None
     }
 
-    fn cell(&self, i: usize, j: usize, limit: f64, weigher: &mut impl Weigher) -> (f64, u32) {
+    fn cell(&self, i: usize, j: usize, limit: f64, weigher: &mut impl Weigher<Known = K>) -> ((f64, u32), K) {
         let (k, ring) = (self.ring.len(), &self.ring);
-        let mut best = (f64::INFINITY, 0);
+        let (mut best, mut known) = ((f64::INFINITY, 0), K::default());
         // Asked only if something hangs on it.
         let mut allowed = j - i == k - 1;
         for m in i + 1..j {
@@ -71,19 +81,19 @@ impl Filler {
             }
             allowed = allowed || weigher.chord(ring[i], ring[j]);
             if !allowed {
-                return best;
+                return (best, known);
             }
             let weight = weigher.triangle([ring[i], ring[m], ring[j]], budget);
             if weight < budget {
-                best = (parts + weight, m as u32);
+                (best, known) = ((parts + weight, m as u32), weigher.known());
             }
         }
-        best
+        (best, known)
     }
 
     /// Finds some triangulation by cutting off ears, or none: for rings too long for [`Filler::fill`]. A simple
     /// ring always has an ear (Meisters 1975), so only triangles that may not be used stand against it.
-    pub(super) fn clip(&mut self, ring: impl Iterator<Item = Vertex>, weigher: &mut impl Weigher) -> bool {
+    pub(super) fn clip(&mut self, ring: impl Iterator<Item = Vertex>, weigher: &mut impl Weigher<Known = K>) -> bool {
         self.ring.clear();
         self.ring.extend(ring);
         self.triangles.clear();
@@ -109,7 +119,7 @@ impl Filler {
     }
 
     /// Whether the second corner can be cut off: no other one lies in its triangle, and the triangle may be used.
-    fn is_ear(&self, left: &VecDeque<u32>, weigher: &mut impl Weigher) -> bool {
+    fn is_ear(&self, left: &VecDeque<u32>, weigher: &mut impl Weigher<Known = K>) -> bool {
         let at = |i: usize| self.ring[left[i] as usize];
         let [a, b, c] = [0, 1, 2].map(at);
         let outside = |p: Vertex| [(a, b), (b, c), (c, a)].iter().any(|&(p1, p2)| orient(p1.at, p2.at, p.at) < 0);
@@ -121,12 +131,14 @@ impl Filler {
 
     fn trace(&mut self, k: usize) {
         self.triangles.clear();
+        self.found.clear();
         self.stack.clear();
         self.stack.push((0, k as u32 - 1));
         while let Some((i, j)) = self.stack.pop() {
             if j - i >= 2 {
                 let m = self.best[i as usize * k + j as usize].1;
                 self.triangles.push([i, m, j]);
+                self.found.push(self.known[i as usize * k + j as usize]);
                 self.stack.extend([(i, m), (m, j)]);
             }
         }

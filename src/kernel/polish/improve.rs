@@ -1,9 +1,9 @@
 //! Moves that keep the number of triangles: a vertex goes to another place or height, an edge turns.
 
-use super::fan::Fan;
+use super::fan::{Fan, Look};
 use super::fitting::Fitting;
 use super::hole::Hole;
-use super::judge::Judge;
+use super::judge::{DOUBT, Judge};
 use super::net::{NONE, Net, next, previous};
 use crate::base::lattice::STEPS;
 use crate::base::mesh::Vertex;
@@ -31,15 +31,22 @@ pub(super) struct Search {
     pub(super) rounds: u32,
     /// How many places are looked at in a round, where vertices stand on samples: the first of eight.
     pub(super) places: usize,
+    /// How often the first step is halved.
+    pub(super) halvings: u32,
+    /// In how many of a star's rows places are compared first, where it has twice as many or more.
+    pub(super) rows: u32,
 }
 
 /// The best place that is found: the first step is a quarter of the way to the nearest neighbour, and a step that leads
 /// nowhere is halved.
-fn search(fan: &mut Fan, centre: Vertex, search: Search, judge: &Judge<'_>) -> Vertex {
-    let (mut apex, mut step) = (centre, (fan.clearance(centre.at) / STEPS / 4).max(1));
-    for _ in 0..search.rounds {
+fn search(fan: &mut Fan, centre: Vertex, how: Search, demand: Demand, judge: &Judge<'_>) -> Vertex {
+    fan.call_witnesses(&judge.meter);
+    let farthest = if demand == Demand::Feasible { 1.0 + DOUBT } else { f32::INFINITY };
+    let (mut apex, mut step) = (centre, ((fan.clearance(centre.at) / STEPS / 4) >> how.halvings).max(1));
+    for _ in 0..how.rounds {
         let before = apex.at;
-        apex = fan.look_around(apex, step, search.places, MOVE_SHARE, &judge.meter);
+        let look = Look { step, places: how.places, share: MOVE_SHARE, farthest, rows: how.rows };
+        apex = fan.look_around(apex, look, &judge.meter);
         if apex.at == before {
             if step == 1 {
                 break;
@@ -63,6 +70,15 @@ fn fit(fan: &mut Fan, centre: Vertex, rounds: u32, judge: &Judge<'_>, fitting: &
     apex
 }
 
+/// A vertex that was tried in vain, how, and what was around it: another star has another sum of energies, but for chance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Tried {
+    vertex: u32,
+    halvings: u32,
+    energy: f32,
+    ring: usize,
+}
+
 /// The memory of the moves.
 #[derive(Debug, Default)]
 pub(super) struct Improver {
@@ -79,16 +95,40 @@ impl Improver {
     /// Moves a free vertex over the samples around it; where heights are fitted, over the places around
     /// it and to a height of its own. Returns whether it moved.
     pub(super) fn relocate(&mut self, net: &mut Net, v: u32, how: Search, demand: Demand, judge: &Judge<'_>) -> bool {
+        self.hole.around(net, v, LONGEST_RING) && self.relocate_in_hole(net, v, how, demand, judge)
+    }
+
+    /// The same for less energy, if some triangle at the vertex violates the tolerance and the vertex has not been tried
+    /// in vain with the same triangles around it.
+    pub(super) fn relocate_new(
+        &mut self,
+        net: &mut Net,
+        v: u32,
+        how: Search,
+        tried: &mut Vec<Tried>,
+        judge: &Judge<'_>,
+    ) {
         if !self.hole.around(net, v, LONGEST_RING) {
-            return false;
+            return;
         }
+        let fits = self.hole.triangles.iter().map(|&t| net.triangles[t as usize].fit);
+        let (energy, worst) = fits.fold((0.0f32, 0.0f32), |(sum, worst), fit| (sum + fit.energy, worst.max(fit.worst)));
+        let now = Tried { vertex: v, halvings: how.halvings, energy, ring: self.hole.ring.len() };
+        let is_in_vain = worst <= 1.0 || tried.contains(&now);
+        if !is_in_vain && !self.relocate_in_hole(net, v, how, Demand::Better, judge) {
+            tried.push(now);
+        }
+    }
+
+    /// Moves the vertex whose star is the hole.
+    fn relocate_in_hole(&mut self, net: &mut Net, v: u32, how: Search, demand: Demand, judge: &Judge<'_>) -> bool {
         let Improver { hole, fan } = self;
         let centre = net.vertex(v);
         let fits = hole.triangles.iter().map(|&t| net.triangles[t as usize].fit);
         let sharpest = judge.angles.bound(hole.corners(net));
         fan.reset(hole.ring.iter().map(|&r| net.vertex(r)), fits, sharpest);
         let apex = match &judge.fitting {
-            None => search(fan, centre, how, judge),
+            None => search(fan, centre, how, demand, judge),
             Some(fitting) => fit(fan, centre, how.rounds, judge, fitting),
         };
         if apex == centre {

@@ -15,7 +15,7 @@ const WITNESSES: usize = 6;
 
 /// How close to the tolerance a measured error may be wrong about it, as a share. (It may be so elsewhere, too, where
 /// heights are large and the tolerance is small: what is kept is tested.)
-const DOUBT: f32 = 1e-4;
+pub(super) const DOUBT: f32 = 1e-4;
 
 /// The exact test, preceded by samples that have spoken against other triangles of the same hole: most infeasible
 /// candidates fall by one of them, without a scan.
@@ -60,14 +60,35 @@ impl<'a> Judge<'a> {
             return false;
         }
         let Some(place) = self.tester.violation(corners) else { return true };
-        let (column, row) = place.sample().expect("violations are samples");
+        self.call(place);
+        false
+    }
+
+    /// Whether some triangle between three vertices of a ring could cover a sample inside it: if none can, nothing fills the
+    /// ring. The sample becomes a witness.
+    pub(super) fn can_cover(&mut self, place: Point, ring: &[Vertex]) -> bool {
+        if place.sample().is_none() {
+            return true;
+        }
+        self.call(place);
+        let k = ring.len();
+        let triples = (0..k).flat_map(|i| (i + 1..k).flat_map(move |m| (m + 1..k).map(move |j| [i, m, j])));
+        triples.map(|triple| triple.map(|i| ring[i])).any(|corners| {
+            let [a, b, c] = corners.map(|v| v.at);
+            let covers = [(a, b), (b, c), (c, a)].iter().all(|&(p, q)| orient(p, q, place) >= 0);
+            covers && orient(a, b, c) > 0 && !self.speaks_against(0, corners)
+        })
+    }
+
+    /// Makes a sample a witness, the first to be asked.
+    fn call(&mut self, place: Point) {
+        let (column, row) = place.sample().expect("witnesses are samples");
         self.known = (self.known + 1).min(WITNESSES);
         self.witnesses[..self.known].rotate_right(1);
         let tile = self.tester.tile();
         // Refusing a triangle that is feasible by a rounding costs nothing that was promised; still, leave ties alone.
         let limit = tile.limit(column, row, self.tolerance) * (1.0 + 1e-9);
         self.witnesses[0] = (place, tile.at(column, row), limit);
-        false
     }
 
     /// The exact test alone.

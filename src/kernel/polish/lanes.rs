@@ -21,16 +21,16 @@ pub(super) trait Lanes: Copy {
     /// `yes` where a is greater than b, else `no`.
     fn if_greater(self, a: Self::Eight, b: Self::Eight, yes: Self::Eight, no: Self::Eight) -> Self::Eight;
 
+    /// The sum, by halves: ((a + e) + (c + g)) + ((b + f) + (d + h)).
+    fn total(self, a: Self::Eight) -> f32;
+
     #[inline(always)]
     fn all(self, value: f32) -> Self::Eight {
         self.of([value; LANES])
     }
 
     /// The first where it is greater, else the second.
-    #[inline(always)]
-    fn max(self, a: Self::Eight, b: Self::Eight) -> Self::Eight {
-        self.if_greater(a, b, a, b)
-    }
+    fn max(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
 }
 
 /// Arrays.
@@ -68,6 +68,14 @@ impl Lanes for Array {
     fn if_greater(self, a: [f32; LANES], b: [f32; LANES], yes: [f32; LANES], no: [f32; LANES]) -> [f32; LANES] {
         std::array::from_fn(|i| if a[i] > b[i] { yes[i] } else { no[i] })
     }
+    #[inline(always)]
+    fn total(self, [a, b, c, d, e, f, g, h]: [f32; LANES]) -> f32 {
+        ((a + e) + (c + g)) + ((b + f) + (d + h))
+    }
+    #[inline(always)]
+    fn max(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+        std::array::from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] })
+    }
 }
 
 /// Registers of eight.
@@ -104,6 +112,15 @@ impl<S: pulp::Simd> Lanes for Register<S> {
     #[inline(always)]
     fn if_greater(self, a: S::f32s, b: S::f32s, yes: S::f32s, no: S::f32s) -> S::f32s {
         self.0.select_f32s(self.0.greater_than_f32s(a, b), yes, no)
+    }
+    #[inline(always)]
+    fn total(self, a: S::f32s) -> f32 {
+        self.0.reduce_sum_f32s(a)
+    }
+    #[inline(always)]
+    fn max(self, a: S::f32s, b: S::f32s) -> S::f32s {
+        // Of registers of eight there are those of x86 alone, whose maximum is the second where neither is greater.
+        self.0.max_f32s(a, b)
     }
 }
 

@@ -28,6 +28,7 @@ mod removal;
 mod repair;
 mod schedule;
 mod star;
+mod witnesses;
 
 #[cfg(test)]
 mod tests;

@@ -5,7 +5,7 @@ use crate::base::handed_over::{DENSE, clear, make_room};
 use crate::base::lattice::orient;
 use crate::base::mesh::{Domain, TileMesh, Vertex};
 
-/// No half-edge, no vertex.
+/// No half-edge, no vertex, no place.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// A triangle and what lies beyond its sides. Side i runs from corner i to the next; it is the half-edge 3t + i.
@@ -20,16 +20,25 @@ pub(super) struct Triangle {
 }
 
 /// How well a triangle fits the samples under it: estimates that steer, nothing that certifies.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fit {
     /// The objective (see `energy`), summed over its samples.
     pub(super) energy: f32,
     /// The largest error, as a share of the tolerance.
     pub(super) worst: f32,
+    /// Where among the tile's heights that is; [`NONE`] where nobody looked, or it is an edge's.
+    pub(super) place: u32,
+}
+
+impl Default for Fit {
+    fn default() -> Fit {
+        Fit { energy: 0.0, worst: 0.0, place: NONE }
+    }
 }
 
 impl Triangle {
-    const GONE: Triangle = Triangle { corners: [NONE; 3], twins: [NONE; 3], fit: Fit { energy: 0.0, worst: 0.0 } };
+    const GONE: Triangle =
+        Triangle { corners: [NONE; 3], twins: [NONE; 3], fit: Fit { energy: 0.0, worst: 0.0, place: NONE } };
 
     pub(super) fn alive(&self) -> bool {
         self.corners[0] != NONE

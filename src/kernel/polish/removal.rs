@@ -22,7 +22,8 @@ pub(super) const VISITS_BETWEEN_CHECKS: usize = 256;
 #[derive(Debug, Default)]
 pub(super) struct Removal {
     hole: Hole,
-    filler: Filler,
+    ring: Vec<Vertex>,
+    filler: Filler<()>,
     open: Vec<(u32, u32, u32)>,
 }
 
@@ -75,10 +76,16 @@ impl Removal {
             return false;
         }
         judge.forget();
-        let ring = self.hole.ring.iter().map(|&r| net.vertex(r));
+        self.ring.clear();
+        self.ring.extend(self.hole.ring.iter().map(|&r| net.vertex(r)));
+        let fills = self.ring.len() <= longest;
+        if fills && !judge.can_cover(net.vertex(v).at, &self.ring) {
+            return false;
+        }
+        let ring = self.ring.iter().copied();
         let sharpest = judge.angles.bound(self.hole.corners(net));
         let mut weigher = ShortChords { judge, sharpest };
-        let filled = if self.hole.ring.len() <= longest {
+        let filled = if fills {
             self.filler.fill(ring, f64::INFINITY, &mut weigher).is_some()
         } else {
             self.filler.clip(ring, &mut weigher)
@@ -99,6 +106,10 @@ struct ShortChords<'a, 'b> {
 }
 
 impl Weigher for ShortChords<'_, '_> {
+    type Known = ();
+
+    fn known(&self) {}
+
     fn triangle(&mut self, [a, b, c]: [Vertex; 3], budget: f64) -> f64 {
         let weight = distance2(a.at, c.at) as f64;
         // The scan is made only where it decides.

@@ -4,11 +4,12 @@
 use super::angles::Sharpest;
 use super::filling::{Filler, Weigher};
 use super::hole::Hole;
-use super::improve::{Demand, Improver, Search};
+use super::improve::{Demand, Improver, Search, Tried};
 use super::judge::Judge;
-use super::net::{NONE, Net};
+use super::net::{Fit, NONE, Net};
 use super::order::{Errand, Order};
 use super::removal::VISITS_BETWEEN_CHECKS;
+use super::witnesses::Witnesses;
 use crate::base::control::Cancelled;
 use crate::base::mesh::Vertex;
 
@@ -21,17 +22,40 @@ pub(super) struct Patience {
     pub(super) rounds: usize,
     /// Share to which a round must bring down the energy of violating triangles for another one to follow.
     pub(super) shrink: f32,
-    /// How vertices are moved.
+    /// What the energy of violating triangles may be with one round to go.
+    pub(super) last_reach: f32,
+    /// How vertices are moved in the first round.
     pub(super) search: Search,
+    /// Whether their first step is halved from round to round.
+    pub(super) finer: bool,
     /// Vertices with longer rings are left alone.
     pub(super) longest_ring: usize,
+}
+
+/// How many times as much energy a round can bring down as the next one can: a round that brings it down at all brings it
+/// to a fifth.
+const GAIN_OF_A_ROUND: f32 = 5.0;
+
+impl Patience {
+    /// How much energy violating triangles may have for a round to follow: with more than the rounds that are left bring
+    /// down there is no hope.
+    fn reach(&self, round: usize) -> f32 {
+        self.last_reach * GAIN_OF_A_ROUND.powi((self.rounds - round) as i32 - 1)
+    }
+
+    /// How vertices are moved in a round.
+    fn search(&self, round: usize) -> Search {
+        Search { halvings: if self.finer { round as u32 } else { 0 }, ..self.search }
+    }
 }
 
 /// The memory of remove-and-repair.
 #[derive(Debug, Default)]
 pub(super) struct Repair {
     hole: Hole,
-    filler: Filler,
+    filler: Filler<Fit>,
+    witnesses: Witnesses,
+    tried: Vec<Tried>,
     open: Vec<(u32, u32, u32)>,
     improver: Improver,
     violating: Vec<u32>,
@@ -120,15 +144,19 @@ impl Repair {
         }
         let before: f32 = self.hole.triangles.iter().map(|&t| net.triangles[t as usize].fit.energy).sum();
         let ring = self.hole.ring.iter().map(|&r| net.vertex(r));
-        let mut weigher = LeastEnergy { judge, sharpest: judge.angles.bound(self.hole.corners(net)) };
+        self.witnesses.clear();
+        judge.meter.call(net.vertex(v).at, &mut self.witnesses);
+        let sharpest = judge.angles.bound(self.hole.corners(net));
+        let witnesses = &mut self.witnesses;
+        let mut weigher = LeastEnergy { judge, sharpest, witnesses, known: Fit::default() };
         if self.filler.fill(ring, f64::from(before + patience.cap), &mut weigher).is_none() {
             return false;
         }
         net.begin();
         net.refill(&self.hole, &self.filler.triangles, v, &mut self.open);
         net.drop_vertex(v);
-        for &t in &self.hole.triangles[..self.filler.triangles.len()] {
-            measure(net, t, judge);
+        for (&t, &fit) in self.hole.triangles.iter().zip(&self.filler.found) {
+            net.triangle_mut(t).fit = judge.settle(net.corners(t), fit);
         }
         if self.mend(net, judge, patience) && all_feasible(net, judge) {
             net.commit();
@@ -140,6 +168,7 @@ impl Repair {
 
     /// Moves and turns until no changed triangle violates the tolerance. Returns whether it came to that.
     fn mend(&mut self, net: &mut Net, judge: &Judge<'_>, patience: Patience) -> bool {
+        self.tried.clear();
         let mut before = f32::INFINITY;
         for round in 0..=patience.rounds {
             let energy = self.find_violating(net);
@@ -147,7 +176,7 @@ impl Repair {
                 return true;
             }
             let promising = energy <= before * patience.shrink;
-            if round == patience.rounds || !promising {
+            if round == patience.rounds || !promising || energy > patience.reach(round) {
                 return false;
             }
             before = energy;
@@ -156,8 +185,9 @@ impl Repair {
             self.corners.sort_unstable();
             self.corners.dedup();
             self.corners.retain(|&v| !net.is_locked(v));
+            let search = patience.search(round);
             for &v in &self.corners {
-                self.improver.relocate(net, v, patience.search, Demand::Better, judge);
+                self.improver.relocate_new(net, v, search, &mut self.tried, judge);
             }
             for &t in &self.violating {
                 for side in 3 * t..3 * t + 3 {
@@ -205,14 +235,31 @@ fn all_feasible(net: &Net, judge: &Judge<'_>) -> bool {
 struct LeastEnergy<'a, 'b> {
     judge: &'a Judge<'b>,
     sharpest: Sharpest,
+    witnesses: &'a mut Witnesses,
+    known: Fit,
 }
 
 impl Weigher for LeastEnergy<'_, '_> {
+    type Known = Fit;
+
+    fn known(&self) -> Fit {
+        self.known
+    }
+
     fn triangle(&mut self, corners: [Vertex; 3], budget: f64) -> f64 {
         if !self.sharpest.allows(corners) {
             return f64::INFINITY;
         }
-        f64::from(self.judge.meter.fit(corners, budget as f32).energy)
+        let limit = budget as f32;
+        if self.witnesses.speak_against(corners, limit) {
+            return f64::INFINITY;
+        }
+        let fit = self.judge.meter.fit(corners, limit);
+        if fit.energy >= limit {
+            self.judge.meter.note(fit, self.witnesses);
+        }
+        self.known = fit;
+        f64::from(fit.energy)
     }
 
     /// What is wrong with an edge is in the energy, too.

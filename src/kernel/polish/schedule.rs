@@ -11,7 +11,7 @@ use super::{Effort, Heights, Scratch};
 use crate::base::control::Cancelled;
 
 /// What polishing does, step by step: removal; then vertices move to where their triangles fit better; then passes of
-/// remove-and-repair, each followed by such moves; removal again. Every number has its share in time and triangles.
+/// remove-and-repair, with such moves between them; removal again. Every number has its share in time and triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Schedule {
     /// Sweeps of removal in the beginning, at most; [`Schedule::ALL`] goes on until nothing goes. A sweep takes a third
@@ -33,12 +33,20 @@ pub struct Schedule {
     pub rounds: u32,
     /// To what share a round must bring down the energy of violating triangles for another one to follow.
     pub shrink: f32,
+    /// What energy violating triangles may have for the last round to follow, and five times as much for every round before
+    /// that; infinite for any. Of attempts with more hardly one in fifty succeeds.
+    pub reach: f32,
     /// Steps of a vertex that moves in a round of repair.
     pub steps: u32,
+    /// Whether the first step of a vertex is half as long from one round of repair to the next.
+    pub finer: bool,
     /// Steps of a vertex that moves between passes.
     pub steps_between: u32,
     /// Places that are looked at around a vertex on samples: four or eight.
     pub places: u32,
+    /// In how many rows, about, places around a vertex on samples are compared, if its triangles have twice as many or more;
+    /// then the best two are measured in full. [`Schedule::ALL`] compares in all.
+    pub rows: u32,
     /// Whether edges turn between passes, too.
     pub turns: bool,
     /// Removal fills holes with up to this number of vertices by dynamic programming; from longer rings it cuts off ears.
@@ -98,7 +106,7 @@ pub struct ScheduleError {
 }
 
 impl Schedule {
-    /// Sweeps until nothing goes.
+    /// Sweeps until nothing goes; all rows.
     pub const ALL: u32 = u32::MAX;
 
     const FAST: Schedule = Schedule {
@@ -107,6 +115,7 @@ impl Schedule {
         last_sweeps: 1,
         passes: 0,
         places: 4,
+        rows: Schedule::ALL,
         // They are worth a third of a per cent, for a sixth of the time.
         turns: false,
         ..Schedule::BALANCED
@@ -122,17 +131,24 @@ impl Schedule {
         yield_of: 0,
         rounds: 3,
         shrink: 0.8,
-        steps: 2,
+        reach: 0.04,
+        steps: 1,
+        finer: true,
         steps_between: 1,
         places: 8,
+        rows: 24,
         turns: true,
         longest_ring: 24,
         longest_repaired: 14,
     };
 
+    /// Nothing is given up for lack of hope, and all rows are looked at.
+    const THOROUGH: Schedule =
+        Schedule { reach: f32::INFINITY, finer: false, rows: Schedule::ALL, ..Schedule::BALANCED };
+
     /// With fitted heights a move is a step towards a minimum: one at a time, and more rounds.
     const BALANCED_FITTED: Schedule =
-        Schedule { caps: Caps::preset(&[1.0, 2.0]), rounds: 12, shrink: 0.85, steps: 1, ..Schedule::BALANCED };
+        Schedule { caps: Caps::preset(&[1.0, 2.0]), rounds: 12, shrink: 0.85, ..Schedule::THOROUGH };
 
     /// Other than with balanced effort, vertices that have been tried with a lower cap are tried again.
     const BEST: Schedule = Schedule {
@@ -144,7 +160,7 @@ impl Schedule {
         shrink: 0.9,
         steps: 3,
         steps_between: 3,
-        ..Schedule::BALANCED
+        ..Schedule::THOROUGH
     };
 
     const BEST_FITTED: Schedule = Schedule {
@@ -178,9 +194,11 @@ impl Schedule {
             ("moves", self.moves <= 1000, "at most 1000"),
             ("rounds", (1..=1000).contains(&self.rounds), "1 to 1000"),
             ("shrink", self.shrink > 0.0 && self.shrink <= 1.0, "a share above 0, at most 1"),
+            ("reach", self.reach > 0.0, "above 0"),
             ("steps", (1..=100).contains(&self.steps), "1 to 100"),
             ("steps_between", (1..=100).contains(&self.steps_between), "1 to 100"),
             ("places", self.places == 4 || self.places == 8, "4 or 8"),
+            ("rows", self.rows >= 8, "8 or more"),
             ("longest_ring", (3..=128).contains(&self.longest_ring), "3 to 128"),
             ("longest_repaired", (3..=64).contains(&self.longest_repaired), "3 to 64"),
         ];
@@ -192,12 +210,13 @@ impl Schedule {
 
     /// All of it as text, equal exactly if the numbers are.
     pub fn named(&self) -> String {
-        let Schedule { sweeps, moves, last_sweeps, passes, caps, retry, yield_of, rounds, shrink, .. } = *self;
-        let Schedule { steps, steps_between, places, turns, longest_ring, longest_repaired, .. } = *self;
+        let Schedule { sweeps, moves, last_sweeps, passes, caps, retry, yield_of, rounds, shrink, reach, .. } = *self;
+        let Schedule { steps, finer, steps_between, places, rows, turns, longest_ring, longest_repaired, .. } = *self;
         format!(
             "sweeps {sweeps}, moves {moves}, last sweeps {last_sweeps}, passes {passes}, caps {:?}, retry {retry}, \
-             yield {yield_of}, rounds {rounds}, shrink {shrink}, steps {steps}, steps between {steps_between}, \
-             places {places}, turns {turns}, longest ring {longest_ring}, longest repaired {longest_repaired}",
+             yield {yield_of}, rounds {rounds}, shrink {shrink}, reach {reach}, steps {steps}, finer {finer}, \
+             steps between {steps_between}, places {places}, rows {rows}, turns {turns}, longest ring {longest_ring}, \
+             longest repaired {longest_repaired}",
             caps.values()
         )
     }
@@ -208,13 +227,19 @@ impl Schedule {
             cap: caps[pass.min(caps.len() - 1)],
             rounds: self.rounds as usize,
             shrink: self.shrink,
-            search: Search { rounds: self.steps, places: self.places as usize },
+            last_reach: self.reach,
+            search: self.search(self.steps),
+            finer: self.finer,
             longest_ring: self.longest_repaired as usize,
         }
     }
 
     fn search_between(&self) -> Search {
-        Search { rounds: self.steps_between, places: self.places as usize }
+        self.search(self.steps_between)
+    }
+
+    fn search(&self, rounds: u32) -> Search {
+        Search { rounds, places: self.places as usize, halvings: 0, rows: self.rows }
     }
 }
 
@@ -266,15 +291,20 @@ impl Scratch {
             visit.make_due(net, order);
         }
         for pass in 0..schedule.passes as usize {
+            if pass > 0 {
+                repair.relax(net, order, judge, schedule.search_between(), schedule.turns)?;
+            }
             if schedule.retry {
                 visit.make_due(net, order);
             }
             let gone = repair.sweep(net, order, judge, schedule.patience(pass))?;
-            repair.relax(net, order, judge, schedule.search_between(), schedule.turns)?;
             let yields_little = gone * (schedule.yield_of as usize) < order.raster.len();
             if schedule.yield_of > 0 && yields_little && pass >= schedule.caps.values().len() {
                 break;
             }
+        }
+        if schedule.passes > 0 && schedule.last_sweeps > 0 {
+            repair.relax(net, order, judge, schedule.search_between(), schedule.turns)?;
         }
         removal.sweeps(schedule.last_sweeps, longest, net, order, judge)?;
         Ok(())

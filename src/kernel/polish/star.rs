@@ -5,7 +5,7 @@
 
 use super::energy::{Meter, ONSET, PULL, Sample, energies, largest, total};
 use super::lanes::{Kernel, LANES, Lanes, run};
-use super::net::Fit;
+use super::net::{Fit, NONE};
 use crate::base::Heights;
 use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::Vertex;
@@ -243,7 +243,7 @@ impl Kernel for FitAt<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, on: L) -> Fit {
         let Totals { energy, worst, .. } = totals(on, self.share, self.error, self.rise);
-        Fit { energy: total(&on.parts(energy)), worst: largest(&on.parts(worst)) }
+        Fit { energy: total(&on.parts(energy)), worst: largest(&on.parts(worst)), place: NONE }
     }
 }
 
@@ -309,7 +309,7 @@ fn totals<L: Lanes>(on: L, share: &[f32], error: &[f32], rise: f32) -> Totals<L:
         let over = on.if_greater(size, onset, on.sub(t, on.if_greater(t, zero, onset, on.all(-ONSET))), zero);
         let stiff = on.if_greater(size, onset, on.all(2.0), zero);
         let t2 = on.mul(t, t);
-        sums.energy = on.add(sums.energy, energies(on, size));
+        sums.energy = on.add(sums.energy, energies(on, size, on.all(PULL)));
         sums.worst = on.max(size, sums.worst);
         let pull = on.mul(on.mul(on.all(4.0 * PULL), t2), t);
         sums.slope = on.add(sums.slope, on.mul(share, on.add(on.mul(on.all(2.0), over), pull)));

@@ -191,9 +191,12 @@ fn promises_hold_with_any_schedule() {
         yield_of: 3,
         rounds: 1,
         shrink: 1.0,
+        reach: 0.5,
         steps: 5,
+        finer: true,
         steps_between: 4,
         places: 4,
+        rows: 8,
         turns: false,
         longest_ring: 3,
         longest_repaired: 5,
@@ -304,6 +307,10 @@ fn a_cancelled_polish_says_so() {
 struct Anything;
 
 impl super::filling::Weigher for Anything {
+    type Known = ();
+
+    fn known(&self) {}
+
     fn triangle(&mut self, _: [crate::base::mesh::Vertex; 3], _: f64) -> f64 {
         0.0
     }
@@ -355,7 +362,7 @@ fn take_back(fitting: Option<Fitting>) {
             flips += usize::from(alive && improver.flip(&mut net, side, super::improve::Demand::Better, &judge));
         }
         hole.ring.retain(|&r| !net.is_locked(r));
-        let how = super::improve::Search { rounds: 2, places: 8 };
+        let how = super::improve::Search { rounds: 2, places: 8, halvings: 0, rows: Schedule::ALL };
         for &r in &hole.ring {
             let moved = improver.relocate(&mut net, r, how, super::improve::Demand::Better, &judge);
             moves += usize::from(moved);

@@ -32,6 +32,39 @@ fn rounded(value: f64) -> i32 {
     (value + NO_FRACTION).to_bits() as i32
 }
 
+/// A part of a triangle between two of its sides: from the first row to the last, none if that is less.
+#[derive(Clone, Copy)]
+pub(crate) struct Half {
+    pub(crate) first: i32,
+    pub(crate) last: i32,
+    left: Side,
+    right: Side,
+}
+
+/// A side: its column at y, and how that grows.
+#[derive(Clone, Copy)]
+struct Side {
+    start: f64,
+    slope: f64,
+    y: i32,
+}
+
+impl Side {
+    #[inline(always)]
+    fn at(&self, y: i32) -> f64 {
+        self.start + self.slope * f64::from(y - self.y)
+    }
+}
+
+impl Half {
+    /// First and last column of the samples in one of the rows; empty if the first is greater.
+    #[inline(always)]
+    pub(crate) fn columns(&self, row: i32) -> (i32, i32) {
+        let y = row * STEPS;
+        (rounded(self.left.at(y) + (0.5 - NUDGE)), rounded(self.right.at(y) - (0.5 - NUDGE)))
+    }
+}
+
 impl Spans {
     /// The samples of the triangle with these corners, in any order, not all on a line.
     pub(crate) fn new(a: Point, b: Point, c: Point) -> Spans {
@@ -75,6 +108,22 @@ impl Spans {
     pub(crate) fn columns(&self, row: i32) -> (i32, i32) {
         let (left, right) = self.crossings(row);
         (rounded(left + (0.5 - NUDGE)), rounded(right - (0.5 - NUDGE)))
+    }
+
+    /// The triangle above its middle vertex, and from there on down: [`Half::columns`] is [`Spans::columns`] in its rows.
+    #[inline(always)]
+    pub(crate) fn halves(&self) -> [Half; 2] {
+        let (first, last) = (*self.rows.start(), *self.rows.end());
+        // The first row that is not above the middle vertex.
+        let middle = (self.mid.y + STEPS - 1).div_euclid(STEPS);
+        let long = Side { start: f64::from(self.low.x) * COLUMN, slope: self.long, y: self.low.y };
+        let lower = Side { slope: self.lower, ..long };
+        let upper = Side { start: f64::from(self.mid.x) * COLUMN, slope: self.upper, y: self.mid.y };
+        let half = |first: i32, last: i32, short: Side| {
+            let (left, right) = if self.mid_is_right { (long, short) } else { (short, long) };
+            Half { first, last, left, right }
+        };
+        [half(first, last.min(middle - 1), lower), half(first.max(middle), last, upper)]
     }
 
     /// The same for a triangle that may reach beyond columns 0 to `width` − 1: of these columns only.

@@ -1,0 +1,174 @@
+//! Samples that have spoken against a triangle, and so are likely to speak against the next one at the same place.
+//!
+//! A look at one sample costs a tenth of a scan of a small triangle. What a witness says holds: its sample's energy is a part of
+//! the triangle's.
+
+use super::energy::{ONSET, energy};
+use crate::base::Tile;
+use crate::base::lattice::{Point, STEPS, orient};
+use crate::base::mesh::Vertex;
+
+/// How many samples are remembered. More find more, but every candidate is compared with each.
+const MOST: usize = 8;
+
+/// A sample.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Witness {
+    at: Point,
+    height: f64,
+    /// Brings an error to shares of the sample's limit.
+    per_limit: f64,
+}
+
+impl Witness {
+    /// The error here of a plane over three weights, the lattice's orientations, as a share of the limit.
+    #[inline(always)]
+    fn share(&self, heights: [f64; 3], weights: [i64; 3]) -> f64 {
+        let [wa, wb, wc] = weights.map(|w| w as f64);
+        let [a, b, c] = heights.map(|h| h - self.height);
+        ((wa * a + wb * b + wc * c) / (wa + wb + wc)).abs() * self.per_limit
+    }
+
+    /// How far a triangle is from the sample, as a share of its limit; nothing if the sample is not under it.
+    #[inline(always)]
+    fn under(&self, [a, b, c]: [Vertex; 3]) -> Option<f64> {
+        let weights = [orient(b.at, c.at, self.at), orient(c.at, a.at, self.at), orient(a.at, b.at, self.at)];
+        if weights.iter().any(|&w| w < 0) {
+            return None;
+        }
+        Some(self.share([a.height, b.height, c.height], weights))
+    }
+
+    /// The same for the triangles from a ring to an apex inside it, and which of them it is.
+    #[inline(always)]
+    fn under_fan(&self, ring: &[Vertex], apex: Vertex) -> Option<(usize, f64)> {
+        let k = ring.len();
+        let side = |i: usize| orient(apex.at, ring[i].at, self.at);
+        let mut behind = side(0);
+        for i in 0..k {
+            let j = if i + 1 == k { 0 } else { i + 1 };
+            let ahead = side(j);
+            if behind >= 0 && ahead <= 0 {
+                let area = orient(apex.at, ring[i].at, ring[j].at);
+                let weights = [area - behind + ahead, -ahead, behind];
+                return Some((i, self.share([apex.height, ring[i].height, ring[j].height], weights)));
+            }
+            behind = ahead;
+        }
+        None
+    }
+}
+
+/// Up to eight, those that have spoken last first.
+#[derive(Debug, Default)]
+pub(super) struct Witnesses {
+    known: Vec<Witness>,
+}
+
+impl Witnesses {
+    /// Forgets all.
+    pub(super) fn clear(&mut self) {
+        self.known.clear();
+    }
+
+    /// Remembers the sample at `place` of the tile's heights.
+    pub(super) fn note(&mut self, place: usize, tile: &Tile, per_tolerance: f64) {
+        let (column, row) = (place % tile.width, place / tile.width);
+        let at = Point::of_sample(column as i32, row as i32);
+        if self.known.iter().any(|w| w.at == at) {
+            return;
+        }
+        let per_limit = if tile.is_weighted() { tile.weights[place] * per_tolerance } else { per_tolerance };
+        self.known.truncate(MOST - 1);
+        self.known.insert(0, Witness { at, height: tile.at(column, row), per_limit });
+    }
+
+    /// Whether a triangle has this much energy or more, by one witness alone.
+    pub(super) fn speak_against(&mut self, corners: [Vertex; 3], limit: f32) -> bool {
+        let against = |w: &Witness| w.under(corners).is_some_and(|t| energy(t as f32) >= limit);
+        match self.known.iter().position(against) {
+            // What spoke last will be asked first.
+            Some(i) => {
+                self.known[..=i].rotate_right(1);
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Adds up the witnesses' energies by the triangles that a ring has with an apex; returns the sum. Stops, with any
+    /// sum above the limit, where they exceed it or one is farther than `farthest`.
+    pub(super) fn speak(&mut self, ring: &[Vertex], apex: Vertex, limit: f32, farthest: f32, parts: &mut [f32]) -> f32 {
+        let mut sum = 0.0;
+        for i in 0..self.known.len() {
+            let Some((part, t)) = self.known[i].under_fan(ring, apex) else { continue };
+            let energy = energy(t as f32);
+            parts[part] += energy;
+            sum += energy;
+            if sum > limit || t > f64::from(farthest) {
+                self.known[..=i].rotate_right(1);
+                return f32::INFINITY;
+            }
+        }
+        sum
+    }
+
+    /// The energy beyond the onset of the witnesses that are in none of every `stride`th row.
+    pub(super) fn between_rows(&self, ring: &[Vertex], apex: Vertex, stride: i32) -> f32 {
+        let between = self.known.iter().filter(|w| (w.at.y / STEPS) % stride != 0);
+        let shares = between.filter_map(|w| w.under_fan(ring, apex));
+        shares.map(|(_, t)| (t as f32 - ONSET).max(0.0).powi(2)).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Heights;
+
+    fn at(column: i32, row: i32, height: f64) -> Vertex {
+        Vertex { at: Point::of_sample(column, row), height }
+    }
+
+    /// A level star around (4, 4), and a spike of 3 at (5, 2).
+    fn scene() -> (Tile, [Vertex; 4], Vertex, usize) {
+        let mut heights = vec![0.0f32; 81];
+        heights[2 * 9 + 5] = 3.0;
+        let ring = [at(0, 0, 0.0), at(8, 0, 0.0), at(8, 8, 0.0), at(0, 8, 0.0)];
+        (Tile::from_heights(9, 9, Heights::F32(heights)), ring, at(4, 4, 0.0), 2 * 9 + 5)
+    }
+
+    #[test]
+    fn a_witness_says_what_its_sample_says() {
+        let (tile, ring, apex, spike) = scene();
+        let mut witnesses = Witnesses::default();
+        witnesses.note(spike, &tile, 0.5);
+        let mut parts = [0.0; 4];
+        let said = witnesses.speak(&ring, apex, f32::INFINITY, f32::INFINITY, &mut parts);
+        assert_eq!(said, energy(1.5));
+        assert_eq!(parts, [said, 0.0, 0.0, 0.0], "the spike is in the first triangle");
+        assert!(witnesses.speak_against([ring[0], ring[1], apex], said));
+        assert!(!witnesses.speak_against([ring[0], ring[1], apex], said * 1.01), "it says no more than it knows");
+        assert!(!witnesses.speak_against([ring[1], ring[2], apex], 0.0), "nor of a triangle that it is not in");
+    }
+
+    #[test]
+    fn a_limit_ends_what_they_say() {
+        let (tile, ring, apex, spike) = scene();
+        let mut witnesses = Witnesses::default();
+        witnesses.note(spike, &tile, 0.5);
+        let mut say = |limit, farthest| witnesses.speak(&ring, apex, limit, farthest, &mut [0.0; 4]);
+        assert_eq!(say(0.1, f32::INFINITY), f32::INFINITY);
+        assert_eq!(say(f32::INFINITY, 1.4), f32::INFINITY);
+        assert!(say(1.0, 1.6).is_finite());
+    }
+
+    #[test]
+    fn rows_that_are_read_need_no_witness() {
+        let (tile, ring, apex, spike) = scene();
+        let mut witnesses = Witnesses::default();
+        witnesses.note(spike, &tile, 0.5);
+        assert_eq!(witnesses.between_rows(&ring, apex, 2), 0.0);
+        assert!(witnesses.between_rows(&ring, apex, 4) > 0.0);
+    }
+}
