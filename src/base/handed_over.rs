@@ -14,11 +14,11 @@ pub(crate) const DENSE: usize = if cfg!(test) { 1 << 8 } else { 1 << 14 };
 pub(crate) const DENSE_BYTES: usize = 24 * DENSE;
 
 /// What all stages keep of ordinary tiles, at the most: for each triangle and half a vertex 56 bytes of an engine and its
-/// mesh, 45 of polishing, 20 each of a chunk, its encoded form, and what puts it together.
+/// mesh, 49 of polishing, 20 each of a chunk, its encoded form, and what puts it together.
 pub(crate) const KEPT_BYTES: u64 = DENSE as u64 * KEPT_BYTES_PER_TRIANGLE;
 
 /// The same for each triangle.
-pub(crate) const KEPT_BYTES_PER_TRIANGLE: u64 = 56 + 45 + 3 * 20;
+pub(crate) const KEPT_BYTES_PER_TRIANGLE: u64 = 56 + 49 + 3 * 20;
 
 /// Samples of a tile up to which engines reserve memory for the densest mesh: pages that are not needed stay untouched, and
 /// growing lists do not take twice what they hold.

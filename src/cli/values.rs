@@ -120,7 +120,7 @@ pub(crate) fn rows(text: &str) -> Result<u32, String> {
 /// An energy above 0, or `any`.
 pub(crate) fn reach(text: &str) -> Result<f32, String> {
     let reach = if text == "any" { Some(f32::INFINITY) } else { text.parse().ok().filter(|&e: &f32| e > 0.0) };
-    reach.ok_or_else(|| "expected a number above 0, such as 0.04, or any".to_string())
+    reach.ok_or_else(|| "expected a number above 0, such as 0.05, or any".to_string())
 }
 
 /// `CAP,CAP,…`.

@@ -79,6 +79,8 @@ fn options_that_mean_nothing_are_usage_errors() {
         ["--polish-caps", "1,-1", "none below 0"],
         ["--polish-caps", "1,2,3,4,5,6,7,8,9", "one to 8 numbers"],
         ["--polish-shrink", "0", "above 0"],
+        ["--polish-reach", "0", "above 0"],
+        ["--polish-rows", "7", "from 8 on"],
         ["--polish-sweeps", "-1", "--polish-sweeps"],
         ["--polish-places", "6", "--polish-places"],
         ["--polish-rounds", "0", "--polish-rounds"],

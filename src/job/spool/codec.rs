@@ -8,7 +8,7 @@ use crate::kernel::measure::{ANGLES, BINS, ErrorStats, Extent, HeightStats, OVER
 use crate::kernel::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
-const VERSION: u32 = 10;
+const VERSION: u32 = 11;
 
 /// What every chunk has: its head, the statistics of its errors, the checksum.
 const FIXED_BYTES: usize = 256 + 8 * (BINS + ANGLES + OVERSHOOTS);

@@ -379,7 +379,7 @@ mod tests {
         let tester = Tester::new(&tile, 2.0, Feasibility::Weak);
         let fit = Meter::new(tester, 2.0).fit([at(0, 0), at(11, 0), at(0, 11)], f32::INFINITY);
         let t = 1.5f32;
-        assert_eq!(fit.worst, t);
+        assert_eq!((fit.worst, fit.place), (t, 12 * 2 + 3));
         assert!((fit.energy - ((t - ONSET).powi(2) + PULL * t.powi(4))).abs() < 1e-6, "{fit:?}");
     }
 }

@@ -167,6 +167,7 @@ mod tests {
                 on.abs(a),
                 on.max(a, b),
                 on.if_greater(a, b, b, on.all(7.0)),
+                on.all(on.total(b)),
             ];
             results.map(|r| on.parts(r).map(f32::to_bits)).to_vec()
         }

@@ -104,8 +104,8 @@ pub struct Tuning {
 
 /// Memory that polishing reuses from tile to tile, but for dense ones; it carries nothing from one to the next.
 ///
-/// For each triangle of the mesh that comes in 36 bytes, and 12 for itself while it is loaded and stored; 29 for each vertex,
-/// 16 of them the vertex. So 108 bytes per sample at a time where every sample is a vertex, the mesh included; apart from that
+/// For each triangle of the mesh that comes in 40 bytes, and 12 for itself while it is loaded and stored; 29 for each vertex,
+/// 16 of them the vertex. So 116 bytes per sample at a time where every sample is a vertex, the mesh included; apart from that
 /// a few kilobytes for the ring and the move in work. With fitted heights also 10 bytes per sample of the largest star.
 #[derive(Debug, Default)]
 pub struct Scratch {

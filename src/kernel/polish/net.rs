@@ -68,7 +68,7 @@ impl Locked {
 /// A triangulation under change. Slots of triangles and numbers of vertices stay what they are; what is removed leaves
 /// its slot empty, and changes never need more slots than they empty.
 ///
-/// Memory: 36 bytes per triangle and 24 per vertex, the journal's marks included. The vertices are the mesh's own list; its
+/// Memory: 40 bytes per triangle and 24 per vertex, the journal's marks included. The vertices are the mesh's own list; its
 /// triangles are there for as long as it takes to load or store them.
 #[derive(Debug, Default)]
 pub(super) struct Net {

@@ -131,7 +131,7 @@ impl Schedule {
         yield_of: 0,
         rounds: 3,
         shrink: 0.8,
-        reach: 0.04,
+        reach: 0.05,
         steps: 1,
         finer: true,
         steps_between: 1,

@@ -418,13 +418,37 @@ fn heights_and_tolerances_beyond_single_precision() {
     }
 }
 
-#[test]
-fn more_effort_leaves_fewer_triangles() {
+/// A wavy bowl of 100 × 100 samples.
+fn bowl() -> Tile {
     let bowl = |i: usize| {
         let (x, y) = ((i % 100) as f64 - 40.0, (i / 100) as f64 - 55.0);
         (x * x + y * y) / 50.0 + (x * 0.3).sin() + (y * 0.2).cos()
     };
-    let tile = Tile::from_heights(100, 100, Heights::F64((0..10_000).map(bowl).collect()));
+    Tile::from_heights(100, 100, Heights::F64((0..10_000).map(bowl).collect()))
+}
+
+#[test]
+fn few_rows_choose_about_as_well_as_all() {
+    let (tile, cancel) = (bowl(), CancelToken::default());
+    let place = TilePlace::alone(tile.width(), tile.height());
+    let rim = Rim::new(&tile, 3.0, &[], &place, &mut MinLink::default(), &cancel).expect("nobody cancels");
+    let task = task(&tile, &rim.domain, 3.0, Feasibility::Weak, &cancel);
+    let start = cut(&task);
+    let with = |rows| {
+        let schedule = Schedule { rows, ..Schedule::preset(Effort::Balanced, super::Heights::Sampled) };
+        let tuning = Tuning { schedule: Some(schedule), ..Tuning::default() };
+        polished(&task, &Options { tuning, ..Options::default() }, &start, &mut Scratch::default())
+    };
+    let (few, all) = (with(8), with(Schedule::ALL));
+    check(&tile, &rim.domain, &few, 3.0);
+    assert_ne!(few, all, "triangles are large enough for rows to be chosen");
+    let counts = [few, all].map(|mesh| mesh.triangles.len());
+    assert!(counts[0] * 10 < counts[1] * 11, "{counts:?}");
+}
+
+#[test]
+fn more_effort_leaves_fewer_triangles() {
+    let tile = bowl();
     let cancel = CancelToken::default();
     let rim =
         Rim::new(&tile, 0.5, &[], &TilePlace::alone(tile.width(), tile.height()), &mut MinLink::default(), &cancel)
