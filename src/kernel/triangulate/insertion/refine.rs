@@ -29,8 +29,6 @@ pub(super) struct Refinement<'a> {
     /// Memory for the samples of a triangle that a measure is asked about.
     pub(super) beyond: &'a mut Vec<Candidate>,
     pub(super) squares: &'a mut Squares,
-    /// Whether vertices of the rim are inserted, too.
-    pub(super) rim_comes: bool,
     /// Whether the rim is refined like everything else: then its edges are split, which no neighbour knows of.
     pub(super) rim_is_free: bool,
     /// The sum of squared errors, where steps are noted.
@@ -162,10 +160,7 @@ impl Refinement<'_> {
         let at = self.place(sample);
         if let Site::Edge(e) = site {
             let locked = self.surface.topology.is_locked(e);
-            assert!(
-                self.rim_is_free || !locked,
-                "a candidate at {at:?} on a locked edge, which is within the tolerance of it"
-            );
+            assert!(self.rim_is_free || !locked, "a candidate at {at:?} on a locked edge, whose samples are left out");
         }
         let width = self.scanner.tile.width as u64;
         let height = self.scanner.tile.at((sample % width) as usize, (sample / width) as usize);
@@ -214,11 +209,11 @@ impl Refinement<'_> {
         self.candidates.set(t, candidate.or_else(|| self.strong_candidate(t, corners)));
     }
 
-    /// The edges of a triangle whose samples are no candidates: locked ones, while vertices of the rim are still to come.
-    /// Once all are there, samples on locked edges are within the tolerance. With channels they are so but for rounding,
-    /// which differs between the line and the triangle, and left out, too.
+    /// The edges of a triangle whose samples are no candidates: the locked ones, which stay as they are. Mostly samples on
+    /// them are within the tolerance anyway; but not while vertices of the rim are still to come, not where the rim was made
+    /// for a larger tolerance, and with channels only but for rounding, which differs between the line and the triangle.
     pub(super) fn left_out(&self, t: u32) -> [bool; 3] {
-        if self.rim_comes || self.scanner.tile.channel_error.is_some() { self.locked(t) } else { [false; 3] }
+        if self.rim_is_free { [false; 3] } else { self.locked(t) }
     }
 
     pub(super) fn locked(&self, t: u32) -> [bool; 3] {
