@@ -109,6 +109,7 @@ impl Scratch {
             strong: strong.then(|| Tester::new(task.tile, task.tolerance, Feasibility::Strong)),
             measure,
             beyond: &mut self.beyond,
+            rim_is_loose: task.tile.channel_error.is_some(),
             rim_is_free: false,
             sum: 0.0,
             most: usize::MAX,
@@ -191,6 +192,7 @@ impl Progressive for GreedyInsertion {
         task.cancel.check()?;
         let beginning = progressive::beginning(task.domain, order.rim);
         let mut refinement = scratch.of::<Scratch>().begin(self.options, task, &beginning, mesh);
+        refinement.rim_is_loose = true;
         refinement.scan_all()?;
         refinement.run_in_order(task.domain, order, told)?;
         refinement.finish(mesh);
