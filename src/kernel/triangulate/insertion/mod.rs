@@ -44,8 +44,8 @@ mod tests;
 /// The greedy insertion engine.
 ///
 /// Every sample of a triangle that is farther than the tolerance, exactly, is a candidate until it is a vertex or the
-/// triangle is gone; no vertex is put on a locked edge, because the domain's loops are within the tolerance at the
-/// samples they pass. Cost: expected O((m + n) log m) for n samples and m vertices (section 4.4.1).
+/// triangle is gone. Samples on the domain's loops are none: no vertex is put on a locked edge, even if the loops were made
+/// for a larger tolerance. Cost: expected O((m + n) log m) for n samples and m vertices (section 4.4.1).
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 #[serde(transparent)]
 pub struct GreedyInsertion {
@@ -109,7 +109,7 @@ impl Scratch {
             strong: strong.then(|| Tester::new(task.tile, task.tolerance, Feasibility::Strong)),
             measure,
             beyond: &mut self.beyond,
-            rim_comes: false,
+            rim_is_loose: task.tile.channel_error.is_some(),
             rim_is_free: false,
             sum: 0.0,
             most: usize::MAX,
@@ -192,7 +192,7 @@ impl Progressive for GreedyInsertion {
         task.cancel.check()?;
         let beginning = progressive::beginning(task.domain, order.rim);
         let mut refinement = scratch.of::<Scratch>().begin(self.options, task, &beginning, mesh);
-        refinement.rim_comes = true;
+        refinement.rim_is_loose = true;
         refinement.scan_all()?;
         refinement.run_in_order(task.domain, order, told)?;
         refinement.finish(mesh);

@@ -88,7 +88,7 @@ impl Refinement<'_> {
                     if key > order.cut {
                         break;
                     }
-                    near = self.insert(t, candidate.sample);
+                    near = self.insert(t, candidate.sample).expect("samples on the rim are left out");
                     inside += 1;
                     key
                 }

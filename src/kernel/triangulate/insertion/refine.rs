@@ -29,8 +29,10 @@ pub(super) struct Refinement<'a> {
     /// Memory for the samples of a triangle that a measure is asked about.
     pub(super) beyond: &'a mut Vec<Candidate>,
     pub(super) squares: &'a mut Squares,
-    /// Whether vertices of the rim are inserted, too.
-    pub(super) rim_comes: bool,
+    /// Whether samples on the rim are farther than the tolerance: vertices of it are still to come, or it was made for a
+    /// larger tolerance, which the first such candidate tells; or there are channels, where rounding differs between a line
+    /// and a triangle.
+    pub(super) rim_is_loose: bool,
     /// Whether the rim is refined like everything else: then its edges are split, which no neighbour knows of.
     pub(super) rim_is_free: bool,
     /// The sum of squared errors, where steps are noted.
@@ -132,12 +134,19 @@ impl Refinement<'_> {
         self.insert_at(site, sample);
     }
 
-    /// Inserts a sample of triangle `t` as a vertex. A triangle at it.
-    pub(super) fn insert(&mut self, t: u32, sample: u64) -> u32 {
+    /// Inserts a sample of triangle `t` as a vertex. A triangle at it; `None` if the sample is on a locked edge, and then no
+    /// such sample is a candidate from now on.
+    pub(super) fn insert(&mut self, t: u32, sample: u64) -> Option<u32> {
         let site = self.surface.site_in(t, self.place(sample));
+        let stays = self.stays(site);
+        assert!(!stays || !self.rim_is_loose, "a candidate on a locked edge, whose samples are left out: {sample}");
         let inserted = self.insert_at(site, sample);
+        assert!(
+            inserted.is_some() || stays,
+            "a candidate is no vertex yet: sample {sample} of {:?}",
+            self.surface.corners(t)
+        );
         inserted
-            .unwrap_or_else(|| panic!("a candidate is no vertex yet: sample {sample} of {:?}", self.surface.corners(t)))
     }
 
     /// Inserts a domain's point, before anything is scanned. A triangle at it.
@@ -157,16 +166,30 @@ impl Refinement<'_> {
         Point::of_sample((sample % width) as i32, (sample / width) as i32)
     }
 
-    /// A triangle at the new vertex; `None` where there is one already.
-    fn insert_at(&mut self, site: Site, sample: u64) -> Option<u32> {
-        let at = self.place(sample);
-        if let Site::Edge(e) = site {
-            let locked = self.surface.topology.is_locked(e);
-            assert!(
-                self.rim_is_free || !locked,
-                "a candidate at {at:?} on a locked edge, which is within the tolerance of it"
-            );
+    /// Whether a place is on a locked edge that stays as it is.
+    fn stays(&self, site: Site) -> bool {
+        matches!(site, Site::Edge(e) if self.surface.topology.is_locked(e)) && !self.rim_is_free
+    }
+
+    /// Looks again at the triangles along the rim, now that samples on it are known to be farther than the tolerance.
+    #[cold]
+    fn leave_rim_out(&mut self) {
+        if !std::mem::replace(&mut self.rim_is_loose, true) {
+            for t in 0..self.surface.topology.len() {
+                if self.locked(t) != [false; 3] {
+                    self.rescan(t);
+                }
+            }
         }
+    }
+
+    /// A triangle at the new vertex; `None` where there is one already, or an edge that stays.
+    fn insert_at(&mut self, site: Site, sample: u64) -> Option<u32> {
+        if self.stays(site) {
+            self.leave_rim_out();
+            return None;
+        }
+        let at = self.place(sample);
         let width = self.scanner.tile.width as u64;
         let height = self.scanner.tile.at((sample % width) as usize, (sample / width) as usize);
         let v = self.surface.vertices.len() as u32;
@@ -214,11 +237,10 @@ impl Refinement<'_> {
         self.candidates.set(t, candidate.or_else(|| self.strong_candidate(t, corners)));
     }
 
-    /// The edges of a triangle whose samples are no candidates: locked ones, while vertices of the rim are still to come.
-    /// Once all are there, samples on locked edges are within the tolerance. With channels they are so but for rounding,
-    /// which differs between the line and the triangle, and left out, too.
+    /// The edges of a triangle whose samples are no candidates: locked ones, once their samples are known to be farther than
+    /// the tolerance.
     pub(super) fn left_out(&self, t: u32) -> [bool; 3] {
-        if self.rim_comes || self.scanner.tile.channel_error.is_some() { self.locked(t) } else { [false; 3] }
+        if self.rim_is_loose { self.locked(t) } else { [false; 3] }
     }
 
     pub(super) fn locked(&self, t: u32) -> [bool; 3] {

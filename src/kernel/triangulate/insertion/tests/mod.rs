@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::base::lattice::in_circle;
 use crate::base::{Heights, Tile};
-use crate::kernel::triangulate::conformance::{conformance, rim, tile, tolerances, triangulate};
+use crate::kernel::triangulate::conformance::{check, conformance, rim, tile, tolerances, triangulate};
 
 fn variant(swap: Swap, selection: Selection) -> GreedyInsertion {
     GreedyInsertion { options: InsertionOptions { swap, selection, ..InsertionOptions::default() } }
@@ -67,6 +67,37 @@ proptest! {
                 let [a, b, c] = mesh.corners(t).map(|v| v.at);
                 prop_assert!(mesh.vertices.iter().all(|v| !in_circle(a, b, c, v.at)));
             }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    /// A rim that was made for a larger tolerance stays; everything else is within the tolerance asked for.
+    #[test]
+    fn a_looser_rim_stays(
+        size in (2usize..24, 2usize..24), seed in any::<u64>(), kind in 0u8..4, tolerance in tolerances(),
+        strong in any::<bool>(),
+    ) {
+        let tile = tile(size.0, size.1, seed, kind);
+        let domain = rim(&tile, 2.0 * tolerance).domain;
+        let feasibility = if strong { Feasibility::Strong } else { Feasibility::Weak };
+        // Samples on the rim are held to its own tolerance, those inside to the engine's.
+        let on_rim = |i: usize| {
+            let (column, row) = (i % size.0, i / size.0);
+            row == 0 || row + 1 == size.1 || column == 0 || column + 1 == size.0
+        };
+        let weights = (0..size.0 * size.1).map(|i| if on_rim(i) { 1.0 } else { 2.0 }).collect();
+        let held = tile.clone().with_weights(weights);
+        for engine in [
+            GreedyInsertion::default(),
+            variant(Swap::Delaunay, Selection::Constant),
+            measured(Measure::GlobalError),
+            data_dependent(Fit::MaxSum, Shape::AreaOverDiameter, 0.5),
+        ] {
+            let mesh = triangulate(&engine, &tile, &domain, tolerance, feasibility);
+            check(&held, &domain, &mesh, 2.0 * tolerance);
         }
     }
 }
