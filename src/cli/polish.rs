@@ -52,6 +52,9 @@ pub(super) struct PolishArgs {
     /// Whether the first of these is half as long from one round to the next
     #[arg(long, hide_short_help = true, value_name = "BOOL")]
     polish_finer: Option<bool>,
+    /// Whether a round also moves vertices around which it has left no violation
+    #[arg(long, hide_short_help = true, value_name = "BOOL")]
+    polish_thorough: Option<bool>,
     /// Steps of a vertex that moves between passes
     #[arg(long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     polish_steps_between: Option<u32>,
@@ -116,6 +119,7 @@ impl PolishArgs {
             reach: self.polish_reach.unwrap_or(usual.reach),
             steps: self.polish_steps.unwrap_or(usual.steps),
             finer: self.polish_finer.unwrap_or(usual.finer),
+            thorough: self.polish_thorough.unwrap_or(usual.thorough),
             steps_between: self.polish_steps_between.unwrap_or(usual.steps_between),
             places: match self.polish_places {
                 None => usual.places,
@@ -145,6 +149,7 @@ impl PolishArgs {
             ("--polish-reach", self.polish_reach.is_some()),
             ("--polish-steps", self.polish_steps.is_some()),
             ("--polish-finer", self.polish_finer.is_some()),
+            ("--polish-thorough", self.polish_thorough.is_some()),
             ("--polish-steps-between", self.polish_steps_between.is_some()),
             ("--polish-places", self.polish_places.is_some()),
             ("--polish-rows", self.polish_rows.is_some()),

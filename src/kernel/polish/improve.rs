@@ -98,13 +98,14 @@ impl Improver {
         self.hole.around(net, v, LONGEST_RING) && self.relocate_in_hole(net, v, how, demand, judge)
     }
 
-    /// The same for less energy, if some triangle at the vertex violates the tolerance and the vertex has not been tried
-    /// in vain with the same triangles around it.
+    /// The same for less energy, if the vertex has not been tried in vain with the same triangles around it, and some of
+    /// them violates the tolerance or the work is to be `thorough`.
     pub(super) fn relocate_new(
         &mut self,
         net: &mut Net,
         v: u32,
         how: Search,
+        thorough: bool,
         tried: &mut Vec<Tried>,
         judge: &Judge<'_>,
     ) {
@@ -114,7 +115,7 @@ impl Improver {
         let fits = self.hole.triangles.iter().map(|&t| net.triangles[t as usize].fit);
         let (energy, worst) = fits.fold((0.0f32, 0.0f32), |(sum, worst), fit| (sum + fit.energy, worst.max(fit.worst)));
         let now = Tried { vertex: v, halvings: how.halvings, energy, ring: self.hole.ring.len() };
-        let is_in_vain = worst <= 1.0 || tried.contains(&now);
+        let is_in_vain = (worst <= 1.0 && !thorough) || tried.contains(&now);
         if !is_in_vain && !self.relocate_in_hole(net, v, how, Demand::Better, judge) {
             tried.push(now);
         }

@@ -28,6 +28,8 @@ pub(super) struct Patience {
     pub(super) search: Search,
     /// Whether their first step is halved from round to round.
     pub(super) finer: bool,
+    /// Whether those move, too, around which nothing violates any more.
+    pub(super) thorough: bool,
     /// Vertices with longer rings are left alone.
     pub(super) longest_ring: usize,
 }
@@ -187,7 +189,7 @@ impl Repair {
             self.corners.retain(|&v| !net.is_locked(v));
             let search = patience.search(round);
             for &v in &self.corners {
-                self.improver.relocate_new(net, v, search, &mut self.tried, judge);
+                self.improver.relocate_new(net, v, search, patience.thorough, &mut self.tried, judge);
             }
             for &t in &self.violating {
                 for side in 3 * t..3 * t + 3 {

@@ -40,6 +40,8 @@ pub struct Schedule {
     pub steps: u32,
     /// Whether the first step of a vertex is half as long from one round of repair to the next.
     pub finer: bool,
+    /// Whether vertices move, too, around which earlier moves of the same round have left no violation.
+    pub thorough: bool,
     /// Steps of a vertex that moves between passes.
     pub steps_between: u32,
     /// Places that are looked at around a vertex on samples: four or eight.
@@ -125,7 +127,7 @@ impl Schedule {
         sweeps: Schedule::ALL,
         moves: 0,
         last_sweeps: 0,
-        passes: 3,
+        passes: 4,
         caps: Caps::preset(&[1.0]),
         retry: false,
         yield_of: 0,
@@ -134,6 +136,7 @@ impl Schedule {
         reach: 0.05,
         steps: 1,
         finer: true,
+        thorough: false,
         steps_between: 1,
         places: 8,
         rows: 24,
@@ -142,9 +145,15 @@ impl Schedule {
         longest_repaired: 14,
     };
 
-    /// Nothing is given up for lack of hope, and all rows are looked at.
-    const THOROUGH: Schedule =
-        Schedule { reach: f32::INFINITY, finer: false, rows: Schedule::ALL, ..Schedule::BALANCED };
+    /// Nothing is left out for the sake of time.
+    const THOROUGH: Schedule = Schedule {
+        passes: 3,
+        reach: f32::INFINITY,
+        finer: false,
+        thorough: true,
+        rows: Schedule::ALL,
+        ..Schedule::BALANCED
+    };
 
     /// With fitted heights a move is a step towards a minimum: one at a time, and more rounds.
     const BALANCED_FITTED: Schedule =
@@ -211,11 +220,13 @@ impl Schedule {
     /// All of it as text, equal exactly if the numbers are.
     pub fn named(&self) -> String {
         let Schedule { sweeps, moves, last_sweeps, passes, caps, retry, yield_of, rounds, shrink, reach, .. } = *self;
-        let Schedule { steps, finer, steps_between, places, rows, turns, longest_ring, longest_repaired, .. } = *self;
+        let Schedule {
+            steps, finer, thorough, steps_between, places, rows, turns, longest_ring, longest_repaired, ..
+        } = *self;
         format!(
             "sweeps {sweeps}, moves {moves}, last sweeps {last_sweeps}, passes {passes}, caps {:?}, retry {retry}, \
              yield {yield_of}, rounds {rounds}, shrink {shrink}, reach {reach}, steps {steps}, finer {finer}, \
-             steps between {steps_between}, places {places}, rows {rows}, turns {turns}, longest ring {longest_ring}, \
+             thorough {thorough}, steps between {steps_between}, places {places}, rows {rows}, turns {turns}, longest ring {longest_ring}, \
              longest repaired {longest_repaired}",
             caps.values()
         )
@@ -230,6 +241,7 @@ impl Schedule {
             last_reach: self.reach,
             search: self.search(self.steps),
             finer: self.finer,
+            thorough: self.thorough,
             longest_ring: self.longest_repaired as usize,
         }
     }

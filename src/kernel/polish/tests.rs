@@ -194,6 +194,7 @@ fn promises_hold_with_any_schedule() {
         reach: 0.5,
         steps: 5,
         finer: true,
+        thorough: false,
         steps_between: 4,
         places: 4,
         rows: 8,
@@ -467,6 +468,6 @@ fn more_effort_leaves_fewer_triangles() {
 /// What the docs of [`Scratch`] reckon with.
 #[test]
 fn sizes_are_what_the_docs_say() {
-    assert_eq!(std::mem::size_of::<super::net::Triangle>(), 32);
+    assert_eq!(std::mem::size_of::<super::net::Triangle>(), 36);
     assert_eq!(std::mem::size_of::<crate::base::mesh::Vertex>(), 16);
 }
