@@ -71,13 +71,22 @@ impl<'a> Judge<'a> {
             return true;
         }
         self.call(place);
-        let k = ring.len();
-        let triples = (0..k).flat_map(|i| (i + 1..k).flat_map(move |m| (m + 1..k).map(move |j| [i, m, j])));
-        triples.map(|triple| triple.map(|i| ring[i])).any(|corners| {
-            let [a, b, c] = corners.map(|v| v.at);
-            let covers = [(a, b), (b, c), (c, a)].iter().all(|&(p, q)| orient(p, q, place) >= 0);
-            covers && orient(a, b, c) > 0 && !self.speaks_against(0, corners)
-        })
+        for (i, &a) in ring.iter().enumerate() {
+            for (j, &b) in ring.iter().enumerate().skip(i + 1) {
+                let left = orient(a.at, b.at, place);
+                if left < 0 {
+                    continue;
+                }
+                for &c in &ring[j + 1..] {
+                    let others = [orient(b.at, c.at, place), orient(c.at, a.at, place)];
+                    let covers = others.iter().all(|&side| side >= 0) && left + others[0] + others[1] > 0;
+                    if covers && !self.speaks_against(0, [a, b, c]) {
+                        return true;
+                    }
+                }
+            }
+        }
+        false
     }
 
     /// Makes a sample a witness, the first to be asked.
