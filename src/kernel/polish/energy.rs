@@ -95,9 +95,9 @@ impl<'a> Meter<'a> {
         fit
     }
 
-    /// Remembers where a triangle is worst, if that counts.
+    /// Remembers where a triangle is worst, if that is known.
     pub(super) fn note(&self, fit: Fit, witnesses: &mut Witnesses) {
-        if fit.worst > ONSET && fit.place != NONE {
+        if fit.place != NONE {
             witnesses.note(fit.place as usize, self.tile, self.per_tolerance);
         }
     }
@@ -239,11 +239,13 @@ impl<H: Sample, const WEIGHTED: bool> Kernel for Scan<'_, H, WEIGHTED> {
             }
         }
         let worst = on.parts(sums.worst);
-        let largest = largest(&worst);
-        let lane = worst.iter().position(|&w| w == largest).unwrap_or(0);
-        let place = on.parts(sums.place)[lane].to_bits();
-        let place = if place >= NOWHERE || largest <= 0.0 { NONE } else { place + lane as u32 };
-        Fit { energy: on.total(sums.energy), worst: largest, place }
+        let mut fit = Fit { energy: on.total(sums.energy), worst: largest(&worst), place: NONE };
+        if fit.worst > ONSET {
+            let lane = worst.iter().position(|&w| w == fit.worst).unwrap_or(0);
+            let first = on.parts(sums.place)[lane].to_bits();
+            fit.place = if first < NOWHERE { first + lane as u32 } else { NONE };
+        }
+        fit
     }
 }
 
@@ -253,7 +255,8 @@ fn next_multiple(row: i32, stride: i32) -> i32 {
     (row + stride - 1) & !(stride - 1)
 }
 
-/// Places are kept as the bits of numbers that are finite; tiles have no more samples, but if they did, the rest would have no place.
+/// Places are kept as the bits of finite numbers, below these. Tiles have fewer samples; if one had more, they would have no
+/// place.
 const NOWHERE: u32 = f32::MAX.to_bits();
 
 impl<H: Sample, const WEIGHTED: bool> Scan<'_, H, WEIGHTED> {
@@ -274,36 +277,28 @@ impl<H: Sample, const WEIGHTED: bool> Scan<'_, H, WEIGHTED> {
             step: on.all(line.step),
             reference: line.reference,
         };
-        let lanes = self.heights[index..index + count.next_multiple_of(LANES)].as_chunks::<LANES>().0;
+        let samples = index..index + count.next_multiple_of(LANES);
+        let lanes = self.heights[samples.clone()].as_chunks::<LANES>().0;
+        let weights = if WEIGHTED { self.weights[samples].as_chunks::<LANES>().0 } else { &[] };
         let mut place = index.min(NOWHERE as usize) as u32;
-        if WEIGHTED {
-            let weights = self.weights[index..index + count.next_multiple_of(LANES)].as_chunks::<LANES>().0;
-            for (i, (lane, weights)) in lanes.iter().zip(weights).enumerate() {
-                let counts = on.of(COUNTS[(count - i * LANES).min(LANES)]);
-                let factors = on.mul(counts, on.of(weights.map(|w| w as f32)));
-                let t = on.mul(row.errors(lane, along(i * LANES, on), on), factors);
-                sums.add(t, row.pull, place, on);
-                place += LANES as u32;
-            }
-            return sums;
-        }
         let (last, whole) = lanes.split_last().expect("a row is not empty");
         let mut at = on.of(INDEX);
-        for lane in whole {
-            sums.add(row.errors(lane, at, on), row.pull, place, on);
+        for (i, lane) in whole.iter().enumerate() {
+            let mut t = row.errors(lane, at, on);
+            if WEIGHTED {
+                t = on.mul(t, on.of(weights[i].map(|w| w as f32)));
+            }
+            sums.add(t, row.pull, place, on);
             at = on.add(at, on.all(LANES as f32));
             place += LANES as u32;
         }
-        let counts = on.of(COUNTS[count - whole.len() * LANES]);
-        sums.add(on.mul(row.errors(last, at, on), counts), row.pull, place, on);
+        let mut t = on.mul(row.errors(last, at, on), on.of(COUNTS[count - whole.len() * LANES]));
+        if WEIGHTED {
+            t = on.mul(t, on.of(weights[whole.len()].map(|w| w as f32)));
+        }
+        sums.add(t, row.pull, place, on);
         sums
     }
-}
-
-/// The numbers of eight samples of a row, from one on.
-#[inline(always)]
-fn along<L: Lanes>(first: usize, on: L) -> L::Eight {
-    on.add(on.all(first as f32), on.of(INDEX))
 }
 
 /// A [`Line`] in lanes.

@@ -26,7 +26,7 @@ pub(super) struct Fit {
     pub(super) energy: f32,
     /// The largest error, as a share of the tolerance.
     pub(super) worst: f32,
-    /// Where among the tile's heights that is; [`NONE`] where nobody looked, or it is an edge's.
+    /// Where among the tile's heights that is; [`NONE`] where it is small, where nobody looked, or where it is an edge's.
     pub(super) place: u32,
 }
 

@@ -34,7 +34,7 @@ pub struct Schedule {
     /// To what share a round must bring down the energy of violating triangles for another one to follow.
     pub shrink: f32,
     /// What energy violating triangles may have for the last round to follow, and five times as much for every round before
-    /// that; infinite for any. Of attempts with more hardly one in fifty succeeds.
+    /// that; infinite for any.
     pub reach: f32,
     /// Steps of a vertex that moves in a round of repair.
     pub steps: u32,
@@ -47,7 +47,7 @@ pub struct Schedule {
     /// Places that are looked at around a vertex on samples: four or eight.
     pub places: u32,
     /// In how many rows, about, places around a vertex on samples are compared, if its triangles have twice as many or more;
-    /// then the best two are measured in full. [`Schedule::ALL`] compares in all.
+    /// then the best one is measured in full. [`Schedule::ALL`] compares in all.
     pub rows: u32,
     /// Whether edges turn between passes, too.
     pub turns: bool,
@@ -226,8 +226,8 @@ impl Schedule {
         format!(
             "sweeps {sweeps}, moves {moves}, last sweeps {last_sweeps}, passes {passes}, caps {:?}, retry {retry}, \
              yield {yield_of}, rounds {rounds}, shrink {shrink}, reach {reach}, steps {steps}, finer {finer}, \
-             thorough {thorough}, steps between {steps_between}, places {places}, rows {rows}, turns {turns}, longest ring {longest_ring}, \
-             longest repaired {longest_repaired}",
+             thorough {thorough}, steps between {steps_between}, places {places}, rows {rows}, turns {turns}, \
+             longest ring {longest_ring}, longest repaired {longest_repaired}",
             caps.values()
         )
     }

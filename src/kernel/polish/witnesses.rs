@@ -1,7 +1,7 @@
 //! Samples that have spoken against a triangle, and so are likely to speak against the next one at the same place.
 //!
-//! A look at one sample costs a tenth of a scan of a small triangle. What a witness says holds: its sample's energy is a part of
-//! the triangle's.
+//! A look at one sample costs little beside a scan of all. What a witness says holds: its sample's energy is a part of the
+//! triangle's.
 
 use super::energy::{ONSET, energy};
 use crate::base::Tile;

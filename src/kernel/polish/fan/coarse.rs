@@ -1,15 +1,13 @@
-//! Places around a vertex with large triangles: compared in some rows, the best two measured in full.
+//! Places around a vertex with large triangles: compared in some rows, the best one measured in full.
 //!
 //! Which of eight places is best is seen in a part of the samples; whether it is better than the old one is not, as one
-//! sample can spoil it. So the rows that are read choose, and all of them decide.
+//! sample can spoil it. So some rows choose, and all of them decide.
 
 use super::{Fan, Look};
 use crate::base::lattice::STEPS;
 use crate::base::mesh::Vertex;
 use crate::kernel::polish::energy::Meter;
 
-/// How many places are measured in full. With one, half a per cent more triangles are left.
-const TRIES: usize = 2;
 /// The largest stride.
 const LONGEST_STRIDE: u32 = 16;
 
@@ -28,24 +26,20 @@ impl Fan {
     /// [`Fan::look_around`] with a look at every `stride`th row first.
     pub(super) fn look_coarsely(&mut self, centre: Vertex, look: Look, stride: i32, meter: &Meter<'_>) -> Vertex {
         let limit = self.energy() * look.share;
-        let least = self.coarse_energy(centre, f32::INFINITY, stride, meter) * look.share;
-        // The best first.
-        let mut best = [(least, None); TRIES];
+        let mut least = self.coarse_energy(centre, f32::INFINITY, stride, meter) * look.share;
+        let mut best = None;
         for place in look.places_around(centre.at) {
             let Some(apex) = self.on_sample(place, meter) else { continue };
             let hopeful = self.ask_witnesses(apex, limit, look.farthest) < limit;
             if !hopeful {
                 continue;
             }
-            let energy = self.coarse_energy(apex, best[TRIES - 1].0, stride, meter);
-            let rank = best.iter().position(|&(other, _)| energy < other);
-            if let Some(rank) = rank {
-                best[rank..].rotate_right(1);
-                best[rank] = (energy, Some(apex));
+            let energy = self.coarse_energy(apex, least, stride, meter);
+            if energy < least {
+                (least, best) = (energy, Some(apex));
             }
         }
-        let chosen = best.into_iter().filter_map(|(_, apex)| apex);
-        chosen.into_iter().find(|&apex| self.try_at(apex, limit, look.farthest, meter)).unwrap_or(centre)
+        best.filter(|&apex| self.try_at(apex, limit, look.farthest, meter)).unwrap_or(centre)
     }
 
     /// The energy at an apex as every `stride`th row has it, and witnesses in other rows; any number not below `limit` if it
