@@ -67,7 +67,14 @@ struct Refined {
 /// Refines a tile by a variant.
 fn refine(tile: &Tile, options: InsertionOptions, tolerance: f64, most: usize, steps: bool) -> Outcome<Refined> {
     let (domain, cancel, mut mesh) = (rectangle(tile), CancelToken::default(), TileMesh::default());
-    let task = Task { tile, domain: &domain, tolerance, feasibility: Feasibility::Weak, cancel: &cancel };
+    let task = Task {
+        tile,
+        domain: &domain,
+        tolerance,
+        feasibility: Feasibility::Weak,
+        max_stray: f64::INFINITY,
+        cancel: &cancel,
+    };
     let mut scratch = Scratch::default();
     let start = Instant::now();
     let steps = GreedyInsertion { options }.triangulate_alone(&task, most, steps, &mut scratch, &mut mesh)?;

@@ -47,6 +47,7 @@ features! {
     Polishing = "polishing",
     FittedHeights = "fitted heights",
     MinAngle = "a smallest angle",
+    MaxStray = "a limit on straying",
     PolishingNumbers = "numbers of the polishing schedule",
     StrongPolishEdges = "strongly feasible edges in polishing",
     WeakPolishEdges = "weakly feasible edges in polishing",

@@ -49,6 +49,7 @@ fn options(feature: Feature) -> Options {
         Feature::Polishing => ("--quality fast, balanced or best", Use("--quality none")),
         Feature::FittedHeights => ("--heights fitted", Remove),
         Feature::MinAngle => ("--min-angle", Remove),
+        Feature::MaxStray => ("--max-stray", Remove),
         Feature::PolishingNumbers => ("--polish-…", Remove),
         Feature::StrongPolishEdges => ("--polish-edges strong", Remove),
         Feature::WeakPolishEdges => ("--polish-edges weak", Remove),

@@ -98,7 +98,7 @@ impl PolishArgs {
     }
 
     /// What is asked for beside quality and heights.
-    pub(super) fn tuning(&self, quality: Quality, heights: VertexHeights, min_angle: f64) -> Tuning {
+    pub(super) fn tuning(&self, quality: Quality, heights: VertexHeights, min_angle: Option<f64>) -> Tuning {
         let strong_edges = self.polish_edges == Some(EdgesArg::Strong);
         Tuning { schedule: self.schedule(quality, heights), min_angle, strong_edges }
     }

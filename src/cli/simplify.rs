@@ -49,9 +49,13 @@ pub(crate) struct SimplifyArgs {
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_enum, default_value_t = HeightsArg::Sampled)]
     heights: HeightsArg,
     /// The smallest angle, seen from above, of triangles that polishing makes, unless they replace sharper ones; 0 is no limit
-    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "DEGREES", default_value_t = 0.0, hide_default_value = true, value_parser = values::angle,
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "DEGREES", value_parser = values::angle, allow_hyphen_values = true)]
+    min_angle: Option<f64>,
+    /// How far the surface may stray between samples, in tolerances: between two neighbours of a row or a column it stays
+    /// in the range of their heights, give or take F times the tolerance. At least 1; inf is no limit
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "F", value_parser = values::max_stray,
         allow_hyphen_values = true)]
-    min_angle: f64,
+    max_stray: Option<f64>,
     /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
     tile: usize,
@@ -243,7 +247,8 @@ impl SimplifyArgs {
         asked.add(Feature::Trim, self.trim > 0);
         asked.add(Feature::FilledVoids, self.fill_holes > 0);
         asked.add(Feature::FittedHeights, self.heights == HeightsArg::Fitted);
-        asked.add(Feature::MinAngle, self.min_angle > 0.0);
+        asked.add(Feature::MinAngle, self.min_angle.is_some_and(|floor| floor > 0.0));
+        asked.add(Feature::MaxStray, self.max_stray.is_some_and(f64::is_finite));
         asked.add(Feature::StrongFeasibility, self.feasibility == FeasibilityArg::Strong);
         self.polish.ask(&mut asked);
         self.engine.ask(&mut asked);
@@ -288,6 +293,7 @@ impl SimplifyArgs {
             tile: self.tile,
             trim: self.trim,
             engine: self.engine.choice(|| default_engine(features)),
+            max_stray: self.max_stray,
             quality,
             heights,
             tuning: self.polish.tuning(quality, heights, self.min_angle),

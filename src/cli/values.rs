@@ -30,6 +30,16 @@ pub(crate) fn max_error(text: &str) -> Result<f64, String> {
     Err("expected a finite number, 0 or above, in the units of the heights".to_string())
 }
 
+/// A limit on straying.
+pub(crate) fn max_stray(text: &str) -> Result<f64, String> {
+    let limit: f64 = text.parse().map_err(|_| "expected a number such as 1.5, or inf".to_string())?;
+    if limit >= 1.0 {
+        return Ok(limit);
+    }
+    Err("expected a number of tolerances, 1 or above: even a mesh of all samples strays as far; or inf for no limit"
+        .to_string())
+}
+
 /// Different bands, counted from 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Bands(pub(crate) Vec<usize>);

@@ -118,7 +118,8 @@ impl Scene {
         };
         let mut tuning = Tuning::default();
         if quality != Quality::None {
-            (tuning.min_angle, tuning.strong_edges) = (from.pick(&[0.0, 0.0, 10.0, 20.0, 60.0]), from.bit());
+            (tuning.min_angle, tuning.strong_edges) =
+                (from.pick(&[None, Some(0.0), Some(10.0), Some(20.0), Some(60.0)]), from.bit());
         }
         let feasibility = if from.bit() { Feasibility::Strong } else { Feasibility::Weak };
         let flags = from.byte();

@@ -74,6 +74,9 @@ pub enum Error {
     /// The floor for angles.
     #[error("expected a smallest angle from 0 to 60 degrees, found {0}")]
     MinAngle(f64),
+    /// The limit on straying.
+    #[error("expected a limit on straying of 1 or more, found {0}")]
+    MaxStray(f64),
     /// An engine that makes its triangles once and for all, where the rule book has let a goal pass.
     #[error("expected an engine that can stop at a goal, found {engine}")]
     NoStop {

@@ -25,7 +25,7 @@ use crate::verify::{GroundOptions, VerifyOptions, verify_ground};
 
 /// What parameters and fields can have. The others are matters of options, of samples or of the output; the command line
 /// walks all.
-pub(crate) const OF_A_RUN: [Feature; 22] = [
+pub(crate) const OF_A_RUN: [Feature; 23] = [
     Feature::VertexBudget,
     Feature::TriangleBudget,
     Feature::RmsGoal,
@@ -38,6 +38,7 @@ pub(crate) const OF_A_RUN: [Feature; 22] = [
     Feature::Polishing,
     Feature::FittedHeights,
     Feature::MinAngle,
+    Feature::MaxStray,
     Feature::PolishingNumbers,
     Feature::StrongPolishEdges,
     Feature::StrongFeasibility,
@@ -162,11 +163,12 @@ fn params(set: FeatureSet, temp_dir: PathBuf) -> Params {
     Params {
         engine,
         feasibility: if set.has(Feature::StrongFeasibility) { Feasibility::Strong } else { Feasibility::Weak },
+        max_stray: set.has(Feature::MaxStray).then_some(1.0),
         quality: if set.has(Feature::Polishing) { Quality::Balanced } else { Quality::None },
         heights,
         tuning: Tuning {
             schedule: set.has(Feature::PolishingNumbers).then_some(schedule),
-            min_angle: if set.has(Feature::MinAngle) { 10.0 } else { 0.0 },
+            min_angle: set.has(Feature::MinAngle).then_some(10.0),
             strong_edges: set.has(Feature::StrongPolishEdges),
         },
         // Large enough for the tolerance to be kept.

@@ -22,6 +22,9 @@ pub struct Params {
     pub feasibility: Feasibility,
     /// What triangulates the tiles.
     pub engine: EngineChoice,
+    /// How far the surface may stray between samples, in tolerances ([`Task::max_stray`](crate::kernel::triangulate::Task::max_stray)):
+    /// at least 1, infinite for any; `None` for [`rules::default_max_stray`].
+    pub max_stray: Option<f64>,
     /// How much work goes into fewer triangles once the engine is done. It does not go with all features
     /// ([`super::rules`]).
     pub quality: Quality,
@@ -52,6 +55,7 @@ impl Params {
             tolerance: Tolerance::new(max_error),
             feasibility: Feasibility::default(),
             engine: EngineChoice::default(),
+            max_stray: None,
             quality: Quality::default(),
             heights: VertexHeights::default(),
             tuning: Tuning::default(),
@@ -74,7 +78,8 @@ impl Params {
             (Feature::Trim, self.trim > 0),
             (Feature::Polishing, self.quality != Quality::None),
             (Feature::FittedHeights, self.heights == VertexHeights::Fitted),
-            (Feature::MinAngle, tuning.min_angle > 0.0),
+            (Feature::MinAngle, tuning.min_angle.is_some_and(|floor| floor > 0.0)),
+            (Feature::MaxStray, self.max_stray.is_some_and(f64::is_finite)),
             (Feature::PolishingNumbers, tuning.schedule.is_some()),
             (Feature::StrongPolishEdges, tuning.strong_edges),
             (Feature::StrongFeasibility, self.feasibility == Feasibility::Strong),
@@ -87,7 +92,7 @@ impl Params {
     /// features go together, those of the field included.
     ///
     /// # Errors
-    /// [`Error::Tolerance`], [`Error::Trim`], [`Error::MinAngle`], [`Error::Schedule`]; [`Error::Incompatible`] with all
+    /// [`Error::Tolerance`], [`Error::Trim`], [`Error::MinAngle`], [`Error::MaxStray`], [`Error::Schedule`]; [`Error::Incompatible`] with all
     /// conflicts at once.
     pub fn check(&self, field: &Field) -> Result<(), Error> {
         // Under a goal the tolerance may be left open.
@@ -98,13 +103,21 @@ impl Params {
         if self.trim > MAX_CELLS {
             return Err(Error::Trim(self.trim));
         }
-        if !(0.0..=60.0).contains(&self.tuning.min_angle) {
-            return Err(Error::MinAngle(self.tuning.min_angle));
+        if let Some(floor) = self.tuning.min_angle.filter(|floor| !(0.0..=60.0).contains(floor)) {
+            return Err(Error::MinAngle(floor));
+        }
+        if let Some(limit) = self.max_stray.filter(|&limit| limit.is_nan() || limit < 1.0) {
+            return Err(Error::MaxStray(limit));
         }
         if let Some(schedule) = &self.tuning.schedule {
             schedule.check()?;
         }
         Ok(rules::check(self.features().and(FeatureSet::of_field(field)))?)
+    }
+
+    /// How far the surface may stray, with all features of a run.
+    pub fn straying(&self, features: FeatureSet) -> f64 {
+        self.max_stray.unwrap_or_else(|| rules::default_max_stray(features, self.quality))
     }
 
     /// How many passes a run makes over the tiles of a grid, each of which keeps its chunks until the end.
@@ -136,8 +149,12 @@ impl Params {
         {
             named.push(("polishing", schedule.named()));
         }
-        if self.tuning.min_angle > 0.0 {
-            named.push(("smallest angle", exact_double(self.tuning.min_angle)));
+        if let Some(effort) = self.quality.effort() {
+            named.push(("smallest angle", exact_double(self.tuning.min_angle.unwrap_or(effort.min_angle()))));
+        }
+        let max_stray = self.straying(self.features());
+        if max_stray.is_finite() {
+            named.push(("max stray", exact_double(max_stray)));
         }
         if self.tuning.strong_edges && self.feasibility == Feasibility::Weak {
             named.push(("edges in polishing", "strong".to_string()));

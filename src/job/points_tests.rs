@@ -94,7 +94,14 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
         let tolerance = params.tolerance.kept();
         let rim = Rim::new(&tile, tolerance, &forced, &place, &mut MinLink::default(), &cancel).expect("a rim");
         let feasibility = params.feasibility;
-        let task = Task { tile: &tile, domain: &rim.domain, tolerance, feasibility, cancel: &cancel };
+        let task = Task {
+            tile: &tile,
+            domain: &rim.domain,
+            tolerance,
+            feasibility,
+            max_stray: f64::INFINITY,
+            cancel: &cancel,
+        };
         PointsOnly.triangulate(&task, &mut EngineScratch::default(), &mut mesh).expect("a mesh");
         assert!(mesh.vertices.iter().copied().eq(rim.domain.fixed()));
         let errors = measure(&tile, &mesh, tolerance, &place, Bare::Nothing);

@@ -115,6 +115,7 @@ pub const RULES: &[Rule] = &[
         "the rim is simplified before insertion begins, when the error to end at is not known yet",
     ),
     exclude(GOALS, &[Feature::FilledVoids], "filled voids have no errors to count"),
+    exclude(GOALS, &[Feature::MaxStray], "what keeps to it needs samples beyond those that meet the goal"),
     exclude(
         GOALS,
         &[
@@ -137,7 +138,7 @@ pub const RULES: &[Rule] = &[
         &[Feature::Importance],
         "the weighted error of attributes knows no weights of samples",
     )),
-    everywhere(exclude(&[Feature::Image], &[Feature::ValidRange], "an image has no heights")),
+    everywhere(exclude(&[Feature::Image], &[Feature::ValidRange, Feature::MaxStray], "an image has no heights")),
     everywhere(exclude(&[Feature::Image], &[Feature::AttributeWeight], "nothing but attributes counts in an image")),
     everywhere(exclude(&[Feature::Image], &[Feature::Band, Feature::Encoding], "an image has no heights")),
     everywhere(exclude(&[Feature::Encoding], &[Feature::Band], "colours stand for heights in three bands together")),
@@ -354,6 +355,18 @@ fn excluded(features: FeatureSet, other: Feature) -> bool {
 pub fn default_quality(features: FeatureSet) -> Quality {
     if excluded(features, Feature::Polishing) { Quality::None } else { Quality::default() }
 }
+
+/// How far the surface may stray between samples where nothing is said, in tolerances: nowhere far where meshes are polished
+/// with time, anywhere else.
+pub fn default_max_stray(features: FeatureSet, quality: Quality) -> f64 {
+    match quality {
+        Quality::Balanced | Quality::Best if !excluded(features, Feature::MaxStray) => MAX_STRAY,
+        _ => f64::INFINITY,
+    }
+}
+
+/// See [`default_max_stray`]. The price of other limits stands in docs/quality.md.
+const MAX_STRAY: f64 = f64::INFINITY;
 
 /// The engine where none is named, once it is known whether meshes are polished: greedy cuts with an order of theirs, or
 /// alone, where they are the fastest; greedy insertion for polishing, which comes to fewer triangles from there, and

@@ -105,8 +105,8 @@ fn what_is_tuned_is_part_of_what_a_work_dir_is_for() {
     assert_eq!(tuned(Tuning { schedule: Some(schedule), ..Tuning::default() }), usual.named());
     let others = [
         Tuning { schedule: Some(more), ..Tuning::default() },
-        Tuning { min_angle: 10.0, ..Tuning::default() },
-        Tuning { min_angle: 20.0, ..Tuning::default() },
+        Tuning { min_angle: Some(10.0), ..Tuning::default() },
+        Tuning { min_angle: Some(20.0), ..Tuning::default() },
         Tuning { strong_edges: true, ..Tuning::default() },
     ];
     let mut named: Vec<_> = others.map(tuned).into_iter().chain([usual.named()]).collect();
@@ -115,7 +115,7 @@ fn what_is_tuned_is_part_of_what_a_work_dir_is_for() {
     assert_eq!(named.len(), 5);
     let field = Field::from_heights(2, 2, Heights::F64(vec![0.0; 4])).expect("a field");
     let refused = |tuning| Params { tuning, ..usual.clone() }.check(&field).is_err();
-    assert!(refused(Tuning { min_angle: 61.0, ..Tuning::default() }));
+    assert!(refused(Tuning { min_angle: Some(61.0), ..Tuning::default() }));
     assert!(refused(Tuning { schedule: Some(Schedule { places: 7, ..schedule }), ..Tuning::default() }));
 }
 

@@ -2,6 +2,7 @@
 //! of runs or of options.
 
 pub mod boundary;
+mod links;
 pub mod measure;
 pub mod polish;
 pub mod seam;

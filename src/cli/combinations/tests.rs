@@ -179,6 +179,7 @@ fn example(feature: Feature) -> (&'static str, &'static str) {
         Feature::Polishing => ("--quality", "fast"),
         Feature::FittedHeights => ("--heights", "fitted"),
         Feature::MinAngle => ("--min-angle", "10"),
+        Feature::MaxStray => ("--max-stray", "2"),
         Feature::PolishingNumbers => ("--polish-sweeps", "1"),
         Feature::StrongPolishEdges => ("--polish-edges", "strong"),
         Feature::WeakPolishEdges => ("--polish-edges", "weak"),

@@ -37,6 +37,7 @@ use super::spool::{Chunks, Spool};
 use super::{Error, Params, Quality};
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
+use crate::base::features::FeatureSet;
 use crate::base::tiling::{TileGrid, TilePlace, TileTooLong};
 use crate::field::Field;
 
@@ -140,6 +141,8 @@ pub(super) fn shifted(grid: TileGrid, quality: Quality) -> Option<TileGrid> {
 pub struct Job<'a> {
     pub(super) field: &'a Field,
     pub(super) params: &'a Params,
+    /// How far the surface may stray, in tolerances.
+    pub(super) max_stray: f64,
     pub(super) control: &'a Control<'a>,
     pub(super) grid: TileGrid,
     /// The grid of the second pass, if there is one.
@@ -156,7 +159,8 @@ impl<'a> Job<'a> {
     pub fn new(field: &'a Field, params: &'a Params, control: &'a Control<'a>) -> Result<Job<'a>, Error> {
         params.check(field)?;
         let grid = grid(field.width(), field.height(), params)?;
-        Ok(Job { field, params, control, grid, shifted: shifted(grid, params.quality), end: None })
+        let max_stray = params.straying(params.features().and(FeatureSet::of_field(field)));
+        Ok(Job { field, params, max_stray, control, grid, shifted: shifted(grid, params.quality), end: None })
     }
 
     /// The job once every tile has told how its insertion goes, so that it is known where all of them end; the same

@@ -15,6 +15,7 @@ use crate::kernel::boundary;
 use crate::kernel::measure::{Bare, Bound, ErrorStats, HeightStats, measure, shape};
 use crate::kernel::polish::{self, count_relaxed};
 use crate::kernel::seam::{MinLink, Rim};
+use crate::kernel::triangulate::insertion::mend;
 use crate::kernel::triangulate::{EngineScratch, Task};
 
 /// What one thread needs to take a tile from its samples to its chunk.
@@ -127,7 +128,9 @@ impl TileMaker {
             return Ok(());
         }
         let task = task(&self.shared.tile, rim, job.params.tolerance.kept(), job);
-        job.params.engine.triangulate(&task, &mut self.engine, &mut self.mesh)
+        job.params.engine.triangulate(&task, &mut self.engine, &mut self.mesh)?;
+        // What a locked rim leaves, the passes after this one mend.
+        mend(&task, &mut self.engine, &mut self.mesh).map(|_| ())
     }
 
     fn polish(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {
@@ -141,6 +144,6 @@ impl TileMaker {
 
 /// What engines and polishing are given of a tile.
 pub(super) fn task<'a>(tile: &'a Tile, rim: &'a Rim, tolerance: f64, job: &Job<'a>) -> Task<'a> {
-    let (feasibility, cancel) = (job.params.feasibility, &job.control.cancel);
-    Task { tile, domain: &rim.domain, tolerance, feasibility, cancel }
+    let (feasibility, max_stray, cancel) = (job.params.feasibility, job.max_stray, &job.control.cancel);
+    Task { tile, domain: &rim.domain, tolerance, feasibility, max_stray, cancel }
 }

@@ -2,6 +2,7 @@
 
 use crate::base::Band;
 use crate::base::control::Control;
+use crate::base::features::FeatureSet;
 use crate::base::tiling::{TileGrid, TileId};
 use crate::field::{Choice, Field, FieldOptions};
 use crate::job::goal::{Curves, Floor, find_cut};
@@ -68,7 +69,8 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
     let samples = field.width() as f64 * field.height() as f64;
     let goal = Goal { max_rms: params.goal.max_rms, ..Goal::default() };
     let few = Params { points: None, goal, ..params.clone() };
-    let job = Job { field, params: &few, grid, shifted: None, control, end: None };
+    let max_stray = params.straying(params.features().and(FeatureSet::of_field(field)));
+    let job = Job { field, params: &few, max_stray, grid, shifted: None, control, end: None };
     let rates = match params.engine.progressive() {
         _ if params.goal.is_none() => Some(made(&job)?),
         Some(engine) if goal.max_rms.is_some() || !params.tolerance.is_open() => Some(surveyed(&job, engine)?),

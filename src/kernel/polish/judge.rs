@@ -35,7 +35,7 @@ pub(super) struct Judge<'a> {
 
 impl<'a> Judge<'a> {
     pub(super) fn new(task: &Task<'a>) -> Judge<'a> {
-        let tester = Tester::new(task.tile, task.tolerance, task.feasibility);
+        let tester = Tester::new(task.tile, task.tolerance, task.feasibility).with_max_stray(task.max_stray);
         let meter = Meter::new(tester, task.tolerance);
         let witnesses = [(Point { x: 0, y: 0 }, 0.0, 0.0); WITNESSES];
         let (cancel, tolerance) = (task.cancel, task.tolerance);
@@ -112,7 +112,9 @@ impl<'a> Judge<'a> {
             return fit;
         }
         let [a, b, c] = corners;
-        let within = self.feasible(corners) && [(a, b), (b, c), (c, a)].iter().all(|&(p, q)| self.may_join(p, q));
+        let is_weak = self.tester.feasibility() == Feasibility::Weak;
+        let edges = [(a, b), (b, c), (c, a)];
+        let within = self.feasible(corners) && (is_weak || edges.iter().all(|&(p, q)| self.tester.strong_edge(p, q)));
         let worst = if within { fit.worst.min(1.0) } else { fit.worst.max(1.0 + DOUBT) };
         Fit { worst, ..fit }
     }
@@ -128,8 +130,8 @@ impl<'a> Judge<'a> {
         error.abs() > (wa + wb + wc) * limit
     }
 
-    /// Whether an edge that was not there before may be made: it must pass the strong test where that is asked for.
+    /// Whether an edge that was not there before may be made: see [`Tester::may_join`].
     pub(super) fn may_join(&self, p: Vertex, q: Vertex) -> bool {
-        self.tester.feasibility() == Feasibility::Weak || self.tester.strong_edge(p, q)
+        self.tester.may_join(p, q)
     }
 }

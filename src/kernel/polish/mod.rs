@@ -63,6 +63,19 @@ pub enum Effort {
     Best,
 }
 
+impl Effort {
+    /// The floor for angles where nothing is said of it, in degrees.
+    pub const fn min_angle(self) -> f64 {
+        match self {
+            Effort::Fast => 0.0,
+            Effort::Balanced | Effort::Best => MIN_ANGLE,
+        }
+    }
+}
+
+/// Sharper triangles can be seen, and save little.
+const MIN_ANGLE: f64 = 0.0;
+
 /// What heights the vertices have that polishing moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -95,8 +108,8 @@ pub struct Tuning {
     pub schedule: Option<Schedule>,
     /// Degrees, from 0 to 60. No triangle is made whose smallest angle, seen from above with square cells, is below this
     /// and below the smallest one of the triangles that make room for it. So triangles that were sharper at the start may
-    /// stay. 0 asks for nothing.
-    pub min_angle: f64,
+    /// stay. 0 asks for nothing; `None` for [`Effort::min_angle`].
+    pub min_angle: Option<f64>,
     /// Makes edges pass the strong test, even if the task asks for weak feasibility only; edges that were there before may
     /// stay. (A strong task is never polished otherwise.)
     pub strong_edges: bool,
@@ -121,7 +134,7 @@ pub struct Scratch {
 /// The domain's vertices, points and loops stay as they are. Other vertices are removed, moved and renumbered; with
 /// sampled heights every one of them stands on a sample and has its height, with fitted ones those that have moved have
 /// heights and places of their own ([`Heights`]). Every triangle that was not there before passes
-/// the exact weak test. With strong feasibility, every edge that was not there before also passes the strong test;
+/// the exact weak test, and every edge that was not there before keeps [`Task::max_stray`]. With strong feasibility, every edge that was not there before also passes the strong test;
 /// `mesh.relaxed` does not grow, and is never more than the triangles that have an edge which fails it. The same mesh and
 /// task give the same result, always and everywhere.
 ///
@@ -177,7 +190,7 @@ impl Scratch {
         let feasibility = if tuning.strong_edges { Feasibility::Strong } else { task.feasibility };
         let strict = Task { feasibility, ..*task };
         let mut judge = Judge::new(&strict);
-        judge.angles = Angles::at_least(tuning.min_angle);
+        judge.angles = Angles::at_least(tuning.min_angle.unwrap_or(options.effort.min_angle()));
         judge.fitting = (options.heights == Heights::Fitted).then(|| Fitting::new(task.tolerance));
         self.order.reset(&self.net);
         self.work(&schedule, visit, &mut judge)?;

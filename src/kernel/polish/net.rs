@@ -4,9 +4,10 @@ use super::journal::Journal;
 use crate::base::handed_over::{DENSE, clear, make_room};
 use crate::base::lattice::orient;
 use crate::base::mesh::{Domain, TileMesh, Vertex};
+use crate::kernel::links::{HalfEdges, pair_sides};
 
 /// No half-edge, no vertex, no place.
-pub(super) const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = crate::kernel::links::NONE;
 
 /// A triangle and what lies beyond its sides. Side i runs from corner i to the next; it is the half-edge 3t + i.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,9 +79,8 @@ pub(super) struct Net {
     pub(super) triangles: Vec<Triangle>,
     locked: Locked,
     pub(super) journal: Journal,
-    /// While loading: edges of the loops, sorted; and the half-edges whose lower end is one vertex.
+    /// While loading: edges of the loops, sorted.
     rim: Vec<(u32, u32)>,
-    bucket: Vec<u32>,
 }
 
 impl Net {
@@ -122,48 +122,14 @@ impl Net {
 
     /// Finds every side's twin. A loop's edge has none, even if another loop runs back along it.
     fn link_all(&mut self, lone: Lone) {
-        self.chain_sides();
-        let Net { bucket, triangles, outgoing, locked, .. } = self;
-        for first in outgoing {
-            bucket.clear();
-            let mut side = std::mem::replace(first, NONE);
-            while side != NONE {
-                bucket.push(side);
-                side = std::mem::replace(&mut triangles[side as usize / 3].twins[side as usize % 3], NONE);
-            }
-            bucket.sort_unstable_by_key(|&e| (high(triangles, e), e));
-            let mut rest = &bucket[..];
-            while let Some(&first) = rest.first() {
-                let sides = rest.iter().take_while(|&&e| high(triangles, e) == high(triangles, first)).count();
-                match rest[..sides] {
-                    [e, f] if ends(triangles, e) == swap(ends(triangles, f)) => {
-                        triangles[e as usize / 3].twins[e as usize % 3] = f;
-                        triangles[f as usize / 3].twins[f as usize % 3] = e;
-                    }
-                    [e] if lone == Lone::BetweenLocked && locked.has(high(triangles, e)) => {}
-                    _ => panic!("{sides} sides of the edge {:?}", ends(triangles, first)),
-                }
-                rest = &rest[sides..];
-            }
-        }
+        let Net { rim, triangles, outgoing, locked, .. } = self;
+        let count = triangles.len() as u32;
+        let is_rim = |a, b| locked.has(a) && locked.has(b) && rim.binary_search(&(a, b)).is_ok();
+        let may_be_lone = |_, high| lone == Lone::BetweenLocked && locked.has(high);
+        pair_sides(triangles, count, outgoing, is_rim, may_be_lone);
         for (t, triangle) in (0u32..).zip(&self.triangles) {
             for (i, &v) in (0..).zip(&triangle.corners) {
                 self.outgoing[v as usize] = 3 * t + i;
-            }
-        }
-    }
-
-    /// Chains the half-edges that must have a twin by the lower number of their ends: that vertex has the first of them
-    /// as the one that goes out, each has the next as its twin. Half-edges of loops are left out.
-    fn chain_sides(&mut self) {
-        let Net { rim, triangles, outgoing, locked, .. } = self;
-        for (t, triangle) in (0u32..).zip(triangles) {
-            for i in 0..3 {
-                let (a, b) = (triangle.corners[i], triangle.corners[(i + 1) % 3]);
-                let on_rim = locked.has(a) && locked.has(b) && rim.binary_search(&(a, b)).is_ok();
-                if !on_rim {
-                    triangle.twins[i] = std::mem::replace(&mut outgoing[a.min(b) as usize], 3 * t + i as u32);
-                }
             }
         }
     }
@@ -229,20 +195,18 @@ impl Net {
     }
 }
 
-/// Where a half-edge begins and ends.
-fn ends(triangles: &[Triangle], e: u32) -> (u32, u32) {
-    let corners = triangles[e as usize / 3].corners;
-    (corners[e as usize % 3], corners[(e as usize + 1) % 3])
-}
+impl HalfEdges for Vec<Triangle> {
+    fn corners(&self, t: u32) -> [u32; 3] {
+        self[t as usize].corners
+    }
 
-/// The end with the higher number.
-fn high(triangles: &[Triangle], e: u32) -> u32 {
-    let (from, to) = ends(triangles, e);
-    from.max(to)
-}
+    fn twin(&self, e: u32) -> u32 {
+        self[e as usize / 3].twins[e as usize % 3]
+    }
 
-fn swap((a, b): (u32, u32)) -> (u32, u32) {
-    (b, a)
+    fn set_twin(&mut self, e: u32, twin: u32) {
+        self[e as usize / 3].twins[e as usize % 3] = twin;
+    }
 }
 
 /// The next side of the same triangle.

@@ -46,7 +46,7 @@ fn task<'a>(
     feasibility: Feasibility,
     cancel: &'a CancelToken,
 ) -> Task<'a> {
-    Task { tile, domain, tolerance, feasibility, cancel }
+    Task { tile, domain, tolerance, feasibility, max_stray: f64::INFINITY, cancel }
 }
 
 /// Polishes greedy cuts with all options and both feasibilities, and checks everything that is promised.
@@ -125,7 +125,7 @@ proptest! {
         let start = cut(&task);
         let sine = f64::to_radians(min_angle).sin();
         for options in all_options() {
-            let tuning = Tuning { min_angle, ..Tuning::default() };
+            let tuning = Tuning { min_angle: Some(min_angle), ..Tuning::default() };
             let mesh = polished(&task, &Options { tuning, ..options }, &start, &mut Scratch::default());
             check(&tile, &rim.domain, &mesh, tolerance);
             let least = sharpest(&start).min(sine * sine * (1.0 - 1e-12));

@@ -69,7 +69,7 @@ pub(crate) fn triangulate(
     feasibility: Feasibility,
 ) -> TileMesh {
     let mut mesh = TileMesh::default();
-    let task = Task { tile, domain, tolerance, feasibility, cancel: &CancelToken::default() };
+    let task = Task { tile, domain, tolerance, feasibility, max_stray: f64::INFINITY, cancel: &CancelToken::default() };
     let mut scratch = EngineScratch::default();
     engine.triangulate(&task, &mut scratch, &mut mesh).expect("nobody cancels");
     // Memory that has been used makes no difference.

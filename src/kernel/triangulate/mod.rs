@@ -48,6 +48,11 @@ pub struct Task<'a> {
     pub tolerance: f64,
     /// Which triangles may be used.
     pub feasibility: Feasibility,
+    /// How far the surface may stray between samples, in tolerances: at least 1, infinite for any. On every side of a cell
+    /// whose two samples have heights it stays between these, give or take this times the tolerance; where the tile has
+    /// weights, times the larger of the two samples' limits. (So inside of a cell it stays between its least and greatest
+    /// corner, give or take the same.)
+    pub max_stray: f64,
     /// Asked now and then whether to go on.
     pub cancel: &'a CancelToken,
 }

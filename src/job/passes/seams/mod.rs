@@ -27,13 +27,15 @@ use crate::job::spool::Chunks;
 use crate::job::{Error, quality};
 use crate::kernel::measure::{Bare, Bound, HeightStats, ShapeStats, measure, shape};
 use crate::kernel::polish;
-use crate::kernel::triangulate::Task;
+use crate::kernel::triangulate::insertion::mend;
+use crate::kernel::triangulate::{EngineScratch, Task};
 
 /// What one thread needs for a tile of the shifted grid: a [`Region`], a tile and what polishing needs.
 #[derive(Default)]
 pub(super) struct SeamMaker {
     shared: Workspace,
     region: Region,
+    engine: EngineScratch,
     polish: polish::Scratch,
 }
 
@@ -51,9 +53,11 @@ impl Maker for SeamMaker {
         let tolerance = job.params.tolerance.kept();
         clocks.polish.time(|| {
             let (feasibility, cancel) = (job.params.feasibility, &job.control.cancel);
-            let task = Task { tile, domain: &Domain::default(), tolerance, feasibility, cancel };
+            let max_stray = job.max_stray;
+            let task = Task { tile, domain: &Domain::default(), tolerance, feasibility, max_stray, cancel };
             let options = quality::polishing(job.params);
             let Region { mesh, locked, seams, .. } = &mut self.region;
+            mend(&task, &mut self.engine, mesh)?;
             options.map_or(Ok(()), |options| {
                 polish::polish_around(&task, &options, *locked, seams, &mut self.polish, mesh)
             })

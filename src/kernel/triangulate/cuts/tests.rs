@@ -16,7 +16,14 @@ fn every_edge_is_swept_at_most_once() {
         let rim = rim(&tile, 1.0);
         for feasibility in [Feasibility::Weak, Feasibility::Strong] {
             let (mut mesh, mut scratch) = (TileMesh::default(), Scratch::default());
-            let task = Task { tile: &tile, domain: &rim.domain, tolerance: 1.0, feasibility, cancel: &cancel };
+            let task = Task {
+                tile: &tile,
+                domain: &rim.domain,
+                tolerance: 1.0,
+                feasibility,
+                max_stray: f64::INFINITY,
+                cancel: &cancel,
+            };
             GreedyCuts::IMPROVED.cut(&task, &mut scratch, &mut mesh).expect("nobody cancels");
             let swept = scratch.improved.seen.len();
             assert!(swept > 0 && swept < 3 * mesh.triangles.len(), "{swept} of {}", mesh.triangles.len());

@@ -3,6 +3,7 @@
 use std::cell::Cell;
 use std::ops::{Add, Mul, Sub};
 
+use super::stray::{self, Stray};
 use super::weighted::WeightedRows;
 use super::{Plane, Spans, edge};
 use crate::base::lattice::{MAX_SPAN, Point};
@@ -16,13 +17,19 @@ pub struct Tester<'a> {
     tile: &'a Tile,
     tolerance: f64,
     feasibility: Feasibility,
+    strays: stray::Limit,
 }
 
 impl<'a> Tester<'a> {
     /// A tester for one tile; `tolerance` is at least 0. Where the tile has weights, what is within the tolerance is error
     /// × weight: every sample is held to [`Tile::limit`].
     pub fn new(tile: &'a Tile, tolerance: f64, feasibility: Feasibility) -> Tester<'a> {
-        Tester { tile, tolerance, feasibility }
+        Tester { tile, tolerance, feasibility, strays: stray::Limit::new(f64::INFINITY, tolerance) }
+    }
+
+    /// With a limit on straying as well: [`Task::max_stray`](crate::kernel::triangulate::Task::max_stray).
+    pub fn with_max_stray(self, factor: f64) -> Tester<'a> {
+        Tester { strays: stray::Limit::new(factor, self.tolerance), ..self }
     }
 
     /// What is asked of a triangle.
@@ -75,6 +82,26 @@ impl<'a> Tester<'a> {
         };
         debug_assert_eq!(within, scan.violation.get().is_none());
         scan.violation.get()
+    }
+
+    /// Whether an edge that was not there before may be made: with strong feasibility if it passes the strong test, and
+    /// always if it strays nowhere too far.
+    pub fn may_join(&self, p: Vertex, q: Vertex) -> bool {
+        // What is within the tolerance of the line between two samples is within it of their range.
+        match self.feasibility {
+            Feasibility::Strong => self.strong_edge(p, q),
+            Feasibility::Weak => self.stray(p, q).is_none(),
+        }
+    }
+
+    /// Where an edge strays too far: the first place that is come upon. Exact.
+    pub fn stray(&self, p: Vertex, q: Vertex) -> Option<Stray> {
+        stray::first(self.tile, &self.strays, p, q)
+    }
+
+    /// Whether there is a limit on straying.
+    pub fn limits_strays(&self) -> bool {
+        !self.strays.is_none()
     }
 
     /// Whether an edge passes the strong test.

@@ -49,7 +49,7 @@ fn frame(domain: &Domain) -> [Vertex; 4] {
 }
 
 /// All directed edges of the loops, sorted.
-fn loop_edges(domain: &Domain) -> Vec<(u32, u32)> {
+pub(super) fn loop_edges(domain: &Domain) -> Vec<(u32, u32)> {
     let of_loop = |l: &Vec<u32>| {
         let ends = l.iter().copied().zip(l.iter().copied().cycle().skip(1)).collect::<Vec<_>>();
         ends.into_iter()

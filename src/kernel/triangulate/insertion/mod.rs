@@ -3,7 +3,7 @@
 //!
 //! In come a tile and the loops around its ground; out goes a mesh within the tolerance. `topology` is triangles apart
 //! from places, `surface` puts them in the plane, `first` triangulates the loops, whose edges are locked. `scan` finds a
-//! triangle's candidate, `candidates` keeps them in a heap, `refine` inserts; `progressive` inserts in an order that
+//! triangle's candidate, `candidates` keeps them in a heap, `refine` inserts, `mend` inserts where edges stray; `progressive` inserts in an order that
 //! a whole raster can agree on. `data_dependent` swaps edges by the data
 //! (algorithm IV) where [`Swap`] says so, and
 //! `importance` has the other measures of section 3. The paper's algorithms I and II are oracles in the tests.
@@ -12,6 +12,7 @@ mod candidates;
 mod data_dependent;
 mod first;
 mod importance;
+mod mend;
 mod options;
 mod progressive;
 mod refine;
@@ -35,6 +36,7 @@ use crate::base::features::{Feature, FeatureSet};
 use crate::base::handed_over::{DENSE, RESERVED_SAMPLES};
 use crate::base::mesh::{Domain, TileMesh};
 
+pub use self::mend::mend;
 pub use self::options::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 pub use self::refine::Step;
 
@@ -95,6 +97,11 @@ impl Scratch {
         first::triangulate(domain, &mut self.surface);
         // Critical points (section 6) come before the first scan: what they leave beyond the tolerance is refined.
         domain.points.iter().fold(0, |near, &point| Refinement::preinsert(&mut self.surface, near, point));
+        Refinement { measure, ..self.refine(options, task) }
+    }
+
+    /// A refinement of the surface as it is, by its errors, without candidates.
+    fn refine<'a>(&'a mut self, options: InsertionOptions, task: &Task<'a>) -> Refinement<'a> {
         self.candidates.clear();
         self.fits.clear();
         self.squares.clear();
@@ -107,7 +114,7 @@ impl Scratch {
             star: &mut self.star,
             scanner: Scanner { tile: task.tile, tolerance: task.tolerance },
             strong: strong.then(|| Tester::new(task.tile, task.tolerance, Feasibility::Strong)),
-            measure,
+            measure: None,
             beyond: &mut self.beyond,
             rim_is_loose: task.tile.channel_error.is_some(),
             rim_is_free: false,

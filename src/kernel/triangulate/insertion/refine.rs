@@ -161,7 +161,7 @@ impl Refinement<'_> {
         near
     }
 
-    fn place(&self, sample: u64) -> Point {
+    pub(super) fn place(&self, sample: u64) -> Point {
         let width = self.scanner.tile.width as u64;
         Point::of_sample((sample % width) as i32, (sample / width) as i32)
     }
@@ -184,7 +184,7 @@ impl Refinement<'_> {
     }
 
     /// A triangle at the new vertex; `None` where there is one already, or an edge that stays.
-    fn insert_at(&mut self, site: Site, sample: u64) -> Option<u32> {
+    pub(super) fn insert_at(&mut self, site: Site, sample: u64) -> Option<u32> {
         if self.stays(site) {
             self.leave_rim_out();
             return None;

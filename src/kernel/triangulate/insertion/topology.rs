@@ -1,7 +1,9 @@
 //! Triangles and how they hang together, apart from where they are.
 
+use crate::kernel::links::{self, HalfEdges, pair_sides};
+
 /// No half-edge: the other side of a locked edge.
-pub(super) const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = links::NONE;
 
 /// A triangulation as half-edges. Half-edge 3t + i runs from corner i of triangle t to its next corner; corners go
 /// around with the triangle to the left. Every half-edge has its twin in the neighbour, or [`NONE`] where the edge is
@@ -50,6 +52,19 @@ impl Topology {
     /// The locked half-edge that leaves a vertex; of several any.
     pub(super) fn locked_from(&self, v: u32) -> Option<u32> {
         self.leaving.get(v as usize).copied().filter(|&e| e != NONE)
+    }
+
+    /// Becomes these triangles over `vertices` vertices. Edges of one triangle are locked, and half-edges that are listed, sorted.
+    ///
+    /// # Panics
+    /// If an edge has more than two triangles, or two that run along it in the same direction.
+    pub(super) fn load(&mut self, triangles: &[[u32; 3]], vertices: usize, locked: &[(u32, u32)]) {
+        self.clear();
+        self.reserve(triangles.len());
+        self.origins.extend(triangles.as_flattened());
+        self.twins.resize(self.origins.len(), NONE);
+        let count = self.len();
+        pair_sides(self, count, &mut vec![NONE; vertices], |a, b| locked.binary_search(&(a, b)).is_ok(), |_, _| true);
     }
 
     /// Makes room for this number of triangles.
@@ -255,5 +270,19 @@ impl Topology {
                 assert_eq!((self.origin(e), self.origin(next(e))), (self.origin(next(f)), self.origin(f)), "edge {e}");
             }
         }
+    }
+}
+
+impl HalfEdges for Topology {
+    fn corners(&self, t: u32) -> [u32; 3] {
+        Topology::corners(self, t)
+    }
+
+    fn twin(&self, e: u32) -> u32 {
+        Topology::twin(self, e)
+    }
+
+    fn set_twin(&mut self, e: u32, twin: u32) {
+        self.twins[e as usize] = twin;
     }
 }

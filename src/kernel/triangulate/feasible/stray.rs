@@ -1,0 +1,180 @@
+//! The limit on straying along one edge: between samples, a surface stays in the range of the heights around it.
+//!
+//! A *side* is the segment between two neighbouring samples of a row or a column that both have a height. Along it a mesh is
+//! linear but where its edges cross, and at samples it is within the tolerance; so it is enough to look at the crossings.
+//! There an edge is to lie between the two heights, give or take a multiple of the tolerance. Diagonals of cells do not
+//! count. Heights in doubles settle all but near ties; those are settled exactly.
+
+use crate::base::exact;
+use crate::base::lattice::STEPS;
+use crate::base::mesh::Vertex;
+use crate::base::{Heights, Tile};
+
+/// A bound of the rounding error of a crossing's height less a limit, as a share of the largest height of the edge and the
+/// limit together: five roundings of numbers at most twice that.
+const DOUBT: f64 = 16.0 * f64::EPSILON;
+/// What is closer to a sample than this part of a cell is at it: crossings have denominators below 2²², and are found to
+/// better than 2⁻²⁵.
+const AT_SAMPLE: f64 = 1.0 / (1u64 << 24) as f64;
+
+/// How far an edge may be from the range of the two samples of a side that it crosses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Limit {
+    factor: f64,
+    tolerance: f64,
+    /// Where samples have no weights.
+    plain: f64,
+}
+
+/// A crossing that is beyond the limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stray {
+    /// Column and row of the two samples of the side, the nearer one first.
+    pub side: [(usize, usize); 2],
+    /// How far the edge is beyond the range of their heights, rounded.
+    pub by: f64,
+}
+
+impl Limit {
+    pub(super) fn new(factor: f64, tolerance: f64) -> Limit {
+        Limit { factor, tolerance, plain: product_down(factor, tolerance) }
+    }
+
+    pub(super) fn is_none(&self) -> bool {
+        self.factor == f64::INFINITY
+    }
+
+    /// What holds on a side: the larger of its samples' limits, times the factor.
+    fn on(&self, tile: &Tile, [p, q]: [(usize, usize); 2]) -> f64 {
+        if !tile.is_weighted() {
+            return self.plain;
+        }
+        let weight = tile.weight(p.0, p.1).min(tile.weight(q.0, q.1));
+        product_down(self.factor, exact::limit(weight, self.tolerance))
+    }
+}
+
+/// The largest double up to the product of two numbers that are not negative, as far as tolerances go.
+fn product_down(a: f64, b: f64) -> f64 {
+    let product = a * b;
+    let is_above = product.is_finite() && a.mul_add(b, -product) < 0.0;
+    if is_above { product.next_down() } else { product }.min(exact::MAX_TOLERANCE)
+}
+
+/// The first crossing of the edge p–q that is beyond the limit.
+pub(super) fn first(tile: &Tile, limit: &Limit, p: Vertex, q: Vertex) -> Option<Stray> {
+    if limit.is_none() {
+        return None;
+    }
+    match &tile.heights {
+        Heights::F32(heights) => Edge { tile, heights, limit, p, q }.first(),
+        Heights::F64(heights) => Edge { tile, heights, limit, p, q }.first(),
+    }
+}
+
+struct Edge<'a, H> {
+    tile: &'a Tile,
+    heights: &'a [H],
+    limit: &'a Limit,
+    p: Vertex,
+    q: Vertex,
+}
+
+/// The edge as it crosses lines of one family: from the lower line to the higher.
+#[derive(Clone, Copy)]
+struct Walk {
+    /// Place across the lines and along them, in lattice steps.
+    from: (i32, i32),
+    to: (i32, i32),
+    near: f64,
+    far: f64,
+    /// Whether lines are columns.
+    columns: bool,
+}
+
+impl Walk {
+    fn sample(&self, line: i32, along: i32) -> (usize, usize) {
+        let (line, along) = (line as usize, along as usize);
+        if self.columns { (line, along) } else { (along, line) }
+    }
+}
+
+impl<H: Copy + Into<f64>> Edge<'_, H> {
+    fn first(&self) -> Option<Stray> {
+        let (p, q) = (self.p, self.q);
+        let walk = |columns: bool| {
+            let place = |v: Vertex| if columns { (v.at.x, v.at.y) } else { (v.at.y, v.at.x) };
+            let (a, b) = (place(p), place(q));
+            let up = a.0 <= b.0;
+            let ((from, near), (to, far)) =
+                if up { ((a, p.height), (b, q.height)) } else { ((b, q.height), (a, p.height)) };
+            Walk { from, to, near, far, columns }
+        };
+        self.along(walk(true)).or_else(|| self.along(walk(false)))
+    }
+
+    #[inline(always)]
+    fn along(&self, walk: Walk) -> Option<Stray> {
+        let (first, last) = (walk.from.0.div_euclid(STEPS) + 1, (walk.to.0 - 1).div_euclid(STEPS));
+        if first > last {
+            return None;
+        }
+        let span = f64::from(walk.to.0 - walk.from.0);
+        let (slope, rise) = (f64::from(walk.to.1 - walk.from.1) / span, (walk.far - walk.near) / span);
+        let reach = walk.near.abs().max(walk.far.abs());
+        let (across, along) = if walk.columns { (1, self.tile.width) } else { (self.tile.width, 1) };
+        let steps = f64::from(STEPS);
+        let is_plain = !self.tile.is_weighted() && self.tile.validity.is_whole();
+        for line in first..=last {
+            let done = f64::from(line * STEPS - walk.from.0);
+            let place = (f64::from(walk.from.1) + slope * done) / steps;
+            let before = place as usize;
+            let part = place - before as f64;
+            if !(AT_SAMPLE..=1.0 - AT_SAMPLE).contains(&part) {
+                continue;
+            }
+            let index = line as usize * across + before * along;
+            let (z0, z1): (f64, f64) = (self.heights[index].into(), self.heights[index + along].into());
+            let height = walk.near + rise * done;
+            let (least, largest) = if z0 < z1 { (z0, z1) } else { (z1, z0) };
+            let beyond = (height - largest).max(least - height);
+            let limit = if is_plain { Some(self.limit.plain) } else { self.limit_on(&walk, line, before) };
+            let Some(limit) = limit else { continue };
+            let doubt = DOUBT * (reach + limit);
+            if beyond < limit - doubt {
+                continue;
+            }
+            let strays = beyond > limit + doubt || !self.within(&walk, line, [least, largest], limit);
+            if strays {
+                let mut side = [before, before + 1].map(|i| walk.sample(line, i as i32));
+                if part > 0.5 {
+                    side.swap(0, 1);
+                }
+                return Some(Stray { side, by: beyond });
+            }
+        }
+        None
+    }
+
+    /// The limit on a side; none where a sample of it has no height.
+    #[inline(never)]
+    fn limit_on(&self, walk: &Walk, line: i32, before: usize) -> Option<f64> {
+        let side = [before, before + 1].map(|i| walk.sample(line, i as i32));
+        let has_height = |&(column, row): &(usize, usize)| self.tile.validity.has_height(column as i32, row as i32);
+        let binds = self.tile.validity.is_whole() || side.iter().all(has_height);
+        binds.then(|| self.limit.on(self.tile, side))
+    }
+
+    /// Whether the edge is within the limit of the range where it crosses a line, exactly.
+    #[cold]
+    #[inline(never)]
+    fn within(&self, walk: &Walk, line: i32, [least, largest]: [f64; 2], limit: f64) -> bool {
+        let span = i64::from(walk.to.0 - walk.from.0);
+        let done = i64::from(line * STEPS - walk.from.0);
+        let from = |z: f64| [(span, z), (done - span, walk.near), (-done, walk.far)];
+        let is_above = exact::sign(&from(largest)).is_lt();
+        let is_below = exact::sign(&from(least)).is_gt();
+        (!is_above || exact::within(&from(largest), span, limit))
+            && (!is_below || exact::within(&from(least), span, limit))
+    }
+}
