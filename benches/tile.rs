@@ -47,7 +47,8 @@ impl Cutter {
         tolerance: f64,
         feasibility: Feasibility,
     ) -> usize {
-        let task = Task { tile, domain, tolerance, feasibility, max_stray: f64::INFINITY, cancel: &CancelToken::default() };
+        let task =
+            Task { tile, domain, tolerance, feasibility, max_stray: f64::INFINITY, cancel: &CancelToken::default() };
         engine.triangulate(&task, &mut self.scratch, &mut self.mesh).expect("nobody cancels");
         self.mesh.triangles.len()
     }

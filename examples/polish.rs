@@ -36,7 +36,7 @@ fn main() -> Outcome<()> {
     let only = argument(4).filter(|&name| name != "all");
     let heights = if argument(5) == Some("fitted") { Heights::Fitted } else { Heights::Sampled };
 
-    let min_angle = argument(7).unwrap_or("0").parse()?;
+    let min_angle = argument(7).map(str::parse).transpose()?;
     let tuning = Tuning { min_angle, strong_edges: argument(8) == Some("strong"), ..Tuning::default() };
 
     let raster = Raster::open(Path::new(raster), 1)?;
@@ -51,7 +51,14 @@ fn main() -> Outcome<()> {
         let place = grid.place(index);
         field.load(place.window, &mut samples)?;
         let rim = Rim::new(&samples, tolerance, &[], &place, &mut MinLink::default(), &cancel)?;
-        let task = Task { tile: &samples, domain: &rim.domain, tolerance, feasibility, cancel: &cancel };
+        let task = Task {
+            tile: &samples,
+            domain: &rim.domain,
+            tolerance,
+            feasibility,
+            max_stray: f64::INFINITY,
+            cancel: &cancel,
+        };
         let start = cpu_seconds()?;
         if argument(6) == Some("insertion") {
             GreedyInsertion::default().triangulate(&task, &mut inserter, &mut cut)?;

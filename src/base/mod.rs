@@ -23,6 +23,7 @@ mod naming;
 mod points;
 pub mod private_file;
 mod raster_error;
+mod raster_rim;
 mod sample;
 pub mod staged;
 mod texture;
@@ -46,6 +47,7 @@ pub use points::{PointCounts, PointSet};
 pub use raster_error::RasterError;
 #[cfg(feature = "gdal")]
 pub(crate) use raster_error::SILENT;
+pub use raster_rim::RasterRim;
 pub use sample::{Encoding, Mark, Marks, NEARNESS, NO_MARK, SampleType, Scaling, TAG, ValidRange};
 pub(crate) use sample::{stored, with_sample_type};
 pub use texture::Texture;

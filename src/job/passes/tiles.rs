@@ -4,6 +4,7 @@
 use super::seams::Lines;
 use super::workspace::Workspace;
 use super::{Job, Maker, Run};
+use crate::base::RasterRim;
 use crate::base::control::Cancelled;
 use crate::base::lattice;
 use crate::base::mesh::TileMesh;
@@ -130,7 +131,7 @@ impl TileMaker {
         let task = task(&self.shared.tile, rim, job.params.tolerance.kept(), job);
         job.params.engine.triangulate(&task, &mut self.engine, &mut self.mesh)?;
         // What a locked rim leaves, the passes after this one mend.
-        mend(&task, &mut self.engine, &mut self.mesh).map(|_| ())
+        mend(&task, RasterRim::default(), &mut self.engine, &mut self.mesh).map(|_| ())
     }
 
     fn polish(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {

@@ -7,9 +7,10 @@ use super::energy::Meter;
 use super::fitting::{Fitting, near_surface};
 use super::judge::Judge;
 use super::net::Fit;
+use super::ring::Ring;
 use super::star::Star;
 use super::witnesses::Witnesses;
-use crate::base::lattice::{Point, STEPS};
+use crate::base::lattice::{Point, STEPS, orient};
 use crate::base::mesh::Vertex;
 
 /// The eight neighbours, in cells.
@@ -25,8 +26,8 @@ const FARTHEST: f64 = 0.7;
 /// Triangles from a ring to an apex inside it. Triangle i has edge i of the ring.
 #[derive(Debug, Default)]
 pub(super) struct Fan {
-    ring: Vec<Vertex>,
-    /// Its edges: what is to the left of them all is inside.
+    ring: Ring,
+    /// Its edges: what is to the left of them all is inside, or on the rim that an open ring ends at.
     edges: Vec<RingEdge>,
     /// How the triangles fit at the best apex found so far.
     pub(super) fits: Vec<Fit>,
@@ -86,7 +87,8 @@ impl RingEdge {
 }
 
 impl Fan {
-    /// Takes a ring, how the triangles to the apex that it has now fit, and how sharp others may be.
+    /// Takes a ring, how the triangles to the apex that it has now fit, and how sharp others may be. Where there is one
+    /// triangle less than there are vertices the ring is open.
     pub(super) fn reset(
         &mut self,
         ring: impl Iterator<Item = Vertex>,
@@ -94,16 +96,17 @@ impl Fan {
         sharpest: Sharpest,
     ) {
         self.sharpest = sharpest;
-        self.ring.clear();
-        self.ring.extend(ring);
-        self.edges.clear();
-        let ends = self.ring.iter().zip(self.ring.iter().cycle().skip(1));
-        self.edges.extend(ends.map(|(from, to)| RingEdge::new(from.at, to.at)));
+        self.ring.vertices.clear();
+        self.ring.vertices.extend(ring);
         self.fits.clear();
         self.fits.extend(fits);
         self.trial.clone_from(&self.fits);
+        self.ring.is_open = self.fits.len() < self.ring.vertices.len();
+        let triangles = self.ring.triangles();
+        self.edges.clear();
+        self.edges.extend((0..triangles).map(|i| self.ring.edge(i)).map(|[from, to]| RingEdge::new(from.at, to.at)));
         self.order.clear();
-        self.order.extend(0..self.ring.len() as u32);
+        self.order.extend(0..triangles as u32);
         let fits = &self.fits;
         self.order.sort_by(|&a, &b| fits[b as usize].energy.total_cmp(&fits[a as usize].energy));
     }
@@ -119,7 +122,7 @@ impl Fan {
     /// How far the nearest vertex of the ring is from a place, in lattice steps, by the longer coordinate.
     pub(super) fn clearance(&self, from: Point) -> i32 {
         let distance = |r: &Vertex| (r.at.x - from.x).abs().max((r.at.y - from.y).abs());
-        self.ring.iter().map(distance).min().unwrap_or(0)
+        self.ring.vertices.iter().map(distance).min().unwrap_or(0)
     }
 
     /// One round of places around an apex. Returns the best of those where the energy falls below a share of what it is,
@@ -156,7 +159,7 @@ impl Fan {
         let mut limit = self.energy() * share;
         let mut best = centre;
         self.star.read(&self.ring, centre, &judge.meter);
-        let [x, y, rise] = self.star.step();
+        let [x, y, rise] = self.star.step(self.free_ways());
         if let Some(apex) = self.raise(centre, limit, judge, fitting) {
             limit = self.energy();
             best = apex;
@@ -180,6 +183,11 @@ impl Fan {
         best
     }
 
+    /// Whether the apex may move across and down: on a rim only along it.
+    fn free_ways(&self) -> [bool; 2] {
+        self.ring.ends().map_or([true; 2], |[p, q]| [p.at.x != q.at.x, p.at.y != q.at.y])
+    }
+
     /// The apex whose star has been read, at the height that fits best, if the energy is below `limit` there: then the
     /// fits are those it gives.
     fn raise(&mut self, from: Vertex, limit: f32, judge: &Judge<'_>, fitting: &Fitting) -> Option<Vertex> {
@@ -190,7 +198,7 @@ impl Fan {
         }
         let (apex, rise) = fitting.raised(from, rise)?;
         let mut sum = 0.0;
-        for i in 0..self.ring.len() {
+        for i in 0..self.ring.triangles() {
             let corners = self.triangle(apex, i);
             self.trial[i] = judge.meter.with_edges(self.star.fit(i, rise), corners, limit - sum);
             sum += self.trial[i].energy;
@@ -203,26 +211,28 @@ impl Fan {
         Some(apex)
     }
 
-    /// Whether a place is inside the ring, on the tile, and such that no triangle is too sharp.
+    /// Whether a place is inside the ring, on the tile, and such that no triangle is too sharp. Of an open ring the inside is
+    /// the rim between its ends.
     fn holds(&self, place: Point, meter: &Meter<'_>) -> bool {
         let far = meter.tile().far_corner();
         if place.x < 0 || place.y < 0 || place.x > far.x || place.y > far.y {
             return false;
         }
-        self.edges.iter().all(|edge| edge.is_left(place)) && self.is_blunt_at(place)
+        let stays = self.ring.ends().is_none_or(|[p, q]| orient(p.at, q.at, place) == 0);
+        stays && self.edges.iter().all(|edge| edge.is_left(place)) && self.is_blunt_at(place)
     }
 
     /// Whether no triangle to a place inside the ring is too sharp.
     fn is_blunt_at(&self, place: Point) -> bool {
         let apex = Vertex { at: place, height: 0.0 };
-        self.sharpest.allows_any() || (0..self.ring.len()).all(|i| self.sharpest.allows(self.triangle(apex, i)))
+        self.sharpest.allows_any() || (0..self.ring.triangles()).all(|i| self.sharpest.allows(self.triangle(apex, i)))
     }
 
     /// What the witnesses say of an apex, in all and (in `parts`) of each triangle; if it is not below `limit`, or one is
     /// farther than `farthest`, some number that is not, either.
     fn ask_witnesses(&mut self, apex: Vertex, limit: f32, farthest: f32) -> f32 {
         self.parts.clear();
-        self.parts.resize(self.ring.len(), 0.0);
+        self.parts.resize(self.ring.triangles(), 0.0);
         self.witnesses.speak(&self.ring, apex, limit, farthest, &mut self.parts)
     }
 
@@ -236,7 +246,7 @@ impl Fan {
             return false;
         }
         let mut sum = 0.0;
-        for turn in 0..self.ring.len() {
+        for turn in 0..self.ring.triangles() {
             let i = self.order[turn] as usize;
             rest = (rest - self.parts[i]).max(0.0);
             self.trial[i] = meter.fit(self.triangle(apex, i), limit - sum - rest);
@@ -255,7 +265,7 @@ impl Fan {
 
     /// Settles the fits of the best apex, and says whether every triangle is within the tolerance.
     pub(super) fn settle(&mut self, apex: Vertex, judge: &Judge<'_>) -> bool {
-        (0..self.ring.len()).fold(true, |all, i| {
+        (0..self.ring.triangles()).fold(true, |all, i| {
             self.fits[i] = judge.settle(self.triangle(apex, i), self.fits[i]);
             all && self.fits[i].worst <= 1.0
         })
@@ -263,14 +273,15 @@ impl Fan {
 
     /// The exact test of every triangle and every spoke.
     pub(super) fn feasible(&self, apex: Vertex, judge: &Judge<'_>) -> bool {
-        (0..self.ring.len()).all(|i| {
+        (0..self.ring.triangles()).all(|i| {
             let corners = self.triangle(apex, i);
             judge.feasible(corners) && judge.may_join(corners[0], corners[1])
         })
     }
 
     fn triangle(&self, apex: Vertex, i: usize) -> [Vertex; 3] {
-        [apex, self.ring[i], self.ring[(i + 1) % self.ring.len()]]
+        let [from, to] = self.ring.edge(i);
+        [apex, from, to]
     }
 
     fn energy(&self) -> f32 {

@@ -8,9 +8,10 @@ use crate::base::mesh::Vertex;
 #[derive(Debug, Default)]
 pub(super) struct Hole {
     pub(super) ring: Vec<u32>,
-    /// For every edge of the ring the neighbour's side along it; [`NONE`] on a loop of the domain.
+    /// For every edge of the ring the neighbour's side along it; [`NONE`] on a loop of the domain or the rim.
     pub(super) outer: Vec<u32>,
-    /// Slots of the triangles inside. Around a vertex, triangle i has edge i of the ring.
+    /// Slots of the triangles inside. Around a vertex, triangle i has edge i of the ring; around one on the rim the last edge
+    /// has none, as it runs along the rim.
     pub(super) triangles: Vec<u32>,
 }
 
@@ -26,10 +27,11 @@ impl Hole {
         self.triangles.clear();
     }
 
-    /// Becomes the star of a vertex that is not on a loop; `false` if its ring is longer than `longest`.
+    /// Becomes the star of a vertex that is inside, or free to move along the raster's rim; `false` if its ring is longer than
+    /// `longest`.
     pub(super) fn around(&mut self, net: &Net, v: u32, longest: usize) -> bool {
         self.clear();
-        let start = net.outgoing[v as usize];
+        let mut start = net.outgoing[v as usize];
         let mut spoke = start;
         loop {
             debug_assert_eq!(net.origin(spoke), v, "half-edge {spoke}");
@@ -37,19 +39,38 @@ impl Hole {
             self.ring.push(net.origin(rim));
             self.outer.push(net.twin(rim));
             self.triangles.push(spoke / 3);
-            spoke = net.twin(previous(spoke));
-            assert_ne!(spoke, NONE, "vertex {v} is on a loop of the domain");
+            let last = previous(spoke);
+            spoke = net.twin(last);
             if spoke == start {
                 return true;
             }
             if self.ring.len() == longest {
                 return false;
             }
+            if spoke == NONE {
+                let first = net.first_spoke(v);
+                if start == first {
+                    self.ring.push(net.origin(last));
+                    self.outer.push(NONE);
+                    return true;
+                }
+                self.clear();
+                (start, spoke) = (first, first);
+            }
         }
     }
 }
 
 impl Net {
+    /// The half-edge along the rim that begins at a vertex on it.
+    fn first_spoke(&self, v: u32) -> u32 {
+        let mut spoke = self.outgoing[v as usize];
+        while self.twin(spoke) != NONE {
+            spoke = next(self.twin(spoke));
+        }
+        spoke
+    }
+
     /// Replaces the triangles of a hole by `filling`: corners as positions on the ring, where the ring's length stands
     /// for the vertex `apex` inside. Together they are to cover the ring's inside once; fits are left to the caller.
     pub(super) fn refill(&mut self, hole: &Hole, filling: &[[u32; 3]], apex: u32, open: &mut Vec<(u32, u32, u32)>) {

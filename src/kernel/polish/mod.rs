@@ -26,10 +26,13 @@ mod net;
 mod order;
 mod removal;
 mod repair;
+mod ring;
 mod schedule;
 mod star;
 mod witnesses;
 
+#[cfg(test)]
+mod part_tests;
 #[cfg(test)]
 mod tests;
 
@@ -41,10 +44,10 @@ use self::order::Order;
 use self::removal::Removal;
 use self::repair::Repair;
 use self::schedule::Visit;
-use crate::base::Tile;
 use crate::base::control::Cancelled;
 use crate::base::lattice::Point;
 use crate::base::mesh::TileMesh;
+use crate::base::{RasterRim, Tile};
 use crate::kernel::triangulate::feasible::Tester;
 use crate::kernel::triangulate::{Feasibility, Task};
 
@@ -151,28 +154,38 @@ pub fn polish(task: &Task<'_>, options: &Options, scratch: &mut Scratch, mesh: &
     scratch.polish(task, options, Visit::All, mesh)
 }
 
-/// Polishes a part of a mesh, any triangles of it, around some of its vertices, `centres`: what has been polished with those
-/// locked and is to be without.
+/// What of a part of a mesh stays, and where it is polished.
+#[derive(Debug, Clone, Copy)]
+pub struct Part<'a> {
+    /// The first vertices, which stay as they are, even those that no triangle has.
+    pub locked: u32,
+    /// Around which vertices it is polished: those that were locked before.
+    pub centres: &'a [u32],
+    /// Where the part ends because the raster does. Vertices there may move along it, and go.
+    pub rim: RasterRim,
+}
+
+/// Polishes a part of a mesh, any triangles of it, around some of its vertices: what has been polished with those locked and is
+/// to be without.
 ///
-/// The first `locked` vertices stay as they are, even those that no triangle has; among them are both ends of every edge
-/// with one triangle. The task's domain does not matter. `mesh.relaxed` becomes the number of triangles that have an edge
-/// that fails the strong test, where the task asks for that.
+/// Both ends of every edge with one triangle are locked, unless the edge runs along the raster's rim; and a vertex that is not is
+/// on two such edges of one side, or on none. The task's domain does not matter. `mesh.relaxed` becomes the number of triangles
+/// that have an edge that fails the strong test, where the task asks for that.
 ///
 /// # Errors
 /// [`Cancelled`], with a mesh of no use.
 ///
 /// # Panics
-/// If an edge has one triangle and an end that is not locked, or more than two.
+/// If an edge has one triangle, an end that is not locked and is not on the raster's rim, or more than two.
 pub fn polish_around(
     task: &Task<'_>,
     options: &Options,
-    locked: u32,
-    centres: &[u32],
+    part: &Part<'_>,
     scratch: &mut Scratch,
     mesh: &mut TileMesh,
 ) -> Result<(), Cancelled> {
-    scratch.net.load_part(locked, mesh);
-    scratch.polish(task, options, Visit::Near(centres), mesh)
+    scratch.net.load_part(part.locked, part.rim, mesh);
+    scratch.polish(task, options, Visit::Near(part.centres), mesh)
 }
 
 impl Scratch {

@@ -1,6 +1,7 @@
 //! The mesh while it is being changed: triangles that know their neighbours.
 
 use super::journal::Journal;
+use crate::base::RasterRim;
 use crate::base::handed_over::{DENSE, clear, make_room};
 use crate::base::lattice::orient;
 use crate::base::mesh::{Domain, TileMesh, Vertex};
@@ -14,7 +15,7 @@ pub(super) const NONE: u32 = crate::kernel::links::NONE;
 pub(super) struct Triangle {
     /// Vertices with positive orientation; all [`NONE`] where there is no triangle any more.
     pub(super) corners: [u32; 3],
-    /// For every side the same edge as a side of the neighbour; [`NONE`] on a loop of the domain.
+    /// For every side the same edge as a side of the neighbour; [`NONE`] on a loop of the domain and on the rim.
     pub(super) twins: [u32; 3],
     /// What is known about its distance from the samples.
     pub(super) fit: Fit,
@@ -51,8 +52,8 @@ impl Triangle {
 enum Lone {
     /// No.
     Refused,
-    /// Where both its ends are locked.
-    BetweenLocked,
+    /// Where both its ends are locked, or it runs along the raster's rim.
+    OfPart(RasterRim),
 }
 
 /// The vertices that are the domain's, of its loops and its points, or that stay for other reasons: those below a number.
@@ -97,14 +98,14 @@ impl Net {
         self.link_all(Lone::Refused);
     }
 
-    /// Takes over a part of a mesh, whose first vertices are locked, and leaves it empty. Edges between these may have one
-    /// triangle.
+    /// Takes over a part of a mesh, whose first vertices are locked, and leaves it empty. Edges between these, and along the
+    /// raster's rim, may have one triangle.
     ///
     /// # Panics
     /// If another edge has, or one has more than two.
-    pub(super) fn load_part(&mut self, locked: u32, mesh: &mut TileMesh) {
+    pub(super) fn load_part(&mut self, locked: u32, rim: RasterRim, mesh: &mut TileMesh) {
         self.take(locked, mesh);
-        self.link_all(Lone::BetweenLocked);
+        self.link_all(Lone::OfPart(rim));
     }
 
     fn take(&mut self, locked: u32, mesh: &mut TileMesh) {
@@ -122,10 +123,14 @@ impl Net {
 
     /// Finds every side's twin. A loop's edge has none, even if another loop runs back along it.
     fn link_all(&mut self, lone: Lone) {
-        let Net { rim, triangles, outgoing, locked, .. } = self;
+        let Net { rim, vertices, triangles, outgoing, locked, .. } = self;
         let count = triangles.len() as u32;
         let is_rim = |a, b| locked.has(a) && locked.has(b) && rim.binary_search(&(a, b)).is_ok();
-        let may_be_lone = |_, high| lone == Lone::BetweenLocked && locked.has(high);
+        let at = |v: u32| vertices[v as usize].at;
+        let may_be_lone = |low, high| match lone {
+            Lone::Refused => false,
+            Lone::OfPart(rim) => locked.has(high) || rim.joins(at(low), at(high)),
+        };
         pair_sides(triangles, count, outgoing, is_rim, may_be_lone);
         for (t, triangle) in (0u32..).zip(&self.triangles) {
             for (i, &v) in (0..).zip(&triangle.corners) {

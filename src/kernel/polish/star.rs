@@ -6,6 +6,7 @@
 use super::energy::{Meter, ONSET, PULL, Sample, energies, largest, total};
 use super::lanes::{Kernel, LANES, Lanes, run};
 use super::net::{Fit, NONE};
+use super::ring::Ring;
 use crate::base::Heights;
 use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::Vertex;
@@ -54,7 +55,7 @@ struct Totals<E> {
 
 impl Star {
     /// Reads the star of an apex inside its ring.
-    pub(super) fn read(&mut self, ring: &[Vertex], apex: Vertex, meter: &Meter<'_>) {
+    pub(super) fn read(&mut self, ring: &Ring, apex: Vertex, meter: &Meter<'_>) {
         self.parts.clear();
         match &meter.tile().heights {
             Heights::F32(heights) => run(Read { star: self, ring, apex, meter, heights }),
@@ -78,14 +79,15 @@ impl Star {
     /// The Gauss–Newton step of the apex: lattice steps across and down, tolerances up.
     ///
     /// When the apex of a plane with the gradient (p, q) goes by (x, y, z), the error at a sample changes by its share of
-    /// z − p·x − q·y, to first order: two sums per triangle are all that is needed of the samples. Damped a little.
-    pub(super) fn step(&self) -> [f64; 3] {
+    /// z − p·x − q·y, to first order: two sums per triangle are all that is needed of the samples. Damped a little. It stays
+    /// where it is across or down unless it is `free` to go there.
+    pub(super) fn step(&self, free: [bool; 2]) -> [f64; 3] {
         const DAMPING: f64 = 1e-3;
         let (mut slope, mut curve) = ([0.0f64; 3], [[0.0f64; 3]; 3]);
         for &Part { start, behind, gradient: [p, q], .. } in &self.parts {
             let (share, error) = (&self.share[start..behind], &self.error[start..behind]);
             let (falls, bends) = run(Derivatives { share, error });
-            let along = [-p, -q, 1.0];
+            let along = [if free[0] { -p } else { 0.0 }, if free[1] { -q } else { 0.0 }, 1.0];
             for i in 0..3 {
                 slope[i] += f64::from(falls) * along[i];
                 for j in 0..3 {
@@ -113,7 +115,7 @@ fn solve([[a, b, c], [_, d, e], [_, _, f]]: [[f64; 3]; 3], [x, y, z]: [f64; 3]) 
 
 struct Read<'a, 'b, H> {
     star: &'a mut Star,
-    ring: &'a [Vertex],
+    ring: &'a Ring,
     apex: Vertex,
     meter: &'a Meter<'b>,
     heights: &'a [H],
@@ -132,9 +134,10 @@ impl<H: Sample> Kernel for Read<'_, '_, H> {
 
     #[inline(always)]
     fn run<L: Lanes>(mut self, _: L) {
-        let (mut len, k) = (0, self.ring.len());
-        for i in 0..k {
-            let corners = [self.apex, self.ring[i], self.ring[(i + 1) % k]];
+        let mut len = 0;
+        for i in 0..self.ring.triangles() {
+            let [from, to] = self.ring.edge(i);
+            let corners = [self.apex, from, to];
             let start = len;
             let plane = Plane::new(corners[0], corners[1], corners[2]);
             len = self.samples(corners, &plane, len);
@@ -333,9 +336,9 @@ mod tests {
         if weighted { tile.with_weights(weights) } else { tile }
     }
 
-    fn ring() -> Vec<Vertex> {
+    fn ring() -> Ring {
         let places = [(2, 3), (40, 1), (84, 20), (80, 66), (31, 70), (1, 44)];
-        places.map(|(x, y)| Vertex { at: Point { x, y }, height: f64::from(x - y) * 0.01 }).to_vec()
+        Ring::closed(places.map(|(x, y)| Vertex { at: Point { x, y }, height: f64::from(x - y) * 0.01 }))
     }
 
     /// The meter, which reads every triangle anew, is the oracle.
@@ -349,8 +352,9 @@ mod tests {
             star.read(&ring, apex, &meter);
             for rise in [-2.0f32, -0.3, 0.0, 0.7, 5.0] {
                 let raised = Vertex { height: apex.height + f64::from(rise) * 2.0, ..apex };
-                for i in 0..ring.len() {
-                    let corners = [raised, ring[i], ring[(i + 1) % ring.len()]];
+                for i in 0..ring.triangles() {
+                    let [from, to] = ring.edge(i);
+                    let corners = [raised, from, to];
                     let (fit, known) = (meter.fit(corners, f32::INFINITY), star.fit(i, rise));
                     assert!((fit.worst - known.worst).abs() <= 1e-4 * fit.worst, "{fit:?} {known:?}");
                     assert!((fit.energy - known.energy).abs() <= 1e-3 * fit.energy, "{fit:?} {known:?}");
@@ -371,14 +375,14 @@ mod tests {
     #[test]
     fn no_other_height_is_better_than_the_best_and_a_step_leads_down() {
         let (ring, tile) = (ring(), tile(false));
-        let energy = |star: &Star, rise: f32| -> f32 { (0..ring.len()).map(|i| star.fit(i, rise).energy).sum() };
+        let energy = |star: &Star, rise: f32| -> f32 { (0..ring.triangles()).map(|i| star.fit(i, rise).energy).sum() };
         for feasibility in [Feasibility::Weak, Feasibility::Strong] {
             let meter = Meter::new(Tester::new(&tile, 2.0, feasibility), 2.0);
             let apex = Vertex { at: Point { x: 45, y: 33 }, height: 9.0 };
             let mut star = Star::default();
             star.read(&ring, apex, &meter);
             let (rise, least) = star.best_rise();
-            let [x, y, up] = star.step();
+            let [x, y, up] = star.step([true; 2]);
             assert!(rise < 0.0 && up < 0.0 && least < energy(&star, 0.0), "{rise} {least}");
             if feasibility == Feasibility::Weak {
                 for other in [-0.1, -0.02, 0.02, 0.1] {

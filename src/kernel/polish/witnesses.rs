@@ -4,6 +4,7 @@
 //! triangle's.
 
 use super::energy::{ONSET, energy};
+use super::ring::Ring;
 use crate::base::Tile;
 use crate::base::lattice::{Point, STEPS, orient};
 use crate::base::mesh::Vertex;
@@ -41,17 +42,17 @@ impl Witness {
 
     /// The same for the triangles from a ring to an apex inside it, and which of them it is.
     #[inline(always)]
-    fn under_fan(&self, ring: &[Vertex], apex: Vertex) -> Option<(usize, f64)> {
-        let k = ring.len();
-        let side = |i: usize| orient(apex.at, ring[i].at, self.at);
+    fn under_fan(&self, ring: &Ring, apex: Vertex) -> Option<(usize, f64)> {
+        let vertices = &ring.vertices[..];
+        let side = |i: usize| orient(apex.at, vertices[i].at, self.at);
         let mut behind = side(0);
-        for i in 0..k {
-            let j = if i + 1 == k { 0 } else { i + 1 };
+        for i in 0..ring.triangles() {
+            let j = ring.end(i);
             let ahead = side(j);
             if behind >= 0 && ahead <= 0 {
-                let area = orient(apex.at, ring[i].at, ring[j].at);
+                let area = orient(apex.at, vertices[i].at, vertices[j].at);
                 let weights = [area - behind + ahead, -ahead, behind];
-                return Some((i, self.share([apex.height, ring[i].height, ring[j].height], weights)));
+                return Some((i, self.share([apex.height, vertices[i].height, vertices[j].height], weights)));
             }
             behind = ahead;
         }
@@ -98,7 +99,7 @@ impl Witnesses {
 
     /// Adds up the witnesses' energies by the triangles that a ring has with an apex; returns the sum. Stops, with any
     /// sum above the limit, where they exceed it or one is farther than `farthest`.
-    pub(super) fn speak(&mut self, ring: &[Vertex], apex: Vertex, limit: f32, farthest: f32, parts: &mut [f32]) -> f32 {
+    pub(super) fn speak(&mut self, ring: &Ring, apex: Vertex, limit: f32, farthest: f32, parts: &mut [f32]) -> f32 {
         let mut sum = 0.0;
         for i in 0..self.known.len() {
             let Some((part, t)) = self.known[i].under_fan(ring, apex) else { continue };
@@ -114,7 +115,7 @@ impl Witnesses {
     }
 
     /// The energy beyond the onset of the witnesses that are in none of every `stride`th row.
-    pub(super) fn between_rows(&self, ring: &[Vertex], apex: Vertex, stride: i32) -> f32 {
+    pub(super) fn between_rows(&self, ring: &Ring, apex: Vertex, stride: i32) -> f32 {
         let between = self.known.iter().filter(|w| (w.at.y / STEPS) % stride != 0);
         let shares = between.filter_map(|w| w.under_fan(ring, apex));
         shares.map(|(_, t)| (t as f32 - ONSET).max(0.0).powi(2)).sum()
@@ -131,25 +132,26 @@ mod tests {
     }
 
     /// A level star around (4, 4), and a spike of 3 at (5, 2).
-    fn scene() -> (Tile, [Vertex; 4], Vertex, usize) {
+    fn scene() -> (Tile, Ring, Vertex, usize) {
         let mut heights = vec![0.0f32; 81];
         heights[2 * 9 + 5] = 3.0;
         let ring = [at(0, 0, 0.0), at(8, 0, 0.0), at(8, 8, 0.0), at(0, 8, 0.0)];
-        (Tile::from_heights(9, 9, Heights::F32(heights)), ring, at(4, 4, 0.0), 2 * 9 + 5)
+        (Tile::from_heights(9, 9, Heights::F32(heights)), Ring::closed(ring), at(4, 4, 0.0), 2 * 9 + 5)
     }
 
     #[test]
     fn a_witness_says_what_its_sample_says() {
         let (tile, ring, apex, spike) = scene();
+        let [[first, second], [_, third]] = [ring.edge(0), ring.edge(1)];
         let mut witnesses = Witnesses::default();
         witnesses.note(spike, &tile, 0.5);
         let mut parts = [0.0; 4];
         let said = witnesses.speak(&ring, apex, f32::INFINITY, f32::INFINITY, &mut parts);
         assert_eq!(said, energy(1.5));
         assert_eq!(parts, [said, 0.0, 0.0, 0.0], "the spike is in the first triangle");
-        assert!(witnesses.speak_against([ring[0], ring[1], apex], said));
-        assert!(!witnesses.speak_against([ring[0], ring[1], apex], said * 1.01), "it says no more than it knows");
-        assert!(!witnesses.speak_against([ring[1], ring[2], apex], 0.0), "nor of a triangle that it is not in");
+        assert!(witnesses.speak_against([apex, first, second], said));
+        assert!(!witnesses.speak_against([apex, first, second], said * 1.01), "it says no more than it knows");
+        assert!(!witnesses.speak_against([apex, second, third], 0.0), "nor of a triangle that it is not in");
     }
 
     #[test]

@@ -21,12 +21,13 @@ pub(super) use lines::Lines;
 
 use self::region::Region;
 use super::{Maker, Run, Workspace};
+use crate::base::RasterRim;
 use crate::base::mesh::Domain;
 use crate::base::tiling::TilePlace;
 use crate::job::spool::Chunks;
 use crate::job::{Error, quality};
 use crate::kernel::measure::{Bare, Bound, HeightStats, ShapeStats, measure, shape};
-use crate::kernel::polish;
+use crate::kernel::polish::{self, Part};
 use crate::kernel::triangulate::insertion::mend;
 use crate::kernel::triangulate::{EngineScratch, Task};
 
@@ -57,9 +58,10 @@ impl Maker for SeamMaker {
             let task = Task { tile, domain: &Domain::default(), tolerance, feasibility, max_stray, cancel };
             let options = quality::polishing(job.params);
             let Region { mesh, locked, seams, .. } = &mut self.region;
-            mend(&task, &mut self.engine, mesh)?;
+            mend(&task, RasterRim::default(), &mut self.engine, mesh)?;
             options.map_or(Ok(()), |options| {
-                polish::polish_around(&task, &options, *locked, seams, &mut self.polish, mesh)
+                let part = Part { locked: *locked, centres: seams, rim: RasterRim::default() };
+                polish::polish_around(&task, &options, &part, &mut self.polish, mesh)
             })
         })?;
         let errors = clocks.measure.time(|| {

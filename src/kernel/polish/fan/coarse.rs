@@ -18,7 +18,8 @@ impl Fan {
         if meter.edges().is_some() {
             return 1;
         }
-        let (low, high) = self.ring.iter().fold((i32::MAX, i32::MIN), |(l, h), v| (l.min(v.at.y), h.max(v.at.y)));
+        let (low, high) =
+            self.ring.vertices.iter().fold((i32::MAX, i32::MIN), |(l, h), v| (l.min(v.at.y), h.max(v.at.y)));
         let times = ((high - low) / STEPS) as u32 / rows;
         1 << times.clamp(1, LONGEST_STRIDE).ilog2()
     }
@@ -46,7 +47,7 @@ impl Fan {
     /// is not, either.
     fn coarse_energy(&mut self, apex: Vertex, limit: f32, stride: i32, meter: &Meter<'_>) -> f32 {
         let mut sum = self.witnesses.between_rows(&self.ring, apex, stride);
-        for turn in 0..self.ring.len() {
+        for turn in 0..self.ring.triangles() {
             let below = sum < limit;
             if !below {
                 return f32::INFINITY;

@@ -5,10 +5,10 @@
 //! strays. Where a locked edge is in the way, an edge may be left.
 
 use super::first::loop_edges;
-use super::refine::Refinement;
-use super::surface::Site;
+use super::refine::{FreeRim, Refinement};
 use super::topology::{next, prev};
 use super::{InsertionOptions, Scratch, Task};
+use crate::base::RasterRim;
 use crate::base::control::Cancelled;
 use crate::base::mesh::TileMesh;
 use crate::kernel::triangulate::EngineScratch;
@@ -16,13 +16,18 @@ use crate::kernel::triangulate::feasible::{Stray, Tester};
 
 /// Inserts samples into a mesh of the task's tile, or of a part of it, until no edge of two triangles strays farther than it may.
 /// Every triangle is to be within the tolerance before, and is after. Vertices stay, new ones follow; edges of one triangle
-/// stay. Returns how many edges stray all the same, next to such edges.
+/// stay, but for those along `rim`, which may be split. Returns how many edges stray all the same, next to edges that stay.
 ///
 /// Where nothing strays the mesh is left as it is, for the price of a look at its edges.
 ///
 /// # Errors
 /// [`Cancelled`], with a mesh of no use.
-pub fn mend(task: &Task<'_>, scratch: &mut EngineScratch, mesh: &mut TileMesh) -> Result<u64, Cancelled> {
+pub fn mend(
+    task: &Task<'_>,
+    rim: RasterRim,
+    scratch: &mut EngineScratch,
+    mesh: &mut TileMesh,
+) -> Result<u64, Cancelled> {
     task.cancel.check()?;
     let tester = Tester::new(task.tile, task.tolerance, task.feasibility).with_max_stray(task.max_stray);
     if !tester.limits_strays() || !mesh.triangles.iter().any(|&t| strays(&tester, mesh, t)) {
@@ -34,8 +39,7 @@ pub fn mend(task: &Task<'_>, scratch: &mut EngineScratch, mesh: &mut TileMesh) -
     scratch.surface.topology.load(&mesh.triangles, scratch.surface.vertices.len(), &loop_edges(task.domain));
     mesh.clear();
     let mut refinement = scratch.refine(InsertionOptions::default(), task);
-    // Samples on locked edges are within the tolerance as they are.
-    refinement.rim_is_loose = true;
+    refinement.free_rim = FreeRim::Along(rim);
     let left = refinement.mend(&tester)?;
     refinement.finish(mesh);
     scratch.hand_over();
@@ -94,12 +98,7 @@ impl Refinement<'_> {
         let samples: Vec<u64> = all.flatten().collect();
         samples.into_iter().any(|sample| {
             let site = self.surface.locate(t, self.place(sample));
-            let is_free = match site {
-                Site::Triangle(_) => true,
-                Site::Edge(e) => !self.surface.topology.is_locked(e),
-                Site::Vertex(_) | Site::Outside => false,
-            };
-            is_free && self.insert_at(site, sample).is_some()
+            !self.stays(site) && self.insert_at(site, sample).is_some()
         })
     }
 

@@ -23,7 +23,7 @@ mod topology;
 
 use self::candidates::Candidates;
 use self::data_dependent::Fits;
-use self::refine::Refinement;
+use self::refine::{FreeRim, Refinement};
 use self::scan::{Candidate, Scanner};
 use self::squares::Squares;
 use self::surface::Surface;
@@ -117,7 +117,7 @@ impl Scratch {
             measure: None,
             beyond: &mut self.beyond,
             rim_is_loose: task.tile.channel_error.is_some(),
-            rim_is_free: false,
+            free_rim: FreeRim::None,
             sum: 0.0,
             most: usize::MAX,
             steps: None,
@@ -224,7 +224,7 @@ impl GreedyInsertion {
         mesh: &mut TileMesh,
     ) -> Result<Vec<Step>, Cancelled> {
         let mut refinement = scratch.begin(self.options, task, task.domain, mesh);
-        refinement.rim_is_free = true;
+        refinement.free_rim = FreeRim::All;
         refinement.most = most;
         refinement.scan_all()?;
         if steps {

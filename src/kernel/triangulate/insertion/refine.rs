@@ -8,6 +8,7 @@ use super::scan::{Candidate, Scanner};
 use super::squares::Squares;
 use super::surface::{Site, Surface};
 use super::topology::next;
+use crate::base::RasterRim;
 use crate::base::control::{CancelToken, Cancelled};
 use crate::base::handed_over::{DENSE, make_room};
 use crate::base::lattice::Point;
@@ -33,8 +34,8 @@ pub(super) struct Refinement<'a> {
     /// larger tolerance, which the first such candidate tells; or there are channels, where rounding differs between a line
     /// and a triangle.
     pub(super) rim_is_loose: bool,
-    /// Whether the rim is refined like everything else: then its edges are split, which no neighbour knows of.
-    pub(super) rim_is_free: bool,
+    /// Which of the rim is refined like everything else: its edges are split, which no neighbour knows of.
+    pub(super) free_rim: FreeRim,
     /// The sum of squared errors, where steps are noted.
     pub(super) sum: f64,
     /// Insertions end at this number of vertices.
@@ -43,6 +44,17 @@ pub(super) struct Refinement<'a> {
     pub(super) steps: Option<Vec<Step>>,
     pub(super) options: InsertionOptions,
     pub(super) cancel: &'a CancelToken,
+}
+
+/// Which locked edges may be split.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum FreeRim {
+    /// None.
+    None,
+    /// All.
+    All,
+    /// Those along the raster's own rim.
+    Along(RasterRim),
 }
 
 /// How a refinement stands.
@@ -167,8 +179,18 @@ impl Refinement<'_> {
     }
 
     /// Whether a place is on a locked edge that stays as it is.
-    fn stays(&self, site: Site) -> bool {
-        matches!(site, Site::Edge(e) if self.surface.topology.is_locked(e)) && !self.rim_is_free
+    pub(super) fn stays(&self, site: Site) -> bool {
+        let Site::Edge(e) = site else { return false };
+        let ends = || [e, next(e)].map(|e| self.surface.at(self.surface.topology.origin(e)));
+        self.surface.topology.is_locked(e)
+            && match self.free_rim {
+                FreeRim::None => true,
+                FreeRim::All => false,
+                FreeRim::Along(rim) => {
+                    let [p, q] = ends();
+                    !rim.joins(p, q)
+                }
+            }
     }
 
     /// Looks again at the triangles along the rim, now that samples on it are known to be farther than the tolerance.
