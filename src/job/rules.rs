@@ -366,7 +366,7 @@ pub fn default_max_stray(features: FeatureSet, quality: Quality) -> f64 {
 }
 
 /// See [`default_max_stray`]. The price of other limits stands in docs/quality.md.
-const MAX_STRAY: f64 = f64::INFINITY;
+const MAX_STRAY: f64 = 1.5;
 
 /// The engine where none is named, once it is known whether meshes are polished: greedy cuts with an order of theirs, or
 /// alone, where they are the fastest; greedy insertion for polishing, which comes to fewer triangles from there, and

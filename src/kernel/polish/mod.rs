@@ -77,7 +77,7 @@ impl Effort {
 }
 
 /// Sharper triangles can be seen, and save little.
-const MIN_ANGLE: f64 = 0.0;
+const MIN_ANGLE: f64 = 2.0;
 
 /// What heights the vertices have that polishing moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]

@@ -4,8 +4,11 @@
 //! cell. So of a side that is crossed a sample is inserted, then whatever that leaves beyond the tolerance, until no edge
 //! strays. Where a locked edge is in the way, an edge may be left.
 
+use std::collections::HashSet;
+
 use super::first::loop_edges;
 use super::refine::{FreeRim, Refinement};
+use super::surface::Site;
 use super::topology::{next, prev};
 use super::{InsertionOptions, Scratch, Task};
 use crate::base::RasterRim;
@@ -13,6 +16,9 @@ use crate::base::control::Cancelled;
 use crate::base::mesh::TileMesh;
 use crate::kernel::triangulate::EngineScratch;
 use crate::kernel::triangulate::feasible::{Stray, Tester};
+
+/// Edges between two looks at the cancellation token.
+const EDGES_BETWEEN_CHECKS: u32 = 4096;
 
 /// Inserts samples into a mesh of the task's tile, or of a part of it, until no edge of two triangles strays farther than it may.
 /// Every triangle is to be within the tolerance before, and is after. Vertices stay, new ones follow; edges of one triangle
@@ -52,21 +58,30 @@ fn strays(tester: &Tester<'_>, mesh: &TileMesh, [a, b, c]: [u32; 3]) -> bool {
     [(a, b), (b, c), (c, a)].iter().any(|&(p, q)| p < q && tester.stray(vertex(p), vertex(q)).is_some())
 }
 
+/// What can be done about an edge that strays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Way {
+    /// A sample was inserted, or edges were turned.
+    Done,
+    /// An edge that stays is in the way.
+    Blocked,
+}
+
 impl Refinement<'_> {
     /// See [`mend`].
     fn mend(&mut self, tester: &Tester<'_>) -> Result<u64, Cancelled> {
+        let mut turned = HashSet::new();
         loop {
             let (mut mended, mut left) = (false, 0);
             let mut e = 0;
             while e < 3 * self.surface.topology.len() {
-                if e.is_multiple_of(1024) {
+                if e.is_multiple_of(EDGES_BETWEEN_CHECKS) {
                     self.cancel.check()?;
                 }
                 if let Some(stray) = self.stray_at(tester, e) {
-                    if self.put_in(e, &stray) || self.turn(tester, e) {
-                        mended = true;
-                    } else {
-                        left += 1;
+                    match self.mend_edge(tester, e, &stray, &mut turned) {
+                        Way::Done => mended = true,
+                        Way::Blocked => left += 1,
                     }
                 }
                 e += 1;
@@ -88,34 +103,67 @@ impl Refinement<'_> {
         tester.stray(p, q)
     }
 
-    /// Inserts a sample of the side that an edge strays at, or else one of the edge's triangles. Returns whether there was one.
-    fn put_in(&mut self, e: u32, stray: &Stray) -> bool {
-        let (t, u) = (e / 3, self.surface.topology.twin(e) / 3);
+    /// Inserts a sample of the side that an edge strays at. Where both are vertices turns the edge, or, as a last resort, those
+    /// around it that are not Delaunay.
+    fn mend_edge(&mut self, tester: &Tester<'_>, e: u32, stray: &Stray, turned: &mut HashSet<[u32; 2]>) -> Way {
         let width = self.scanner.tile.width;
-        let of_side = stray.side.map(|(column, row)| Some((row * width + column) as u64));
-        let of_triangle = |t: u32| self.scanner.farthest_inside(self.surface.corners(t), self.locked(t));
-        let all = of_side.into_iter().chain([of_triangle(t), of_triangle(u)]);
-        let samples: Vec<u64> = all.flatten().collect();
-        samples.into_iter().any(|sample| {
-            let site = self.surface.locate(t, self.place(sample));
-            !self.stays(site) && self.insert_at(site, sample).is_some()
-        })
+        let mut are_vertices = true;
+        for (column, row) in stray.side {
+            let sample = (row * width + column) as u64;
+            let site = self.surface.locate(e / 3, self.place(sample));
+            if !self.stays(site) && self.insert_at(site, sample).is_some() {
+                return Way::Done;
+            }
+            are_vertices &= matches!(site, Site::Vertex(_));
+        }
+        if are_vertices && (self.turn(tester, e, turned) || self.legalize_near(e)) { Way::Done } else { Way::Blocked }
     }
 
-    /// Turns an edge, if its triangles are then within the tolerance and the new edge does not stray.
-    fn turn(&mut self, tester: &Tester<'_>, e: u32) -> bool {
+    /// Turns an edge, if its triangles are then within the tolerance and the new edge does not stray. None is turned twice.
+    fn turn(&mut self, tester: &Tester<'_>, e: u32, turned: &mut HashSet<[u32; 2]>) -> bool {
         if !self.surface.is_convex(e) {
             return false;
         }
-        let ends = [prev(e), prev(self.surface.topology.twin(e))].map(|e| self.surface.topology.origin(e));
-        let [p, q] = ends.map(|v| self.surface.vertices[v as usize]);
-        let [x, y] = [e, next(e)].map(|e| self.surface.vertices[self.surface.topology.origin(e) as usize]);
+        let topology = &self.surface.topology;
+        let numbers = [e, next(e), prev(e), prev(topology.twin(e))].map(|e| topology.origin(e));
+        let [x, y, p, q] = numbers.map(|v| self.surface.vertices[v as usize]);
         let fits = |corners| self.scanner.candidate(corners, [false; 3]).is_none();
         if !tester.may_join(p, q) || !fits([x, q, p]) || !fits([q, y, p]) {
             return false;
         }
-        let [t, u] = self.surface.topology.flip(e);
-        [t, u].into_iter().for_each(|t| self.rescan(t));
+        if !turned.insert([numbers[0].min(numbers[1]), numbers[0].max(numbers[1])]) {
+            return false;
+        }
+        let both = self.surface.topology.flip(e);
+        both.into_iter().for_each(|t| self.rescan(t));
         true
+    }
+
+    /// Turns the nearest edges that are not Delaunay, and those that are not because of it.
+    fn legalize_near(&mut self, e: u32) -> bool {
+        let mut reached = vec![e / 3];
+        let mut seen = vec![false; self.surface.topology.len() as usize];
+        seen[e as usize / 3] = true;
+        let mut ahead = 0;
+        while ahead < reached.len() {
+            let behind = reached.len();
+            let suspects = reached[ahead..].iter().flat_map(|&t| 3 * t..3 * t + 3).collect();
+            let changed = self.surface.legalize_from(suspects);
+            if !changed.is_empty() {
+                changed.into_iter().for_each(|t| self.rescan(t));
+                return true;
+            }
+            for i in ahead..behind {
+                for side in 3 * reached[i]..3 * reached[i] + 3 {
+                    let is_locked = self.surface.topology.is_locked(side);
+                    let beyond = self.surface.topology.twin(side) / 3;
+                    if !is_locked && !std::mem::replace(&mut seen[beyond as usize], true) {
+                        reached.push(beyond);
+                    }
+                }
+            }
+            ahead = behind;
+        }
+        false
     }
 }

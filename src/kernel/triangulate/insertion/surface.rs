@@ -156,7 +156,12 @@ impl Surface {
 
     /// Makes a whole triangulation Delaunay but for locked edges.
     pub(super) fn legalize_all(&mut self) {
-        let mut pending: Vec<u32> = (0..3 * self.topology.len()).rev().collect();
+        self.legalize_from((0..3 * self.topology.len()).rev().collect());
+    }
+
+    /// Makes these edges Delaunay, and those that are not because of it; returns the triangles that have changed.
+    pub(super) fn legalize_from(&mut self, mut pending: Vec<u32>) -> Vec<u32> {
+        let mut changed = Vec::new();
         while let Some(e) = pending.pop() {
             if self.topology.is_locked(e) {
                 continue;
@@ -166,7 +171,11 @@ impl Surface {
             if in_circle(x, y, p, q) {
                 let [t, u] = self.topology.flip(e);
                 pending.extend([3 * t, 3 * t + 2, 3 * u, 3 * u + 1]);
+                changed.extend([t, u]);
             }
         }
+        changed.sort_unstable();
+        changed.dedup();
+        changed
     }
 }
