@@ -96,6 +96,19 @@ impl Cut {
         }
     }
 
+    /// The tile that owns a sample.
+    fn tile_at(&self, sample: usize) -> usize {
+        let mut tile = (sample / self.tile).min(self.count - 1);
+        // The last tiles share what is left, and shifted ones begin elsewhere: no more than two steps.
+        while tile + 1 < self.count && self.start(tile + 1) <= sample {
+            tile += 1;
+        }
+        while self.start(tile) > sample {
+            tile -= 1;
+        }
+        tile
+    }
+
     /// The first sample of tile `i`; of tile `count`: the last sample of all.
     fn start(&self, i: usize) -> usize {
         if self.shifted {
@@ -143,6 +156,24 @@ impl TileGrid {
         if self.len() == 1 { None } else { cut() }
     }
 
+    /// The grid whose lines from top to bottom run through the middle of these tiles, and the others where they are. `None`
+    /// where there is no line of one of the two kinds, so that none crosses another, or tiles have no middle.
+    pub fn shifted_across(&self) -> Option<TileGrid> {
+        let shifted = self.shifted()?;
+        self.has_corners().then_some(TileGrid { across: shifted.across, down: self.down })
+    }
+
+    /// The same with lines from left to right.
+    pub fn shifted_down(&self) -> Option<TileGrid> {
+        let shifted = self.shifted()?;
+        self.has_corners().then_some(TileGrid { across: self.across, down: shifted.down })
+    }
+
+    /// Whether there are places where four tiles meet.
+    fn has_corners(&self) -> bool {
+        self.columns() > 1 && self.rows() > 1
+    }
+
     /// Whether every tile fits the lattice's exact arithmetic.
     pub fn fits_lattice(&self) -> bool {
         self.across.tile <= MAX_TILE_CELLS && self.down.tile <= MAX_TILE_CELLS
@@ -176,6 +207,11 @@ impl TileGrid {
     /// The number of a tile, counted row by row.
     pub fn index(&self, id: TileId) -> usize {
         id.row * self.columns() + id.column
+    }
+
+    /// The tile that owns a sample.
+    pub fn owner(&self, column: usize, row: usize) -> TileId {
+        TileId { column: self.across.tile_at(column), row: self.down.tile_at(row) }
     }
 
     /// The samples of a tile, rim included.
@@ -231,13 +267,18 @@ mod tests {
         #[test]
         fn every_sample_is_owned_once(width in 2usize..300, height in 2usize..300, tile in 0usize..70) {
             let grid = TileGrid::new(width, height, tile);
-            for grid in [Some(grid), grid.shifted()].into_iter().flatten() {
+            let shifted = [grid.shifted(), grid.shifted_across(), grid.shifted_down()];
+            for grid in std::iter::once(grid).chain(shifted.into_iter().flatten()) {
                 let places = || (0..grid.len()).map(|index| grid.place(index));
                 prop_assert_eq!(places().map(|p| p.owned_samples()).sum::<u64>(), (width * height) as u64);
                 for place in places() {
                     prop_assert_eq!(grid.place_of(place.id), place);
                     prop_assert_eq!(place.last_column, place.window.column + place.window.width == width);
                     prop_assert_eq!(place.last_row, place.window.row + place.window.height == height);
+                    let (columns, rows) = place.owned();
+                    for (column, row) in [(0, 0), (columns - 1, rows - 1)] {
+                        prop_assert_eq!(grid.owner(place.window.column + column, place.window.row + row), place.id);
+                    }
                 }
             }
         }

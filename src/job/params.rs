@@ -107,9 +107,10 @@ impl Params {
         Ok(rules::check(self.features().and(FeatureSet::of_field(field)))?)
     }
 
-    /// How many passes a run makes over the tiles of a grid, each of which keeps its chunks until the end.
+    /// How many passes a run makes over the tiles of a grid. In a work dir each keeps its chunks until the end; else until the
+    /// next one is done.
     pub fn passes(&self, grid: TileGrid) -> u64 {
-        if passes::shifted(grid, self.quality).is_some() { 2 } else { 1 }
+        passes::passes_over(grid, passes::polishes_seams(self.quality)).len() as u64
     }
 
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
