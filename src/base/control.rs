@@ -47,6 +47,10 @@ pub enum Stage {
     Triangulate,
     /// Polishing once more, with the seams between tiles.
     Seams,
+    /// Polishing where lines of that grid have crossed seams that run down.
+    CrossingsAcross,
+    /// The same where seams run across.
+    CrossingsDown,
     /// Writing the output file.
     Write,
     /// Finding out which ground a mesh is to cover.

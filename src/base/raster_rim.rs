@@ -21,6 +21,11 @@ impl RasterRim {
         }
     }
 
+    /// Whether a place is on two sides.
+    pub fn is_corner(&self, p: Point) -> bool {
+        self.columns.contains(&Some(p.x)) && self.rows.contains(&Some(p.y))
+    }
+
     /// Whether two places are on one of the sides.
     #[inline]
     pub fn joins(&self, p: Point, q: Point) -> bool {
@@ -42,6 +47,7 @@ mod tests {
         assert!(!rim.joins(at(0, 3), at(1, 0)), "around a corner");
         assert!(!rim.joins(at(16, 1), at(16, 2)) && !rim.joins(at(3, 12), at(4, 12)), "other tiles follow");
         assert!(!rim.joins(at(4, 4), at(4, 8)), "inside");
+        assert!(rim.is_corner(at(0, 0)) && !rim.is_corner(at(16, 0)) && !rim.is_corner(at(0, 4)));
         let alone = RasterRim::of(&TilePlace::alone(5, 4));
         assert!(alone.joins(at(16, 1), at(16, 2)) && alone.joins(at(3, 12), at(4, 12)));
         assert!(!RasterRim::default().joins(at(0, 0), at(0, 4)));

@@ -96,6 +96,19 @@ impl Cut {
         }
     }
 
+    /// The tile that owns a sample.
+    fn tile_at(&self, sample: usize) -> usize {
+        let mut tile = (sample / self.tile).min(self.count - 1);
+        // The last tiles share what is left, and shifted ones begin elsewhere: no more than two steps.
+        while tile + 1 < self.count && self.start(tile + 1) <= sample {
+            tile += 1;
+        }
+        while self.start(tile) > sample {
+            tile -= 1;
+        }
+        tile
+    }
+
     /// The first sample of tile `i`; of tile `count`: the last sample of all.
     fn start(&self, i: usize) -> usize {
         if self.shifted {
@@ -137,10 +150,20 @@ impl TileGrid {
     }
 
     /// The grid whose lines run through the middle of these tiles, so that it has their lines inside its own tiles,
-    /// which are no larger, one more each way. `None` where there is no line, or tiles have no middle.
+    /// which are no larger, one more each way. Where there is no line, none is shifted. `None` where tiles have no middle.
     pub fn shifted(&self) -> Option<TileGrid> {
-        let cut = || Some(TileGrid { across: self.across.shifted()?, down: self.down.shifted()? });
-        if self.len() == 1 { None } else { cut() }
+        Some(TileGrid { across: self.across.shifted()?, down: self.down.shifted()? })
+    }
+
+    /// The grid whose lines from top to bottom run through the middle of these tiles, and the others where they are. `None`
+    /// where tiles have no middle.
+    pub fn shifted_across(&self) -> Option<TileGrid> {
+        Some(TileGrid { down: self.down, ..self.shifted()? })
+    }
+
+    /// The same with lines from left to right.
+    pub fn shifted_down(&self) -> Option<TileGrid> {
+        Some(TileGrid { across: self.across, ..self.shifted()? })
     }
 
     /// Whether every tile fits the lattice's exact arithmetic.
@@ -176,6 +199,11 @@ impl TileGrid {
     /// The number of a tile, counted row by row.
     pub fn index(&self, id: TileId) -> usize {
         id.row * self.columns() + id.column
+    }
+
+    /// The tile that owns a sample.
+    pub fn owner(&self, column: usize, row: usize) -> TileId {
+        TileId { column: self.across.tile_at(column), row: self.down.tile_at(row) }
     }
 
     /// The samples of a tile, rim included.
@@ -231,13 +259,18 @@ mod tests {
         #[test]
         fn every_sample_is_owned_once(width in 2usize..300, height in 2usize..300, tile in 0usize..70) {
             let grid = TileGrid::new(width, height, tile);
-            for grid in [Some(grid), grid.shifted()].into_iter().flatten() {
+            let shifted = [grid.shifted(), grid.shifted_across(), grid.shifted_down()];
+            for grid in std::iter::once(grid).chain(shifted.into_iter().flatten()) {
                 let places = || (0..grid.len()).map(|index| grid.place(index));
                 prop_assert_eq!(places().map(|p| p.owned_samples()).sum::<u64>(), (width * height) as u64);
                 for place in places() {
                     prop_assert_eq!(grid.place_of(place.id), place);
                     prop_assert_eq!(place.last_column, place.window.column + place.window.width == width);
                     prop_assert_eq!(place.last_row, place.window.row + place.window.height == height);
+                    let (columns, rows) = place.owned();
+                    for (column, row) in [(0, 0), (columns - 1, rows - 1)] {
+                        prop_assert_eq!(grid.owner(place.window.column + column, place.window.row + row), place.id);
+                    }
                 }
             }
         }
@@ -246,7 +279,7 @@ mod tests {
         fn shifted_tiles_have_the_lines_inside(width in 2usize..3000, height in 2usize..50, tile in 0usize..700) {
             let grid = TileGrid::new(width, height, tile);
             let Some(shifted) = grid.shifted() else {
-                prop_assert!(grid.len() == 1 || tile < 4);
+                prop_assert!(tile < 4);
                 return Ok(());
             };
             let of = |grid: &TileGrid, column| grid.window(TileId { column, row: 0 });

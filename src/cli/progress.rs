@@ -116,6 +116,8 @@ fn title(stage: Stage) -> &'static str {
         Stage::Survey => "surveying",
         Stage::Triangulate => "triangulating",
         Stage::Seams => "over seams",
+        Stage::CrossingsAcross => "crossings 1/2",
+        Stage::CrossingsDown => "crossings 2/2",
         Stage::Write => "writing",
         Stage::Ground => "finding the ground",
         Stage::Sort => "sorting",

@@ -29,7 +29,7 @@ fn decode(bytes: &[u8]) {
     let mut chunk = Chunk::default();
     let is_read = codec::decode(bytes, &mut chunk).is_ok();
     if is_read {
-        let in_tile = (chunk.vertices.len() + chunk.foreign.len()) as u64;
+        let in_tile = (chunk.vertices.len() + chunk.borrows()) as u64;
         assert!(chunk.triangles.as_flattened().iter().all(|&i| u64::from(i) < in_tile));
         assert!(chunk.attributes.iter().all(|a| a.values.len() == chunk.vertices.len()));
         // By bytes: NaN differs from itself.
@@ -97,6 +97,7 @@ fn a_chunk(from: &mut Bytes<'_>) -> Chunk {
             south: count(from),
         },
         shared: count(from),
+        pending: count(from),
         vertices: (0..vertices).map(|_| vertex(from)).collect(),
         foreign: (0..borrowed).map(|_| foreign(from)).collect(),
         borrowed: (0..from.within(0, borrowed)).map(|_| vertex(from)).collect(),

@@ -120,9 +120,10 @@ impl Params {
         self.max_stray.unwrap_or_else(|| rules::default_max_stray(features, self.quality))
     }
 
-    /// How many passes a run makes over the tiles of a grid, each of which keeps its chunks until the end.
+    /// How many passes a run makes over the tiles of a grid. In a work dir each keeps its chunks until the end; else until the
+    /// next one is done.
     pub fn passes(&self, grid: TileGrid) -> u64 {
-        if passes::shifted(grid, self.quality).is_some() { 2 } else { 1 }
+        passes::passes_over(grid, passes::polishes_seams(self.quality, self.straying(self.features()))).len() as u64
     }
 
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.

@@ -24,7 +24,7 @@ use crate::job::normals::NormalSource;
 use crate::job::plan::{
     DENSEST, DiskUse, Estimate, Expected, Load, Plan, check_disk, default_budget, estimate, probe, probe_field,
 };
-use crate::job::{Error, Params, VertexHeights, grid, rules, triangulate, triangulate_into};
+use crate::job::{Error, Params, Pass, VertexHeights, grid, passes, rules, triangulate, triangulate_into};
 use crate::kernel::measure::ErrorStats;
 
 /// Does [`super::simplify`].
@@ -195,10 +195,11 @@ impl<'a> Run<'a> {
         let Some(dir) = &self.request.work_dir else { return Ok(needs) };
         let named = self.named(ranged.as_ref());
         let finished = finished(dir, self.band(), self.inputs.importance.as_ref(), named)?;
-        let grid = grid(self.band().width(), self.band().height(), &self.params)?;
-        let second = grid.shifted().filter(|_| self.params.passes(grid) == 2);
-        let (tiles, seams) = (grid.len() as u64, second.map_or(0, |grid| grid.len() as u64));
-        Ok(Needs { work_dir: Some(WorkDirState { tiles, seams, finished }), ..needs })
+        let passes = passes(self.band().width(), self.band().height(), &self.params)?;
+        let count = |pass: Option<&Pass>| pass.map_or(0, |pass| pass.grid().len() as u64);
+        let (tiles, seams, crossings) = (count(passes.first()), count(passes.get(1)), passes.iter().skip(2));
+        let crossings = crossings.map(|pass| count(Some(pass))).sum();
+        Ok(Needs { work_dir: Some(WorkDirState { tiles, seams, crossings, finished }), ..needs })
     }
 
     /// What the run will need, from a few tiles or from its budget.
@@ -228,7 +229,8 @@ impl<'a> Run<'a> {
         // A tile too long is told of later.
         let (tiles, passes) = grid(band.width(), band.height(), &self.params)
             .map_or((1, 1), |grid| (grid.len() as u64, self.params.passes(grid)));
-        Estimate { survey_bytes: expected.survey_bytes, ..once.with_tiles(tiles, passes) }
+        let kept = if self.request.work_dir.is_some() { passes } else { passes.min(2) };
+        Estimate { survey_bytes: expected.survey_bytes, ..once.with_tiles(tiles, kept) }
     }
 
     fn run(&self) -> Result<Report, RunError> {

@@ -9,7 +9,7 @@ use crate::base::{Band, Files, RasterError, Watch, identity};
 use crate::field::FieldError;
 use crate::job::spool::{Spool, SpoolError};
 use crate::job::work_dir::{Finished, Job, WorkDir, WorkDirError};
-use crate::job::{Error, Pass, PassName};
+use crate::job::{Error, Pass};
 
 /// What a work dir belongs to.
 fn job(
@@ -74,7 +74,7 @@ impl Kept {
     }
 
     pub(super) fn spool(&self, pass: &Pass) -> Result<Spool, SpoolError> {
-        self.dir.spool(pass.grid(), pass.name() == PassName::Seams)
+        self.dir.spool(pass)
     }
 
     pub(super) fn committing(&self) -> Result<(), Error> {

@@ -6,8 +6,8 @@
 //! the range it was made in, so ranges may be made in any order, at any place, and put together. [`super::triangulate`] is
 //! all passes over all of their tiles.
 //!
-//! `tiles` is the first pass, from samples to polished tiles whose rims are locked; `seams` the second, which polishes the
-//! seams. `survey` is what comes before them under a goal; `workspace` is what one thread needs for a tile in any pass.
+//! `tiles` is the first pass, from samples to polished tiles whose rims are locked; `seams` are those that follow, which
+//! polish the seams. `survey` is what comes before them under a goal; `workspace` is what one thread needs for a tile in any pass.
 //!
 //! - Architecture invariant: a pass reads samples and the chunks that it needs, and nothing else.
 
@@ -30,15 +30,16 @@ use rayon::prelude::*;
 
 use self::clocks::Clocks;
 use self::pool::Pool;
-use self::seams::SeamMaker;
+use self::seams::{SeamMaker, Way};
 use self::workspace::Workspace;
 use super::order::in_cache_order;
 use super::spool::{Chunks, Spool};
 use super::{Error, Params, Quality};
+use crate::base::Window;
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
 use crate::base::features::FeatureSet;
-use crate::base::tiling::{TileGrid, TilePlace, TileTooLong};
+use crate::base::tiling::{TileGrid, TileId, TilePlace, TileTooLong};
 use crate::field::Field;
 
 /// A pass over the tiles of a grid, each of which becomes a chunk.
@@ -54,8 +55,18 @@ pub struct Pass {
 pub enum PassName {
     /// From samples to tiles: there is always one.
     Tiles,
-    /// Polishing with the seams, over the tiles of the shifted grid ([`TileGrid::shifted`]).
+    /// Polishing with the seams, over the tiles of the grid shifted both ways ([`TileGrid::shifted`]).
     Seams,
+    /// Polishing where lines of the shifted grid have crossed seams that run down, over the tiles of the grid shifted across
+    /// ([`TileGrid::shifted_across`]).
+    Across,
+    /// The same where seams run across, over the tiles of the grid shifted down ([`TileGrid::shifted_down`]).
+    Down,
+}
+
+impl PassName {
+    /// All there are, in the order of a run.
+    pub const ALL: [PassName; 4] = [PassName::Tiles, PassName::Seams, PassName::Across, PassName::Down];
 }
 
 impl Pass {
@@ -63,8 +74,9 @@ impl Pass {
         Pass { name: PassName::Tiles, grid, needs: None }
     }
 
-    fn seams(grid: TileGrid, shifted: TileGrid) -> Pass {
-        Pass { name: PassName::Seams, grid: shifted, needs: Some((PassName::Tiles, grid)) }
+    /// The pass of this name over the tiles of a grid, which needs this one's chunks.
+    fn then(&self, name: PassName, grid: TileGrid) -> Pass {
+        Pass { name, grid, needs: Some((self.name, self.grid)) }
     }
 
     /// What it is called.
@@ -89,20 +101,41 @@ impl Pass {
     /// If there is no such tile.
     pub fn needed(&self, tile: usize) -> impl Iterator<Item = usize> + use<> {
         assert!(tile < self.grid.len(), "tile {tile} of {}", self.grid.len());
-        let (shifted, id) = (self.grid, self.grid.tile(tile));
+        let pass = *self;
         self.needs.into_iter().flat_map(move |(_, grid)| {
-            // Where there are as many tiles one way, the grid is not shifted that way.
-            let before = |is_shifted: bool, at: usize| if is_shifted { at.saturating_sub(1) } else { at };
-            let rows = before(shifted.rows() > grid.rows(), id.row)..=id.row.min(grid.rows() - 1);
-            let columns = before(shifted.columns() > grid.columns(), id.column)..=id.column.min(grid.columns() - 1);
-            rows.flat_map(move |row| columns.clone().map(move |column| row * grid.columns() + column))
+            let (first, last) = pass.overlapped(grid, tile);
+            let columns = first.column..=last.column;
+            (first.row..=last.row)
+                .flat_map(move |row| columns.clone().map(move |column| grid.index(TileId { column, row })))
         })
+    }
+
+    /// The first and the last tile of a grid that one of the pass's own tiles has more than a line in common with.
+    fn overlapped(&self, grid: TileGrid, tile: usize) -> (TileId, TileId) {
+        let Window { column, row, width, height } = self.grid.place(tile).window;
+        (grid.owner(column, row), grid.owner(column + width - 2, row + height - 2))
+    }
+
+    /// The tile of the pass that takes over what is known of a tile of the pass before: of those that need it, one.
+    fn takes_over(&self, needed: usize) -> TileId {
+        let (_, grid) = self.needs.expect("a pass that reads chunks");
+        let Window { column, row, .. } = grid.place(needed).window;
+        self.grid.owner(column, row)
+    }
+
+    /// Where the chunks of a tile's region come from, and where they go.
+    fn way(&self, tile: usize, is_last: bool) -> Way {
+        let (name, from) = self.needs.expect("a pass that reads chunks");
+        let (first_read, _) = self.overlapped(from, tile);
+        Way { from, has_rims: name == PassName::Tiles, first_read, to: self.grid, is_last }
     }
 
     fn stage(&self) -> Stage {
         match self.name {
             PassName::Tiles => Stage::Triangulate,
             PassName::Seams => Stage::Seams,
+            PassName::Across => Stage::CrossingsAcross,
+            PassName::Down => Stage::CrossingsDown,
         }
     }
 }
@@ -112,12 +145,29 @@ impl Pass {
 /// # Errors
 /// [`Error::Tile`] if a tile is longer than places in it can be exact.
 pub fn passes(width: usize, height: usize, params: &Params) -> Result<Vec<Pass>, Error> {
-    Ok(passes_over(grid(width, height, params)?, params.quality))
+    let polishes_seams = polishes_seams(params.quality, params.straying(params.features()));
+    Ok(passes_over(grid(width, height, params)?, polishes_seams))
 }
 
-fn passes_over(grid: TileGrid, quality: Quality) -> Vec<Pass> {
-    let seams = shifted(grid, quality).map(|shifted| Pass::seams(grid, shifted));
-    std::iter::once(Pass::tiles(grid)).chain(seams).collect()
+/// The passes over the tiles of a grid; only the first one, if seams are not polished. Two follow at the least where there are
+/// lines, so that each place of the raster's rim is inside of a tile of one of them; and one where there is a single tile.
+pub(super) fn passes_over(grid: TileGrid, polishes_seams: bool) -> Vec<Pass> {
+    let mut passes = vec![Pass::tiles(grid)];
+    let later = [
+        (PassName::Seams, grid.shifted()),
+        (PassName::Across, grid.shifted_across()),
+        (PassName::Down, grid.shifted_down()),
+    ];
+    for (name, grid) in later.into_iter().filter(|_| polishes_seams) {
+        let Some(grid) = grid else { continue };
+        // Without lines one way a grid may be one that has been gone over, with what has no rim.
+        let is_new = passes[1..].iter().all(|pass| pass.grid != grid);
+        if is_new {
+            let next = passes[passes.len() - 1].then(name, grid);
+            passes.push(next);
+        }
+    }
+    passes
 }
 
 /// How a raster of this size is cut: the grid of the first pass.
@@ -128,11 +178,11 @@ pub fn grid(width: usize, height: usize, params: &Params) -> Result<TileGrid, Er
     TileGrid::exact(width, height, params.tile).map_err(|TileTooLong { limit, found }| Error::Tile { limit, found })
 }
 
-/// The grid of the second pass, where polishing is worth one.
-pub(super) fn shifted(grid: TileGrid, quality: Quality) -> Option<TileGrid> {
+/// Whether seams are worth polishing, or need mending: where straying is limited, and a locked seam may be in the way of that.
+pub(super) fn polishes_seams(quality: Quality, max_stray: f64) -> bool {
     match quality {
-        Quality::None | Quality::Fast => None,
-        Quality::Balanced | Quality::Best => grid.shifted(),
+        Quality::None | Quality::Fast => max_stray.is_finite(),
+        Quality::Balanced | Quality::Best => true,
     }
 }
 
@@ -145,8 +195,8 @@ pub struct Job<'a> {
     pub(super) max_stray: f64,
     pub(super) control: &'a Control<'a>,
     pub(super) grid: TileGrid,
-    /// The grid of the second pass, if there is one.
-    pub(super) shifted: Option<TileGrid>,
+    /// Whether passes follow the first one where there are seams.
+    pub(super) polishes_seams: bool,
     /// Where tiles end, under a goal.
     pub(super) end: Option<End>,
 }
@@ -160,7 +210,8 @@ impl<'a> Job<'a> {
         params.check(field)?;
         let grid = grid(field.width(), field.height(), params)?;
         let max_stray = params.straying(params.features().and(FeatureSet::of_field(field)));
-        Ok(Job { field, params, max_stray, control, grid, shifted: shifted(grid, params.quality), end: None })
+        let polishes_seams = polishes_seams(params.quality, max_stray);
+        Ok(Job { field, params, max_stray, control, grid, polishes_seams, end: None })
     }
 
     /// The job once every tile has told how its insertion goes, so that it is known where all of them end; the same
@@ -174,7 +225,7 @@ impl<'a> Job<'a> {
 
     /// See [`passes`].
     pub fn passes(&self) -> Vec<Pass> {
-        passes_over(self.grid, self.params.quality)
+        passes_over(self.grid, self.polishes_seams)
     }
 }
 
@@ -188,7 +239,7 @@ pub struct PassResult {
     /// Samples that trimming has left bare, by the chunks that were made.
     bare: u64,
     /// Samples that trimming has left bare, by those chunks of the pass before that are counted here. Over all tiles of a
-    /// pass that needs another the two are the same.
+    /// pass the two are the same; none but the last one that follows the first counts.
     trimmed: u64,
 }
 
@@ -232,15 +283,17 @@ pub fn run_pass(
     inputs: Option<&dyn Chunks>,
     out: &Spool,
 ) -> Result<PassResult, Error> {
-    assert!(job.passes().contains(pass), "{pass:?} is a pass of the job");
+    let passes = job.passes();
+    let at = passes.iter().position(|p| p == pass).unwrap_or_else(|| panic!("{pass:?} is a pass of the job"));
+    let later: Vec<TileGrid> = passes[at + 1..].iter().map(Pass::grid).collect();
     assert!(tiles.end <= pass.grid.len(), "tiles {tiles:?} of {}", pass.grid.len());
     assert_eq!(out.tiles(), pass.grid.len(), "chunks of a spool for this grid");
     assert_eq!(inputs.map(Chunks::tiles), pass.needs.map(|(_, grid)| grid.len()), "chunks that the pass needs");
     assert_eq!(job.end.is_some(), !job.params.goal.is_none(), "a goal that has been surveyed");
-    let run = Run { job, pass, inputs, clocks: &Clocks::default() };
+    let run = Run { job, pass, later: &later, inputs, clocks: &Clocks::default() };
     let result = match pass.name {
         PassName::Tiles => run.tiles::<TileMaker>(tiles, out),
-        PassName::Seams => run.tiles::<SeamMaker>(tiles, out),
+        PassName::Seams | PassName::Across | PassName::Down => run.tiles::<SeamMaker>(tiles, out),
     }?;
     Ok(PassResult { times: run.clocks.read(), ..result })
 }
@@ -250,6 +303,8 @@ pub fn run_pass(
 struct Run<'a> {
     job: &'a Job<'a>,
     pass: &'a Pass,
+    /// The grids of the passes that follow; none if the pass's chunks are the mesh.
+    later: &'a [TileGrid],
     inputs: Option<&'a dyn Chunks>,
     clocks: &'a Clocks,
 }
@@ -270,11 +325,6 @@ trait Maker: Default + Send {
 }
 
 impl Run<'_> {
-    /// Whether the pass's chunks are the mesh.
-    fn is_last(&self) -> bool {
-        self.job.passes().last() == Some(self.pass)
-    }
-
     fn tiles<M: Maker>(&self, tiles: Range<usize>, out: &Spool) -> Result<PassResult, Error> {
         let (Job { control, .. }, stage) = (self.job, self.pass.stage());
         let samples = tiles.clone().map(|tile| self.pass.grid.place(tile).owned_samples()).sum();
@@ -298,7 +348,7 @@ impl Run<'_> {
         let found = out.find(tile, &mut shared.chunk, &mut shared.encoded)?;
         if !found {
             maker.make(self, &place)?;
-            if self.is_last() {
+            if self.later.is_empty() {
                 in_cache_order(&mut maker.shared().chunk);
             }
             let Workspace { chunk, encoded, .. } = maker.shared();
@@ -307,7 +357,7 @@ impl Run<'_> {
             // The raster may have changed since.
             shared.check_samples(self.job.field, place.window)?;
         }
-        let samples = maker.shared().chunk.errors.all_samples();
+        let samples = place.owned_samples();
         let (bare, trimmed) = maker.count_bare(self, &place)?;
         maker.shared().hand_over();
         let progress = self.job.control.progress;

@@ -18,6 +18,8 @@ fn name(pass: &Pass) -> &'static str {
     match pass.name() {
         PassName::Tiles => "tiles",
         PassName::Seams => "seams",
+        PassName::Across => "across",
+        PassName::Down => "down",
     }
 }
 
@@ -129,8 +131,10 @@ proptest! {
         let params = Params { tile, ..Params::new(1.0) };
         let passes = super::passes(width, height, &params).expect("passes");
         prop_assert_eq!(passes[0].needed(0).count(), 0);
-        for pass in &passes[1..] {
-            let (grid, needed_grid) = (pass.grid(), passes[0].grid());
+        for two in passes.windows(2) {
+            let (before, pass) = (&two[0], &two[1]);
+            let (grid, needed_grid) = (pass.grid(), before.grid());
+            prop_assert_eq!(pass.needs(), Some(before.name()));
             for tile in 0..grid.len() {
                 let overlaps = |&other: &usize| {
                     let (a, b) = (grid.place(tile).window, needed_grid.place(other).window);

@@ -1,7 +1,7 @@
 //! The first pass: a tile from its samples to a polished mesh whose rim is locked, because its neighbours have the same
 //! vertices there.
 
-use super::seams::Lines;
+use super::seams::Final;
 use super::workspace::Workspace;
 use super::{Job, Maker, Run};
 use crate::base::RasterRim;
@@ -49,7 +49,7 @@ impl Maker for TileMaker {
             }
             Some(end) => clocks.engine.time(|| self.run_to(job, place, end))?,
         };
-        let errors = clocks.measure.time(|| self.measure(job, place, bound));
+        let errors = clocks.measure.time(|| self.measure(run, place, bound));
         clocks.spool.time(|| {
             let Workspace { tile, chunk, .. } = &mut self.shared;
             chunk.fill(place.index, &rim, &mut self.mesh, errors, tile.checksum());
@@ -61,19 +61,18 @@ impl Maker for TileMaker {
 }
 
 impl TileMaker {
-    /// Measures the mesh, and looks at its shape. If there is a second pass, only at the shape of what it will not change:
-    /// it measures every sample itself.
-    fn measure(&mut self, job: &Job<'_>, place: &TilePlace, bound: Bound) -> ErrorStats {
-        let Job { params, .. } = *job;
-        if let Some(shifted) = job.shifted {
-            let lines = Lines::new(shifted, place);
-            let stays = |corners: [lattice::Point; 3]| lines.straddles(corners);
-            let seen = shape(&self.shared.tile, &self.mesh, params.tolerance.kept(), stays);
+    /// Measures the mesh, and looks at its shape. If other passes follow, only at the shape of what they will not change: the
+    /// last of them measures every sample.
+    fn measure(&mut self, run: &Run<'_>, place: &TilePlace, bound: Bound) -> ErrorStats {
+        let params = run.job.params;
+        if !run.later.is_empty() {
+            let settled = Final::new(run.later, place);
+            let settles = |corners: [lattice::Point; 3]| settled.has(corners);
+            let seen = shape(&self.shared.tile, &self.mesh, params.tolerance.kept(), settles);
             if self.mesh.relaxed > 0 {
-                self.mesh.relaxed = count_relaxed(&self.shared.tile, &self.mesh, params.tolerance.kept(), stays);
+                self.mesh.relaxed = count_relaxed(&self.shared.tile, &self.mesh, params.tolerance.kept(), settles);
             }
-            let (trimmed, shape) = (self.trimmed, Some(Box::new(seen)));
-            return ErrorStats { samples: place.owned_samples() - trimmed, trimmed, shape, ..ErrorStats::default() };
+            return ErrorStats { trimmed: self.trimmed, shape: Some(Box::new(seen)), ..ErrorStats::default() };
         }
         let may_be_bare = params.trim > 0 && !self.shared.tile.validity().is_whole();
         let bare = if may_be_bare { Bare::Strip(params.trim) } else { Bare::Nothing };

@@ -12,7 +12,9 @@ use crate::kernel::seam::{Foreign, Rim, RimCounts};
 /// its points. On the rim there may be vertices that only neighbours have triangles at.
 ///
 /// The tiles of a shifted grid ([`crate::base::tiling::TileGrid::shifted`]) have no rim: what stands in its place are the
-/// vertices that others borrow ([`Foreign::At`]), by their places, rows first.
+/// vertices of triangles that lie in other tiles as well. In the mesh others borrow them ([`Foreign::At`]), by their places,
+/// rows first. A chunk that is not the mesh's, because another pass works on it, has every triangle that may pass over its
+/// tile, and for what it borrows the vertices alone, no names.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Chunk {
     /// The tile's number in its grid.
@@ -23,7 +25,9 @@ pub struct Chunk {
     pub vertices: Vec<Vertex>,
     /// Owned vertices that others find by their places, instead of a rim.
     pub shared: u32,
-    /// The vertices its neighbours own.
+    /// How many of those, the first ones, the next pass is to polish around.
+    pub pending: u32,
+    /// The vertices its neighbours own; nothing in a shifted grid that another pass works on.
     pub foreign: Vec<Foreign>,
     /// Those vertices themselves, with places of this tile; nothing where nobody is to work on the chunk.
     pub borrowed: Vec<Vertex>,
@@ -73,7 +77,7 @@ impl Chunk {
         self.relaxed = mesh.relaxed;
         self.take(mesh);
         let behind = self.vertices.len() - used;
-        self.shared = 0;
+        (self.shared, self.pending) = (0, 0);
         self.foreign.clone_from(&rim.foreign);
         self.borrowed.clear();
         self.borrowed.extend(self.vertices.drain(used..inside));
@@ -104,6 +108,11 @@ impl Chunk {
         clear(&mut self.vertices, DENSE / 2);
         clear(&mut self.triangles, DENSE);
         self.attributes.clear();
+    }
+
+    /// How many vertices it borrows.
+    pub fn borrows(&self) -> usize {
+        self.foreign.len().max(self.borrowed.len())
     }
 
     /// How many of its own vertices come before those it borrows.

@@ -8,10 +8,10 @@ use crate::kernel::measure::{ANGLES, BINS, ErrorStats, Extent, HeightStats, OVER
 use crate::kernel::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
-const VERSION: u32 = 11;
+const VERSION: u32 = 12;
 
 /// What every chunk has: its head, the statistics of its errors, the checksum.
-const FIXED_BYTES: usize = 256 + 8 * (BINS + ANGLES + OVERSHOOTS);
+const FIXED_BYTES: usize = 260 + 8 * (BINS + ANGLES + OVERSHOOTS);
 
 /// What is wrong with some bytes: (expected, found).
 pub(super) type Damage = (String, String);
@@ -20,7 +20,7 @@ pub(super) type Damage = (String, String);
 pub(super) fn encode(chunk: &Chunk, out: &mut Vec<u8>) {
     let start = out.len();
     out.extend_from_slice(MAGIC);
-    for word in [VERSION, chunk.shared, chunk.samples_checksum] {
+    for word in [VERSION, chunk.shared, chunk.pending, chunk.samples_checksum] {
         out.extend_from_slice(&word.to_le_bytes());
     }
     for word in [chunk.tile as u64, chunk.relaxed] {
@@ -109,6 +109,7 @@ pub(super) fn decode(bytes: &[u8], chunk: &mut Chunk) -> Result<(), Damage> {
         return Err((format!("version {VERSION}"), format!("version {version}")));
     }
     chunk.shared = reader.u32()?;
+    chunk.pending = reader.u32()?;
     chunk.samples_checksum = reader.u32()?;
     chunk.tile = reader.u64()? as usize;
     chunk.relaxed = reader.u64()?;
@@ -143,7 +144,7 @@ pub(super) fn decode(bytes: &[u8], chunk: &mut Chunk) -> Result<(), Damage> {
             other => return Err(("a kind of vertex from 0 to 5".to_string(), other.to_string())),
         })
     })?;
-    let in_tile = (vertices + foreign) as u32;
+    let in_tile = (vertices + foreign.max(borrowed)) as u32;
     reader.records(triangles, &mut chunk.triangles, |r: [u8; 12]| {
         let corners = [&r[0..4], &r[4..8], &r[8..12]].map(|b| le_i32(b) as u32);
         match corners.iter().find(|&&i| i >= in_tile) {

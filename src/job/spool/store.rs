@@ -92,7 +92,8 @@ impl Spool {
         }
         let sound = codec::decode(buffer, chunk).is_ok()
             && chunk.tile == tile
-            && chunk.before_borrowed() <= chunk.vertices.len();
+            && chunk.before_borrowed() <= chunk.vertices.len()
+            && chunk.pending as usize <= chunk.before_borrowed();
         if sound {
             let record = Record { offset: 0, length: buffer.len() as u64, counts: chunk.counts() };
             self.index.set(tile, &record).map_err(failed)?;
@@ -107,7 +108,7 @@ impl Spool {
     /// [`SpoolError::File`], [`SpoolError::Kept`], [`SpoolError::TooLarge`].
     pub fn append(&self, chunk: &Chunk, buffer: &mut Vec<u8>) -> Result<(), SpoolError> {
         for (what, count) in
-            [("vertices", chunk.vertices.len() + chunk.foreign.len()), ("triangles", chunk.triangles.len())]
+            [("vertices", chunk.vertices.len() + chunk.borrows()), ("triangles", chunk.triangles.len())]
         {
             if u32::try_from(count).is_err() {
                 return Err(SpoolError::TooLarge { tile: chunk.tile, what, count });

@@ -56,15 +56,16 @@ fn chunk() -> impl Strategy<Value = Chunk> {
             vec([corner.clone(), corner.clone(), corner], 0..9),
             vec(attribute(own), 0..3),
         );
-        (lists, errors(), any::<[u32; 7]>(), any::<[u32; 2]>()).prop_map(|(lists, errors, counts, wide)| {
+        (lists, errors(), any::<[u32; 8]>(), any::<[u32; 2]>()).prop_map(|(lists, errors, counts, wide)| {
             let (vertices, (foreign, borrowed), triangles, attributes) = lists;
-            let [corners, north, west, east, south, shared, samples_checksum] = counts;
+            let [corners, north, west, east, south, shared, pending, samples_checksum] = counts;
             let rim = RimCounts { corners, north, west, east, south };
             let (tile, relaxed) = (wide[0] as usize, u64::from(wide[1]));
             Chunk {
                 tile,
                 rim,
                 shared,
+                pending,
                 vertices,
                 foreign,
                 borrowed,
@@ -141,7 +142,7 @@ fn nonsense_with_a_good_checksum_does_not_panic() {
             changed[body..].copy_from_slice(&checksum.to_le_bytes());
             let mut chunk = Chunk::default();
             if codec::decode(&changed, &mut chunk).is_ok() {
-                let in_tile = chunk.vertices.len() + chunk.foreign.len();
+                let in_tile = chunk.vertices.len() + chunk.borrows();
                 assert!(chunk.triangles.as_flattened().iter().all(|&i| (i as usize) < in_tile), "byte {at}");
             }
         }

@@ -5,7 +5,8 @@ use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::manifest::Manifest;
-use super::{CHUNKS, Job, SECOND, WorkDirError, failed, must_be_empty};
+use super::{CHUNKS, Job, WorkDirError, failed, folder_of, must_be_empty};
+use crate::job::PassName;
 
 /// What a work dir has finished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -14,7 +15,9 @@ pub struct Finished {
     pub tiles: u64,
     /// Tiles of the second pass, over the seams.
     pub seams: u64,
-    /// What both take on disk.
+    /// Tiles of the last two passes, over crossings with seams.
+    pub crossings: u64,
+    /// What all of them take on disk.
     pub bytes: u64,
 }
 
@@ -40,9 +43,10 @@ impl Finished {
         Manifest::new(job).must_continue(dir, &kept)?;
         let stamp = kept.stamp().to_le_bytes();
         let chunks = dir.join(CHUNKS);
-        let (tiles, first) = count(&chunks, stamp);
-        let (seams, second) = count(&chunks.join(SECOND), stamp);
-        Ok(Finished { tiles, seams, bytes: first + second })
+        let of_pass = |pass: PassName| count(&chunks.join(folder_of(pass)), stamp);
+        let all = PassName::ALL.map(of_pass);
+        let [(tiles, _), (seams, _), (down, _), (across, _)] = all;
+        Ok(Finished { tiles, seams, crossings: down + across, bytes: all.iter().map(|(_, bytes)| bytes).sum() })
     }
 }
 

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `manifest.json` | the job: program version, parameters, raster; durable before anything else is made |
 //! | `chunks/ROW/COLUMN.chunk` | finished tiles, checksummed, each renamed into place after it was synced |
-//! | `chunks/second/ROW/COLUMN.chunk` | the same of the second pass, where there is one |
+//! | `chunks/PASS/ROW/COLUMN.chunk` | the same of each pass that follows the first, where there are some |
 //! | `staged` | where the partial output is, so that a killed run's is found and removed |
 //! | `lock` | locked while a process works here; the system releases it however the process ends |
 //!
@@ -41,9 +41,9 @@ use std::path::{Path, PathBuf};
 
 use crate::base::Files;
 use crate::base::faults::{self, Point};
-use crate::base::tiling::TileGrid;
 use crate::base::{durable, private_file};
 use crate::job::spool::{Spool, SpoolError};
+use crate::job::{Pass, PassName};
 use lock::Lock;
 use manifest::Manifest;
 
@@ -71,8 +71,16 @@ pub struct WorkDir {
 }
 
 const CHUNKS: &str = "chunks";
-/// The folder in that of the chunks with those of the second pass.
-const SECOND: &str = "second";
+
+/// The folder of a pass's chunks in that of all chunks. Those of the first pass lie in that folder itself.
+const fn folder_of(pass: PassName) -> &'static str {
+    match pass {
+        PassName::Tiles => "",
+        PassName::Seams => "seams",
+        PassName::Across => "across",
+        PassName::Down => "down",
+    }
+}
 
 impl WorkDir {
     /// Opens the work dir of `job`, or makes one: `dir` is missing (its parent is there), or empty, or has been made by
@@ -123,13 +131,12 @@ impl WorkDir {
         &self.dir
     }
 
-    /// The spool that takes over the chunks that are there, of a run's first pass over its tiles or of its second.
+    /// The spool that takes over the chunks of a pass that are there. Those of the pass before are there already.
     ///
     /// # Errors
     /// [`SpoolError::Kept`].
-    pub fn spool(&self, grid: TileGrid, is_second: bool) -> Result<Spool, SpoolError> {
-        let chunks = self.dir.join(CHUNKS);
-        let dir = if is_second { chunks.join(SECOND) } else { chunks };
+    pub fn spool(&self, pass: &Pass) -> Result<Spool, SpoolError> {
+        let (dir, grid) = (self.dir.join(CHUNKS).join(folder_of(pass.name())), pass.grid());
         Spool::kept(&dir, grid.columns(), grid.len(), self.manifest.stamp(), !self.same_samples)
     }
 
@@ -168,9 +175,8 @@ impl WorkDir {
     /// What the finished tiles in it take on disk; a look at every one.
     pub fn chunk_bytes(&self) -> u64 {
         let entries = |dir: &Path| dir.read_dir().into_iter().flatten().flatten();
-        let rows = entries(&self.dir.join(CHUNKS));
-        let second = entries(&self.dir.join(CHUNKS).join(SECOND));
-        rows.chain(second).flat_map(|row| entries(&row.path())).map(size_of_chunk).sum()
+        let rows = PassName::ALL.iter().flat_map(|&pass| entries(&self.dir.join(CHUNKS).join(folder_of(pass))));
+        rows.flat_map(|row| entries(&row.path())).map(size_of_chunk).sum()
     }
 
     /// The job is done: removes what the work dir keeps, and the folder if it was made for this and holds nothing else.

@@ -32,6 +32,8 @@ pub struct WorkDirState {
     pub tiles: u64,
     /// Tiles of the second pass, over the seams, in all; 0 where there is none.
     pub seams: u64,
+    /// Tiles of the last two passes, over crossings with seams, in all; 0 where there are none.
+    pub crossings: u64,
     /// What is finished of them.
     pub finished: Finished,
 }

@@ -144,7 +144,7 @@ impl Needs {
 
 impl WorkDirState {
     fn line(&self) -> String {
-        let Finished { tiles, seams, bytes } = self.finished;
+        let Finished { tiles, seams, crossings, bytes } = self.finished;
         let kept = match bytes {
             0 => String::new(),
             bytes => format!("; {} are kept", BinaryBytes(bytes)),
@@ -153,7 +153,11 @@ impl WorkDirState {
             0 => String::new(),
             all => format!(", {seams} of {all} in the second pass"),
         };
-        format!("{tiles} of {} tiles are finished{second}{kept}", self.tiles)
+        let last = match self.crossings {
+            0 => String::new(),
+            all => format!(", {crossings} of {all} in the last two"),
+        };
+        format!("{tiles} of {} tiles are finished{second}{last}{kept}", self.tiles)
     }
 }
 

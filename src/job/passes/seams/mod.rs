@@ -1,12 +1,18 @@
-//! The second pass of polishing: over the tiles of a grid shifted by half a tile, so that what was a seam lies inside.
+//! Later passes of polishing: over the tiles of grids shifted by half a tile, so that what was a seam lies inside.
 //!
 //! Tiles are polished with their rims locked, because their neighbours have the same vertices there. When all are done,
 //! the same triangles are divided anew, along lines through the middle of tiles ([`TileGrid::shifted`]), and polished
 //! again, seams and all. Where the new lines are, triangles lie on both sides of them, and stay: they have been polished
-//! before, all but the few where a line crosses a seam. So every tile of the shifted grid is a job of its own, no two
-//! change the same vertex, their order does not matter, and each takes the memory of one tile. `lines` says which
-//! triangle lies where, `region` puts one job together from the chunks of four tiles and makes a chunk of it; what it
-//! needs of others it names by their place ([`Foreign::At`](crate::kernel::seam::Foreign::At)).
+//! before, all but the few where a line crosses a seam. These have two passes more, over grids shifted one way only
+//! ([`TileGrid::shifted_across`], [`TileGrid::shifted_down`]), each of which has one half of the crossings in the middle of
+//! its tiles, and polishes around what is left of seams there.
+//!
+//! So every tile of a pass is a job of its own, no two change the same vertex, their order does not matter, and each takes
+//! the memory of one tile. `lines` says which triangle lies where, `region` puts one job together from the chunks of up to
+//! four tiles and makes a chunk of it.
+//!
+//! The last pass measures every sample. A triangle's shape is looked at in the last pass that has it inside a tile: in those
+//! that follow it straddles a line, so nobody changes it.
 //!
 //! Where the first pass has trimmed the rim, a job measures what is bare, but may not know all that is missing around it:
 //! in the end as many samples must be bare as have been trimmed ([`PassResult::check_bare`](super::PassResult::check_bare)).
@@ -17,21 +23,37 @@ mod region;
 #[cfg(test)]
 mod tests;
 
-pub(super) use lines::Lines;
+pub(super) use region::Way;
 
+use self::lines::Lines;
 use self::region::Region;
 use super::{Maker, Run, Workspace};
-use crate::base::RasterRim;
+use crate::base::lattice::Point;
 use crate::base::mesh::Domain;
-use crate::base::tiling::TilePlace;
+use crate::base::tiling::{TileGrid, TilePlace};
 use crate::job::spool::Chunks;
 use crate::job::{Error, quality};
-use crate::kernel::measure::{Bare, Bound, HeightStats, ShapeStats, measure, shape};
-use crate::kernel::polish::{self, Part};
+use crate::kernel::measure::{Bare, Bound, ErrorStats, HeightStats, ShapeStats, measure, shape};
+use crate::kernel::polish::{self, Part, count_relaxed};
 use crate::kernel::triangulate::insertion::mend;
 use crate::kernel::triangulate::{EngineScratch, Task};
 
-/// What one thread needs for a tile of the shifted grid: a [`Region`], a tile and what polishing needs.
+/// Which triangles of a tile no later pass changes: those that straddle lines of all of them.
+pub(super) struct Final(Vec<Lines>);
+
+impl Final {
+    /// Those of a tile, by the grids of the passes that follow.
+    pub(super) fn new(later: &[TileGrid], place: &TilePlace) -> Final {
+        Final(later.iter().map(|&grid| Lines::new(grid, place)).collect())
+    }
+
+    /// Whether a triangle is one.
+    pub(super) fn has(&self, corners: [Point; 3]) -> bool {
+        self.0.iter().all(|lines| lines.straddles(corners))
+    }
+}
+
+/// What one thread needs for a tile of a shifted grid: a [`Region`], a tile and what polishing needs.
 #[derive(Default)]
 pub(super) struct SeamMaker {
     shared: Workspace,
@@ -49,7 +71,7 @@ impl Maker for SeamMaker {
         let Run { job, clocks, .. } = *run;
         clocks.load.time(|| self.shared.load(job.field, place.window))?;
         self.shared.find_points(job.params, place.window);
-        let stays = clocks.spool.time(|| self.gather(run, place))?;
+        let known = clocks.spool.time(|| self.gather(run, place))?;
         let tile = &self.shared.tile;
         let tolerance = job.params.tolerance.kept();
         clocks.polish.time(|| {
@@ -57,84 +79,95 @@ impl Maker for SeamMaker {
             let max_stray = job.max_stray;
             let task = Task { tile, domain: &Domain::default(), tolerance, feasibility, max_stray, cancel };
             let options = quality::polishing(job.params);
-            let Region { mesh, locked, seams, .. } = &mut self.region;
-            mend(&task, RasterRim::default(), &mut self.engine, mesh)?;
+            let Region { mesh, locked, seams, rim, .. } = &mut self.region;
+            mend(&task, *rim, &mut self.engine, mesh)?;
             options.map_or(Ok(()), |options| {
-                let part = Part { locked: *locked, centres: seams, rim: RasterRim::default() };
+                let part = Part { locked: *locked, centres: seams, rim: *rim };
                 polish::polish_around(&task, &options, &part, &mut self.polish, mesh)
             })
         })?;
-        let errors = clocks.measure.time(|| {
-            let bound = Bound::Within(tolerance);
-            // Where nothing is missing and nothing bare, whose sample is whose is plain.
-            let may_be_bare = job.params.trim > 0 && (stays.trimmed > 0 || !tile.validity().is_whole());
-            let bare = if may_be_bare { Bare::StripOfOthers(job.params.trim) } else { Bare::Nothing };
-            let mut errors = self.region.with_passing(|mesh| measure(tile, mesh, bound, place, bare));
-            let mut seen = shape(tile, &self.region.mesh, tolerance, |_| true);
-            stays.shape.iter().for_each(|s| seen.add(s));
-            errors.shape = Some(Box::new(seen));
-            errors.heights = Some(HeightStats::of(tile));
-            errors
-        });
+        let errors = clocks.measure.time(|| self.measure(run, place, &known));
         clocks.spool.time(|| {
             let Workspace { tile, chunk, .. } = &mut self.shared;
-            self.region.fill(place.index, chunk);
-            chunk.relaxed += stays.relaxed;
+            self.region.fill(place, run.pass.grid(), chunk);
+            chunk.relaxed += known.relaxed;
             chunk.errors = errors;
             chunk.samples_checksum = tile.checksum();
         });
         Ok(())
     }
 
-    /// Counts what the chunk leaves bare, and what the tile of the same column and row has trimmed, if there is one. The
-    /// chunk is that tile's then.
+    /// Counts what a chunk of the last pass leaves bare, and what is known to have been trimmed.
     fn count_bare(&mut self, run: &Run<'_>, place: &TilePlace) -> Result<(u64, u64), Error> {
-        if run.job.params.trim == 0 {
+        if run.job.params.trim == 0 || !run.later.is_empty() {
             return Ok((0, 0));
         }
         let Workspace { chunk, encoded, .. } = &mut self.shared;
-        let (bare, grid) = (chunk.errors.trimmed, run.job.grid);
-        if place.id.column < grid.columns() && place.id.row < grid.rows() {
-            needed(run).read(grid.index(place.id), chunk, encoded)?;
-            return Ok((bare, chunk.errors.trimmed));
+        let (bare, mut trimmed) = (chunk.errors.trimmed, 0);
+        for tile in run.pass.needed(place.index) {
+            if run.pass.takes_over(tile) == place.id {
+                needed(run).read(tile, chunk, encoded)?;
+                trimmed += chunk.errors.trimmed;
+            }
         }
-        Ok((bare, 0))
+        Ok((bare, trimmed))
     }
 }
 
-/// The chunks of the first pass.
+/// The chunks of the pass before.
 fn needed<'a>(run: &Run<'a>) -> &'a dyn Chunks {
     run.inputs.expect("this pass was given the chunks that it needs")
 }
 
 impl SeamMaker {
-    /// Puts the region together. Returns what is known of the straddling triangles of the tile of the same column and row,
-    /// if there is one: over all jobs, those of every tile.
-    fn gather(&mut self, run: &Run<'_>, place: &TilePlace) -> Result<Stays, Error> {
-        let (grid, shifted) = (run.job.grid, run.pass.grid());
-        let mut stays = Stays::default();
+    /// Puts the region together. Returns what is known of triangles that the passes before were the last to change, in
+    /// those tiles that this one takes over: over all jobs, in every tile.
+    fn gather(&mut self, run: &Run<'_>, place: &TilePlace) -> Result<Known, Error> {
+        let way = run.pass.way(place.index, run.later.is_empty());
+        let mut known = Known::default();
         self.region.begin(place);
         for tile in run.pass.needed(place.index) {
             let Workspace { chunk, encoded, .. } = &mut self.shared;
             needed(run).read(tile, chunk, encoded)?;
-            self.region.add(grid, shifted, chunk);
-            stays.trimmed += chunk.errors.trimmed;
-            if grid.tile(tile) == place.id {
-                stays.relaxed = chunk.relaxed;
-                stays.shape = chunk.errors.shape.take();
+            self.region.add(&way, chunk);
+            if run.pass.takes_over(tile) == place.id {
+                known.relaxed += chunk.relaxed;
+                known.trimmed += chunk.errors.trimmed;
+                chunk.errors.shape.iter().for_each(|shape| known.shape.add(shape));
             }
             self.shared.hand_over();
         }
-        self.region.end(&self.shared.points);
-        Ok(stays)
+        self.region.end(&way, &self.shared.points);
+        Ok(known)
+    }
+
+    /// Looks at the shape of the triangles that no later pass changes, and counts those among them that are relaxed; in the
+    /// last pass measures the mesh.
+    fn measure(&mut self, run: &Run<'_>, place: &TilePlace, known: &Known) -> ErrorStats {
+        let (params, tile, region) = (run.job.params, &self.shared.tile, &mut self.region);
+        let (tolerance, is_last) = (params.tolerance.kept(), run.later.is_empty());
+        let settled = Final::new(run.later, place);
+        let mut seen = shape(tile, &region.mesh, tolerance, |corners| settled.has(corners));
+        seen.add(&known.shape);
+        if region.mesh.relaxed > 0 && !is_last {
+            region.mesh.relaxed = count_relaxed(tile, &region.mesh, tolerance, |corners| settled.has(corners));
+        }
+        let shape = Some(Box::new(seen));
+        if !is_last {
+            return ErrorStats { trimmed: known.trimmed, shape, ..ErrorStats::default() };
+        }
+        // Where nothing is missing and nothing bare, whose sample is whose is plain.
+        let may_be_bare = params.trim > 0 && run.job.field.may_have_gaps();
+        let bare = if may_be_bare { Bare::StripOfOthers(params.trim) } else { Bare::Nothing };
+        let errors = region.with_passing(|mesh| measure(tile, mesh, Bound::Within(tolerance), place, bare));
+        ErrorStats { shape, heights: Some(HeightStats::of(tile)), ..errors }
     }
 }
 
-/// What the first pass has found out about a tile's triangles that nobody changes any more.
+/// What passes before have found out about triangles that nobody changes any more, and about the ground.
 #[derive(Default)]
-struct Stays {
+struct Known {
     relaxed: u64,
-    /// Samples that tiles which the region overlaps have trimmed, here or elsewhere.
     trimmed: u64,
-    shape: Option<Box<ShapeStats>>,
+    shape: ShapeStats,
 }
