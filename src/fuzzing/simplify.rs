@@ -242,6 +242,7 @@ impl Scene {
         let summary = mesh.write(Box::new(sink), &control).expect("written");
         let options = VerifyOptions {
             max_error: self.params.tolerance.kept(),
+            max_stray: None,
             importance,
             temp_dir: Some(folder.path().to_path_buf()),
         };
