@@ -82,10 +82,20 @@
 //! Samples of the ground outside of the strip are covered, each is within the tolerance where it is covered (`sweep`,
 //! `ground`).
 //!
+//! # Between samples
+//!
+//! With [`VerifyOptions::max_stray`] triangles also reach the row below their last one, and those between two rows are kept
+//! (`strays`): edges are followed from one row of cells to the next (`walk`), where they cross rows and columns their heights
+//! are held against the two samples beside (`edge`, `limit`), and so are vertices that stand on no sample. An edge of two
+//! faces is followed for that one of them alone which has it downwards. One of a single face is followed if the ground may be
+//! trimmed; otherwise it runs along sides and diagonals of cells, which it does not cross but at samples, or is a fault. Why these
+//! places are enough is said in `docs/guarantees.md`.
+//!
 //! Architecture invariant: nothing here imports an engine, a spool or a sink.
 
 mod band;
 mod bare;
+mod between;
 mod boundary;
 mod cells;
 mod corners;
@@ -115,6 +125,7 @@ mod runs;
 mod samples;
 mod segments;
 mod spans;
+mod stray_verdict;
 mod strays;
 mod strip;
 mod surface;
@@ -141,7 +152,8 @@ use crate::job::rules;
 pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, SidePlace, TouchPlace, VertexPlace};
 pub use heights::HeightReader;
-pub use verdict::{StrayVerdict, TrimVerdict, Verdict, WeightedWorst, WorstSample, WorstStray};
+pub use stray_verdict::{StrayVerdict, WorstStray};
+pub use verdict::{TrimVerdict, Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedVerdict, WorstWeighted};
 
 use boundary::Boundary;
@@ -368,12 +380,7 @@ fn verdict(
         weighted_worst: comparison.weighted_worst,
         rms_error: (comparison.sum_of_squares / comparison.covered.max(1) as f64).sqrt(),
         above_tolerance: comparison.above,
-        stray: limit.zip(comparison.strays).map(|(limit, found)| StrayVerdict {
-            max_stray: limit.factor,
-            limit: limit.most,
-            beyond: found.beyond,
-            worst: found.worst,
-        }),
+        stray: limit.zip(comparison.strays).map(|(limit, found)| found.verdict(&limit)),
         uncovered: ground.uncovered,
         overlapped: comparison.overlapped,
         touched_nodata: comparison.touched,

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::WeightedVerdict;
-use super::finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, SidePlace, TouchPlace, VertexPlace};
+use super::finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
+use super::{StrayVerdict, WeightedVerdict};
 use crate::base::decimal::Decimal;
 
 /// Everything that was found out about a mesh. It passes if [`Verdict::failures`] is empty.
@@ -97,47 +97,6 @@ pub struct Verdict {
     pub extended: Option<WeightedVerdict>,
 }
 
-/// How far the surface strays from the heights of the samples around it, between samples. See
-/// [`super::VerifyOptions::max_stray`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct StrayVerdict {
-    /// The multiple of the tolerance that was allowed.
-    pub max_stray: f64,
-    /// The smallest double that is the multiple of the tolerance or more; infinite (`null` in JSON) where none is.
-    pub limit: f64,
-    /// Sides along which the surface is beyond the limit, and cells that have vertices inside which are, each counted
-    /// once.
-    pub beyond: Finding<SidePlace>,
-    /// Where it strays most; `None` if it strays nowhere.
-    pub worst: Option<WorstStray>,
-}
-
-/// A point where the surface is beyond the heights of the samples around it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct WorstStray {
-    /// The vertical distance beyond the nearer one of the heights: rounded; but where errors are not weighted, at most the limit if
-    /// and only if the exact distance is.
-    pub stray: f64,
-    /// The weight that counts there, the smallest one of the samples around it; `None` where errors are not weighted.
-    pub weight: Option<f64>,
-    /// Distance, or distance × weight, as a multiple of the tolerance, rounded; `None` where the tolerance is 0.
-    pub tolerances: Option<f64>,
-    /// The column, with a fraction.
-    pub column: f64,
-    /// The row, with a fraction.
-    pub row: f64,
-    /// Map x.
-    pub x: f64,
-    /// Map y.
-    pub y: f64,
-    /// The side it is on, or the cell it is in.
-    pub side: SidePlace,
-    /// The surface's height, rounded.
-    pub surface_height: f64,
-    /// The heights of the side's samples, the lower one first; of a cell the least and the largest.
-    pub raster_heights: [f64; 2],
-}
-
 /// What was found out about the boundary of a mesh that may end short of the ground's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TrimVerdict {
@@ -210,7 +169,7 @@ impl Verdict {
             list(&mut out, &extended.above_tolerance, "sample is", "samples are", &what);
         }
         if let Some(stray) = &self.stray {
-            stray.list_failures(self, &mut out);
+            out.extend(stray.failure(self));
         }
         list(&mut out, &self.uncovered, "sample is", "samples are", "in no triangle");
         list(&mut out, &self.overlapped, "sample is", "samples are", "in several triangles");
@@ -246,40 +205,6 @@ impl Verdict {
         list(&mut out, &self.outside, "vertex is", "vertices are", "outside the raster");
         list(&mut out, &self.heights_not_finite, "vertex has", "vertices have", "no finite height");
         out
-    }
-}
-
-impl StrayVerdict {
-    /// "30 (1.5 × 20)"
-    fn allowed(&self, tolerance: f64) -> String {
-        format!("{} ({} × {tolerance})", self.limit, self.max_stray)
-    }
-
-    fn list_failures(&self, verdict: &Verdict, out: &mut Vec<String>) {
-        let allowed = self.allowed(verdict.tolerance);
-        let what = if verdict.weighted { "distance × weight is" } else { "surface is" };
-        let beyond = format!("where the {what} more than {allowed} beyond the heights around");
-        match (self.beyond.count, &self.worst) {
-            (count @ 1.., Some(worst)) => {
-                let (sides, most) = if count == 1 { ("side", "") } else { ("sides", "the farthest: ") };
-                out.push(format!("{count} {sides} of cells {beyond}, {most}{worst}"));
-            }
-            _ => list(out, &self.beyond, "side of cells", "sides of cells", &beyond),
-        }
-    }
-}
-
-impl std::fmt::Display for WorstStray {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let WorstStray { stray, column, row, x, y, surface_height, raster_heights: [low, high], .. } = self;
-        write!(f, "{stray}")?;
-        if let Some(weight) = self.weight {
-            write!(f, " × weight {weight}")?;
-        }
-        if let Some(tolerances) = self.tolerances {
-            write!(f, " ({tolerances:.3} × the tolerance)")?;
-        }
-        write!(f, " at column {column}, row {row} ({x} {y}): surface {surface_height}, samples {low} and {high}")
     }
 }
 
@@ -354,10 +279,8 @@ impl std::fmt::Display for Verdict {
             }
             writeln!(f, "RMS error {}", self.rms_error)?;
         }
-        match self.stray.as_ref().map(|stray| stray.worst) {
-            None => {}
-            Some(None) => writeln!(f, "max stray 0")?,
-            Some(Some(worst)) => writeln!(f, "max stray {worst}")?,
+        if let Some(stray) = &self.stray {
+            writeln!(f, "{stray}")?;
         }
         if let Some(w) = self.extended.as_ref().and_then(|w| w.worst) {
             writeln!(f, "max error of heights and attributes {} at {}", w.error, w.place)?;
@@ -370,8 +293,10 @@ impl std::fmt::Display for Verdict {
                 _ if self.nodata + self.bridged > 0 => "every sample of the ground",
                 _ => "every sample",
             };
-            let between =
-                self.stray.as_ref().map(|s| format!(", astray by at most {} between", s.allowed(self.tolerance)));
+            let between = self
+                .stray
+                .as_ref()
+                .map(|s| format!(" and {} of the heights around between samples", s.allowed(self.tolerance)));
             let between = between.unwrap_or_default();
             return write!(f, "PASS: {what} {} at {samples}{between}, without cracks or overlaps", self.tolerance);
         }

@@ -165,6 +165,7 @@ mod tests {
                 let (mx, my) = window.apply(x, y);
                 prop_assert_eq!((mx, my), whole.apply(x + 4 * column as i64, y + 4 * row as i64));
                 prop_assert_eq!(window.lattice(mx, my), Some((x, y)));
+                prop_assert_eq!(window.place(x as f64 / 4.0, y as f64 / 4.0), (mx, my));
                 prop_assert_eq!(whole.of_window(column / 2, row / 2).of_window(column - column / 2, row - row / 2), window);
             }
         }
