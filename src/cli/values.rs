@@ -30,14 +30,14 @@ pub(crate) fn max_error(text: &str) -> Result<f64, String> {
     Err("expected a finite number, 0 or above, in the units of the heights".to_string())
 }
 
-/// A limit on straying.
+/// A limit on straying as a multiple of the tolerance, from 1 on; infinite for none.
 pub(crate) fn max_stray(text: &str) -> Result<f64, String> {
-    let limit: f64 = text.parse().map_err(|_| "expected a number such as 1.5, or inf".to_string())?;
-    if limit >= 1.0 {
-        return Ok(limit);
-    }
-    Err("expected a number of tolerances, 1 or above: even a mesh of all samples strays as far; or inf for no limit"
-        .to_string())
+    let factor = text.parse().ok().filter(|factor: &f64| *factor >= 1.0);
+    factor.ok_or_else(|| {
+        "expected 1 or more, such as 1.5, or inf: the surface may be 1 × the tolerance off at samples, so it may be as far beyond \
+         their heights"
+            .to_string()
+    })
 }
 
 /// Different bands, counted from 1.

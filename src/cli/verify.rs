@@ -27,6 +27,11 @@ pub(crate) struct VerifyArgs {
     /// Vertical distance allowed at every sample, in the raster's unit
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_error: f64,
+    /// Judge the surface between samples, too. F is a number from 1 on, or inf. On the side between two neighbouring samples of a
+    /// row or column the surface must lie between their heights, give or take F × E; inside a cell between the heights of its
+    /// corners, give or take the same. inf judges samples alone
+    #[arg(long, value_name = "F", value_parser = values::max_stray, allow_hyphen_values = true, default_value = "inf")]
+    max_stray: f64,
     #[command(flatten)]
     input: InputArgs,
     /// The mesh must cover voids of at most this many samples, at any height. A void is a group of missing samples, diagonal
@@ -71,6 +76,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     args.asked().check_samples()?;
     let bars = Bars::new(args.quiet);
     let request = VerifyRequest {
+        max_stray: args.max_stray.is_finite().then_some(args.max_stray),
         attributes: args.attributes.attributes(),
         importance: args.importance.input(),
         fill_voids: args.fill_holes,

@@ -49,7 +49,12 @@ pub fn mesh(format: &str, bytes: &[u8]) {
     let path = folder.path().join("mesh").with_extension(format.extensions[0]);
     std::fs::write(&path, bytes).expect("written");
     read_all(&path, folder.path());
-    let options = VerifyOptions { max_error: TOLERANCE, importance: None, temp_dir: Some(folder.path().to_path_buf()) };
+    let options = VerifyOptions {
+        max_error: TOLERANCE,
+        max_stray: None,
+        importance: None,
+        temp_dir: Some(folder.path().to_path_buf()),
+    };
     let Ok(verdict) = verify(&raster(), &path, &options, &Control::default()) else {
         return;
     };

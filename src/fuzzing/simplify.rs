@@ -166,6 +166,7 @@ impl Scene {
         // Behind all samples, so that a file without them has neither.
         let fill_holes = from.pick(&[0, 0, 1, 2, 5, 1000]);
         params.trim = from.pick(&[0, 0, 1, 2, 4, 1000]);
+        params.max_stray = from.pick(&[None, None, Some(1.0), Some(2.5), Some(f64::INFINITY)]);
         let heights = samples;
         let mut scene = Scene { width, height, single, judged, heights, weights, fill_holes, params: params.clone() };
         if pointed && engine.capabilities().points {
@@ -243,6 +244,7 @@ impl Scene {
         let summary = mesh.write(Box::new(sink), &control).expect("written");
         let options = VerifyOptions {
             max_error: self.params.tolerance.kept(),
+            max_stray: Some(self.params.straying(self.params.features())),
             importance,
             temp_dir: Some(folder.path().to_path_buf()),
         };

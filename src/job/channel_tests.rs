@@ -83,7 +83,7 @@ impl Made {
     }
 
     fn judge(&self, max_error: f64) -> Verdict {
-        let options = VerifyOptions { max_error, importance: None, temp_dir: None };
+        let options = VerifyOptions { max_error, max_stray: None, importance: None, temp_dir: None };
         verify_with_channels(&self.raster, &self.tin, &options, &self.channels, &Control::default()).expect("judged")
     }
 }
@@ -203,7 +203,7 @@ fn attributes_that_are_not_in_the_file_are_named() {
     striped(&folder);
     let made = Made::new(folder, &Choice { bands: vec![2], ..colours() }, &delaunay(Params::new(300.0)));
     let weighted = colours().open(made.raster.path());
-    let options = VerifyOptions { max_error: 300.0, importance: None, temp_dir: None };
+    let options = VerifyOptions { max_error: 300.0, max_stray: None, importance: None, temp_dir: None };
     let found = verify_with_channels(&made.raster, &made.tin, &options, &weighted, &Control::default());
     assert!(found.expect_err("no red").to_string().contains("attribute \"red\" of vertices"));
 }

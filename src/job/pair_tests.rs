@@ -123,7 +123,10 @@ impl Scene {
         let staged = StagedFile::create(&tin, true, &[] as &[&Path]).expect("staged");
         mesh.write(Box::new(PlySink::new(staged, Header::default())), &control).expect("written");
         let importance = set.has(Feature::Importance).then_some(&self.importance);
-        let options = VerifyOptions { max_error: TOLERANCE, importance, temp_dir: Some(self.temp_dir()) };
+        let quality = if set.has(Feature::Polishing) { Quality::Balanced } else { Quality::None };
+        let usual = rules::default_max_stray(set, quality);
+        let max_stray = Some(if set.has(Feature::MaxStray) { 1.0 } else { usual });
+        let options = VerifyOptions { max_error: TOLERANCE, max_stray, importance, temp_dir: Some(self.temp_dir()) };
         let ground = GroundOptions {
             fill_holes: if set.has(Feature::FilledVoids) { FILL_HOLES } else { 0 },
             trim: if set.has(Feature::Trim) { TRIM } else { 0 },

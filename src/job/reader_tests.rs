@@ -224,7 +224,12 @@ fn largest_errors_agree(band: &Band, folder: &Path, importance: Option<&Band>, t
     };
     let staged = StagedFile::create(&output, true, &[]).expect("staged");
     let summary = mesh.write(Box::new(PlySink::new(staged, Header::default())), &control).expect("written");
-    let options = VerifyOptions { max_error: tolerance, importance, temp_dir: None };
+    let options = VerifyOptions {
+        max_error: tolerance,
+        max_stray: Some(params.straying(params.features())),
+        importance,
+        temp_dir: None,
+    };
     let verdict = verify(band, &output, &options, &control).expect("judged");
     assert!(verdict.passes(), "{verdict}");
     let worst = verdict.worst.map_or(0.0, |w| w.error);

@@ -28,6 +28,9 @@ pub struct VerifyRequest {
     pub format: Option<&'static Format>,
     /// The distance allowed at every sample; where there is importance, distance × weight.
     pub max_error: f64,
+    /// How far the surface may be beyond the heights of the samples around it, between samples, as a multiple of `max_error`
+    /// from 1 on; see [`VerifyOptions::max_stray`]. `None`: that is not judged.
+    pub max_stray: Option<f64>,
     /// Further bands that are to be attributes of the vertices, within the tolerance together with the heights.
     pub attributes: Option<Attributes>,
     /// Weights of errors, on the samples of the input.
@@ -70,6 +73,7 @@ impl VerifyRequest {
             mesh: mesh.into(),
             format: None,
             max_error,
+            max_stray: None,
             attributes: None,
             importance: None,
             fill_voids: 0,
@@ -92,8 +96,8 @@ pub fn verify(request: &VerifyRequest, control: &Control<'_>) -> Result<VerifyRe
     let importance = importance.map(|opened| opened.band);
     warned.tell_all(band.warnings());
     importance.iter().for_each(|importance| warned.tell_all(importance.warnings()));
-    let (max_error, temp_dir) = (request.max_error, request.temp_dir.clone());
-    let options = VerifyOptions { max_error, importance: importance.as_ref(), temp_dir };
+    let VerifyRequest { max_error, max_stray, ref temp_dir, .. } = *request;
+    let options = VerifyOptions { max_error, max_stray, importance: importance.as_ref(), temp_dir: temp_dir.clone() };
     let ground = GroundOptions { fill_holes: request.fill_voids, trim: request.trim };
     let further = attributes.iter().flat_map(|a| &a.bands).chain(&importance);
     bound_gdal_cache(cache_bytes(further.chain([&band])));

@@ -14,7 +14,7 @@ use super::verdict::{WeightedWorst, WorstSample};
 
 /// Pieces a band is cut into for each thread: one that is done early takes what others have left. A triangle is set up anew in
 /// each piece.
-const TASKS: usize = 4;
+pub(super) const TASKS: usize = 4;
 
 /// The surfaces of a batch of triangles, and the first and the last row that each touches. It is used again for the next batch:
 /// memory that each thread allocates in turn is given back to the system by none.
@@ -22,6 +22,13 @@ const TASKS: usize = 4;
 pub(super) struct Planes {
     planes: Vec<Plane>,
     extents: Vec<(i64, i64)>,
+}
+
+impl Planes {
+    /// The surfaces.
+    pub(super) fn all(&self) -> &[Plane] {
+        &self.planes
+    }
 }
 
 /// Some rows of samples and what is known about them.

@@ -25,6 +25,15 @@ pub enum VerifyError {
         /// The number as it was given.
         found: f64,
     },
+    /// The limit on straying is none.
+    #[error(
+        "expected a limit on straying of 1 × the tolerance or more, found {found}: at samples the surface may be 1 × the \
+         tolerance off, which is as far beyond the heights around them"
+    )]
+    Stray {
+        /// The multiple as it was given.
+        found: f64,
+    },
     /// What the mesh is to be judged by does not go together.
     #[error(transparent)]
     Incompatible(#[from] Incompatible),

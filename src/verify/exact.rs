@@ -1,5 +1,7 @@
 //! The question whether a sample is within the tolerance, answered without rounding.
 
+use std::cmp::Ordering;
+
 use num_bigint::{BigInt, BigUint};
 use num_rational::BigRational;
 
@@ -83,6 +85,26 @@ fn weighted_in_128_bits(
     }
 }
 
+/// How h compares with (wa·za + wb·zb + wc·zc)/D.
+pub(super) fn compare(sample: f64, heights: [f64; 3], weights: [i128; 3]) -> Ordering {
+    let [za, zb, zc] = heights;
+    match whole_numbers(weights, [sample, za, zb, zc]) {
+        Some((double_area, [h, za, zb, zc], _)) => {
+            (h * double_area).cmp(&(weights[0] * za + weights[1] * zb + weights[2] * zc))
+        }
+        None => error(sample, heights, weights).cmp(&rational(0.0)),
+    }
+}
+
+/// A rounded number that is held against a limit, where rounding (or overflow) must not contradict the exact answer.
+pub(super) fn agreeing(counted: f64, within: bool, limit: f64) -> f64 {
+    match within {
+        true => counted.min(limit),
+        false if counted > limit => counted,
+        false => limit.next_up(),
+    }
+}
+
 /// |h − (wa·za + wb·zb + wc·zc)/D|, rounded to the nearest double, of two the even one. Errors below 2⁻¹⁰²² may be off by a
 /// bit.
 pub(super) fn rounded_error(sample: f64, heights: [f64; 3], weights: [i128; 3]) -> f64 {
@@ -158,7 +180,8 @@ fn in_rationals(sample: f64, heights: [f64; 3], weights: [i128; 3], tolerance: f
     -&tolerance <= error && error <= tolerance
 }
 
-fn rational(value: f64) -> BigRational {
+/// The number that a finite double is.
+pub(super) fn rational(value: f64) -> BigRational {
     BigRational::from_float(value).expect("finite heights, importance and tolerance")
 }
 
@@ -206,6 +229,7 @@ mod tests {
             let slow = in_rationals(sample, heights, weights, tolerance);
             prop_assert!(in_128_bits(sample, heights, weights, tolerance).is_none_or(|fast| fast == slow));
             prop_assert!(!tie || slow);
+            prop_assert_eq!(compare(sample, heights, weights), super::error(sample, heights, weights).cmp(&rational(0.0)));
             let exact = rounded_in_rationals(sample, heights, weights);
             let is_tiny = exact < f64::MIN_POSITIVE;
             prop_assert!(rounded_in_128_bits(sample, heights, weights).is_none_or(|fast| fast == exact || is_tiny));

@@ -30,7 +30,7 @@ pub(super) struct FaceFindings {
 
 /// What it leaves to be looked at in another order.
 pub(super) struct FaceSorts<'s> {
-    /// Triangles that touch samples, by first row.
+    /// Triangles that touch samples, and those between two rows if they were asked for, by first row.
     pub(super) triangles: Sorted<'s, TRIANGLE_WORDS>,
     pub(super) edges: Gather<'s, EdgeKey>,
     /// The corners of all faces.
@@ -39,17 +39,19 @@ pub(super) struct FaceSorts<'s> {
 
 /// Reads the faces once: judges each by itself and sorts what has to be seen in order.
 ///
-/// Memory use is constant: the sorts', and 24 bytes for each face of a chunk.
+/// Memory use is constant: the sorts', and 24 bytes for each face of a chunk. Triangles that lie between two rows of samples are
+/// kept if `between` says so.
 pub(super) fn read_faces<'s>(
     mesh: &mut dyn MeshReader,
     vertices: &mut VertexStore<'s>,
     grid: &Grid,
+    between: bool,
     scratch: &'s Scratch,
     pace: &mut Pace<'_>,
 ) -> Result<(FaceFindings, FaceSorts<'s>), VerifyError> {
     let triangles = Sorter::new(scratch, TRIANGLE_BYTES);
     let (edges, uses) = (edge_sort(scratch), use_sort(scratch));
-    let mut faces = Faces { grid, vertices, found: FaceFindings::default(), triangles, edges, uses, count: 0 };
+    let mut faces = Faces { grid, vertices, found: FaceFindings::default(), triangles, edges, uses, between, count: 0 };
     let mut chunk = Vec::with_capacity(CHUNK);
     mesh.for_each_face(|_, corners| {
         chunk.push(corners);
@@ -74,6 +76,7 @@ struct Faces<'a, 's> {
     triangles: Sorter<'s, TRIANGLE_WORDS>,
     edges: Gather<'s, EdgeKey>,
     uses: Gather<'s, UseKey>,
+    between: bool,
     /// How many have been taken.
     count: u64,
 }
@@ -81,7 +84,7 @@ struct Faces<'a, 's> {
 impl Faces<'_, '_> {
     /// Takes the next faces: corners and edges on one thread, places on another.
     fn take(&mut self, faces: &[[u64; 3]]) -> Result<(), VerifyError> {
-        let Faces { grid, vertices, found, triangles, edges, uses, count } = self;
+        let Faces { grid, vertices, found, triangles, edges, uses, between, count } = self;
         let by_number = || {
             faces.iter().try_for_each(|&[a, b, c]| {
                 [a, b, c].into_iter().try_for_each(|vertex| uses.push(UseKey::record(vertex)))?;
@@ -94,7 +97,7 @@ impl Faces<'_, '_> {
             (*count..).zip(faces).try_for_each(|(face, &[a, b, c])| {
                 let corners = [vertices.get(a)?, vertices.get(b)?, vertices.get(c)?];
                 let Some(triangle) = found.judge(grid, face, corners) else { return Ok(()) };
-                let (first, last) = triangle.rows(grid);
+                let (first, last) = if *between { triangle.rows_around(grid) } else { triangle.rows(grid) };
                 if first <= last {
                     triangles.push(triangle.words(first))?;
                 }

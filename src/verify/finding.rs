@@ -50,6 +50,15 @@ pub struct SamplePlace {
     pub y: f64,
 }
 
+/// A side between two neighbouring samples of a row or a column, or a cell, by two of its corners.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SidePlace {
+    /// The left or upper sample; of a cell the one to the left and above.
+    pub from: SamplePlace,
+    /// The right or lower sample; of a cell the one to the right and below.
+    pub to: SamplePlace,
+}
+
 /// A point on the map.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MapPlace {
@@ -103,6 +112,12 @@ pub struct EdgePlace {
 impl std::fmt::Display for SamplePlace {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "column {}, row {} ({} {})", self.column, self.row, self.x, self.y)
+    }
+}
+
+impl std::fmt::Display for SidePlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} to {}", self.from, self.to)
     }
 }
 

@@ -82,14 +82,25 @@
 //! Samples of the ground outside of the strip are covered, each is within the tolerance where it is covered (`sweep`,
 //! `ground`).
 //!
+//! # Between samples
+//!
+//! With [`VerifyOptions::max_stray`] triangles also reach the row below their last one, and those between two rows are kept
+//! (`strays`): edges are followed from one row of cells to the next (`walk`), where they cross rows and columns their heights
+//! are held against the two samples beside (`edge`, `limit`), and so are vertices that stand on no sample. An edge of two
+//! faces is followed for that one of them alone which has it downwards. One of a single face is followed if the ground may be
+//! trimmed; otherwise it runs along sides and diagonals of cells, which it does not cross but at samples, or is a fault. Why these
+//! places are enough is said in `docs/guarantees.md`.
+//!
 //! Architecture invariant: nothing here imports an engine, a spool or a sink.
 
 mod band;
 mod bare;
+mod between;
 mod boundary;
 mod cells;
 mod corners;
 mod crossing;
+mod edge;
 mod edges;
 mod error;
 mod exact;
@@ -102,6 +113,7 @@ mod ground;
 mod heights;
 mod holes;
 mod joins;
+mod limit;
 mod line;
 mod outline;
 mod pace;
@@ -113,6 +125,8 @@ mod runs;
 mod samples;
 mod segments;
 mod spans;
+mod stray_verdict;
+mod strays;
 mod strip;
 mod surface;
 mod sweep;
@@ -122,6 +136,7 @@ mod triangle;
 mod valued;
 mod verdict;
 mod vertices;
+mod walk;
 mod weighted;
 
 use std::path::{Path, PathBuf};
@@ -135,8 +150,9 @@ use crate::formats::{self, ReadOptions};
 use crate::job::rules;
 
 pub use error::VerifyError;
-pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
+pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, SidePlace, TouchPlace, VertexPlace};
 pub use heights::HeightReader;
+pub use stray_verdict::{StrayVerdict, WorstStray};
 pub use verdict::{TrimVerdict, Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedVerdict, WorstWeighted};
 
@@ -146,6 +162,7 @@ use edges::{EdgeFindings, match_edges};
 use faces::{FaceFindings, FaceSorts, read_faces};
 use grid::Grid;
 use holes::find_bridges;
+use limit::StrayLimit;
 use outline::Outline;
 use pace::Pace;
 use rim::Rim;
@@ -160,6 +177,15 @@ use weighted::judge_weighted;
 pub struct VerifyOptions<'a> {
     /// The vertical distance allowed at every sample, in the raster's unit; at most this, `<=`, is within.
     pub max_error: f64,
+    /// A limit on straying, as a multiple F of `max_error`, at least 1; `None` judges no straying.
+    ///
+    /// A *side* is the segment between two neighbouring samples of a row or a column that both have a height; those with a
+    /// bridged sample are none. Along every side, as far as faces cover it, the surface is to lie between the two heights, give
+    /// or take F × `max_error`; with an importance raster distance × weight is what counts, by the smaller weight of the
+    /// two. Vertices inside a cell are held in the same way to all its heights, four or three, unless one of its samples is
+    /// bridged. The limit is the smallest double that is F × `max_error` or more, and comparisons with it are exact.
+    /// [`StrayVerdict`] says what was found. In meshes of [`ChannelBands::planar`] all heights are 0.
+    pub max_stray: Option<f64>,
     /// A raster of weights: at every sample distance × weight is to be at most `max_error`. It has the grid of the raster.
     pub importance: Option<&'a Band>,
     /// Where temporary files are made, about 200 bytes per triangle; `None` is the system's place for them.
@@ -255,6 +281,7 @@ fn judge(
     if !(tolerance.is_finite() && tolerance >= 0.0) {
         return Err(VerifyError::Tolerance { found: tolerance });
     }
+    let limit = StrayLimit::new(options.max_stray, tolerance)?;
     raster.holds_rows(raster.width())?;
     if let Some(importance) = options.importance {
         raster.same_grid(importance)?;
@@ -271,7 +298,7 @@ fn judge(
     let (mut corner_findings, mut store, places) = read_vertices(mesh, &grid, &scratch, &mut pace)?;
     corner_findings.find_duplicates(&grid, places, &mut pace)?;
     let (face_findings, FaceSorts { triangles: by_row, edges, uses }) =
-        read_faces(mesh, &mut store, &grid, &scratch, &mut pace)?;
+        read_faces(mesh, &mut store, &grid, limit.is_some(), &scratch, &mut pace)?;
     corner_findings.find_unused(&grid, &mut store, uses, &mut pace)?;
     let trims = ground.trim > 0;
     let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, trims, &scratch, &mut pace)?;
@@ -301,12 +328,13 @@ fn judge(
         bands = bridges.into_iter().fold(bands, |bands, runs| bands.with_flags(RunFlags::new(runs, flag::BRIDGED)));
         Outline::Ground(Boundary::new(grid, boundary, &scratch))
     };
-    let comparison = sweep(bands, grid, by_row, outline, tolerance, &scratch, control)?;
+    let comparison = sweep(bands, grid, by_row, outline, (tolerance, limit), &scratch, control)?;
     let of_channels = |c| judge_weighted(raster, mesh, tolerance, c, &scratch, control);
     let extended = channels.map(of_channels).transpose()?;
     let samples = raster.width() as u64 * raster.height() as u64;
     let sizes = Sizes { samples, vertices, triangles };
-    let verdict = verdict(tolerance, ground.trim, sizes, comparison, face_findings, edge_findings, corner_findings);
+    let verdict =
+        verdict((tolerance, limit), ground.trim, sizes, comparison, face_findings, edge_findings, corner_findings);
     Ok(Verdict { bridged_holes, extended, ..verdict })
 }
 
@@ -317,7 +345,7 @@ struct Sizes {
 }
 
 fn verdict(
-    tolerance: f64,
+    (tolerance, limit): (f64, Option<StrayLimit>),
     trim: u32,
     sizes: Sizes,
     comparison: Comparison,
@@ -352,6 +380,7 @@ fn verdict(
         weighted_worst: comparison.weighted_worst,
         rms_error: (comparison.sum_of_squares / comparison.covered.max(1) as f64).sqrt(),
         above_tolerance: comparison.above,
+        stray: limit.zip(comparison.strays).map(|(limit, found)| found.verdict(&limit)),
         uncovered: ground.uncovered,
         overlapped: comparison.overlapped,
         touched_nodata: comparison.touched,

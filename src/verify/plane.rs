@@ -1,13 +1,13 @@
 //! The plane of a face at samples, exact.
 
-use super::exact::{rounded_error, within, within_weighted};
+use super::exact::{agreeing, rounded_error, within, within_weighted};
 use super::grid::STEPS;
 use super::line::Line;
 use super::samples::Samples;
 use super::triangle::{RowSpan, Triangle};
 
 /// Half the distance from 1 to the next double: the relative error of one rounded operation.
-const U: f64 = f64::EPSILON / 2.0;
+pub(super) const U: f64 = f64::EPSILON / 2.0;
 
 /// The surface over one triangle, ready to be held against samples.
 ///
@@ -91,7 +91,7 @@ impl Plane {
     #[cold]
     pub(super) fn refined(&self, column: i64, row: i64, sample: f64, weight: Option<f64>, judged: Judged) -> Judged {
         let error = rounded_error(sample, self.triangle.heights, self.weights(column, row));
-        let counted = self.not_contradicting(error * weight.unwrap_or(1.0), judged.within);
+        let counted = agreeing(error * weight.unwrap_or(1.0), judged.within, self.tolerance);
         let error = if weight.is_none() { counted } else { error };
         Judged { error, counted, ..judged }
     }
@@ -170,22 +170,13 @@ impl Plane {
         let weights = self.weights(column, row);
         let within = within_weighted(sample, self.triangle.heights, weights, weight, self.tolerance);
         let most = if within && weight > 0.0 { self.tolerance / weight } else { f64::INFINITY };
-        Judged { error: error.min(most), counted: self.not_contradicting(counted, within), surface, within }
-    }
-
-    /// Rounding (or, with numbers near the largest, overflow) must not contradict the exact answer.
-    fn not_contradicting(&self, counted: f64, within: bool) -> f64 {
-        match within {
-            true => counted.min(self.tolerance),
-            false if counted > self.tolerance => counted,
-            false => self.tolerance.next_up(),
-        }
+        Judged { error: error.min(most), counted: agreeing(counted, within, self.tolerance), surface, within }
     }
 
     #[cold]
     fn judge_exactly(&self, column: i64, row: i64, sample: f64, surface: f64, error: f64) -> Judged {
         let within = within(sample, self.triangle.heights, self.weights(column, row), self.tolerance);
-        let error = self.not_contradicting(error, within);
+        let error = agreeing(error, within, self.tolerance);
         Judged { error, counted: error, surface, within }
     }
 

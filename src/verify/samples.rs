@@ -162,6 +162,17 @@ pub(super) struct Rows {
 }
 
 impl Rows {
+    /// Takes the last row of others in place of its own.
+    pub(super) fn keep_last(&mut self, others: &Rows, width: usize) {
+        fn last<T: Copy>(own: &mut Vec<T>, others: &[T], width: usize) {
+            own.clear();
+            own.extend_from_slice(&others[others.len().saturating_sub(width)..]);
+        }
+        last(&mut self.heights, &others.heights, width);
+        last(&mut self.weights, &others.weights, width);
+        last(&mut self.flags, &others.flags, width);
+    }
+
     /// All of them.
     pub(super) fn samples(&self) -> Samples<'_> {
         fn some<T>(values: &[T]) -> Option<&[T]> {

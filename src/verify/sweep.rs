@@ -8,8 +8,10 @@ use super::feed::Feed;
 use super::finding::{Finding, SamplePlace, TouchPlace};
 use super::grid::Grid;
 use super::ground::{Ground, GroundFindings};
+use super::limit::StrayLimit;
 use super::outline::{Outline, OutlineFindings};
 use super::samples::{Bands, Rows};
+use super::strays::{StrayFindings, Strays};
 use super::triangle::{TRIANGLE_WORDS, Triangle, TriangleWords};
 use super::verdict::{WeightedWorst, WorstSample};
 use crate::base::external::{Scratch, Sorted};
@@ -34,6 +36,8 @@ pub(super) struct Comparison {
     pub(super) range: Option<[f64; 2]>,
     pub(super) ground: GroundFindings,
     pub(super) outline: OutlineFindings,
+    /// What was found out about straying, where there is a limit.
+    pub(super) strays: Option<StrayFindings>,
 }
 
 /// Holds the triangles, sorted by first row, against the samples, band by band, and the edges of the boundary against
@@ -47,7 +51,7 @@ pub(super) fn sweep<'s>(
     grid: Grid,
     triangles: Sorted<'s, TRIANGLE_WORDS>,
     outline: Outline<'s>,
-    tolerance: f64,
+    (tolerance, limit): (f64, Option<StrayLimit>),
     scratch: &'s Scratch,
     control: &Control<'_>,
 ) -> Result<Comparison, VerifyError> {
@@ -57,13 +61,19 @@ pub(super) fn sweep<'s>(
     let mut sweep = Sweep {
         grid,
         tolerance,
+        limit: limit.map(|limit| (limit, matches!(outline, Outline::Trimmed(_)))),
+        above: Rows::default(),
         control,
         triangles: Feed::new(triangles, scratch),
         batches: Default::default(),
         planes: Planes::default(),
         ground: Ground::new(grid),
         outline,
-        comparison: Comparison { weighted: reader.are_weighted(), ..Comparison::default() },
+        comparison: Comparison {
+            weighted: reader.are_weighted(),
+            strays: limit.map(|_| StrayFindings::default()),
+            ..Comparison::default()
+        },
         row: 0,
     };
     let (mut here, mut next) = (Rows::default(), Rows::default());
@@ -84,6 +94,10 @@ pub(super) fn sweep<'s>(
 struct Sweep<'s, 'c> {
     grid: Grid,
     tolerance: f64,
+    /// The limit on straying, if there is one, and whether the mesh's boundary may be trimmed.
+    limit: Option<(StrayLimit, bool)>,
+    /// The row above the next ones, where there is a limit and a row.
+    above: Rows,
     control: &'c Control<'c>,
     triangles: Feed<'s, TRIANGLE_WORDS>,
     /// The batch that is worked on, and one that has been used; and what is made of a batch.
@@ -101,9 +115,14 @@ impl Sweep<'_, '_> {
     fn pass(&mut self, rows: &Rows) -> Result<(), VerifyError> {
         let (grid, cancel) = (self.grid, &self.control.cancel);
         let mut band = Band::new(grid, self.tolerance, self.row, rows.samples());
+        let above = (self.row > 0).then(|| self.above.samples());
+        let mut strays = self.limit.map(|limit| Strays::new(grid, limit, self.row, above, rows.samples()));
         self.row = band.rows.1;
-        let after = self.row;
-        let goes_on = |words: &TriangleWords| Triangle::from_words(words).rows(&grid).1 >= after;
+        let (after, between) = (self.row, strays.is_some());
+        let goes_on = |words: &TriangleWords| {
+            let triangle = Triangle::from_words(words);
+            (if between { triangle.rows_around(&grid) } else { triangle.rows(&grid) }).1 >= after
+        };
         let (triangles, planes) = (&mut self.triangles, &mut self.planes);
         triangles.begin();
         let [here, next] = &mut self.batches;
@@ -111,11 +130,19 @@ impl Sweep<'_, '_> {
         while !here.is_empty() {
             cancel.check()?;
             let used = std::mem::take(next);
-            let (following, ()) = rayon::join(|| triangles.next(used, after, goes_on), || band.compare(here, planes));
+            let compare = || {
+                band.compare(here, planes);
+                strays.iter_mut().for_each(|strays| strays.compare(planes.all()));
+            };
+            let (following, ()) = rayon::join(|| triangles.next(used, after, goes_on), compare);
             *next = std::mem::replace(here, following?);
         }
         cancel.check()?;
         band.add_to(&mut self.comparison);
+        if let (Some(strays), Some(found)) = (&strays, &mut self.comparison.strays) {
+            strays.add_to(found);
+            self.above.keep_last(rows, grid.width as usize);
+        }
         self.outline.follow(&mut self.ground.settle(band.samples, &band.marks))?;
         self.control.progress.step(Stage::Compare, band.samples.heights.len() as u64);
         Ok(())

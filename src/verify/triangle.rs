@@ -54,6 +54,13 @@ impl Triangle {
         (-(-low).div_euclid(STEPS).min(0), high.div_euclid(STEPS).min(grid.height - 1))
     }
 
+    /// The same, and the row below where it ends between two rows.
+    pub(super) fn rows_around(&self, grid: &Grid) -> (i64, i64) {
+        let (first, last) = self.rows(grid);
+        let high = self.corners[0].1.max(self.corners[1].1).max(self.corners[2].1);
+        (first, (-(-high).div_euclid(STEPS)).min(grid.height - 1).max(last))
+    }
+
     pub(super) fn words(&self, first_row: i64) -> TriangleWords {
         let [(ax, ay), (bx, by), (cx, cy)] = self.corners.map(|(x, y)| (x as u64, y as u64));
         let [za, zb, zc] = self.heights.map(f64::to_bits);

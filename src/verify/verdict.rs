@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::WeightedVerdict;
 use super::finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
+use super::{StrayVerdict, WeightedVerdict};
 use crate::base::decimal::Decimal;
 
 /// Everything that was found out about a mesh. It passes if [`Verdict::failures`] is empty.
@@ -49,6 +49,8 @@ pub struct Verdict {
     /// Samples farther from a surface than the tolerance, exactly; where errors are weighted, with an error × weight above
     /// it.
     pub above_tolerance: Finding<SamplePlace>,
+    /// What was found out about straying; `None` where it was not judged.
+    pub stray: Option<StrayVerdict>,
     /// Samples of the ground in no triangle.
     pub uncovered: Finding<SamplePlace>,
     /// Samples in the interior of one triangle and also in another.
@@ -166,6 +168,9 @@ impl Verdict {
             let what = format!("above {tolerance} in the error of heights and attributes together");
             list(&mut out, &extended.above_tolerance, "sample is", "samples are", &what);
         }
+        if let Some(stray) = &self.stray {
+            out.extend(stray.failure(self));
+        }
         list(&mut out, &self.uncovered, "sample is", "samples are", "in no triangle");
         list(&mut out, &self.overlapped, "sample is", "samples are", "in several triangles");
         list(&mut out, &self.touched_nodata, "missing sample is", "missing samples are", "in a triangle");
@@ -274,6 +279,9 @@ impl std::fmt::Display for Verdict {
             }
             writeln!(f, "RMS error {}", self.rms_error)?;
         }
+        if let Some(stray) = &self.stray {
+            writeln!(f, "{stray}")?;
+        }
         if let Some(w) = self.extended.as_ref().and_then(|w| w.worst) {
             writeln!(f, "max error of heights and attributes {} at {}", w.error, w.place)?;
         }
@@ -285,7 +293,12 @@ impl std::fmt::Display for Verdict {
                 _ if self.nodata + self.bridged > 0 => "every sample of the ground",
                 _ => "every sample",
             };
-            return write!(f, "PASS: {what} {} at {samples}, without cracks or overlaps", self.tolerance);
+            let between = self
+                .stray
+                .as_ref()
+                .map(|s| format!(" and {} of the heights around between samples", s.allowed(self.tolerance)));
+            let between = between.unwrap_or_default();
+            return write!(f, "PASS: {what} {} at {samples}{between}, without cracks or overlaps", self.tolerance);
         }
         write!(f, "FAIL")?;
         failures.iter().try_for_each(|failure| write!(f, "\n  {failure}"))

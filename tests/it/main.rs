@@ -28,6 +28,7 @@ mod resume;
 mod shared;
 mod simplify_bad_input;
 mod simplify_files;
+mod stray;
 mod synth_bad_input;
 mod trim;
 mod usage;

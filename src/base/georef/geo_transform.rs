@@ -68,8 +68,16 @@ impl GeoTransform {
     /// `(c0 + P·c1) + L·c2` and `(c3 + P·c4) + L·c5`, each operation rounded to double.
     pub fn apply(&self, x: i64, y: i64) -> (f64, f64) {
         let (x, y) = (x + STEPS as i64 * self.origin.0, y + STEPS as i64 * self.origin.1);
+        self.apply_to(x as f64 / STEPS + 0.5, y as f64 / STEPS + 0.5)
+    }
+
+    /// Map coordinates of a place between samples: column and row with fractions, whole numbers at the centres of samples.
+    pub fn place(&self, column: f64, row: f64) -> (f64, f64) {
+        self.apply_to(column + self.origin.0 as f64 + 0.5, row + self.origin.1 as f64 + 0.5)
+    }
+
+    fn apply_to(&self, p: f64, l: f64) -> (f64, f64) {
         let [x0, xp, xl, y0, yp, yl] = self.coefficients;
-        let (p, l) = (x as f64 / STEPS + 0.5, y as f64 / STEPS + 0.5);
         ((x0 + p * xp) + l * xl, (y0 + p * yp) + l * yl)
     }
 
@@ -157,6 +165,7 @@ mod tests {
                 let (mx, my) = window.apply(x, y);
                 prop_assert_eq!((mx, my), whole.apply(x + 4 * column as i64, y + 4 * row as i64));
                 prop_assert_eq!(window.lattice(mx, my), Some((x, y)));
+                prop_assert_eq!(window.place(x as f64 / 4.0, y as f64 / 4.0), (mx, my));
                 prop_assert_eq!(whole.of_window(column / 2, row / 2).of_window(column - column / 2, row - row / 2), window);
             }
         }

@@ -86,7 +86,8 @@ fn weights_may_be_missing_where_a_hole_is_bridged() {
     let path = super::scene::write_raster(&dir, (8, 5), &weights, |_| {});
     let importance = crate::testing::band(&path, 1);
     let verdict = scene.compare(&scene.mesh_ply(), |raster, mesh, temp_dir| {
-        let options = VerifyOptions { max_error: 0.0, importance: Some(&importance), temp_dir: Some(temp_dir) };
+        let options =
+            VerifyOptions { max_error: 0.0, max_stray: None, importance: Some(&importance), temp_dir: Some(temp_dir) };
         verify_ground(raster, mesh, &options, GroundOptions { fill_holes: 2, trim: 0 }, None, &Control::default())
     });
     assert!(verdict.unwrap().passes());
@@ -108,7 +109,12 @@ fn channels_may_be_missing_where_a_hole_is_bridged() {
         0.5 -0.5 1 4\n2.5 -0.5 1 4\n2.5 -2.5 1 4\n0.5 -2.5 1 4\n3 0 2 1\n3 0 3 2\n";
     std::fs::write(&mesh, ply).unwrap();
     let judge = |fill_holes: u64| {
-        let options = VerifyOptions { max_error: 0.0, importance: None, temp_dir: Some(dir.path().to_path_buf()) };
+        let options = VerifyOptions {
+            max_error: 0.0,
+            max_stray: None,
+            importance: None,
+            temp_dir: Some(dir.path().to_path_buf()),
+        };
         let channels = ChannelBands { bands: vec![crate::testing::band(&raster, 2)], emphasis: 0.5, planar: false };
         let ground = GroundOptions { fill_holes, trim: 0 };
         let raster = crate::testing::band(&raster, 1);

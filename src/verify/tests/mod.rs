@@ -7,6 +7,7 @@ mod oracle;
 mod rasters;
 mod scene;
 mod sizes;
+mod strays;
 mod threads;
 mod trim;
 mod trim_oracle;

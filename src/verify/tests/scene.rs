@@ -156,9 +156,27 @@ impl Scene {
         importance: Option<&Band>,
     ) -> Result<Verdict, VerifyError> {
         self.compare(ply, |raster, mesh, temp_dir| {
-            let options = VerifyOptions { max_error, importance, temp_dir: Some(temp_dir) };
+            let options = VerifyOptions { max_error, max_stray: None, importance, temp_dir: Some(temp_dir) };
             verify(raster, mesh, &options, &Control::default())
         })
+    }
+
+    /// With a limit on straying, on any ground, with weights where there are some.
+    pub(super) fn judge_stray(
+        &self,
+        (max_error, max_stray): (f64, f64),
+        ground: GroundOptions,
+        weights: Option<&[f64]>,
+    ) -> Verdict {
+        let other = tempfile::tempdir().unwrap();
+        let size = (self.width, self.height);
+        let weights = weights.map(|w| crate::testing::band(&write_raster(&other, size, w, |_| {}), 1));
+        let judged = self.compare(&self.mesh_ply(), |raster, mesh, temp_dir| {
+            let (importance, temp_dir) = (weights.as_ref(), Some(temp_dir));
+            let options = VerifyOptions { max_error, max_stray: Some(max_stray), importance, temp_dir };
+            judge(raster, mesh, &options, ground, None, None, &Control::default())
+        });
+        judged.unwrap()
     }
 
     /// The same, the raster passing by so many rows at a time.
@@ -174,7 +192,7 @@ impl Scene {
         rows: usize,
     ) -> Result<Verdict, VerifyError> {
         self.compare(&self.mesh_ply(), |raster, mesh, temp_dir| {
-            let options = VerifyOptions { max_error, importance: None, temp_dir: Some(temp_dir) };
+            let options = VerifyOptions { max_error, max_stray: None, importance: None, temp_dir: Some(temp_dir) };
             judge(raster, mesh, &options, ground, None, Some(rows), &Control::default())
         })
     }

@@ -28,7 +28,8 @@ fn judge(dir: &tempfile::TempDir, raster: &std::path::Path, mesh: &Mesh, size: u
     let path = dir.path().join("mesh.ply");
     let ply = mesh.ply([0.0, 1.0, 0.0, 0.0, 0.0, -1.0], (size, size));
     std::fs::File::create(&path).and_then(|mut f| f.write_all(ply.as_bytes())).unwrap();
-    let options = VerifyOptions { max_error: 0.0, importance: None, temp_dir: Some(dir.path().to_path_buf()) };
+    let options =
+        VerifyOptions { max_error: 0.0, max_stray: None, importance: None, temp_dir: Some(dir.path().to_path_buf()) };
     verify(&crate::testing::band(raster, 1), &path, &options, &Control::default()).unwrap()
 }
 

@@ -10,6 +10,7 @@ use crate::verify::{GroundOptions, Verdict, VerifyOptions, judge};
 #[derive(Default)]
 struct Setting {
     max_error: f64,
+    max_stray: Option<f64>,
     ground: GroundOptions,
     weights: Option<Vec<f64>>,
     cutline: Option<Cutline>,
@@ -17,7 +18,7 @@ struct Setting {
 
 /// The verdict of one thread and one band, which other threads and bands must give, too.
 fn same_verdict(scene: &Scene, setting: Setting) -> Verdict {
-    let Setting { max_error, ground, weights, cutline } = setting;
+    let Setting { max_error, max_stray, ground, weights, cutline } = setting;
     let pools = [1, 2, 5].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap());
     let other = tempfile::tempdir().unwrap();
     let size = (scene.width, scene.height);
@@ -27,7 +28,7 @@ fn same_verdict(scene: &Scene, setting: Setting) -> Verdict {
             Some(cutline) => raster.clone().with_cutline(cutline.clone()),
             None => raster.clone(),
         };
-        let options = VerifyOptions { max_error, importance: weights.as_ref(), temp_dir: Some(temp_dir) };
+        let options = VerifyOptions { max_error, max_stray, importance: weights.as_ref(), temp_dir: Some(temp_dir) };
         let judge = |rows| judge(&raster, mesh, &options, ground, None, Some(rows), &Control::default()).unwrap();
         let verdict = pools[0].install(|| judge(scene.height));
         let text = serde_json::to_string(&verdict).unwrap();
@@ -67,6 +68,21 @@ fn whole_rasters_and_weighted_ones() {
 }
 
 #[test]
+fn straying_is_the_same() {
+    let scene = relief();
+    let setting = || Setting { max_error: 0.6, max_stray: Some(1.0), ..Setting::default() };
+    let stray = same_verdict(&scene, setting()).stray.unwrap();
+    assert!(stray.beyond.count > 100 && stray.worst.unwrap().stray > 0.6, "{stray:?}");
+    let weights: Vec<f64> = (0..scene.samples.len()).map(|i| (i % 5) as f64 / 4.0).collect();
+    let weighted = same_verdict(&scene, Setting { weights: Some(weights), ..setting() }).stray.unwrap();
+    assert!((1..stray.beyond.count).contains(&weighted.beyond.count), "{weighted:?}");
+    let mut scene = scene;
+    (0..scene.samples.len()).step_by(7).for_each(|i| scene.samples[i] = f64::NAN);
+    let ground = GroundOptions { fill_holes: 1, trim: 1 };
+    assert!(same_verdict(&scene, Setting { ground, ..setting() }).stray.unwrap().beyond.count > 0);
+}
+
+#[test]
 fn gaps_trimmed_rims_and_filled_holes() {
     for (name, rows, _) in PATTERNS {
         assert!(same_verdict(&scene(rows), Setting::default()).passes(), "{name}");
@@ -103,7 +119,7 @@ fn meshes_with_every_fault() {
         fault(&mut scene.mesh);
         scene.mesh.places.extend([(8, 8), scene.mesh.places[5]]);
         scene.mesh.heights.extend([0.0; 2]);
-        let verdict = same_verdict(&scene, Setting { max_error: 9.0, ..Setting::default() });
+        let verdict = same_verdict(&scene, Setting { max_error: 9.0, max_stray: Some(2.0), ..Setting::default() });
         assert!(verdict.failures().len() > 2, "{verdict}");
         assert_eq!((verdict.unused_vertices.count, verdict.duplicate_vertices.count > 0), (2, true), "{verdict}");
     }
