@@ -244,7 +244,7 @@ impl Scene {
         let summary = mesh.write(Box::new(sink), &control).expect("written");
         let options = VerifyOptions {
             max_error: self.params.tolerance.kept(),
-            max_stray: Some(self.params.straying(self.params.features())),
+            max_stray: self.params.limit_on_straying(self.params.features()),
             importance,
             temp_dir: Some(folder.path().to_path_buf()),
         };

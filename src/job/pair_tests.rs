@@ -125,7 +125,7 @@ impl Scene {
         let importance = set.has(Feature::Importance).then_some(&self.importance);
         let quality = if set.has(Feature::Polishing) { Quality::Balanced } else { Quality::None };
         let usual = rules::default_max_stray(set, quality);
-        let max_stray = Some(if set.has(Feature::MaxStray) { 1.0 } else { usual });
+        let max_stray = Some(if set.has(Feature::MaxStray) { 1.0 } else { usual }).filter(|limit| limit.is_finite());
         let options = VerifyOptions { max_error: TOLERANCE, max_stray, importance, temp_dir: Some(self.temp_dir()) };
         let ground = GroundOptions {
             fill_holes: if set.has(Feature::FilledVoids) { FILL_HOLES } else { 0 },

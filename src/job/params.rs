@@ -120,6 +120,11 @@ impl Params {
         self.max_stray.unwrap_or_else(|| rules::default_max_stray(features, self.quality))
     }
 
+    /// The same, `None` where there is no limit.
+    pub fn limit_on_straying(&self, features: FeatureSet) -> Option<f64> {
+        Some(self.straying(features)).filter(|limit| limit.is_finite())
+    }
+
     /// How many passes a run makes over the tiles of a grid. In a work dir each keeps its chunks until the end; else until the
     /// next one is done.
     pub fn passes(&self, grid: TileGrid) -> u64 {

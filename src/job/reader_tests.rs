@@ -226,7 +226,7 @@ fn largest_errors_agree(band: &Band, folder: &Path, importance: Option<&Band>, t
     let summary = mesh.write(Box::new(PlySink::new(staged, Header::default())), &control).expect("written");
     let options = VerifyOptions {
         max_error: tolerance,
-        max_stray: Some(params.straying(params.features())),
+        max_stray: params.limit_on_straying(params.features()),
         importance,
         temp_dir: None,
     };
