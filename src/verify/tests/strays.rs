@@ -230,6 +230,8 @@ fn a_limit() -> impl Strategy<Value = (f64, f64)> {
 }
 
 proptest! {
+    #![proptest_config(crate::testing::cases(200, 4000))]
+
     #[test]
     fn straying_is_what_every_side_against_every_face_says(
         scene in scene(), limit in a_limit(), weights in proptest::collection::vec(a_weight(), 160), weighted in any::<bool>(),
