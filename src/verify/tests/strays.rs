@@ -7,6 +7,7 @@ use num_rational::BigRational;
 use proptest::prelude::*;
 
 use super::ground::{PATTERNS, samples};
+use super::oracle::a_height;
 use super::scene::{Mesh, NORTH_UP, SOUTH_UP, Scene, TURNED};
 use crate::verify::grid::orientation;
 use crate::verify::{GroundOptions, StrayVerdict, VerifyError};
@@ -193,11 +194,6 @@ fn check(scene: &Scene, stray: &StrayVerdict, strays: &[(BigRational, Place, Pla
     let [low, high] = worst.raster_heights;
     let beyond = (worst.surface_height - high).max(low - worst.surface_height);
     assert!(low <= high && (beyond - worst.stray).abs() <= 1e-13 * (1.0 + high.abs() + low.abs()), "{worst:?}");
-}
-
-/// Whole numbers, where ties are common, and others, where they are not.
-fn a_height() -> impl Strategy<Value = f64> {
-    prop_oneof![3 => (-3i32..4).prop_map(f64::from), 1 => -3f64..4.0]
 }
 
 prop_compose! {
