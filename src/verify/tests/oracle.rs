@@ -38,7 +38,7 @@ fn to_f64(value: &BigRational) -> f64 {
 }
 
 /// Whole numbers, where ties are common, and others, where they are not.
-fn a_height() -> impl Strategy<Value = f64> {
+pub(super) fn a_height() -> impl Strategy<Value = f64> {
     prop_oneof![3 => (-3i32..4).prop_map(f64::from), 1 => -3f64..4.0]
 }
 

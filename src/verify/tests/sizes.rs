@@ -28,8 +28,12 @@ fn judge(dir: &tempfile::TempDir, raster: &std::path::Path, mesh: &Mesh, size: u
     let path = dir.path().join("mesh.ply");
     let ply = mesh.ply([0.0, 1.0, 0.0, 0.0, 0.0, -1.0], (size, size));
     std::fs::File::create(&path).and_then(|mut f| f.write_all(ply.as_bytes())).unwrap();
-    let options =
-        VerifyOptions { max_error: 0.0, max_stray: None, importance: None, temp_dir: Some(dir.path().to_path_buf()) };
+    let options = VerifyOptions {
+        max_error: 0.0,
+        max_stray: Some(1.0),
+        importance: None,
+        temp_dir: Some(dir.path().to_path_buf()),
+    };
     verify(&crate::testing::band(raster, 1), &path, &options, &Control::default()).unwrap()
 }
 
@@ -43,7 +47,9 @@ fn a_mesh_larger_than_every_buffer_gives_the_same_verdict_in_any_order_and_with_
     assert_eq!(verdict.triangles, 2 * 512 * 512);
     // Every 1009th face, and around again: few faces share a block with the one before.
     let count = mesh.faces.len();
-    mesh.heights[1000] += 0.75;
+    // One sample to the right, and 30 above the plane: edges cross sides of cells.
+    mesh.places[1000].0 += 4;
+    mesh.heights[1000] += 33.0;
     mesh.faces = (0..count).map(|i| mesh.faces[i * 1009 % count]).collect();
     let [one, two, many] = [1, 2, 5].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -51,7 +57,9 @@ fn a_mesh_larger_than_every_buffer_gives_the_same_verdict_in_any_order_and_with_
     });
     let text = |verdict| serde_json::to_string(verdict).unwrap();
     assert_eq!((text(&one), text(&two)), (text(&many), text(&many)));
-    assert_eq!((many.failures().len(), many.worst.unwrap().error), (1, 0.75));
+    // In samples, and between them.
+    assert_eq!((many.failures().len(), many.worst.unwrap().error), (2, 30.0));
+    assert!(many.stray.unwrap().beyond.count > 10, "{many}");
 }
 
 #[test]

@@ -7,6 +7,7 @@ use num_rational::BigRational;
 use proptest::prelude::*;
 
 use super::ground::{PATTERNS, samples};
+use super::oracle::a_height;
 use super::scene::{Mesh, NORTH_UP, SOUTH_UP, Scene, TURNED};
 use crate::verify::grid::orientation;
 use crate::verify::{GroundOptions, StrayVerdict, VerifyError};
@@ -195,11 +196,6 @@ fn check(scene: &Scene, stray: &StrayVerdict, strays: &[(BigRational, Place, Pla
     assert!(low <= high && (beyond - worst.stray).abs() <= 1e-13 * (1.0 + high.abs() + low.abs()), "{worst:?}");
 }
 
-/// Whole numbers, where ties are common, and others, where they are not.
-fn a_height() -> impl Strategy<Value = f64> {
-    prop_oneof![3 => (-3i32..4).prop_map(f64::from), 1 => -3f64..4.0]
-}
-
 prop_compose! {
     /// Any mesh on quarter cells over any raster, some of whose samples have no height.
     fn scene()(width in prop_oneof![4 => 2usize..9, 1 => 9usize..20], height in 2usize..8)(
@@ -230,6 +226,8 @@ fn a_limit() -> impl Strategy<Value = (f64, f64)> {
 }
 
 proptest! {
+    #![proptest_config(crate::testing::cases(200, 4000))]
+
     #[test]
     fn straying_is_what_every_side_against_every_face_says(
         scene in scene(), limit in a_limit(), weights in proptest::collection::vec(a_weight(), 160), weighted in any::<bool>(),
