@@ -236,18 +236,18 @@ impl Rows<'_> {
     }
 
     /// The least and the largest of the heights around a point, and the least weight there; `None` where it is not judged: a side
-    /// needs two heights, a cell three. Where a sample is bridged nothing is asked.
+    /// needs two heights, a cell three. Where a sample is bridged, or may be bare, nothing is asked.
     fn range(&self, site: Site) -> Option<([f64; 2], Option<f64>)> {
         let [(left, above), (right, below)] = site.ends();
         let (mut range, mut weight) = ([f64::INFINITY, f64::NEG_INFINITY], None::<f64>);
-        let (mut missing, mut is_bridged) = (0, false);
+        let (mut missing, mut is_exempt) = (0, false);
         for row in above..=below {
             let samples = self.sheet.row(row)?;
             for at in left as usize..=right as usize {
                 let height = samples.heights[at];
+                is_exempt |= samples.flags(at) & (flag::BRIDGED | flag::NEAR) != 0;
                 if height.is_nan() {
                     missing += 1;
-                    is_bridged |= samples.flags(at) & flag::BRIDGED != 0;
                     continue;
                 }
                 range = [range[0].min(height), range[1].max(height)];
@@ -257,6 +257,6 @@ impl Rows<'_> {
             }
         }
         let may_miss = if site.kind == Kind::Cell { 1 } else { 0 };
-        (missing <= may_miss && !is_bridged).then_some((range, weight))
+        (missing <= may_miss && !is_exempt).then_some((range, weight))
     }
 }

@@ -217,7 +217,7 @@ impl TileMaker {
         if rim.domain.loops.is_empty() {
             told.push(Told { key: Key::FIRST, cost: Cost { points, triangles: 0 }, squares: 0.0 });
         } else {
-            let task = task(&self.shared.tile, &rim, lowest, job);
+            let task = task(&self.shared.tile, &rim.domain, lowest, job);
             engine.triangulate_in_order(&task, order, &mut self.engine, &mut self.mesh, &mut |e| {
                 let cost = match costs.binary_search_by_key(&e.key, |(key, _)| *key) {
                     Ok(i) => costs[i].1,
@@ -250,7 +250,7 @@ impl TileMaker {
             return Ok((rim, end.bound(job)));
         }
         let order = Order { rim: &late, tile: place.index as u64, cut: end.cut, most: u64::MAX, squares: None };
-        let task = task(&self.shared.tile, &rim, end.lowest, job);
+        let task = task(&self.shared.tile, &rim.domain, end.lowest, job);
         let engine =
             job.params.engine.progressive().ok_or_else(|| Error::NoStop { engine: job.params.engine.name() })?;
         engine.triangulate_in_order(&task, order, &mut self.engine, &mut self.mesh, &mut |_| ())?;

@@ -4,10 +4,9 @@
 use super::seams::Final;
 use super::workspace::Workspace;
 use super::{Job, Maker, Run};
-use crate::base::RasterRim;
 use crate::base::control::Cancelled;
 use crate::base::lattice;
-use crate::base::mesh::TileMesh;
+use crate::base::mesh::{Domain, TileMesh};
 use crate::base::tiling::TilePlace;
 use crate::base::{Tile, Window};
 use crate::job::goal::Told;
@@ -16,7 +15,7 @@ use crate::kernel::boundary;
 use crate::kernel::measure::{Bare, Bound, ErrorStats, HeightStats, measure, shape};
 use crate::kernel::polish::{self, count_relaxed};
 use crate::kernel::seam::{MinLink, Rim};
-use crate::kernel::triangulate::insertion::mend;
+use crate::kernel::triangulate::insertion::mend_tile;
 use crate::kernel::triangulate::{EngineScratch, Task};
 
 /// What one thread needs to take a tile from its samples to its chunk.
@@ -42,8 +41,8 @@ impl Maker for TileMaker {
         let (rim, bound) = match &job.end {
             None => {
                 clocks.load.time(|| self.shared.load(job.field, place.window))?;
-                let rim = clocks.seams.time(|| self.rim(job, place))?;
-                clocks.engine.time(|| self.cut(job, &rim))?;
+                let mut rim = clocks.seams.time(|| self.rim(job, place))?;
+                clocks.engine.time(|| self.cut(job, &mut rim))?;
                 clocks.polish.time(|| self.polish(job, &rim))?;
                 (rim, Bound::Within(job.params.tolerance.kept()))
             }
@@ -91,8 +90,8 @@ impl TileMaker {
         // As if it were a raster of its own.
         let place = TilePlace { last_column: true, last_row: true, ..*place };
         self.shared.load(job.field, place.window)?;
-        let rim = self.rim(job, &place)?;
-        self.cut(job, &rim)?;
+        let mut rim = self.rim(job, &place)?;
+        self.cut(job, &mut rim)?;
         self.polish(job, &rim)?;
         Ok((self.shared.tile.width() * self.shared.tile.height(), self.mesh.triangles.len()))
     }
@@ -102,7 +101,8 @@ impl TileMaker {
         self.find_points(job, place.window)?;
         let (Workspace { tile, points, .. }, cancel) = (&self.shared, &job.control.cancel);
         let (tolerance, cells) = (job.params.tolerance.kept(), job.params.trim);
-        let mut rim = Rim::new(tile, tolerance, points, place, &mut self.min_link, cancel)?;
+        let longest = longest_link(job);
+        let mut rim = Rim::with_short_links(tile, tolerance, longest, points, place, &mut self.min_link, cancel)?;
         let fixed = rim.on_sides();
         let task = boundary::Task { tile, cells, tolerance, points, cancel };
         self.trimmed = boundary::trim(&task, &mut rim.domain, fixed)?;
@@ -122,28 +122,46 @@ impl TileMaker {
         }
     }
 
-    fn cut(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {
+    fn cut(&mut self, job: &Job<'_>, rim: &mut Rim) -> Result<(), Cancelled> {
         if rim.domain.loops.is_empty() {
             self.mesh.clear();
             return Ok(());
         }
-        let task = task(&self.shared.tile, rim, job.params.tolerance.kept(), job);
-        job.params.engine.triangulate(&task, &mut self.engine, &mut self.mesh)?;
-        // What a locked rim leaves, the passes after this one mend.
-        mend(&task, RasterRim::default(), &mut self.engine, &mut self.mesh).map(|_| ())
+        let tolerance = job.params.tolerance.kept();
+        job.params.engine.triangulate(
+            &task(&self.shared.tile, &rim.domain, tolerance, job),
+            &mut self.engine,
+            &mut self.mesh,
+        )?;
+        let nothing = Domain::default();
+        let bare = task(&self.shared.tile, &nothing, tolerance, job);
+        // What the sides leave, the passes after this one mend.
+        mend_tile(&bare, &mut rim.domain, &mut self.engine, &mut self.mesh).map(|_| ())
     }
 
     fn polish(&mut self, job: &Job<'_>, rim: &Rim) -> Result<(), Cancelled> {
         let Some(options) = quality::polishing(job.params).filter(|_| !rim.domain.loops.is_empty()) else {
             return Ok(());
         };
-        let task = task(&self.shared.tile, rim, job.params.tolerance.kept(), job);
+        let task = task(&self.shared.tile, &rim.domain, job.params.tolerance.kept(), job);
         polish::polish(&task, &options, &mut self.polish, &mut self.mesh)
     }
 }
 
+/// How long links of sides may be where straying is limited, as a part of a tile's side: what they leave to later passes is then
+/// inside of a tile of one of these.
+const LONGEST_LINK: usize = 8;
+
+/// How long links of sides may be, in cells. Between links of two the samples next to a side can always be meshed.
+fn longest_link(job: &Job<'_>) -> usize {
+    if job.max_stray == f64::INFINITY || job.grid.len() == 1 {
+        return usize::MAX;
+    }
+    (job.params.tile / LONGEST_LINK).max(2)
+}
+
 /// What engines and polishing are given of a tile.
-pub(super) fn task<'a>(tile: &'a Tile, rim: &'a Rim, tolerance: f64, job: &Job<'a>) -> Task<'a> {
+pub(super) fn task<'a>(tile: &'a Tile, domain: &'a Domain, tolerance: f64, job: &Job<'a>) -> Task<'a> {
     let (feasibility, max_stray, cancel) = (job.params.feasibility, job.max_stray, &job.control.cancel);
-    Task { tile, domain: &rim.domain, tolerance, feasibility, max_stray, cancel }
+    Task { tile, domain, tolerance, feasibility, max_stray, cancel }
 }

@@ -14,7 +14,7 @@ use crate::kernel::seam::{MinLink, Rim};
 use crate::kernel::triangulate::Engine;
 use crate::kernel::triangulate::conformance::{check, tile, tolerances};
 use crate::kernel::triangulate::cuts::GreedyCuts;
-use crate::kernel::triangulate::insertion::{GreedyInsertion, mend};
+use crate::kernel::triangulate::insertion::{GreedyInsertion, mend_part, mend_tile};
 use crate::testing::cases;
 
 /// The corners of a tile that is a raster of its own come first among the vertices of its rim.
@@ -106,7 +106,9 @@ fn all_of_it(task: &Task<'_>, engine: &dyn Engine, options: &Options) -> (TileMe
     let (mut memory, mut scratch, mut mesh) = (Default::default(), Scratch::default(), TileMesh::default());
     let rim = RasterRim::of(&TilePlace::alone(task.tile.width(), task.tile.height()));
     engine.triangulate(task, &mut memory, &mut mesh).expect("nobody cancels");
-    let left = mend(task, RasterRim::default(), &mut memory, &mut mesh).expect("nobody cancels");
+    let mut domain = task.domain.clone();
+    let left = mend_tile(task, &mut domain, &mut memory, &mut mesh).expect("nobody cancels");
+    assert_eq!(domain.loops, task.domain.loops, "sides stay");
     check(task.tile, task.domain, &mesh, task.tolerance);
     let none_left = if left == 0 { 0 } else { usize::MAX };
     assert!(strays(task, &mesh) <= none_left);
@@ -114,7 +116,7 @@ fn all_of_it(task: &Task<'_>, engine: &dyn Engine, options: &Options) -> (TileMe
     check(task.tile, task.domain, &mesh, task.tolerance);
     assert!(strays(task, &mesh) <= none_left);
     let polished = mesh.clone();
-    let left = mend(task, rim, &mut memory, &mut mesh).expect("nobody cancels");
+    let left = mend_part(task, rim, &mut memory, &mut mesh).expect("nobody cancels");
     assert_eq!((left, strays(task, &mesh)), (0, 0));
     let all: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
     let part = Part { locked: CORNERS, centres: &all, rim };

@@ -98,7 +98,13 @@ fn named(runs: &mut Runs<'_>, forced: &Forced, tile_place: &TilePlace) -> Result
     ];
     for (side, len, forced, place, name) in sides {
         let line = if matches!(side, Side::North | Side::South) { LEVEL } else { UPRIGHT };
-        let along = vertices_between_corners(runs, line, len, forced, place)?;
+        let ends_here = match side {
+            Side::North => tile_place.id.row == 0,
+            Side::West => tile_place.id.column == 0,
+            Side::East => tile_place.last_column,
+            Side::South => tile_place.last_row,
+        };
+        let along = vertices_between_corners(runs, line, ends_here, len, forced, place)?;
         named.extend((0..).zip(along).map(|(ordinal, i)| Named {
             place: place(i),
             side: Ok(side),
@@ -135,16 +141,27 @@ const LEVEL: Line = Line { halves: [0b0000_1111, 0b1111_0000], onwards: 0b1000_0
 const UPRIGHT: Line = Line { halves: [0b1100_0011, 0b0011_1100], onwards: 0b0000_0110 };
 
 impl Line {
+    /// Whether there is no ground on one side of the line, onwards from a sample with these octants.
+    fn has_void(&self, octants: u8) -> bool {
+        self.halves.iter().any(|half| octants & half & self.onwards == 0)
+    }
+
     /// Whether the ground on a side of the line begins, ends or has a corner at a sample with these octants.
     fn is_broken(&self, octants: u8) -> bool {
         self.halves.iter().any(|half| octants & half != 0 && octants & half != *half)
     }
 }
 
+/// Links may be this long where the ground ends at a side and the raster does not: nobody can change them later, and no tile
+/// needs them to be shorter.
+const LONGEST_AT_VOIDS: usize = 2;
+
 /// The vertices of a side, as places along it: a function of the samples on its line and of where the ground is beside it.
+/// `ends_here`: whether the raster ends at the side.
 fn vertices_between_corners(
     runs: &mut Runs<'_>,
     line: Line,
+    ends_here: bool,
     len: usize,
     forced: &[usize],
     place: impl Fn(usize) -> (usize, usize),
@@ -159,7 +176,12 @@ fn vertices_between_corners(
         }
         if from_octants & line.onwards != 0 {
             let forced: Vec<usize> = forced.iter().filter(|f| (from..to).contains(f)).map(|f| f - from).collect();
+            let longest = runs.longest;
+            if longest < usize::MAX && !ends_here && line.has_void(from_octants) {
+                runs.longest = LONGEST_AT_VOIDS;
+            }
             let between = runs.between(to - from + 1, &forced, |i| place(from + i))?;
+            runs.longest = longest;
             vertices.extend(between.into_iter().map(|i| from + i));
         }
         if !is_corner {
@@ -194,7 +216,10 @@ fn vertices_of(
         if len > 2 && !on_side(tile, steps[(from + 1) % count].sample) {
             let ((column, row), (dx, dy)) = (place_of(tile, steps[from].sample), WAYS[steps[from].way as usize]);
             let place = |i: usize| ((column as i32 + dx * i as i32) as usize, (row as i32 + dy * i as i32) as usize);
+            // Links inside the tile are its own: they are split where that is needed.
+            let longest = std::mem::replace(&mut runs.longest, usize::MAX);
             let between = runs.between(len, &[], place)?;
+            runs.longest = longest;
             vertices.extend(between.into_iter().map(|i| steps[(from + i) % count].sample));
         }
     }

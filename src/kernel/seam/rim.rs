@@ -119,7 +119,30 @@ impl Rim {
         min_link: &mut MinLink,
         cancel: &CancelToken,
     ) -> Result<Rim, Cancelled> {
-        Rim::over(&mut Runs::new(tile, tolerance, min_link, cancel), points, place)
+        Rim::with_short_links(tile, tolerance, usize::MAX, points, place, min_link, cancel)
+    }
+
+    /// The same, with links of sides of at most `longest` cells, at least one; where the raster does not end at a side, but the
+    /// ground does on the other side of it, of at most two. Between short links the tile can be meshed as its samples ask for,
+    /// whatever is beyond.
+    ///
+    /// # Errors
+    /// As [`Rim::new`].
+    ///
+    /// # Panics
+    /// As [`Rim::new`].
+    pub fn with_short_links(
+        tile: &Tile,
+        tolerance: f64,
+        longest: usize,
+        points: &[(usize, usize)],
+        place: &TilePlace,
+        min_link: &mut MinLink,
+        cancel: &CancelToken,
+    ) -> Result<Rim, Cancelled> {
+        let mut runs = Runs::new(tile, tolerance, min_link, cancel);
+        runs.longest = longest;
+        Rim::over(&mut runs, points, place)
     }
 
     /// Computes the rim that `tile` has at any tolerance: where [`Rim::new`] takes the fewest links, it has nested vertices

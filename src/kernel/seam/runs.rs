@@ -8,6 +8,8 @@ use crate::base::control::{CancelToken, Cancelled};
 pub(super) struct Runs<'a> {
     pub(super) tile: &'a Tile,
     tolerance: f64,
+    /// How long links may be, in cells.
+    pub(super) longest: usize,
     find: Find<'a>,
     cancel: &'a CancelToken,
 }
@@ -24,7 +26,7 @@ impl<'a> Runs<'a> {
     pub(super) fn new(tile: &'a Tile, tolerance: f64, min_link: &'a mut MinLink, cancel: &'a CancelToken) -> Runs<'a> {
         let channels = vec![Vec::new(); tile.channels.len()];
         let find = Find::Path { min_link, line: Vec::new(), limits: Vec::new(), channels };
-        Runs { tile, tolerance, find, cancel }
+        Runs { tile, tolerance, longest: usize::MAX, find, cancel }
     }
 
     /// With those that `keeps` wants of the vertices that runs have at any tolerance, down to this one.
@@ -34,7 +36,7 @@ impl<'a> Runs<'a> {
         keeps: &'a dyn Fn(LateVertex) -> bool,
         cancel: &'a CancelToken,
     ) -> Runs<'a> {
-        Runs { tile, tolerance, find: Find::Nested { keeps, late: Vec::new() }, cancel }
+        Runs { tile, tolerance, longest: usize::MAX, find: Find::Nested { keeps, late: Vec::new() }, cancel }
     }
 
     /// The vertices between the ends of a run of `len` samples, by their numbers along it: sample i is at the column and row
@@ -45,8 +47,8 @@ impl<'a> Runs<'a> {
         forced: &[usize],
         place: impl Fn(usize) -> (usize, usize),
     ) -> Result<Vec<usize>, Cancelled> {
-        let Runs { tile, tolerance, find, cancel } = self;
-        let (tile, tolerance) = (*tile, *tolerance);
+        let Runs { tile, tolerance, longest, find, cancel } = self;
+        let (tile, tolerance, longest) = (*tile, *tolerance, *longest);
         let (min_link, line, limits, channels) = match find {
             Find::Path { min_link, line, limits, channels } => (min_link, line, limits, channels),
             Find::Nested { keeps, late } => {
@@ -58,6 +60,8 @@ impl<'a> Runs<'a> {
         };
         line.clear();
         line.extend((0..len).map(|i| tile.at(place(i).0, place(i).1)));
+        let stops: Vec<usize> = forced.iter().copied().chain((1..=(len - 1) / longest).map(|i| i * longest)).collect();
+        let forced = &stops[..];
         let mut path = if let Some(error) = &tile.channel_error {
             for (channel, values) in channels.iter_mut().enumerate() {
                 values.clear();

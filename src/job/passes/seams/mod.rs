@@ -35,7 +35,7 @@ use crate::job::spool::Chunks;
 use crate::job::{Error, quality};
 use crate::kernel::measure::{Bare, Bound, ErrorStats, HeightStats, ShapeStats, measure, shape};
 use crate::kernel::polish::{self, Part, count_relaxed};
-use crate::kernel::triangulate::insertion::mend;
+use crate::kernel::triangulate::insertion::mend_part;
 use crate::kernel::triangulate::{EngineScratch, Task};
 
 /// Which triangles of a tile no later pass changes: those that straddle lines of all of them.
@@ -80,7 +80,7 @@ impl Maker for SeamMaker {
             let task = Task { tile, domain: &Domain::default(), tolerance, feasibility, max_stray, cancel };
             let options = quality::polishing(job.params);
             let Region { mesh, locked, seams, rim, .. } = &mut self.region;
-            mend(&task, *rim, &mut self.engine, mesh)?;
+            mend_part(&task, *rim, &mut self.engine, mesh)?;
             options.map_or(Ok(()), |options| {
                 let part = Part { locked: *locked, centres: seams, rim: *rim };
                 polish::polish_around(&task, &options, &part, &mut self.polish, mesh)

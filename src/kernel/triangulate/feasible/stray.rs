@@ -61,14 +61,14 @@ fn product_down(a: f64, b: f64) -> f64 {
     if is_above { product.next_down() } else { product }.min(exact::MAX_TOLERANCE)
 }
 
-/// The first crossing of the edge p–q that is beyond the limit.
-pub(super) fn first(tile: &Tile, limit: &Limit, p: Vertex, q: Vertex) -> Option<Stray> {
+/// Visits the crossings of the edge p–q that are beyond the limit until one is taken. Returns whether one was.
+pub(super) fn any(tile: &Tile, limit: &Limit, p: Vertex, q: Vertex, mut visit: impl FnMut(Stray) -> bool) -> bool {
     if limit.is_none() {
-        return None;
+        return false;
     }
     match &tile.heights {
-        Heights::F32(heights) => Edge { tile, heights, limit, p, q }.first(),
-        Heights::F64(heights) => Edge { tile, heights, limit, p, q }.first(),
+        Heights::F32(heights) => Edge { tile, heights, limit, p, q }.any(&mut visit),
+        Heights::F64(heights) => Edge { tile, heights, limit, p, q }.any(&mut visit),
     }
 }
 
@@ -100,7 +100,7 @@ impl Walk {
 }
 
 impl<H: Copy + Into<f64>> Edge<'_, H> {
-    fn first(&self) -> Option<Stray> {
+    fn any(&self, visit: &mut impl FnMut(Stray) -> bool) -> bool {
         let (p, q) = (self.p, self.q);
         let walk = |columns: bool| {
             let place = |v: Vertex| if columns { (v.at.x, v.at.y) } else { (v.at.y, v.at.x) };
@@ -110,14 +110,14 @@ impl<H: Copy + Into<f64>> Edge<'_, H> {
                 if up { ((a, p.height), (b, q.height)) } else { ((b, q.height), (a, p.height)) };
             Walk { from, to, near, far, columns }
         };
-        self.along(walk(true)).or_else(|| self.along(walk(false)))
+        self.along(walk(true), visit) || self.along(walk(false), visit)
     }
 
     #[inline(always)]
-    fn along(&self, walk: Walk) -> Option<Stray> {
+    fn along(&self, walk: Walk, visit: &mut impl FnMut(Stray) -> bool) -> bool {
         let (first, last) = (walk.from.0.div_euclid(STEPS) + 1, (walk.to.0 - 1).div_euclid(STEPS));
         if first > last {
-            return None;
+            return false;
         }
         let span = f64::from(walk.to.0 - walk.from.0);
         let (slope, rise) = (f64::from(walk.to.1 - walk.from.1) / span, (walk.far - walk.near) / span);
@@ -150,10 +150,12 @@ impl<H: Copy + Into<f64>> Edge<'_, H> {
                 if part > 0.5 {
                     side.swap(0, 1);
                 }
-                return Some(Stray { side, by: beyond });
+                if visit(Stray { side, by: beyond }) {
+                    return true;
+                }
             }
         }
-        None
+        false
     }
 
     /// The limit on a side; none where a sample of it has no height.

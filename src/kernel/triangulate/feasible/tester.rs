@@ -17,19 +17,19 @@ pub struct Tester<'a> {
     tile: &'a Tile,
     tolerance: f64,
     feasibility: Feasibility,
-    strays: stray::Limit,
+    max_stray: stray::Limit,
 }
 
 impl<'a> Tester<'a> {
     /// A tester for one tile; `tolerance` is at least 0. Where the tile has weights, what is within the tolerance is error
     /// × weight: every sample is held to [`Tile::limit`].
     pub fn new(tile: &'a Tile, tolerance: f64, feasibility: Feasibility) -> Tester<'a> {
-        Tester { tile, tolerance, feasibility, strays: stray::Limit::new(f64::INFINITY, tolerance) }
+        Tester { tile, tolerance, feasibility, max_stray: stray::Limit::new(f64::INFINITY, tolerance) }
     }
 
     /// With a limit on straying as well: [`Task::max_stray`](crate::kernel::triangulate::Task::max_stray).
     pub fn with_max_stray(self, factor: f64) -> Tester<'a> {
-        Tester { strays: stray::Limit::new(factor, self.tolerance), ..self }
+        Tester { max_stray: stray::Limit::new(factor, self.tolerance), ..self }
     }
 
     /// What is asked of a triangle.
@@ -90,18 +90,27 @@ impl<'a> Tester<'a> {
         // What is within the tolerance of the line between two samples is within it of their range.
         match self.feasibility {
             Feasibility::Strong => self.strong_edge(p, q),
-            Feasibility::Weak => self.stray(p, q).is_none(),
+            Feasibility::Weak => !self.strays(p, q),
         }
     }
 
-    /// Where an edge strays too far: the first place that is come upon. Exact.
-    pub fn stray(&self, p: Vertex, q: Vertex) -> Option<Stray> {
-        stray::first(self.tile, &self.strays, p, q)
+    /// Whether an edge strays too far anywhere. Exact.
+    pub fn strays(&self, p: Vertex, q: Vertex) -> bool {
+        stray::any(self.tile, &self.max_stray, p, q, |_| true)
+    }
+
+    /// Where an edge strays too far, exactly.
+    pub fn list_strays(&self, p: Vertex, q: Vertex, into: &mut Vec<Stray>) {
+        into.clear();
+        stray::any(self.tile, &self.max_stray, p, q, |stray| {
+            into.push(stray);
+            false
+        });
     }
 
     /// Whether there is a limit on straying.
     pub fn limits_strays(&self) -> bool {
-        !self.strays.is_none()
+        !self.max_stray.is_none()
     }
 
     /// Whether an edge passes the strong test.

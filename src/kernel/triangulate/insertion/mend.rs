@@ -2,42 +2,75 @@
 //!
 //! A mesh of all samples with Delaunay edges keeps every limit of at least one tolerance: none of its edges crosses a side of a
 //! cell. So of a side that is crossed a sample is inserted, then whatever that leaves beyond the tolerance, until no edge
-//! strays. Where a locked edge is in the way, an edge may be left.
+//! strays. Where an edge that stays is in the way, an edge may be left: no longer, about, than that one.
 
 use std::collections::HashSet;
 
 use super::first::loop_edges;
-use super::refine::{FreeRim, Refinement};
+use super::refine::{FreeRim, Refinement, Split};
 use super::surface::Site;
 use super::topology::{next, prev};
 use super::{InsertionOptions, Scratch, Task};
 use crate::base::RasterRim;
 use crate::base::control::Cancelled;
-use crate::base::mesh::TileMesh;
+use crate::base::mesh::{Domain, TileMesh};
+use crate::base::tiling::TilePlace;
 use crate::kernel::triangulate::EngineScratch;
 use crate::kernel::triangulate::feasible::{Stray, Tester};
 
 /// Edges between two looks at the cancellation token.
 const EDGES_BETWEEN_CHECKS: u32 = 4096;
+/// How far from an edge that strays beside one that stays others are made Delaunay, in triangles.
+const RINGS_BESIDE_RIM: usize = 3;
 
-/// Inserts samples into a mesh of the task's tile, or of a part of it, until no edge of two triangles strays farther than it may.
-/// Every triangle is to be within the tolerance before, and is after. Vertices stay, new ones follow; edges of one triangle
-/// stay, but for those along `rim`, which may be split. Returns how many edges stray all the same, next to edges that stay.
+/// Inserts samples into the mesh of a tile over `domain`, until no edge inside strays farther than it may. Every triangle is to be
+/// within the tolerance before, and is after. Vertices stay, new ones follow; the edges of loops stay that run along the
+/// sides of the tile, and others are split where that is needed: `domain` then has the vertices of the mesh's rim, and the mesh
+/// begins with them. Returns how many edges stray all the same, next to the sides.
 ///
-/// Where nothing strays the mesh is left as it is, for the price of a look at its edges.
+/// `task.domain` does not matter. Where nothing strays the mesh is left as it is, for the price of a look at its edges.
 ///
 /// # Errors
 /// [`Cancelled`], with a mesh of no use.
-pub fn mend(
+pub fn mend_tile(
+    task: &Task<'_>,
+    domain: &mut Domain,
+    scratch: &mut EngineScratch,
+    mesh: &mut TileMesh,
+) -> Result<u64, Cancelled> {
+    let sides = RasterRim::of(&TilePlace::alone(task.tile.width(), task.tile.height()));
+    let (left, splits) = mend(&Task { domain: &*domain, ..*task }, FreeRim::Beside(sides), scratch, mesh)?;
+    if !splits.is_empty() {
+        take_up(&splits, domain, mesh);
+    }
+    Ok(left)
+}
+
+/// Does what [`mend_tile`] does to a part of a mesh. Edges of one triangle stay, but for those along `rim`, which may be split.
+///
+/// # Errors
+/// [`Cancelled`], with a mesh of no use.
+pub fn mend_part(
     task: &Task<'_>,
     rim: RasterRim,
     scratch: &mut EngineScratch,
     mesh: &mut TileMesh,
 ) -> Result<u64, Cancelled> {
+    let nothing = Domain::default();
+    let task = Task { domain: &nothing, ..*task };
+    mend(&task, FreeRim::Along(rim), scratch, mesh).map(|(left, _)| left)
+}
+
+fn mend(
+    task: &Task<'_>,
+    free_rim: FreeRim,
+    scratch: &mut EngineScratch,
+    mesh: &mut TileMesh,
+) -> Result<(u64, Vec<Split>), Cancelled> {
     task.cancel.check()?;
     let tester = Tester::new(task.tile, task.tolerance, task.feasibility).with_max_stray(task.max_stray);
     if !tester.limits_strays() || !mesh.triangles.iter().any(|&t| strays(&tester, mesh, t)) {
-        return Ok(0);
+        return Ok((0, Vec::new()));
     }
     let scratch = scratch.of::<Scratch>();
     scratch.surface.clear();
@@ -45,20 +78,42 @@ pub fn mend(
     scratch.surface.topology.load(&mesh.triangles, scratch.surface.vertices.len(), &loop_edges(task.domain));
     mesh.clear();
     let mut refinement = scratch.refine(InsertionOptions::default(), task);
-    refinement.free_rim = FreeRim::Along(rim);
+    refinement.free_rim = free_rim;
     let left = refinement.mend(&tester)?;
+    let splits = std::mem::take(&mut refinement.splits);
     refinement.finish(mesh);
     scratch.hand_over();
-    Ok(left)
+    Ok((left, splits))
 }
 
 /// Whether an edge of a triangle strays. An edge between two triangles is looked at in one of them.
 fn strays(tester: &Tester<'_>, mesh: &TileMesh, [a, b, c]: [u32; 3]) -> bool {
     let vertex = |i: u32| mesh.vertices[i as usize];
-    [(a, b), (b, c), (c, a)].iter().any(|&(p, q)| p < q && tester.stray(vertex(p), vertex(q)).is_some())
+    [(a, b), (b, c), (c, a)].iter().any(|&(p, q)| p < q && tester.strays(vertex(p), vertex(q)))
 }
 
-/// What can be done about an edge that strays.
+/// Makes vertices of split edges the domain's: the last of its loops' vertices.
+fn take_up(splits: &[Split], domain: &mut Domain, mesh: &mut TileMesh) {
+    let (known, count) = (domain.vertices.len() as u32, mesh.vertices.len() as u32);
+    let is_new: HashSet<u32> = splits.iter().map(|split| split.vertex).collect();
+    let others = (known..count).filter(|v| !is_new.contains(v));
+    let order: Vec<u32> = (0..known).chain(splits.iter().map(|split| split.vertex)).chain(others).collect();
+    let mut numbers = vec![0; order.len()];
+    (0u32..).zip(&order).for_each(|(new, &old)| numbers[old as usize] = new);
+    mesh.vertices = order.iter().map(|&v| mesh.vertices[v as usize]).collect();
+    mesh.triangles.as_flattened_mut().iter_mut().for_each(|v| *v = numbers[*v as usize]);
+    domain.vertices.extend_from_slice(&mesh.vertices[known as usize..known as usize + splits.len()]);
+    for split in splits {
+        let [from, to] = split.edge.map(|v| numbers[v as usize]);
+        let is_edge = |l: &Vec<u32>, i: usize| l[i] == from && l[(i + 1) % l.len()] == to;
+        let place =
+            domain.loops.iter().enumerate().find_map(|(n, l)| (0..l.len()).find(|&i| is_edge(l, i)).map(|i| (n, i)));
+        let (n, i) = place.unwrap_or_else(|| panic!("a loop along the edge {from} {to}, which was split"));
+        domain.loops[n].insert(i + 1, numbers[split.vertex as usize]);
+    }
+}
+
+/// What has come of an edge that strays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Way {
     /// A sample was inserted, or edges were turned.
@@ -68,9 +123,9 @@ enum Way {
 }
 
 impl Refinement<'_> {
-    /// See [`mend`].
+    /// Mends all edges, or all but some that it returns the number of.
     fn mend(&mut self, tester: &Tester<'_>) -> Result<u64, Cancelled> {
-        let mut turned = HashSet::new();
+        let (mut turned, mut strays) = (HashSet::new(), Vec::new());
         loop {
             let (mut mended, mut left) = (false, 0);
             let mut e = 0;
@@ -78,8 +133,9 @@ impl Refinement<'_> {
                 if e.is_multiple_of(EDGES_BETWEEN_CHECKS) {
                     self.cancel.check()?;
                 }
-                if let Some(stray) = self.stray_at(tester, e) {
-                    match self.mend_edge(tester, e, &stray, &mut turned) {
+                self.list_strays(tester, e, &mut strays);
+                if !strays.is_empty() {
+                    match self.mend_edge(tester, e, &strays, &mut turned) {
                         Way::Done => mended = true,
                         Way::Blocked => left += 1,
                     }
@@ -94,29 +150,30 @@ impl Refinement<'_> {
     }
 
     /// Where an edge between two triangles strays, at that of its half-edges which is met first.
-    fn stray_at(&self, tester: &Tester<'_>, e: u32) -> Option<Stray> {
+    fn list_strays(&self, tester: &Tester<'_>, e: u32, into: &mut Vec<Stray>) {
         let topology = &self.surface.topology;
-        if topology.is_locked(e) || topology.twin(e) < e {
-            return None;
+        into.clear();
+        if !topology.is_locked(e) && topology.twin(e) > e {
+            let [p, q] = [topology.origin(e), topology.origin(next(e))].map(|v| self.surface.vertices[v as usize]);
+            tester.list_strays(p, q, into);
         }
-        let [p, q] = [topology.origin(e), topology.origin(next(e))].map(|v| self.surface.vertices[v as usize]);
-        tester.stray(p, q)
     }
 
-    /// Inserts a sample of the side that an edge strays at. Where both are vertices turns the edge, or, as a last resort, those
+    /// Inserts a sample of a side that an edge strays at. Where all are vertices turns the edge, or, as a last resort, those
     /// around it that are not Delaunay.
-    fn mend_edge(&mut self, tester: &Tester<'_>, e: u32, stray: &Stray, turned: &mut HashSet<[u32; 2]>) -> Way {
+    fn mend_edge(&mut self, tester: &Tester<'_>, e: u32, strays: &[Stray], turned: &mut HashSet<[u32; 2]>) -> Way {
         let width = self.scanner.tile.width;
-        let mut are_vertices = true;
-        for (column, row) in stray.side {
+        let mut is_blocked = false;
+        for &(column, row) in strays.iter().flat_map(|stray| &stray.side) {
             let sample = (row * width + column) as u64;
             let site = self.surface.locate(e / 3, self.place(sample));
             if !self.stays(site) && self.insert_at(site, sample).is_some() {
                 return Way::Done;
             }
-            are_vertices &= matches!(site, Site::Vertex(_));
+            is_blocked |= !matches!(site, Site::Vertex(_));
         }
-        if are_vertices && (self.turn(tester, e, turned) || self.legalize_near(e)) { Way::Done } else { Way::Blocked }
+        let rings = if is_blocked { RINGS_BESIDE_RIM } else { usize::MAX };
+        if self.turn(tester, e, turned) || self.legalize_near(e, rings) { Way::Done } else { Way::Blocked }
     }
 
     /// Turns an edge, if its triangles are then within the tolerance and the new edge does not stray. None is turned twice.
@@ -139,13 +196,13 @@ impl Refinement<'_> {
         true
     }
 
-    /// Turns the nearest edges that are not Delaunay, and those that are not because of it.
-    fn legalize_near(&mut self, e: u32) -> bool {
+    /// Turns the nearest edges that are not Delaunay, up to so many triangles away, and those that are not because of it.
+    fn legalize_near(&mut self, e: u32, rings: usize) -> bool {
         let mut reached = vec![e / 3];
         let mut seen = vec![false; self.surface.topology.len() as usize];
         seen[e as usize / 3] = true;
-        let mut ahead = 0;
-        while ahead < reached.len() {
+        let (mut ahead, mut ring) = (0, 0);
+        while ahead < reached.len() && ring <= rings {
             let behind = reached.len();
             let suspects = reached[ahead..].iter().flat_map(|&t| 3 * t..3 * t + 3).collect();
             let changed = self.surface.legalize_from(suspects);
@@ -162,7 +219,7 @@ impl Refinement<'_> {
                     }
                 }
             }
-            ahead = behind;
+            (ahead, ring) = (behind, ring + 1);
         }
         false
     }

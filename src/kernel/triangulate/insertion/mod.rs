@@ -36,9 +36,9 @@ use crate::base::features::{Feature, FeatureSet};
 use crate::base::handed_over::{DENSE, RESERVED_SAMPLES};
 use crate::base::mesh::{Domain, TileMesh};
 
-pub use self::mend::mend;
+pub use self::mend::{mend_part, mend_tile};
 pub use self::options::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
-pub use self::refine::Step;
+pub use self::refine::{Split, Step};
 
 #[cfg(test)]
 mod tests;
@@ -118,6 +118,7 @@ impl Scratch {
             beyond: &mut self.beyond,
             rim_is_loose: task.tile.channel_error.is_some(),
             free_rim: FreeRim::None,
+            splits: Vec::new(),
             sum: 0.0,
             most: usize::MAX,
             steps: None,

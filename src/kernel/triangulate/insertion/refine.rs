@@ -36,6 +36,8 @@ pub(super) struct Refinement<'a> {
     pub(super) rim_is_loose: bool,
     /// Which of the rim is refined like everything else: its edges are split, which no neighbour knows of.
     pub(super) free_rim: FreeRim,
+    /// The locked edges that were split, in their order.
+    pub(super) splits: Vec<Split>,
     /// The sum of squared errors, where steps are noted.
     pub(super) sum: f64,
     /// Insertions end at this number of vertices.
@@ -44,6 +46,15 @@ pub(super) struct Refinement<'a> {
     pub(super) steps: Option<Vec<Step>>,
     pub(super) options: InsertionOptions,
     pub(super) cancel: &'a CancelToken,
+}
+
+/// A locked edge that was split, in its direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Split {
+    /// Its ends.
+    pub edge: [u32; 2],
+    /// The vertex between them.
+    pub vertex: u32,
 }
 
 /// Which locked edges may be split.
@@ -55,6 +66,8 @@ pub(super) enum FreeRim {
     All,
     /// Those along the raster's own rim.
     Along(RasterRim),
+    /// All others.
+    Beside(RasterRim),
 }
 
 /// How a refinement stands.
@@ -186,9 +199,13 @@ impl Refinement<'_> {
             && match self.free_rim {
                 FreeRim::None => true,
                 FreeRim::All => false,
-                FreeRim::Along(rim) => {
+                FreeRim::Along(sides) => {
                     let [p, q] = ends();
-                    !rim.joins(p, q)
+                    !sides.joins(p, q)
+                }
+                FreeRim::Beside(sides) => {
+                    let [p, q] = ends();
+                    sides.joins(p, q)
                 }
             }
     }
@@ -215,7 +232,14 @@ impl Refinement<'_> {
         let width = self.scanner.tile.width as u64;
         let height = self.scanner.tile.at((sample % width) as usize, (sample / width) as usize);
         let v = self.surface.vertices.len() as u32;
+        let split = match site {
+            Site::Edge(e) if self.surface.topology.is_locked(e) => {
+                Some([e, next(e)].map(|e| self.surface.topology.origin(e)))
+            }
+            _ => None,
+        };
         let t = self.surface.connect(v, site)?;
+        self.splits.extend(split.map(|edge| Split { edge, vertex: v }));
         self.surface.vertices.push(Vertex { at, height });
         self.update(t);
         self.note(t);
