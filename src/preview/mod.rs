@@ -13,6 +13,7 @@ mod edges;
 mod error;
 mod gouraud;
 mod legend;
+mod looks;
 mod mesh;
 mod options;
 mod relief;
@@ -20,11 +21,14 @@ mod render;
 mod samples;
 mod scan;
 mod text;
+mod vertical;
 mod view;
 
 #[cfg(test)]
 mod tests;
 
 pub use error::PreviewError;
+pub use looks::{Looks, Strip, looks};
 pub use options::{Mode, PreviewOptions};
 pub use render::{PreviewReport, preview};
+pub use vertical::{Degree, VerticalScale};
