@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Draws docs/images/looks-*.png, the pictures of docs/quality.md, "Looks". Called by `make pictures`.
 
-Three meshes of the default quality by two builds of terrabite, `before` and `after`, shaded by this build's `preview` with
-the same vertical scale. Each picture has the raster's rim and a tile line, 4 pixels a cell. Prints what `preview` says.
+Meshes of the default quality by two builds of terrabite, `before` and `after`, shaded by this build's `preview` with the
+same vertical scale: of every scene a place at a tile line, and one at the raster's rim. Prints what `preview` says.
 """
 
 import argparse
@@ -18,9 +18,25 @@ from bench_common import ROOT, TARGET, TERRABITE, WORK, run
 IMAGES = ROOT / "docs" / "images"
 # The last commit whose second pass left vertices where its lines cross seams, and the rim as it was cut.
 BEFORE = "1db5b0f"
-CELLS = (150, 100)
-PIXELS_PER_CELL = 4
+SIZE = "600x400"
 LARGEST = 250_000
+
+
+@dataclass
+class Crop:
+    name: str
+    # Column and row of the upper left sample.
+    corner: tuple
+    # Cells across and down.
+    cells: tuple
+
+
+def at_lines(*corner):
+    return Crop("lines", corner, (300, 200))
+
+
+def at_rim(*corner):
+    return Crop("rim", corner, (120, 80))
 
 
 @dataclass
@@ -28,15 +44,17 @@ class Scene:
     name: str
     raster: Path
     tolerance: str
-    # Column and row of the upper left sample.
-    corner: tuple
+    # What `preview` chooses for the whole raster.
+    vertical_scale: str
+    crops: list
 
 
+# The crops are where `before` has most dark dashes.
 SCENES = [
-    Scene("tycho", DATA / "moon_tycho_4096.tif", "100", (950, 0)),
-    Scene("england", DATA / "srtm3_mosaic_n_england.tif", "20", (950, 0)),
+    Scene("tycho", DATA / "moon_tycho_4096.tif", "100", "1.8", [at_lines(80, 2460), at_rim(0, 2725)]),
+    Scene("england", DATA / "srtm3_mosaic_n_england.tif", "20", "3.5", [at_lines(1780, 1860), at_rim(3480, 2310)]),
     # The terrain of scripts/demo.sh.
-    Scene("demo", TARGET / "demo" / "dem.tif", "5", (950, 0)),
+    Scene("demo", TARGET / "demo" / "dem.tif", "5", "1.1", [at_lines(860, 640), at_rim(0, 1510)]),
 ]
 DEMO = ["--size", "2048x2048", "--seed", "7"]
 
@@ -72,14 +90,19 @@ def make_demo():
 
 
 def draw(scene, half, build, folder):
-    mesh, picture = WORK / "pictures.ply", folder / f"looks-{scene.name}-{half}.png"
+    mesh = WORK / "pictures.ply"
     run(build, "simplify", scene.raster, mesh, "--max-error", scene.tolerance, "--overwrite", "--quiet")
-    window = ",".join(str(n) for n in (*scene.corner, *(cells + 1 for cells in CELLS)))
-    size = "x".join(str(cells * PIXELS_PER_CELL) for cells in CELLS)
-    said = run(TERRABITE, "preview", scene.raster, mesh, picture, "--window", window, "--size", size, "--overwrite")
-    print(said.printed, end="")
-    if picture.stat().st_size > LARGEST:
-        sys.exit(f"pictures: {picture} has {picture.stat().st_size} bytes, more than {LARGEST}")
+    for crop in scene.crops:
+        picture = folder / f"looks-{scene.name}-{crop.name}-{half}.png"
+        window = ",".join(str(n) for n in (*crop.corner, *(cells + 1 for cells in crop.cells)))
+        said = run(
+            TERRABITE, "preview", scene.raster, mesh, picture, "--window", window, "--size", SIZE, "--vertical-exaggeration",
+            scene.vertical_scale, "--overwrite",
+        )
+        print(said.printed, end="")
+        if picture.stat().st_size > LARGEST:
+            sys.exit(f"pictures: {picture} has {picture.stat().st_size} bytes, more than {LARGEST}")
+    mesh.unlink()
 
 
 if __name__ == "__main__":

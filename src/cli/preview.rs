@@ -48,7 +48,7 @@ pub(crate) struct PreviewArgs {
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_error: Option<f64>,
     /// Multiply heights by this for shading; 1 shows true proportions, a degree as long as it is in the middle of the raster
-    /// [default: such that 19 of 20 slopes are shaded no steeper than 45°; at least 1, where the CRS says how long its unit is]
+    /// [default: such that 19 of 20 slopes are shaded no steeper than 35°; at least 1, where the CRS says how long its unit is]
     #[arg(long, value_name = "FACTOR")]
     vertical_exaggeration: Option<f64>,
     /// Replace an existing picture

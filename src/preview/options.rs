@@ -43,7 +43,7 @@ pub struct PreviewOptions {
     /// The tolerance: the end of the colour scale, beyond which samples are marked. `None` scales to the largest error.
     pub max_error: Option<f64>,
     /// Heights are multiplied by this for shading, beyond true proportions. `None` chooses from the raster's slopes:
-    /// 19 of 20 are shaded no steeper than 45°, and at least as steep as they are where proportions are known.
+    /// 19 of 20 are shaded no steeper than 35°, and at least as steep as they are where proportions are known.
     pub exaggeration: Option<f64>,
     /// Whether an existing picture is replaced.
     pub overwrite: bool,

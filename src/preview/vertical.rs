@@ -30,13 +30,14 @@ pub struct Degree {
     pub of_latitude: f64,
 }
 
-/// The share of slopes that the chosen factor makes no steeper than 45°. Ground that falls away from the light at 45° is
-/// the gentlest that is black, as the light is 45° high.
-const LIT: f64 = 0.95;
+/// The share of slopes that the chosen factor makes no steeper than [`STEEP`].
+const MOST: f64 = 0.95;
+/// 35°, as in mountains. The light is 45° high, so ground that falls away from it at 45° is black.
+const STEEP: f64 = 0.7;
 
 impl VerticalScale {
     /// The scale of a raster: with the factor, if one is given. Otherwise with the one that makes 19 of 20 slopes no steeper
-    /// than 45°, to two digits; where proportions are known, with 1 at least, so that steep ground is shown as it is.
+    /// than 35°, to two digits; where proportions are known, with 1 at least, so that steep ground is shown as it is.
     ///
     /// Slopes are those over a pixel of the picture. See [`steepness`] for what is read.
     pub(super) fn of(
@@ -50,9 +51,9 @@ impl VerticalScale {
         let chosen = factor.is_none();
         let factor = match factor {
             Some(given) => given,
-            None => match steepness(band, view.cells_per_pixel(), LIT, control)? {
-                Some(steep) if to_scale => two_digits(1.0 / steep).max(1.0),
-                Some(steep) => two_digits(1.0 / steep),
+            None => match steepness(band, view.cells_per_pixel(), MOST, control)? {
+                Some(steep) if to_scale => two_digits(STEEP / steep).max(1.0),
+                Some(steep) => two_digits(STEEP / steep),
                 None => 1.0,
             },
         };
@@ -169,7 +170,7 @@ mod tests {
     #[test]
     fn gentle_ground_is_exaggerated_and_steep_ground_is_not() {
         // Rises over cells of 10 m.
-        for (rise, known, unknown) in [(0.5, 20.0, 20.0), (2.4, 4.2, 4.2), (10.0, 1.0, 1.0), (40.0, 1.0, 0.25)] {
+        for (rise, known, unknown) in [(0.5, 14.0, 14.0), (2.4, 2.9, 2.9), (10.0, 1.0, 0.7), (35.0, 1.0, 0.2)] {
             let ramp = |column, _| rise * column as f64;
             assert_eq!(scale(&band(ramp, METRES, CELLS), None).factor, known, "{rise} m");
             let found = scale(&band(ramp, None, CELLS), None);
@@ -193,7 +194,7 @@ mod tests {
             };
             scale(&band(height, METRES, CELLS), None).factor
         };
-        assert_eq!((with_steep(14), with_steep(15)), (10.0, 1.0), "of 299 columns of cells");
+        assert_eq!((with_steep(14), with_steep(15)), (7.0, 1.0), "of 299 columns of cells");
     }
 
     #[test]
@@ -205,9 +206,9 @@ mod tests {
         let degree = found.degree.expect("a degree");
         assert!((degree.latitude + 60.0).abs() < 1e-9, "{degree:?}");
         assert!((degree.of_longitude - 15_161.7).abs() < 0.1 && (degree.of_latitude - 30_323.35).abs() < 0.1);
-        assert_eq!(found.factor, 10.0, "a slope of 0.1");
+        assert_eq!(found.factor, 7.0, "a slope of 0.1");
         let down = band(|_, row| 30.3233 * row as f64, Some(moon), degrees);
-        assert_eq!(scale(&down, None).factor, 10.0, "a slope of 0.1");
+        assert_eq!(scale(&down, None).factor, 7.0, "a slope of 0.1");
     }
 
     #[test]
@@ -226,7 +227,7 @@ mod tests {
     fn slopes_are_those_over_a_pixel() {
         // Steps of a cell that lead nowhere.
         let rough = band(|column, _| 10.0 * (column % 2) as f64, METRES, CELLS);
-        let steep = |cells| steepness(&rough, cells, LIT, &Control::default()).expect("slopes");
+        let steep = |cells| steepness(&rough, cells, MOST, &Control::default()).expect("slopes");
         assert_eq!((steep(1), steep(2)), (Some(1.0), None));
     }
 }
