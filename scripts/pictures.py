@@ -51,10 +51,10 @@ class Scene:
 
 # The crops are where `before` has most dark dashes.
 SCENES = [
-    Scene("tycho", DATA / "moon_tycho_4096.tif", "100", "1.8", [at_lines(80, 2460), at_rim(0, 2725)]),
-    Scene("england", DATA / "srtm3_mosaic_n_england.tif", "20", "3.5", [at_lines(1780, 1860), at_rim(3480, 2310)]),
+    Scene("tycho", DATA / "moon_tycho_4096.tif", "100", "1.9", [at_lines(80, 2460), at_rim(0, 2725)]),
+    Scene("england", DATA / "srtm3_mosaic_n_england.tif", "20", "3.7", [at_lines(1780, 1860), at_rim(3480, 2310)]),
     # The terrain of scripts/demo.sh.
-    Scene("demo", TARGET / "demo" / "dem.tif", "5", "1.1", [at_lines(860, 640), at_rim(0, 1510)]),
+    Scene("demo", TARGET / "demo" / "dem.tif", "5", "1.1", [at_lines(860, 640), at_rim(0, 1490)]),
 ]
 DEMO = ["--size", "2048x2048", "--seed", "7"]
 

@@ -190,7 +190,7 @@ mod tests {
         let with_steep = |columns: usize| {
             let height = move |column: usize, row: usize| {
                 let high = 20.0 * column.min(columns) as f64 + column.saturating_sub(columns) as f64;
-                if row % 9 == 0 { f64::NAN } else { high }
+                if row.is_multiple_of(9) { f64::NAN } else { high }
             };
             scale(&band(height, METRES, CELLS), None).factor
         };
