@@ -4,7 +4,7 @@ CARGO ?= cargo
 # Where rustup puts it; a shell started before the installation does not look there.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help setup demo test test-long test-readers check checksums fuzz bench bench-quality bench-scale bench-kernels paper fmt accept
+.PHONY: help setup demo test test-long test-readers check checksums fuzz bench bench-quality bench-scale bench-kernels pictures paper fmt accept
 
 help:
 	@echo 'make setup   install what is missing (Debian: GDAL, a C++ compiler, programs that read meshes for tests)'
@@ -15,7 +15,9 @@ help:
 	@echo 'make check   formatting, lints and documentation, warnings denied'
 	@echo 'make bench   the benchmark: against pydelatin and against GDAL alone'
 	@echo 'make bench-quality  what every --quality is worth, against pydelatin'
-	@echo '                    (choose: BENCH_OPTIONS="--against REV", a commit to compare with)'
+	@echo '                    (choose: BENCH_OPTIONS="--against REV", a commit to compare with;'
+	@echo '                    BENCH_OPTIONS=--looks, only whether seams and the rim can be seen)'
+	@echo 'make pictures  docs/images/looks-*.png, meshes of two builds shaded (choose: PICTURES_OPTIONS="--before REV")'
 	@echo 'make bench-scale    from 4096 x 4096 to 32768 x 32768 (choose: SIZES=4096,8192)'
 	@echo 'make bench-kernels  the parts, by criterion'
 	@echo 'make paper   repeats the experiments of Garland & Heckbert 1995, tables and plots'
@@ -61,12 +63,16 @@ bench: setup
 	@python3 scripts/bench.py $(BENCH_OPTIONS)
 
 bench-quality: setup
-	$(CARGO) build --release --locked --bin terrabite --example gdal_floor
+	$(CARGO) build --release --locked --bin terrabite --example gdal_floor --example looks
 	@python3 scripts/bench_quality.py $(BENCH_OPTIONS)
 
 bench-scale: setup
 	$(CARGO) build --release --locked --bin terrabite --example gdal_floor
 	@python3 scripts/bench_scale.py
+
+pictures: setup
+	$(CARGO) build --release --locked --bin terrabite
+	@python3 scripts/pictures.py $(PICTURES_OPTIONS)
 
 bench-kernels: setup
 	$(CARGO) bench --locked

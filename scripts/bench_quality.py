@@ -3,7 +3,8 @@
 Every raster of the data folder without nodata is simplified at three tolerances, one for each range of samples per
 triangle (4 to 20, 20 to 100, 100 to 700 of greedy insertion's). Every mesh is judged by `terrabite verify`. Times are
 taken inside the processes, of triangulation alone, and compared on rasters of at least 4 million samples. Prints tables
-for docs/quality.md. With `--against REV` another commit takes pydelatin's place (bench_against.py).
+for docs/quality.md, the last of them of how the meshes look along seams and the rim (bench_looks.py). With `--against REV`
+another commit takes pydelatin's place (bench_against.py).
 """
 
 import argparse
@@ -12,6 +13,7 @@ import sys
 from pathlib import Path
 
 import bench_against
+import bench_looks
 from bench import DATA, described, environment, peer
 from bench_common import (
     TERRABITE, WORK, geometric, grouped, machine, note, print_table, run, settle, simplify, verified,
@@ -39,6 +41,7 @@ QUALITIES = {
 }
 # What is compared with another commit, unless others are chosen.
 AGAINST = ["fast", "balanced", "balanced, fitted"]
+LOOKS = {**QUALITIES, **bench_looks.ONE_TILE}
 LARGE = 4_000_000
 
 
@@ -53,9 +56,18 @@ def main():
     parser.add_argument("--against", metavar="REV", help=f"build this commit and compare with it, by default {'; '.join(AGAINST)}")
     parser.add_argument("--rounds", type=int, default=3, help="with --against: runs of each build")
     parser.add_argument("--peer", action="store_true", help="with --against: pydelatin, too")
+    parser.add_argument(
+        "--looks", nargs="?", const=bench_looks.CASES, metavar="CASES",
+        help=f"only how meshes look along seams and the rim, by default balanced ones of '{bench_looks.CASES}'; "
+        f"another quality is {'; '.join(bench_looks.ONE_TILE)}",
+    )
     arguments = parser.parse_args()
     wanted = chosen(arguments)
     WORK.mkdir(parents=True, exist_ok=True)
+    if arguments.looks is not None:
+        print("\n".join(machine()))
+        bench_looks.report(arguments.looks, {q: LOOKS[q] for q in wanted}, arguments)
+        return
     other = bench_against.Build(arguments.against) if arguments.against else None
     header, chosen_cases = machine(), list(cases(arguments))
     if not chosen_cases:
@@ -70,14 +82,19 @@ def main():
         bench_against.report(pairs, other, arguments)
     if arguments.peer or not other:
         against_peer(chosen_cases, wanted, header, arguments)
+        print()
+        bench_looks.report(bench_looks.CASES, {"balanced": QUALITIES["balanced"]}, arguments)
 
 
 def chosen(arguments):
     """The qualities that are asked for."""
     names = [name.strip() for name in arguments.qualities.split(";") if name.strip()]
-    unknown = [name for name in names if name not in QUALITIES]
+    there_are = QUALITIES if arguments.looks is None else LOOKS
+    unknown = [name for name in names if name not in there_are]
     if unknown:
-        sys.exit(f"bench: unknown qualities: {'; '.join(unknown)} (there are {'; '.join(QUALITIES)})")
+        sys.exit(f"bench: unknown qualities: {'; '.join(unknown)} (there are {'; '.join(there_are)})")
+    if arguments.looks is not None:
+        return names or ["balanced"]
     return names or (AGAINST if arguments.against else list(QUALITIES))
 
 

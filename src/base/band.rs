@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::warning::Warning;
-use super::{Cutline, Encoding, GeoTransform, Mark, Marks, RasterError, Reference, SampleType, Scaling, Window};
+use super::{
+    Cutline, Encoding, GeoTransform, Mark, Marks, Metres, RasterError, Reference, SampleType, Scaling, Window,
+    metres_in,
+};
 
 /// Reads stored values, wherever they are: GDAL does it for rasters, other programs for what they hold.
 ///
@@ -315,6 +318,14 @@ impl Band {
     /// The least x and y of the samples, and the largest.
     pub fn extent(&self) -> [f64; 4] {
         self.geo_transform().extent(self.width(), self.height())
+    }
+
+    /// Metres in a unit of x and of y in the middle of the raster, and in a unit of heights. What is not said is taken for
+    /// metres.
+    pub fn in_metres(&self) -> ((f64, f64), f64) {
+        let [_, bottom, _, top] = self.extent();
+        let heights = metres_in(&self.reference.height_unit).unwrap_or(1.0);
+        (Metres::between(self.reference.metres, bottom, top), heights)
     }
 
     /// The colour it is said to have.

@@ -11,7 +11,7 @@ use super::progress::Bars;
 use super::values::Size;
 use super::{Failure, GDAL_CACHE, output_format, print, values, warnings};
 use crate::base::features::Feature;
-use crate::preview::{Mode, PreviewOptions};
+use crate::preview::{Degree, Mode, PreviewOptions, VerticalScale};
 use crate::raster::{View, bound_gdal_cache};
 
 /// Draw a mesh above its raster
@@ -47,9 +47,10 @@ pub(crate) struct PreviewArgs {
     /// The tolerance: the end of the colour scale of `--mode error`
     #[arg(long, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_error: Option<f64>,
-    /// Multiply heights by this for shading
-    #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
-    vertical_exaggeration: f64,
+    /// Multiply heights by this for shading; 1 shows true proportions, a degree as long as it is in the middle of the raster
+    /// [default: such that 19 of 20 slopes are shaded no steeper than 35°; at least 1, where the CRS says how long its unit is]
+    #[arg(long, value_name = "FACTOR")]
+    vertical_exaggeration: Option<f64>,
     /// Replace an existing picture
     #[arg(long)]
     overwrite: bool,
@@ -107,6 +108,23 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<ExitCode, Failure> {
         let largest =
             if report.triangles == 0 { ": none lies over this part of the raster".to_string() } else { largest };
         print::report(&format!("{}: {size}, {} triangles{largest}", args.output.display(), report.triangles))?;
+        if let Some(scale) = &report.vertical_scale {
+            print::report(&in_words(scale))?;
+        }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn in_words(scale: &VerticalScale) -> String {
+    let chosen = if scale.chosen { " (chosen)" } else { "" };
+    let place = match scale.degree {
+        Some(Degree { latitude, of_longitude, of_latitude }) => {
+            let side = if latitude < 0.0 { "S" } else { "N" };
+            let (x, y) = (of_longitude / 1000.0, of_latitude / 1000.0);
+            format!(", 1° = {x:.1} km × {y:.1} km at {:.1}° {side}", latitude.abs())
+        }
+        None if scale.to_scale => String::new(),
+        None => ", with the unit of heights for x and y, whose own is not known".to_string(),
+    };
+    format!("vertical scale {}{chosen}{place}", scale.factor)
 }

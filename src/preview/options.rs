@@ -20,6 +20,13 @@ pub enum Mode {
     Colour,
 }
 
+impl Mode {
+    /// Whether ground is shaded by its slope.
+    pub(super) fn is_shaded(self) -> bool {
+        !matches!(self, Mode::Error | Mode::Colour)
+    }
+}
+
 /// What is drawn of it, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PreviewOptions {
@@ -35,8 +42,9 @@ pub struct PreviewOptions {
     pub size: (usize, usize),
     /// The tolerance: the end of the colour scale, beyond which samples are marked. `None` scales to the largest error.
     pub max_error: Option<f64>,
-    /// Heights are multiplied by this for shading.
-    pub exaggeration: f64,
+    /// Heights are multiplied by this for shading, beyond true proportions. `None` chooses from the raster's slopes:
+    /// 19 of 20 are shaded no steeper than 35°, and at least as steep as they are where proportions are known.
+    pub exaggeration: Option<f64>,
     /// Whether an existing picture is replaced.
     pub overwrite: bool,
 }
@@ -50,7 +58,7 @@ impl Default for PreviewOptions {
             image: false,
             size: (1024, 1024),
             max_error: None,
-            exaggeration: 1.0,
+            exaggeration: None,
             overwrite: false,
         }
     }

@@ -4,10 +4,10 @@ use super::canvas::Canvas;
 use super::mesh::Triangle;
 use super::samples::Samples;
 use super::scan::points_inside;
+use super::vertical::rises;
 use super::view::View;
-use crate::base::Band;
 
-/// Cell sizes in the unit of the heights, and the exaggeration.
+/// The size of cells against heights, exaggeration included.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Light {
     /// Heights are divided by these to become slopes per cell across and down.
@@ -15,12 +15,9 @@ pub(super) struct Light {
 }
 
 impl Light {
-    pub(super) fn over(band: &Band, exaggeration: f64) -> Light {
-        let [_, xp, xl, _, yp, yl] = band.geo_transform().coefficients();
-        // Degrees are taken as degrees of latitude: shading needs no better.
-        let unit = if band.reference().geographic { 111_320.0 } else { 1.0 };
-        let unit = unit / exaggeration;
-        Light { cell: (unit * xp.hypot(yp), unit * xl.hypot(yl)) }
+    /// For cells of this size in the unit of heights, and heights that are multiplied by a factor.
+    pub(super) fn new((across, down): (f64, f64), factor: f64) -> Light {
+        Light { cell: (across / factor, down / factor) }
     }
 
     /// Brightness from 0 to 1 of ground that rises by so much per cell across and down.
@@ -101,9 +98,8 @@ pub(super) fn shaded_samples(samples: &Samples, view: View, light: &Light) -> Ca
         let (a, b) = (samples.at(i, j), samples.at(i + 1, j));
         let (c, d) = (samples.at(i, j + 1), samples.at(i + 1, j + 1));
         let [a, b, c, d] = with_half_cells([a, b, c, d], (u, v));
-        let across = 0.5 * ((b - a) + (d - c)) / stride;
-        let down = 0.5 * ((c - a) + (d - b)) / stride;
-        let colour = if across.is_nan() { EMPTY } else { ground(light.shade(across, down)) };
+        let (across, down) = rises([a, b, c, d]);
+        let colour = if across.is_nan() { EMPTY } else { ground(light.shade(across / stride, down / stride)) };
         colour.map(|c| c.round() as u8)
     })
 }

@@ -9,6 +9,7 @@ use super::legend::{captioned, with_scale};
 use super::mesh::for_each_triangle;
 use super::relief::{Light, Shading, shaded_samples};
 use super::samples::Samples;
+use super::vertical::{VerticalScale, cell_size};
 use super::view::View;
 use super::{Mode, PreviewError, PreviewOptions};
 use crate::base::Band;
@@ -31,6 +32,8 @@ pub struct PreviewReport {
     pub triangles: u64,
     /// The largest error among the samples looked at, in [`Mode::Error`].
     pub largest_error: Option<f64>,
+    /// The vertical scale of the shading; `None` in modes without, and for images.
+    pub vertical_scale: Option<VerticalScale>,
     /// What a user should know of the raster.
     pub warnings: Vec<Warning>,
 }
@@ -38,7 +41,8 @@ pub struct PreviewReport {
 /// Draws a mesh above its raster and writes a PNG.
 ///
 /// The mesh is read twice from end to end. It needs a temporary file of 32 bytes per vertex, and memory for the
-/// picture and, where samples are shown, for 4096² samples at most.
+/// picture and, where samples are shown, for 4096² samples at most. Where the vertical scale is chosen, up to 4 million samples
+/// are read for it.
 ///
 /// # Errors
 /// [`PreviewError`], also for [`Mode::Colour`] if the mesh has no colours; then nothing new is left at `out` or beside
@@ -68,9 +72,13 @@ pub fn preview(
     };
     band.holds_rows(band.width())?;
     let window = Window { column: 0, row: 0, width: band.width(), height: band.height() };
+    let view = View::fit(window, options.size);
+    let is_shaded = options.mode.is_shaded() && !options.image;
+    let vertical_scale =
+        is_shaded.then(|| VerticalScale::of(&band, options.exaggeration, &view, control)).transpose()?;
     let mut job = Job {
-        light: Light::over(&band, options.exaggeration),
-        view: View::fit(window, options.size),
+        light: Light::new(cell_size(&band), vertical_scale.map_or(1.0, |scale| scale.factor)),
+        view,
         mesh: formats::open(mesh, None, &ReadOptions { cancel: control.cancel.clone(), temp_dir: None })?,
         band,
         importance,
@@ -86,7 +94,7 @@ pub fn preview(
     };
     control.cancel.check()?;
     canvas.save(StagedFile::create(out, options.overwrite, &inputs)?)?;
-    Ok(PreviewReport { width: canvas.width, height: canvas.height, triangles, largest_error, warnings })
+    Ok(PreviewReport { width: canvas.width, height: canvas.height, triangles, largest_error, vertical_scale, warnings })
 }
 
 fn check(options: &PreviewOptions) -> Result<(), PreviewError> {
@@ -99,7 +107,7 @@ fn check(options: &PreviewOptions) -> Result<(), PreviewError> {
     unless(side.contains(&width) && side.contains(&height), "size", "16 to 16384 pixels each way", found)?;
     let tolerance = options.max_error.unwrap_or(0.0);
     unless(tolerance >= 0.0 && tolerance.is_finite(), "max-error", "a number from 0 on", tolerance.to_string())?;
-    let factor = options.exaggeration;
+    let factor = options.exaggeration.unwrap_or(1.0);
     unless(factor > 0.0 && factor.is_finite(), "vertical-exaggeration", "a number above 0", factor.to_string())
 }
 

@@ -11,23 +11,23 @@ use crate::base::{GeoTransform, Window};
 use crate::raster::{Part, View, ViewError};
 use crate::synth::{StoredAs, SynthOptions, Terrain, TerrainOptions, synth};
 
-const WIDTH: usize = 161;
-const HEIGHT: usize = 121;
+pub(super) const WIDTH: usize = 161;
+pub(super) const HEIGHT: usize = 121;
 
 fn of_window(window: Window) -> View {
     View { part: Part::Window(window), ..View::default() }
 }
 
 /// A raster of synthetic ground, and regular meshes over it.
-struct Scene {
+pub(super) struct Scene {
     folder: tempfile::TempDir,
-    heights: Vec<f64>,
+    pub(super) heights: Vec<f64>,
 }
 
-type Face = [u32; 3];
+pub(super) type Face = [u32; 3];
 
 impl Scene {
-    fn new(terrain: TerrainOptions) -> Scene {
+    pub(super) fn new(terrain: TerrainOptions) -> Scene {
         let folder = tempfile::tempdir().expect("a folder");
         let options = SynthOptions {
             width: WIDTH,
@@ -43,12 +43,12 @@ impl Scene {
         Scene { folder, heights }
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(super) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
     /// Every sample is a vertex; faces span `step` cells, two to a square. Binary little-endian doubles.
-    fn mesh(&self, name: &str, faces: impl Iterator<Item = Face>) -> PathBuf {
+    pub(super) fn mesh(&self, name: &str, faces: impl Iterator<Item = Face>) -> PathBuf {
         let transform = GeoTransform::new([300_000.0, 10.0, 0.0, 5_400_000.0, 0.0, -10.0], WIDTH, HEIGHT).expect("map");
         let mut body = Vec::new();
         for (k, height) in self.heights.iter().enumerate() {
@@ -78,7 +78,7 @@ impl Scene {
     }
 }
 
-fn grid(step: usize) -> impl Iterator<Item = Face> + Clone {
+pub(super) fn grid(step: usize) -> impl Iterator<Item = Face> + Clone {
     let squares = (0..HEIGHT - 1).step_by(step).flat_map(move |r| (0..WIDTH - 1).step_by(step).map(move |c| (r, c)));
     squares.flat_map(move |(r, c)| {
         let at = |down: usize, right: usize| ((r + down) * WIDTH + c + right) as u32;
@@ -209,7 +209,7 @@ fn what_cannot_be_drawn_is_refused_and_leaves_nothing() {
     };
     assert_eq!(option(PreviewOptions { size: (0, 100), ..errors() }), "size");
     assert_eq!(option(PreviewOptions { max_error: Some(f64::NAN), ..errors() }), "max-error");
-    assert_eq!(option(PreviewOptions { exaggeration: 0.0, ..errors() }), "vertical-exaggeration");
+    assert_eq!(option(PreviewOptions { exaggeration: Some(0.0), ..errors() }), "vertical-exaggeration");
     assert!(matches!(scene.draw(&scene.path("none.ply"), "out.png", &errors()), Err(PreviewError::Mesh(_))));
     let cancel = CancelToken::default();
     cancel.cancel();

@@ -33,6 +33,11 @@ impl View {
         (self.width as f64 / (self.window.width - 1) as f64, self.height as f64 / (self.window.height - 1) as f64)
     }
 
+    /// Whole cells in a pixel, 1 at least.
+    pub(super) fn cells_per_pixel(&self) -> usize {
+        (1.0 / self.scale().0.max(self.scale().1)).max(1.0) as usize
+    }
+
     /// From (column, row) of the raster to the picture, whose pixel (x, y) covers x to x + 1 and y to y + 1.
     pub(super) fn pixel(&self, (column, row): (f64, f64)) -> (f64, f64) {
         let (sx, sy) = self.scale();

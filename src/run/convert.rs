@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::coordinates::{across_in_metres, origin};
+use super::coordinates::origin;
 use super::report::SCHEMA;
 use super::{RunError, Warned, make};
 use crate::base::channels::{Channel, Number};
@@ -12,7 +12,7 @@ use crate::base::control::{Control, Stage};
 use crate::base::external::{Scratch, Store, StoreWriter};
 use crate::base::staged::StagedFile;
 use crate::base::warning::{Warning, WarningCode, Warnings};
-use crate::base::{CoordinateFrame, metres_in};
+use crate::base::{CoordinateFrame, Metres, metres_in};
 use crate::formats::{
     self, Attributes, Bounds, Contents, Format, Header, HeaderKept, MeshReader, Precision, ReadOptions, Setup, Sink,
     SinkOption, SinkOptions, Unit,
@@ -342,7 +342,7 @@ fn frame(given: &Header, target: &Format, single: bool, read: Bounds) -> Coordin
     };
     let in_metres = target.unit == Unit::Metre;
     let xy_scale = match in_metres && source.xy_scale == CoordinateFrame::PLAIN.xy_scale {
-        true => across_in_metres(metres(given), bottom + source.origin.1, top + source.origin.1),
+        true => Metres::between(metres(given), bottom + source.origin.1, top + source.origin.1),
         false => source.xy_scale,
     };
     let z_scale = match in_metres && source.z_scale == CoordinateFrame::PLAIN.z_scale {

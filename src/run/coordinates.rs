@@ -2,7 +2,7 @@
 
 use super::{Coordinates, Request, RunError};
 use crate::base::control::Control;
-use crate::base::{Band, CoordinateFrame, Metres, Tolerance, metres_in};
+use crate::base::{Band, CoordinateFrame, Tolerance};
 use crate::field::{height_range, searched_range};
 use crate::formats::{Format, Precision, Unit};
 use crate::job::{Error, Goal, Params, VertexHeights};
@@ -85,7 +85,7 @@ fn frame(coordinates: Coordinates, format: &Format, band: &Band) -> Result<Coord
     let origin = if local || single { origin(band.extent()) } else { CoordinateFrame::PLAIN.origin };
     let (xy_scale, metres) = match format.unit {
         Unit::OfCrs => (CoordinateFrame::PLAIN.xy_scale, 1.0),
-        Unit::Metre => in_metres(band),
+        Unit::Metre => band.in_metres(),
     };
     let frame = CoordinateFrame { origin, xy_scale, z_scale: z_scale * metres, single };
     // In doubles it was made sure of when the raster was opened.
@@ -94,20 +94,6 @@ fn frame(coordinates: Coordinates, format: &Format, band: &Band) -> Result<Coord
         return Err(RunError::Indistinct { path, width, height });
     }
     Ok(frame)
-}
-
-/// Metres in a unit of x and y in the middle of the raster, and in a unit of heights. What is not said is taken for metres.
-fn in_metres(band: &Band) -> ((f64, f64), f64) {
-    let reference = band.reference();
-    let [_, bottom, _, top] = band.extent();
-    (across_in_metres(reference.metres, bottom, top), metres_in(&reference.height_unit).unwrap_or(1.0))
-}
-
-/// Metres in a unit of x and y in the middle between two y; what is not known is taken for metres.
-pub(super) fn across_in_metres(metres: Option<Metres>, bottom: f64, top: f64) -> (f64, f64) {
-    let across = metres.map_or(CoordinateFrame::PLAIN.xy_scale, |metres| metres.at((bottom + top) / 2.0));
-    // At a pole all longitudes are the same place.
-    if across.0 > 0.0 { across } else { (across.1, across.1) }
 }
 
 /// A round number near the middle of the raster: nothing is left of large coordinates but what the raster spans.

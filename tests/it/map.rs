@@ -231,3 +231,21 @@ fn what_single_precision_loses_is_taken_from_the_tolerance() {
     assert_eq!(run.succeeds().json()["map"]["kept_for_rounding"], 0.0);
     terrabite(["verify", &dem, &tin, "--max-error", "0"]).succeeds();
 }
+
+#[test]
+fn a_picture_says_its_vertical_scale() {
+    let folder = Folder::new();
+    let (tin, png) = (folder.at("tin.ply"), folder.at("tin.png"));
+    // Cells of 0.01°, at 33.2° south; a slope of 1 in 100 along columns.
+    let degrees = Dem::new(40, 41).kind(Kind::Float64).heights(|_, row| 11.09 * row as f64);
+    let dem = degrees.geo_transform([-71.0, 0.01, 0.0, -33.0, 0.0, -0.01]).epsg(4326).write(&folder, "degrees.tif");
+    terrabite(["simplify", &dem, &tin, "--max-error", "0"]).succeeds();
+    let run = terrabite(["preview", &dem, &tin, &png]).succeeds();
+    let said = "vertical scale 70 (chosen), 1° = 93.2 km × 110.9 km at 33.2° S";
+    assert_eq!(run.out.lines().last(), Some(said), "{}", run.out);
+    let options = ["--vertical-exaggeration", "2.5", "--overwrite"];
+    let run = terrabite(["preview", &dem, &tin, &png].into_iter().chain(options)).succeeds();
+    assert_eq!(run.out.lines().last(), Some("vertical scale 2.5, 1° = 93.2 km × 110.9 km at 33.2° S"), "{}", run.out);
+    let run = terrabite(["preview", &dem, &tin, &png, "--mode", "error", "--overwrite"]).succeeds();
+    assert!(!run.out.contains("vertical scale"), "{}", run.out);
+}

@@ -32,6 +32,13 @@ impl Metres {
             }
         }
     }
+
+    /// Metres in a unit of x and of y in the middle between two y; what is not known is taken for metres.
+    pub fn between(metres: Option<Metres>, bottom: f64, top: f64) -> (f64, f64) {
+        let across = metres.map_or((1.0, 1.0), |metres| metres.at((bottom + top) / 2.0));
+        // At a pole all longitudes are the same place.
+        if across.0 > 0.0 { across } else { (across.1, across.1) }
+    }
 }
 
 fn digits(number: f64) -> f64 {
