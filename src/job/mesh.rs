@@ -27,7 +27,7 @@ pub struct Mesh {
     pub(super) error_scale: f64,
     pub(super) outcome: Option<Outcome>,
     pub(super) times: TileTimes,
-    pub(super) other_bytes: u64,
+    pub(super) spool_bytes: u64,
     pub(super) found: u64,
 }
 
@@ -84,9 +84,9 @@ impl Mesh {
         self.found
     }
 
-    /// Temporary disk in use.
+    /// Temporary disk in use, when it was the most: chunks of two passes at a time, or of all of them where they are kept.
     pub fn spool_bytes(&self) -> u64 {
-        self.spool.bytes() + self.other_bytes
+        self.spool_bytes
     }
 
     /// Chunk after chunk, in tile order.

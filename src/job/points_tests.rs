@@ -120,7 +120,7 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
         error_scale: params.tolerance.kept(),
         outcome: None,
         times,
-        other_bytes: 0,
+        spool_bytes: 0,
         found: 0,
     }
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::Params;
-use crate::kernel::polish::{self, Effort};
+use crate::kernel::polish::{self, Caps, Effort, Schedule};
 
 /// How much work goes into fewer triangles once the engine is done: the stage is [`polish`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -46,4 +46,26 @@ impl Quality {
 pub(super) fn polishing(params: &Params) -> Option<polish::Options> {
     let effort = params.quality.effort()?;
     Some(polish::Options { effort, heights: params.heights, tuning: params.tuning })
+}
+
+/// A tile with fewer triangles than this is at most about ten edges wide.
+const FEW: usize = 256;
+
+/// Caps of patient polishing.
+const PATIENT: Caps = match Caps::new(&[3.0, 6.0]) {
+    Some(caps) => caps,
+    None => panic!("two caps"),
+};
+
+/// How a tile of so many triangles is polished again, around what could not move before. Where a tile is only a few edges
+/// wide, most of its mesh has been fitted to that, and it takes more patience to come away from it; there is little to be
+/// patient with. Numbers that are given are kept to, and best effort is patient anyway.
+pub(super) fn polishing_again(params: &Params, triangles: usize) -> Option<polish::Options> {
+    let mut options = polishing(params)?;
+    if options.tuning.schedule.is_none() && options.effort == Effort::Balanced && triangles < FEW {
+        let usual = Schedule::preset(options.effort, options.heights);
+        let (rounds, reach) = (usual.rounds.max(8), usual.reach.max(1.0));
+        options.tuning.schedule = Some(Schedule { caps: PATIENT, rounds, reach, ..usual });
+    }
+    Some(options)
 }

@@ -45,11 +45,14 @@ pub fn triangulate_into(
     if !has_ground(&spool, first.grid())? {
         return Err(Error::NoGround { path: field.name().to_path_buf() });
     }
-    let (mut chunks, mut other_bytes) = (first.grid(), job.end.map_or(0, |end| end.survey_bytes));
+    let mut chunks = first.grid();
+    let (mut held, mut most) = (spool.bytes(), spool.bytes());
     for pass in others {
         let next = make_spool(pass)?;
         result = result.plus(whole(&job, pass, Some(&spool), &next)?);
-        other_bytes += spool.bytes();
+        // A spool that is not kept is gone once the next pass is done.
+        held = if spool.is_kept() { held } else { spool.bytes() } + next.bytes();
+        most = most.max(held);
         (spool, chunks) = (next, pass.grid());
     }
     let kept = params.tolerance.kept();
@@ -63,7 +66,7 @@ pub fn triangulate_into(
         error_scale: job.end.map_or(kept, |end| end.scale(&job)),
         outcome: job.end.map(|end| end.outcome),
         times: result.times,
-        other_bytes,
+        spool_bytes: most + job.end.map_or(0, |end| end.survey_bytes),
         found,
     })
 }

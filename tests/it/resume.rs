@@ -112,22 +112,23 @@ fn a_dry_run_says_what_is_left_and_leaves_the_work_dir_alone() {
         let report = run.json()["work_dir"].clone();
         let finished = |name: &str| report["finished"][name].as_u64().unwrap();
         let all = |name: &str| report[name].as_u64().unwrap();
-        ([finished("tiles"), all("tiles"), finished("seams"), all("seams")], finished("bytes"))
+        let later = ["seams", "crossings"].map(|name| [finished(name), all(name)]);
+        ([finished("tiles"), all("tiles")], later, finished("bytes"))
     };
-    assert_eq!(work_dir(&[]), ([0, TILES, 0, 21], 0));
-    assert_eq!(work_dir(&["--quality", "none"]), ([0, TILES, 0, 0], 0));
+    assert_eq!(work_dir(&[]), ([0, TILES], [[0, 21], [0, 32]], 0));
+    assert_eq!(work_dir(&["--quality", "none"]), ([0, TILES], [[0, 0], [0, 0]], 0));
     assert_eq!(scene.folder.names(), ["dem.tif"]);
     scene.begin(4);
     let (kept, before) = (scene.chunks(), names_and_times(&scene.folder.join("work")));
     let bytes: u64 = kept.iter().map(|chunk| chunk.metadata().unwrap().len()).sum();
-    assert_eq!(work_dir(&[]), ([kept.len() as u64, TILES, 0, 21], bytes));
+    assert_eq!(work_dir(&[]), ([kept.len() as u64, TILES], [[0, 21], [0, 32]], bytes));
     assert_eq!(names_and_times(&scene.folder.join("work")), before);
     // As the run itself would be.
     scene.run(&["--max-error", "2", "--dry-run"]).fails(1, &["another job", "max error", "--work-dir"]);
     // While another process works there it can be looked at, too.
-    let run = Halted::at("chunk-renamed", 14, scene.command(&[]));
-    let ([tiles, _, seams, _], _) = work_dir(&[]);
-    assert!(tiles == TILES && seams >= 1, "{tiles} and {seams}");
+    let run = Halted::at("chunk-renamed", 34, scene.command(&[]));
+    let ([tiles, _], [[seams, _], [crossings, _]], _) = work_dir(&[]);
+    assert!(tiles == TILES && seams == 21 && crossings >= 1, "{tiles}, {seams} and {crossings}");
     run.go_on().succeeds();
     assert!(fs::read(scene.tin()).unwrap() == scene.expected);
     let other = scene.folder.with("other.txt", "not ours");
@@ -172,6 +173,12 @@ fn killed_at_any_moment_it_continues_to_the_same_bytes() {
         "chunk-written:14",
         "chunk-renamed:20",
         "chunk-renamed:33",
+        // Those over crossings: first a grid of 3 × 6 tiles, then of 2 × 7.
+        "tile-begun:34",
+        "chunk-written:40",
+        "chunk-renamed:51",
+        "tile-begun:52",
+        "chunk-renamed:65",
         "vertices:1",
         "vertices:6",
         "vertices:12",

@@ -21,7 +21,7 @@ const SPOOL_BYTES_PER_TRIANGLE: f64 = 20.0;
 pub struct Estimate {
     /// Temporary disk for decoded samples and weights, exactly; 0 where nothing is decoded beforehand.
     pub field_bytes: u64,
-    /// Temporary disk for finished tiles, at `samples_per_triangle`, for one pass over them.
+    /// Temporary disk for finished tiles, at `samples_per_triangle`; before [`Estimate::with_tiles`] for one pass over them.
     pub spool_bytes: u64,
     /// Temporary disk for what tiles tell of their insertions; 0 where no budget or root mean square ends the run.
     pub survey_bytes: u64,
@@ -39,7 +39,7 @@ const SPOOL_BYTES_PER_CHANNEL: f64 = 4.0;
 const SPOOL_BYTES_PER_TILE: u64 = 3200;
 
 impl Estimate {
-    /// The same run with this number of tiles, each of which keeps chunks of this number of passes.
+    /// The same run with this number of tiles, where chunks of this number of passes are kept at a time.
     pub fn with_tiles(self, tiles: u64, passes: u64) -> Estimate {
         let once = self.spool_bytes.saturating_add(tiles.saturating_mul(SPOOL_BYTES_PER_TILE));
         Estimate { spool_bytes: once.saturating_mul(passes), ..self }

@@ -18,7 +18,7 @@ const ENCODED: u64 = MESH;
 /// are there twice.
 const POLISHING: u64 = MESH + 2 * 36 + 4;
 
-/// What a region of the second pass takes when the last of its chunks is read: three quarters of its mesh, that chunk and
+/// What a region of a later pass takes when the last of its chunks is read: three quarters of its mesh, that chunk and
 /// its encoded form; and numbers and kinds of vertices.
 const GATHERING: u64 = MESH * 3 / 4 + MESH + ENCODED + 4 + 1;
 

@@ -16,7 +16,7 @@ use crate::kernel::triangulate::insertion::{DataDependent, InsertionOptions, Mea
 use crate::testing::heap::peak_of;
 use crate::testing::in_memory;
 
-/// Cells of a tile; and two tiles and a bit each way, so that a tile of the second pass has whole ones around it.
+/// Cells of a tile; and two tiles and a bit each way, so that a tile of a later pass has whole ones around it.
 const TILE: usize = 64;
 const SIDE: usize = 2 * TILE + TILE / 2;
 

@@ -71,6 +71,11 @@ impl Spool {
         chunks + self.index.bytes()
     }
 
+    /// Whether its chunks outlive it.
+    pub fn is_kept(&self) -> bool {
+        matches!(self.chunks, Chunks::Folders { .. })
+    }
+
     /// Whether a chunk that is found must be compared with the samples of its tile ([`Chunk::samples_checksum`]),
     /// because nothing else proves that they are those it was made from.
     pub fn check_samples(&self) -> bool {

@@ -18,6 +18,7 @@
 //! in the end as many samples must be bare as have been trimmed ([`PassResult::check_bare`](super::PassResult::check_bare)).
 
 mod lines;
+mod part;
 mod region;
 
 #[cfg(test)]
@@ -26,17 +27,23 @@ mod tests;
 pub(super) use region::Way;
 
 use self::lines::Lines;
+use self::part::Part;
 use self::region::Region;
-use super::{Maker, Run, Workspace};
+use super::{Maker, PassName, Run, Workspace};
+use crate::base::control::Cancelled;
 use crate::base::lattice::Point;
 use crate::base::mesh::Domain;
 use crate::base::tiling::{TileGrid, TilePlace};
 use crate::job::spool::Chunks;
 use crate::job::{Error, quality};
 use crate::kernel::measure::{Bare, Bound, ErrorStats, HeightStats, ShapeStats, measure, shape};
-use crate::kernel::polish::{self, Part, count_relaxed};
+use crate::kernel::polish::{self, count_relaxed};
 use crate::kernel::triangulate::insertion::mend_part;
-use crate::kernel::triangulate::{EngineScratch, Task};
+use crate::kernel::triangulate::{EngineScratch, Feasibility, Task};
+
+/// How far from the vertices that passes over crossings visit triangles may change, in edges. Polishing visits what is two
+/// edges away; farther than this hardly anything comes of it.
+const REACH: usize = 5;
 
 /// Which triangles of a tile no later pass changes: those that straddle lines of all of them.
 pub(super) struct Final(Vec<Lines>);
@@ -59,6 +66,7 @@ pub(super) struct SeamMaker {
     shared: Workspace,
     region: Region,
     engine: EngineScratch,
+    part: Part,
     polish: polish::Scratch,
 }
 
@@ -72,20 +80,7 @@ impl Maker for SeamMaker {
         clocks.load.time(|| self.shared.load(job.field, place.window))?;
         self.shared.find_points(job.params, place.window);
         let known = clocks.spool.time(|| self.gather(run, place))?;
-        let tile = &self.shared.tile;
-        let tolerance = job.params.tolerance.kept();
-        clocks.polish.time(|| {
-            let (feasibility, cancel) = (job.params.feasibility, &job.control.cancel);
-            let max_stray = job.max_stray;
-            let task = Task { tile, domain: &Domain::default(), tolerance, feasibility, max_stray, cancel };
-            let options = quality::polishing(job.params);
-            let Region { mesh, locked, seams, rim, .. } = &mut self.region;
-            mend_part(&task, *rim, &mut self.engine, mesh)?;
-            options.map_or(Ok(()), |options| {
-                let part = Part { locked: *locked, centres: seams, rim: *rim };
-                polish::polish_around(&task, &options, &part, &mut self.polish, mesh)
-            })
-        })?;
+        clocks.polish.time(|| self.polish(run))?;
         let errors = clocks.measure.time(|| self.measure(run, place, &known));
         clocks.spool.time(|| {
             let Workspace { tile, chunk, .. } = &mut self.shared;
@@ -141,6 +136,28 @@ impl SeamMaker {
         Ok(known)
     }
 
+    /// Mends what locked seams have left, and polishes around what is left of them and free now.
+    fn polish(&mut self, run: &Run<'_>) -> Result<(), Cancelled> {
+        let Run { job, pass, .. } = *run;
+        let Region { mesh, locked, seams, rim, .. } = &mut self.region;
+        let (feasibility, max_stray, cancel) = (job.params.feasibility, job.max_stray, &job.control.cancel);
+        let (tile, tolerance, rim) = (&self.shared.tile, job.params.tolerance.kept(), *rim);
+        let task = Task { tile, domain: &Domain::default(), tolerance, feasibility, max_stray, cancel };
+        mend_part(&task, rim, &mut self.engine, mesh)?;
+        let options = quality::polishing_again(job.params, mesh.triangles.len());
+        let Some(options) = options.filter(|_| !seams.is_empty()) else { return Ok(()) };
+        if pass.name() == PassName::Seams {
+            let part = polish::Part { locked: *locked, centres: seams, rim };
+            return polish::polish_around(&task, &options, &part, &mut self.polish, mesh);
+        }
+        self.part.take(mesh, *locked, seams, REACH);
+        let Part { mesh: part, locked, centres, .. } = &mut self.part;
+        let near = polish::Part { locked: *locked, centres, rim };
+        polish::polish_around(&task, &options, &near, &mut self.polish, part)?;
+        self.part.put_back(mesh);
+        Ok(())
+    }
+
     /// Looks at the shape of the triangles that no later pass changes, and counts those among them that are relaxed; in the
     /// last pass measures the mesh.
     fn measure(&mut self, run: &Run<'_>, place: &TilePlace, known: &Known) -> ErrorStats {
@@ -149,7 +166,7 @@ impl SeamMaker {
         let settled = Final::new(run.later, place);
         let mut seen = shape(tile, &region.mesh, tolerance, |corners| settled.has(corners));
         seen.add(&known.shape);
-        if region.mesh.relaxed > 0 && !is_last {
+        if params.feasibility == Feasibility::Strong {
             region.mesh.relaxed = count_relaxed(tile, &region.mesh, tolerance, |corners| settled.has(corners));
         }
         let shape = Some(Box::new(seen));
