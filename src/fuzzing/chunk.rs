@@ -122,6 +122,7 @@ fn a_chunk(from: &mut Bytes<'_>) -> Chunk {
     if from.bit() {
         let mut shape = Box::<ShapeStats>::default();
         (shape.angles[0], shape.overshoots[0], shape.overshoot_max) = (from.word(), from.word(), from.double());
+        shape.astray = shape.angles[0];
         errors.shape = Some(shape);
     }
     if from.bit() {

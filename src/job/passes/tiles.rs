@@ -67,7 +67,7 @@ impl TileMaker {
         if !run.later.is_empty() {
             let settled = Final::new(run.later, place);
             let settles = |corners: [lattice::Point; 3]| settled.has(corners);
-            let seen = shape(&self.shared.tile, &self.mesh, params.tolerance.kept(), settles);
+            let seen = shape(&self.shared.tile, &self.mesh, params.tolerance.kept(), run.job.max_stray, settles);
             if self.mesh.relaxed > 0 {
                 self.mesh.relaxed = count_relaxed(&self.shared.tile, &self.mesh, params.tolerance.kept(), settles);
             }
@@ -80,7 +80,13 @@ impl TileMaker {
         assert_eq!(errors.trimmed, self.trimmed, "bare samples of the tile at {:?}", place.origin());
         // Whoever has no time for polishing has none for looking at it.
         if params.quality != Quality::None {
-            errors.shape = Some(Box::new(shape(&self.shared.tile, &self.mesh, params.tolerance.kept(), |_| true)));
+            errors.shape = Some(Box::new(shape(
+                &self.shared.tile,
+                &self.mesh,
+                params.tolerance.kept(),
+                run.job.max_stray,
+                |_| true,
+            )));
         }
         errors
     }

@@ -77,9 +77,9 @@ fn encode_errors(errors: &ErrorStats, out: &mut Vec<u8>) {
         out.extend_from_slice(&count.to_le_bytes());
     }
     let nothing = ShapeStats::default();
-    let ShapeStats { angles, overshoots, overshoot_max } = errors.shape.as_deref().unwrap_or(&nothing);
+    let ShapeStats { angles, overshoots, overshoot_max, astray } = errors.shape.as_deref().unwrap_or(&nothing);
     out.extend_from_slice(&u64::from(errors.shape.is_some()).to_le_bytes());
-    for word in angles.iter().chain(overshoots).chain([&overshoot_max.to_bits()]) {
+    for word in angles.iter().chain(overshoots).chain([&overshoot_max.to_bits(), astray]) {
         out.extend_from_slice(&word.to_le_bytes());
     }
     let WeightedStats { max, worst } = errors.extended.unwrap_or_default();
@@ -193,6 +193,7 @@ fn decode_errors(reader: &mut Reader<'_>) -> Result<ErrorStats, Damage> {
         shape.overshoots[bin] = reader.u64()?;
     }
     shape.overshoot_max = f64::from_bits(reader.u64()?);
+    shape.astray = reader.u64()?;
     errors.shape = has_shape.then_some(shape);
     let is_there = reader.u64()? == 1;
     let weighted = WeightedStats { max: f64::from_bits(reader.u64()?), worst: (reader.u64()?, reader.u64()?) };

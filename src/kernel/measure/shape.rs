@@ -22,11 +22,13 @@ pub struct ShapeStats {
     pub overshoots: [u64; OVERSHOOTS],
     /// How far the one strays that strays farthest, in the heights' units (times its weight).
     pub overshoot_max: f64,
+    /// How many edges stray farther than they may ([`Task::max_stray`](crate::kernel::triangulate::Task::max_stray)).
+    pub astray: u64,
 }
 
 impl Default for ShapeStats {
     fn default() -> Self {
-        ShapeStats { angles: [0; ANGLES], overshoots: [0; OVERSHOOTS], overshoot_max: 0.0 }
+        ShapeStats { angles: [0; ANGLES], overshoots: [0; OVERSHOOTS], overshoot_max: 0.0, astray: 0 }
     }
 }
 
@@ -36,6 +38,7 @@ impl ShapeStats {
         self.angles.iter_mut().zip(other.angles).for_each(|(sum, count)| *sum += count);
         self.overshoots.iter_mut().zip(other.overshoots).for_each(|(sum, count)| *sum += count);
         self.overshoot_max = self.overshoot_max.max(other.overshoot_max);
+        self.astray += other.astray;
     }
 
     /// The angle, in whole degrees, that a share of the triangles has as its smallest or less.
@@ -68,11 +71,17 @@ fn at_share(bins: &[u64], share: f64) -> usize {
 }
 
 /// Looks at every triangle and at every edge inside the tile once; if only some triangles are wanted, at each of their
-/// edges in the one of its two triangles in which it ascends. `scale` is the tolerance, or what stands for it. Costs as
-/// much as measuring the errors.
-pub fn shape(tile: &Tile, mesh: &TileMesh, scale: f64, wanted: impl Fn([Point; 3]) -> bool) -> ShapeStats {
+/// edges in the one of its two triangles in which it ascends. `scale` is the tolerance, or what stands for it, `max_stray` how
+/// far edges may stray, infinite for any. Costs as much as measuring the errors.
+pub fn shape(
+    tile: &Tile,
+    mesh: &TileMesh,
+    scale: f64,
+    max_stray: f64,
+    wanted: impl Fn([Point; 3]) -> bool,
+) -> ShapeStats {
     let mut stats = ShapeStats::default();
-    let tester = Tester::new(tile, scale, Feasibility::Strong);
+    let tester = Tester::new(tile, scale, Feasibility::Strong).with_max_stray(max_stray);
     for corners in mesh.triangles.iter().map(|&t| mesh.corners(t)) {
         if !wanted(corners.map(|v| v.at)) {
             continue;
@@ -89,6 +98,7 @@ pub fn shape(tile: &Tile, mesh: &TileMesh, scale: f64, wanted: impl Fn([Point; 3
             let bin = if strays > 0.0 { (strays / scale * 8.0) as usize } else { 0 };
             stats.overshoots[bin.min(OVERSHOOTS - 1)] += 1;
             stats.overshoot_max = stats.overshoot_max.max(strays);
+            stats.astray += u64::from(tester.strays(corners[i], corners[(i + 1) % 3]));
         }
     }
     stats
@@ -106,10 +116,11 @@ mod tests {
         let vertex = |c, r| Vertex { at: Point::of_sample(c, r), height: 0.0 };
         let vertices = vec![vertex(0, 0), vertex(2, 0), vertex(2, 1), vertex(0, 1)];
         let mesh = TileMesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]], relaxed: 0 };
-        let stats = shape(&tile, &mesh, 1.0, |_| true);
+        let stats = shape(&tile, &mesh, 1.0, 1.0, |_| true);
         // Two triangles with legs of 2 and 1: 26.57°.
         assert_eq!((stats.angles[26], stats.angle(0.5)), (2, 27.0));
         // It crosses the middle column halfway up to the bump; the two other edges counted stray nowhere.
+        assert_eq!(stats.astray, 0, "it is as low as the lower of two samples");
         assert_eq!((stats.overshoot_max, stats.beyond_tolerance(), stats.overshoot(0.5)), (1.5, 1.0 / 3.0, 0.125));
     }
 }

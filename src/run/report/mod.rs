@@ -85,6 +85,8 @@ pub struct Report {
     pub quality: Quality,
     pub heights: VertexHeights,
     pub feasibility: Feasibility,
+    /// How far the surface may stray between samples, in tolerances; null where there is no limit.
+    pub max_stray: Option<f64>,
     /// Triangles that are weakly feasible only, where strong feasibility was asked for.
     pub relaxed_triangles: u64,
     pub tile_cells: usize,
@@ -229,6 +231,9 @@ pub struct ShapeReport {
     pub overshoot_max: f64,
     /// What 99 % of the edges do not exceed, as a share of the tolerance.
     pub overshoot_p99: f64,
+    /// How many edges stray farther than the limit on straying, where there is one: next to links of tiles' sides that could not be
+    /// mended.
+    pub edges_astray: u64,
 }
 
 impl ShapeReport {
@@ -240,6 +245,7 @@ impl ShapeReport {
             edges_beyond: shape.beyond_tolerance(),
             overshoot_max: shape.overshoot_max,
             overshoot_p99: shape.overshoot(0.99),
+            edges_astray: shape.astray,
         }
     }
 }
@@ -317,6 +323,7 @@ impl Report {
             quality: params.quality,
             heights: params.heights,
             feasibility: params.feasibility,
+            max_stray: params.limit_on_straying(params.features()),
             relaxed_triangles: summary.relaxed,
             tile_cells: params.tile,
             error: ErrorReport::new(errors, field, mesh),

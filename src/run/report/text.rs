@@ -216,7 +216,10 @@ impl ShapeReport {
             self.angle_p50,
             100.0 * self.edges_beyond,
             self.overshoot_max
-        )
+        ) + &match self.edges_astray {
+            0 => String::new(),
+            edges => format!("; {edges} could not be kept within the limit on straying"),
+        }
     }
 }
 

@@ -164,7 +164,7 @@ impl SeamMaker {
         let (params, tile, region) = (run.job.params, &self.shared.tile, &mut self.region);
         let (tolerance, is_last) = (params.tolerance.kept(), run.later.is_empty());
         let settled = Final::new(run.later, place);
-        let mut seen = shape(tile, &region.mesh, tolerance, |corners| settled.has(corners));
+        let mut seen = shape(tile, &region.mesh, tolerance, run.job.max_stray, |corners| settled.has(corners));
         seen.add(&known.shape);
         if params.feasibility == Feasibility::Strong {
             region.mesh.relaxed = count_relaxed(tile, &region.mesh, tolerance, |corners| settled.has(corners));
