@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use super::goal::{Cost, Floor, Told};
 use super::nodata_tests::{Place, Scene, scene};
 use super::passes::End;
-use super::passes::{Job, TileMaker};
+use super::passes::{Job, Links, TileMaker};
 use super::tests::{geotiff, told};
 use super::*;
 use crate::base::control::Control;
@@ -188,7 +188,7 @@ proptest! {
         let params = Params { engine: EngineChoice::GreedyInsertion(GreedyInsertion { options }), ..params(goal, f64::INFINITY, tile) };
         let (field, control) = (scene.field(), Control::default());
         let grid = grid(width, height, &params).expect("a grid");
-        let mut job = Job { field: &field, params: &params, max_stray: f64::INFINITY, grid, polishes_seams: false, control: &control, end: None };
+        let mut job = Job { field: &field, params: &params, max_stray: f64::INFINITY, links: Links::Fewest, grid, polishes_seams: false, control: &control, end: None };
         let mut workspace = TileMaker::default();
         let (mut all, mut samples) = (Vec::<Told>::new(), 0);
         for index in 0..grid.len() {

@@ -197,16 +197,19 @@ impl Scene {
         }
         assert_eq!(area, cells.iter().map(|c| if c.len() == 4 { 32 } else { 16 }).sum::<i64>(), "area");
         assert!(covered == *ground, "{covered:?} instead of {ground:?}");
-        // Edges without another side are the boundary, all of it.
-        let mut boundary = self.boundary();
-        for &(a, b) in edges.iter().filter(|&&(a, b)| !edges.contains(&(b, a))) {
-            let ([p, q], sample) = ([a, b].map(at), |p: Point| (p.x / 4, p.y / 4));
-            let (dx, dy) = ((q.x - p.x) / 4, (q.y - p.y) / 4);
+        // Edges without another side are the boundary, all of it, quarter by quarter.
+        let quarters = |p: Point, q: Point| {
+            let (dx, dy) = (q.x - p.x, q.y - p.y);
             let steps = dx.abs().max(dy.abs());
             assert!(dx % steps == 0 && dy % steps == 0, "edge {p:?} {q:?} runs across cells");
-            for i in 0..steps {
-                let on = |i: i32| (sample(p).0 + dx / steps * i, sample(p).1 + dy / steps * i);
-                assert!(boundary.remove(&(on(i), on(i + 1))), "edge {p:?} {q:?} is inside");
+            let on = move |i: i32| Point { x: p.x + dx / steps * i, y: p.y + dy / steps * i };
+            (0..steps).map(move |i| (on(i), on(i + 1)))
+        };
+        let sides = self.boundary().into_iter().map(|(p, q)| [p, q].map(|(c, r)| Point::of_sample(c, r)));
+        let mut boundary: BTreeSet<(Point, Point)> = sides.flat_map(|[p, q]| quarters(p, q)).collect();
+        for &(a, b) in edges.iter().filter(|&&(a, b)| !edges.contains(&(b, a))) {
+            for quarter in quarters(at(a), at(b)) {
+                assert!(boundary.remove(&quarter), "edge {a} {b} is inside at {quarter:?}");
             }
         }
         assert!(boundary.is_empty(), "no edge along {boundary:?}");

@@ -35,6 +35,19 @@ pub fn triangulate_into(
     control: &Control<'_>,
 ) -> Result<Mesh, Error> {
     let job = Job::new(field, params, control)?;
+    let (mesh, result) = run(make_spool, &job)?;
+    match job.again(&result) {
+        None => Ok(mesh),
+        Some(again) => {
+            drop(mesh);
+            run(make_spool, &again).map(|(mesh, _)| mesh)
+        }
+    }
+}
+
+/// All passes of a job, and what came of them.
+fn run(make_spool: &MakeSpool<'_>, job: &Job<'_>) -> Result<(Mesh, PassResult), Error> {
+    let Job { field, params, .. } = *job;
     let passes = job.passes();
     let [first, others @ ..] = passes.as_slice() else { unreachable!("there is a first pass") };
     // Before the survey, which may take long.
@@ -56,7 +69,7 @@ pub fn triangulate_into(
         (spool, chunks) = (next, pass.grid());
     }
     let kept = params.tolerance.kept();
-    Ok(Mesh {
+    let mesh = Mesh {
         spool,
         grid: first.grid(),
         chunks,
@@ -68,7 +81,8 @@ pub fn triangulate_into(
         times: result.times,
         spool_bytes: most + job.end.map_or(0, |end| end.survey_bytes),
         found,
-    })
+    };
+    Ok((mesh, result))
 }
 
 /// All tiles of a pass.

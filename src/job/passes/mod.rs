@@ -48,6 +48,7 @@ pub struct Pass {
     name: PassName,
     grid: TileGrid,
     needs: Option<(PassName, TileGrid)>,
+    links: Links,
 }
 
 /// What a pass is called.
@@ -64,6 +65,18 @@ pub enum PassName {
     Down,
 }
 
+/// How long links of the sides of tiles are.
+///
+/// Where straying is limited, a long link may be in the way of what the samples beside it ask for, in all passes. So seldom that
+/// the run is made again then, with short links ([`Rim::with_short_links`](crate::kernel::seam::Rim::with_short_links)).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(in crate::job) enum Links {
+    /// As long as they can be.
+    Fewest,
+    /// At most a quarter of a side.
+    Short,
+}
+
 impl PassName {
     /// All there are, in the order of a run.
     pub const ALL: [PassName; 4] = [PassName::Tiles, PassName::Seams, PassName::Across, PassName::Down];
@@ -71,17 +84,22 @@ impl PassName {
 
 impl Pass {
     fn tiles(grid: TileGrid) -> Pass {
-        Pass { name: PassName::Tiles, grid, needs: None }
+        Pass { name: PassName::Tiles, grid, needs: None, links: Links::Fewest }
     }
 
     /// The pass of this name over the tiles of a grid, which needs this one's chunks.
     fn then(&self, name: PassName, grid: TileGrid) -> Pass {
-        Pass { name, grid, needs: Some((self.name, self.grid)) }
+        Pass { name, grid, needs: Some((self.name, self.grid)), links: self.links }
     }
 
     /// What it is called.
     pub fn name(&self) -> PassName {
         self.name
+    }
+
+    /// Where its chunks are kept, among those of all passes of a run.
+    pub fn folder(&self) -> &'static str {
+        folder_of(self.links, self.name)
     }
 
     /// The tiles that it makes chunks of.
@@ -140,6 +158,20 @@ impl Pass {
     }
 }
 
+/// See [`Pass::folder`].
+pub(super) fn folder_of(links: Links, name: PassName) -> &'static str {
+    let [fewest, short] = match name {
+        PassName::Tiles => ["", "short-tiles"],
+        PassName::Seams => ["seams", "short-seams"],
+        PassName::Across => ["across", "short-across"],
+        PassName::Down => ["down", "short-down"],
+    };
+    match links {
+        Links::Fewest => fewest,
+        Links::Short => short,
+    }
+}
+
 /// The passes of a run over a raster of this size, in their order: each needs the chunks of the one before at the most.
 ///
 /// # Errors
@@ -193,6 +225,7 @@ pub struct Job<'a> {
     pub(super) params: &'a Params,
     /// How far the surface may stray, in tolerances.
     pub(super) max_stray: f64,
+    pub(super) links: Links,
     pub(super) control: &'a Control<'a>,
     pub(super) grid: TileGrid,
     /// Whether passes follow the first one where there are seams.
@@ -211,7 +244,8 @@ impl<'a> Job<'a> {
         let grid = grid(field.width(), field.height(), params)?;
         let max_stray = params.straying(params.features().and(FeatureSet::of_field(field)));
         let polishes_seams = polishes_seams(params.quality, max_stray);
-        Ok(Job { field, params, max_stray, control, grid, polishes_seams, end: None })
+        let links = if params.trim > 0 { Links::Short } else { Links::Fewest };
+        Ok(Job { field, params, max_stray, links, control, grid, polishes_seams, end: None })
     }
 
     /// The job once every tile has told how its insertion goes, so that it is known where all of them end; the same
@@ -225,7 +259,14 @@ impl<'a> Job<'a> {
 
     /// See [`passes`].
     pub fn passes(&self) -> Vec<Pass> {
-        passes_over(self.grid, self.polishes_seams)
+        let all = passes_over(self.grid, self.polishes_seams);
+        all.into_iter().map(|pass| Pass { links: self.links, ..pass }).collect()
+    }
+
+    /// The job with short links, if it is to be made again for what came of all passes with others.
+    pub fn again(&self, result: &PassResult) -> Option<Job<'a>> {
+        let is_left = result.astray > 0 && self.links == Links::Fewest;
+        is_left.then_some(Job { links: Links::Short, ..*self })
     }
 }
 
@@ -241,6 +282,8 @@ pub struct PassResult {
     /// Samples that trimming has left bare, by those chunks of the pass before that are counted here. Over all tiles of a
     /// pass the two are the same; none but the last one that follows the first counts.
     trimmed: u64,
+    /// Edges that stray farther than they may, in chunks of the last pass.
+    astray: u64,
 }
 
 impl PassResult {
@@ -251,6 +294,7 @@ impl PassResult {
             times: self.times.plus(other.times),
             bare: self.bare + other.bare,
             trimmed: self.trimmed + other.trimmed,
+            astray: self.astray + other.astray,
         }
     }
 
@@ -358,6 +402,8 @@ impl Run<'_> {
             shared.check_samples(self.job.field, place.window)?;
         }
         let samples = place.owned_samples();
+        let shape = maker.shared().chunk.errors.shape.as_ref().filter(|_| self.later.is_empty());
+        let astray = shape.map_or(0, |shape| shape.astray);
         let (bare, trimmed) = maker.count_bare(self, &place)?;
         maker.shared().hand_over();
         let progress = self.job.control.progress;
@@ -366,6 +412,6 @@ impl Run<'_> {
         } else {
             progress.step(self.pass.stage(), samples);
         }
-        Ok(PassResult { found: u64::from(found), times: TileTimes::default(), bare, trimmed })
+        Ok(PassResult { found: u64::from(found), times: TileTimes::default(), bare, trimmed, astray })
     }
 }

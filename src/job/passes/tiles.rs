@@ -3,7 +3,7 @@
 
 use super::seams::Final;
 use super::workspace::Workspace;
-use super::{Job, Maker, Run};
+use super::{Job, Links, Maker, Run};
 use crate::base::control::Cancelled;
 use crate::base::lattice;
 use crate::base::mesh::{Domain, TileMesh};
@@ -107,8 +107,10 @@ impl TileMaker {
         self.find_points(job, place.window)?;
         let (Workspace { tile, points, .. }, cancel) = (&self.shared, &job.control.cancel);
         let (tolerance, cells) = (job.params.tolerance.kept(), job.params.trim);
-        let longest = longest_link(job);
-        let mut rim = Rim::with_short_links(tile, tolerance, longest, points, place, &mut self.min_link, cancel)?;
+        // A single tile has no side that another one shares: later passes change all of them.
+        let are_short = job.links == Links::Short && job.max_stray.is_finite() && job.grid.len() > 1;
+        let make = if are_short { Rim::with_short_links } else { Rim::new };
+        let mut rim = make(tile, tolerance, points, place, &mut self.min_link, cancel)?;
         let fixed = rim.on_sides();
         let task = boundary::Task { tile, cells, tolerance, points, cancel };
         self.trimmed = boundary::trim(&task, &mut rim.domain, fixed)?;
@@ -152,18 +154,6 @@ impl TileMaker {
         let task = task(&self.shared.tile, &rim.domain, job.params.tolerance.kept(), job);
         polish::polish(&task, &options, &mut self.polish, &mut self.mesh)
     }
-}
-
-/// How long links of sides may be where straying is limited, as a part of a tile's side: what they leave to later passes is then
-/// inside of a tile of one of these.
-const LONGEST_LINK: usize = 8;
-
-/// How long links of sides may be, in cells. Between links of two the samples next to a side can always be meshed.
-fn longest_link(job: &Job<'_>) -> usize {
-    if job.max_stray == f64::INFINITY || job.grid.len() == 1 {
-        return usize::MAX;
-    }
-    (job.params.tile / LONGEST_LINK).max(2)
 }
 
 /// What engines and polishing are given of a tile.

@@ -6,7 +6,7 @@ use crate::base::features::FeatureSet;
 use crate::base::tiling::{TileGrid, TileId};
 use crate::field::{Choice, Field, FieldOptions};
 use crate::job::goal::{Curves, Floor, find_cut};
-use crate::job::passes::{Job, TileMaker, check_corners, error_needs, grid, lowest};
+use crate::job::passes::{Job, Links, TileMaker, check_corners, error_needs, grid, lowest};
 use crate::job::spool::SpoolError;
 use crate::job::{Error, Goal, Params};
 use crate::kernel::triangulate::Progressive;
@@ -70,7 +70,8 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
     let goal = Goal { max_rms: params.goal.max_rms, ..Goal::default() };
     let few = Params { points: None, goal, ..params.clone() };
     let max_stray = params.straying(params.features().and(FeatureSet::of_field(field)));
-    let job = Job { field, params: &few, max_stray, grid, polishes_seams: false, control, end: None };
+    let job =
+        Job { field, params: &few, max_stray, links: Links::Fewest, grid, polishes_seams: false, control, end: None };
     let rates = match params.engine.progressive() {
         _ if params.goal.is_none() => Some(made(&job)?),
         Some(engine) if goal.max_rms.is_some() || !params.tolerance.is_open() => Some(surveyed(&job, engine)?),

@@ -5,8 +5,9 @@ use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::manifest::Manifest;
-use super::{CHUNKS, Job, WorkDirError, failed, folder_of, must_be_empty};
+use super::{CHUNKS, Job, WorkDirError, failed, must_be_empty};
 use crate::job::PassName;
+use crate::job::passes::{Links, folder_of};
 
 /// What a work dir has finished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -43,7 +44,7 @@ impl Finished {
         Manifest::new(job).must_continue(dir, &kept)?;
         let stamp = kept.stamp().to_le_bytes();
         let chunks = dir.join(CHUNKS);
-        let of_pass = |pass: PassName| count(&chunks.join(folder_of(pass)), stamp);
+        let of_pass = |pass: PassName| count(&chunks.join(folder_of(Links::Fewest, pass)), stamp);
         let all = PassName::ALL.map(of_pass);
         let [(tiles, _), (seams, _), (down, _), (across, _)] = all;
         Ok(Finished { tiles, seams, crossings: down + across, bytes: all.iter().map(|(_, bytes)| bytes).sum() })

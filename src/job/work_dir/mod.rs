@@ -9,6 +9,7 @@
 //! | `manifest.json` | the job: program version, parameters, raster; durable before anything else is made |
 //! | `chunks/ROW/COLUMN.chunk` | finished tiles, checksummed, each renamed into place after it was synced |
 //! | `chunks/PASS/ROW/COLUMN.chunk` | the same of each pass that follows the first, where there are some |
+//! | `chunks/short-PASS/ROW/COLUMN.chunk` | the same of a run that is made again with short links |
 //! | `staged` | where the partial output is, so that a killed run's is found and removed |
 //! | `lock` | locked while a process works here; the system releases it however the process ends |
 //!
@@ -42,6 +43,7 @@ use std::path::{Path, PathBuf};
 use crate::base::Files;
 use crate::base::faults::{self, Point};
 use crate::base::{durable, private_file};
+use crate::job::passes::{Links, folder_of};
 use crate::job::spool::{Spool, SpoolError};
 use crate::job::{Pass, PassName};
 use lock::Lock;
@@ -71,16 +73,6 @@ pub struct WorkDir {
 }
 
 const CHUNKS: &str = "chunks";
-
-/// The folder of a pass's chunks in that of all chunks. Those of the first pass lie in that folder itself.
-const fn folder_of(pass: PassName) -> &'static str {
-    match pass {
-        PassName::Tiles => "",
-        PassName::Seams => "seams",
-        PassName::Across => "across",
-        PassName::Down => "down",
-    }
-}
 
 impl WorkDir {
     /// Opens the work dir of `job`, or makes one: `dir` is missing (its parent is there), or empty, or has been made by
@@ -136,7 +128,7 @@ impl WorkDir {
     /// # Errors
     /// [`SpoolError::Kept`].
     pub fn spool(&self, pass: &Pass) -> Result<Spool, SpoolError> {
-        let (dir, grid) = (self.dir.join(CHUNKS).join(folder_of(pass.name())), pass.grid());
+        let (dir, grid) = (self.dir.join(CHUNKS).join(pass.folder()), pass.grid());
         Spool::kept(&dir, grid.columns(), grid.len(), self.manifest.stamp(), !self.same_samples)
     }
 
@@ -175,7 +167,10 @@ impl WorkDir {
     /// What the finished tiles in it take on disk; a look at every one.
     pub fn chunk_bytes(&self) -> u64 {
         let entries = |dir: &Path| dir.read_dir().into_iter().flatten().flatten();
-        let rows = PassName::ALL.iter().flat_map(|&pass| entries(&self.dir.join(CHUNKS).join(folder_of(pass))));
+        let passes = || PassName::ALL.into_iter();
+        let folders =
+            [Links::Fewest, Links::Short].into_iter().flat_map(|l| passes().map(move |pass| folder_of(l, pass)));
+        let rows = folders.flat_map(|folder| entries(&self.dir.join(CHUNKS).join(folder)));
         rows.flat_map(|row| entries(&row.path())).map(size_of_chunk).sum()
     }
 

@@ -104,6 +104,7 @@ fn named(runs: &mut Runs<'_>, forced: &Forced, tile_place: &TilePlace) -> Result
             Side::East => tile_place.last_column,
             Side::South => tile_place.last_row,
         };
+        runs.begin_side(len);
         let along = vertices_between_corners(runs, line, ends_here, len, forced, place)?;
         named.extend((0..).zip(along).map(|(ordinal, i)| Named {
             place: place(i),

@@ -119,12 +119,12 @@ impl Rim {
         min_link: &mut MinLink,
         cancel: &CancelToken,
     ) -> Result<Rim, Cancelled> {
-        Rim::with_short_links(tile, tolerance, usize::MAX, points, place, min_link, cancel)
+        Rim::over(&mut Runs::new(tile, tolerance, min_link, cancel), points, place)
     }
 
-    /// The same, with links of sides of at most `longest` cells, at least one; where the raster does not end at a side, but the
-    /// ground does on the other side of it, of at most two. Between short links the tile can be meshed as its samples ask for,
-    /// whatever is beyond.
+    /// The same, with links of at most a quarter of a side's length, or two cells; where ground is on one side of a line between
+    /// tiles only, of two. Where a locked link is in the way of what the samples beside it ask for, that is within a quarter of
+    /// the side, and so inside of a tile of another grid.
     ///
     /// # Errors
     /// As [`Rim::new`].
@@ -134,14 +134,13 @@ impl Rim {
     pub fn with_short_links(
         tile: &Tile,
         tolerance: f64,
-        longest: usize,
         points: &[(usize, usize)],
         place: &TilePlace,
         min_link: &mut MinLink,
         cancel: &CancelToken,
     ) -> Result<Rim, Cancelled> {
         let mut runs = Runs::new(tile, tolerance, min_link, cancel);
-        runs.longest = longest;
+        runs.has_short_links = true;
         Rim::over(&mut runs, points, place)
     }
 
@@ -185,6 +184,7 @@ impl Rim {
             return ground::rim(runs, &forced, place);
         }
         let mut side = |len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
+            runs.begin_side(len);
             let between = runs.between(len, forced, place)?;
             Ok::<Vec<Vertex>, Cancelled>(between.into_iter().map(|i| vertex(tile, place(i))).collect())
         };

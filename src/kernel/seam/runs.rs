@@ -4,10 +4,15 @@ use super::{LateVertex, Level, Limits, MinLink, Side, WeightedLine, levels};
 use crate::base::Tile;
 use crate::base::control::{CancelToken, Cancelled};
 
+/// Short links are this part of a tile's side at most, or two cells.
+const SHORT: usize = 4;
+
 /// Finds the vertices over straight runs of a tile's samples.
 pub(super) struct Runs<'a> {
     pub(super) tile: &'a Tile,
     tolerance: f64,
+    /// Whether links of sides are short.
+    pub(super) has_short_links: bool,
     /// How long links may be, in cells.
     pub(super) longest: usize,
     find: Find<'a>,
@@ -26,7 +31,7 @@ impl<'a> Runs<'a> {
     pub(super) fn new(tile: &'a Tile, tolerance: f64, min_link: &'a mut MinLink, cancel: &'a CancelToken) -> Runs<'a> {
         let channels = vec![Vec::new(); tile.channels.len()];
         let find = Find::Path { min_link, line: Vec::new(), limits: Vec::new(), channels };
-        Runs { tile, tolerance, longest: usize::MAX, find, cancel }
+        Runs { tile, tolerance, has_short_links: false, longest: usize::MAX, find, cancel }
     }
 
     /// With those that `keeps` wants of the vertices that runs have at any tolerance, down to this one.
@@ -36,7 +41,19 @@ impl<'a> Runs<'a> {
         keeps: &'a dyn Fn(LateVertex) -> bool,
         cancel: &'a CancelToken,
     ) -> Runs<'a> {
-        Runs { tile, tolerance, longest: usize::MAX, find: Find::Nested { keeps, late: Vec::new() }, cancel }
+        Runs {
+            tile,
+            tolerance,
+            has_short_links: false,
+            longest: usize::MAX,
+            find: Find::Nested { keeps, late: Vec::new() },
+            cancel,
+        }
+    }
+
+    /// A side of the tile with this number of samples begins.
+    pub(super) fn begin_side(&mut self, len: usize) {
+        self.longest = if self.has_short_links { ((len - 1) / SHORT).max(2) } else { usize::MAX };
     }
 
     /// The vertices between the ends of a run of `len` samples, by their numbers along it: sample i is at the column and row
@@ -47,7 +64,7 @@ impl<'a> Runs<'a> {
         forced: &[usize],
         place: impl Fn(usize) -> (usize, usize),
     ) -> Result<Vec<usize>, Cancelled> {
-        let Runs { tile, tolerance, longest, find, cancel } = self;
+        let Runs { tile, tolerance, longest, find, cancel, .. } = self;
         let (tile, tolerance, longest) = (*tile, *tolerance, *longest);
         let (min_link, line, limits, channels) = match find {
             Find::Path { min_link, line, limits, channels } => (min_link, line, limits, channels),
@@ -60,22 +77,33 @@ impl<'a> Runs<'a> {
         };
         line.clear();
         line.extend((0..len).map(|i| tile.at(place(i).0, place(i).1)));
-        let stops: Vec<usize> = forced.iter().copied().chain((1..=(len - 1) / longest).map(|i| i * longest)).collect();
-        let forced = &stops[..];
-        let mut path = if let Some(error) = &tile.channel_error {
+        if tile.channel_error.is_some() {
             for (channel, values) in channels.iter_mut().enumerate() {
                 values.clear();
                 values.extend((0..len).map(|i| tile.channel_at(channel, place(i).0, place(i).1)));
             }
-            let channels = WeightedLine { error, channels };
-            min_link.path_weighted(line, channels, tolerance, forced, cancel)?
         } else if tile.is_weighted() {
             limits.clear();
             limits.extend((0..len).map(|i| tile.limit(place(i).0, place(i).1, tolerance)));
-            min_link.path(line, Limits::Each(limits), forced, cancel)?
-        } else {
-            min_link.path(line, Limits::Same(tolerance), forced, cancel)?
+        }
+        let mut find = |stops: &[usize]| {
+            if let Some(error) = &tile.channel_error {
+                let channels = WeightedLine { error, channels };
+                min_link.path_weighted(line, channels, tolerance, stops, cancel)
+            } else if tile.is_weighted() {
+                min_link.path(line, Limits::Each(limits), stops, cancel)
+            } else {
+                min_link.path(line, Limits::Same(tolerance), stops, cancel)
+            }
         };
+        let mut path = find(forced)?;
+        if path.windows(2).any(|link| link[1] - link[0] > longest) {
+            let within = |link: &[usize]| {
+                (link[0] + 1..link[1]).filter(|i| link[1] - link[0] > longest && i % longest == 0).collect::<Vec<_>>()
+            };
+            let stops: Vec<usize> = path.windows(2).flat_map(within).chain(path.iter().copied()).collect();
+            path = find(&stops)?;
+        }
         path.pop();
         path.remove(0);
         Ok(path)
