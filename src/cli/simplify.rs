@@ -49,10 +49,12 @@ pub(crate) struct SimplifyArgs {
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_enum, default_value_t = HeightsArg::Sampled)]
     heights: HeightsArg,
     /// The smallest angle, seen from above, of triangles that polishing makes, unless they replace sharper ones; 0 is no limit
+    /// [default: 2 with --quality balanced or best, else 0]
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "DEGREES", value_parser = values::angle, allow_hyphen_values = true)]
     min_angle: Option<f64>,
-    /// How far the surface may stray between samples, in tolerances: between two neighbours of a row or a column it stays
-    /// in the range of their heights, give or take F times the tolerance. At least 1; inf is no limit
+    /// How far the surface may stray between samples: on the side between two neighbouring samples of a row or column it stays
+    /// between their heights, give or take F × the tolerance. F is a number from 1 on, or inf for no limit [default: 1.5 with
+    /// --quality balanced or best, else inf]
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "F", value_parser = values::max_stray,
         allow_hyphen_values = true)]
     max_stray: Option<f64>,

@@ -204,22 +204,21 @@ impl Fan {
             sum += self.trial[i].energy;
         }
         let below = sum < limit;
-        if !below || !near_surface(judge.meter.tile(), apex, judge.tolerance()) {
+        if !below || !self.is_blunt_at(apex.at) || !near_surface(judge.meter.tile(), apex, judge.tolerance()) {
             return None;
         }
         std::mem::swap(&mut self.fits, &mut self.trial);
         Some(apex)
     }
 
-    /// Whether a place is inside the ring, on the tile, and such that no triangle is too sharp. Of an open ring the inside is
-    /// the rim between its ends.
+    /// Whether a place is inside the ring and on the tile. Of an open ring the inside is the rim between its ends.
     fn holds(&self, place: Point, meter: &Meter<'_>) -> bool {
         let far = meter.tile().far_corner();
         if place.x < 0 || place.y < 0 || place.x > far.x || place.y > far.y {
             return false;
         }
         let stays = self.ring.ends().is_none_or(|[p, q]| orient(p.at, q.at, place) == 0);
-        stays && self.edges.iter().all(|edge| edge.is_left(place)) && self.is_blunt_at(place)
+        stays && self.edges.iter().all(|edge| edge.is_left(place))
     }
 
     /// Whether no triangle to a place inside the ring is too sharp.
@@ -236,8 +235,8 @@ impl Fan {
         self.witnesses.speak(&self.ring, apex, limit, farthest, &mut self.parts)
     }
 
-    /// Whether the energy is below `limit` at an apex, and no triangle farther than `farthest`: then the fits are those it
-    /// gives.
+    /// Whether the energy is below `limit` at an apex, no triangle farther than `farthest`, and none too sharp: then the fits are
+    /// those it gives.
     fn try_at(&mut self, apex: Vertex, limit: f32, farthest: f32, meter: &Meter<'_>) -> bool {
         // What the witnesses say of the triangles that are still to be measured.
         let mut rest = self.ask_witnesses(apex, limit, farthest);
@@ -258,6 +257,10 @@ impl Fan {
                 self.order[turn / 2..=turn].rotate_right(1);
                 return false;
             }
+        }
+        // Few places come so far.
+        if !self.is_blunt_at(apex.at) {
+            return false;
         }
         std::mem::swap(&mut self.fits, &mut self.trial);
         true

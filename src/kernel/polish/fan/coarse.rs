@@ -36,7 +36,7 @@ impl Fan {
                 continue;
             }
             let energy = self.coarse_energy(apex, least, stride, meter);
-            if energy < least {
+            if energy < least && self.is_blunt_at(place) {
                 (least, best) = (energy, Some(apex));
             }
         }
