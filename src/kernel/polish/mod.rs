@@ -7,7 +7,7 @@
 //! may be used, `energy` how well they fit. `removal` takes vertices out where feasible triangles fill the hole;
 //! `improve` moves vertices and turns edges (`fan` finds the place); `repair` takes vertices out and mends what that
 //! breaks. `star` finds the height that fits best, and where to look for a better place; `fitting` says which heights and
-//! places there are, `angles` how sharp triangles may be. `schedule` says what is done when, `order` where; `lanes` is
+//! places there are, `angles` how sharp triangles may be. `tidy` does away with slivers beside what was locked. `schedule` says what is done when, `order` where; `lanes` is
 //! arithmetic on eight numbers at once.
 //!
 //! Nothing is random and nothing is timed: effort is counted, ties go by number. Method and figures: docs/quality.md.
@@ -29,6 +29,7 @@ mod repair;
 mod ring;
 mod schedule;
 mod star;
+mod tidy;
 mod witnesses;
 
 #[cfg(test)]
@@ -44,6 +45,7 @@ use self::order::Order;
 use self::removal::Removal;
 use self::repair::Repair;
 use self::schedule::Visit;
+use self::tidy::Tidy;
 use crate::base::control::Cancelled;
 use crate::base::lattice::Point;
 use crate::base::mesh::TileMesh;
@@ -129,6 +131,7 @@ pub struct Scratch {
     order: Order,
     removal: Removal,
     repair: Repair,
+    tidy: Tidy,
 }
 
 /// Replaces `mesh`, a mesh of the task's ground that keeps the contract of [`TileMesh`], by one of at most as many

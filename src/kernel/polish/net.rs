@@ -79,9 +79,11 @@ pub(super) struct Net {
     pub(super) outgoing: Vec<u32>,
     pub(super) triangles: Vec<Triangle>,
     locked: Locked,
+    /// Where a part ends because the raster does.
+    pub(super) rim: RasterRim,
     pub(super) journal: Journal,
     /// While loading: edges of the loops, sorted.
-    rim: Vec<(u32, u32)>,
+    loops: Vec<(u32, u32)>,
 }
 
 impl Net {
@@ -92,9 +94,9 @@ impl Net {
     pub(super) fn load(&mut self, domain: &Domain, mesh: &mut TileMesh) {
         self.take(domain.fixed().count() as u32, mesh);
         for l in &domain.loops {
-            self.rim.extend((0..l.len()).map(|i| (l[i], l[(i + 1) % l.len()])));
+            self.loops.extend((0..l.len()).map(|i| (l[i], l[(i + 1) % l.len()])));
         }
-        self.rim.sort_unstable();
+        self.loops.sort_unstable();
         self.link_all(Lone::Refused);
     }
 
@@ -105,6 +107,7 @@ impl Net {
     /// If another edge has, or one has more than two.
     pub(super) fn load_part(&mut self, locked: u32, rim: RasterRim, mesh: &mut TileMesh) {
         self.take(locked, mesh);
+        self.rim = rim;
         self.link_all(Lone::OfPart(rim));
     }
 
@@ -118,14 +121,15 @@ impl Net {
         make_room(&mut self.outgoing, self.vertices.len());
         self.outgoing.resize(self.vertices.len(), NONE);
         self.journal.reset(self.triangles.len(), self.vertices.len());
-        self.rim.clear();
+        self.loops.clear();
+        self.rim = RasterRim::default();
     }
 
     /// Finds every side's twin. A loop's edge has none, even if another loop runs back along it.
     fn link_all(&mut self, lone: Lone) {
-        let Net { rim, vertices, triangles, outgoing, locked, .. } = self;
+        let Net { loops, vertices, triangles, outgoing, locked, .. } = self;
         let count = triangles.len() as u32;
-        let is_rim = |a, b| locked.has(a) && locked.has(b) && rim.binary_search(&(a, b)).is_ok();
+        let is_rim = |a, b| locked.has(a) && locked.has(b) && loops.binary_search(&(a, b)).is_ok();
         let at = |v: u32| vertices[v as usize].at;
         let may_be_lone = |low, high| match lone {
             Lone::Refused => false,
