@@ -68,7 +68,7 @@ pub enum PassName {
 /// How long links of the sides of tiles are.
 ///
 /// Where straying is limited, a long link may be in the way of what the samples beside it ask for, in all passes. So seldom that
-/// the run is made again then, with short links ([`Rim::with_short_links`](crate::kernel::seam::Rim::with_short_links)).
+/// the run is made again then, with short links ([`Rim::provisional`](crate::kernel::seam::Rim::provisional)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(in crate::job) enum Links {
     /// As long as they can be.

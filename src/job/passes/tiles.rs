@@ -109,8 +109,11 @@ impl TileMaker {
         let (tolerance, cells) = (job.params.tolerance.kept(), job.params.trim);
         // A single tile has no side that another one shares: later passes change all of them.
         let are_short = job.links == Links::Short && job.max_stray.is_finite() && job.grid.len() > 1;
-        let make = if are_short { Rim::with_short_links } else { Rim::new };
-        let mut rim = make(tile, tolerance, points, place, &mut self.min_link, cancel)?;
+        let min_link = &mut self.min_link;
+        let mut rim = match job.polishes_seams {
+            true => Rim::provisional(tile, tolerance, are_short, points, place, min_link, cancel)?,
+            false => Rim::new(tile, tolerance, points, place, min_link, cancel)?,
+        };
         let fixed = rim.on_sides();
         let task = boundary::Task { tile, cells, tolerance, points, cancel };
         self.trimmed = boundary::trim(&task, &mut rim.domain, fixed)?;

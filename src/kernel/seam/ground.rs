@@ -177,12 +177,13 @@ fn vertices_between_corners(
         }
         if from_octants & line.onwards != 0 {
             let forced: Vec<usize> = forced.iter().filter(|f| (from..to).contains(f)).map(|f| f - from).collect();
-            let longest = runs.longest;
-            if longest < usize::MAX && !ends_here && line.has_void(from_octants) {
-                runs.longest = LONGEST_AT_VOIDS;
+            let before = (runs.longest, runs.share);
+            if !ends_here && line.has_void(from_octants) {
+                runs.longest = if runs.has_short_links { LONGEST_AT_VOIDS } else { usize::MAX };
+                runs.share = 1.0;
             }
             let between = runs.between(to - from + 1, &forced, |i| place(from + i))?;
-            runs.longest = longest;
+            (runs.longest, runs.share) = before;
             vertices.extend(between.into_iter().map(|i| from + i));
         }
         if !is_corner {
@@ -218,9 +219,9 @@ fn vertices_of(
             let ((column, row), (dx, dy)) = (place_of(tile, steps[from].sample), WAYS[steps[from].way as usize]);
             let place = |i: usize| ((column as i32 + dx * i as i32) as usize, (row as i32 + dy * i as i32) as usize);
             // Links inside the tile are its own: they are split where that is needed.
-            let longest = std::mem::replace(&mut runs.longest, usize::MAX);
+            let before = (std::mem::replace(&mut runs.longest, usize::MAX), std::mem::replace(&mut runs.share, 1.0));
             let between = runs.between(len, &[], place)?;
-            runs.longest = longest;
+            (runs.longest, runs.share) = before;
             vertices.extend(between.into_iter().map(|i| steps[(from + i) % count].sample));
         }
     }

@@ -91,6 +91,9 @@ pub enum Foreign {
     },
 }
 
+/// The part of the tolerance for sides that later passes change.
+const PROVISIONAL: f64 = 0.5;
+
 impl Rim {
     /// Computes the rim of `tile`, each side from its own samples alone. `place` says whether the tile lies at the
     /// raster's right and lower rim.
@@ -122,25 +125,30 @@ impl Rim {
         Rim::over(&mut Runs::new(tile, tolerance, min_link, cancel), points, place)
     }
 
-    /// The same, with links of at most a quarter of a side's length, or two cells; where ground is on one side of a line between
-    /// tiles only, of two. Where a locked link is in the way of what the samples beside it ask for, that is within a quarter of
-    /// the side, and so inside of a tile of another grid.
+    /// The same for sides that later passes change. They are held to half of the tolerance: beside a side that leaves its samples as
+    /// far as may be triangles have nothing left, and slivers follow. Where ground is on one side of a line between tiles only, nobody
+    /// changes the side, and it has all of the tolerance.
+    ///
+    /// With `short` links these have at most a quarter of a side's length, or two cells; where ground is on one side of a line
+    /// between tiles only, two. Where a locked link is in the way of what the samples beside it ask for, that is within a
+    /// quarter of the side then, and so inside of a tile of another grid.
     ///
     /// # Errors
     /// As [`Rim::new`].
     ///
     /// # Panics
     /// As [`Rim::new`].
-    pub fn with_short_links(
+    pub fn provisional(
         tile: &Tile,
         tolerance: f64,
+        short: bool,
         points: &[(usize, usize)],
         place: &TilePlace,
         min_link: &mut MinLink,
         cancel: &CancelToken,
     ) -> Result<Rim, Cancelled> {
         let mut runs = Runs::new(tile, tolerance, min_link, cancel);
-        runs.has_short_links = true;
+        (runs.has_short_links, runs.share) = (short, PROVISIONAL);
         Rim::over(&mut runs, points, place)
     }
 

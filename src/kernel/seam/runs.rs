@@ -13,6 +13,8 @@ pub(super) struct Runs<'a> {
     tolerance: f64,
     /// Whether links of sides are short.
     pub(super) has_short_links: bool,
+    /// Which part of the tolerance runs are held to: less where later passes change them.
+    pub(super) share: f64,
     /// How long links may be, in cells.
     pub(super) longest: usize,
     find: Find<'a>,
@@ -31,7 +33,7 @@ impl<'a> Runs<'a> {
     pub(super) fn new(tile: &'a Tile, tolerance: f64, min_link: &'a mut MinLink, cancel: &'a CancelToken) -> Runs<'a> {
         let channels = vec![Vec::new(); tile.channels.len()];
         let find = Find::Path { min_link, line: Vec::new(), limits: Vec::new(), channels };
-        Runs { tile, tolerance, has_short_links: false, longest: usize::MAX, find, cancel }
+        Runs { tile, tolerance, has_short_links: false, share: 1.0, longest: usize::MAX, find, cancel }
     }
 
     /// With those that `keeps` wants of the vertices that runs have at any tolerance, down to this one.
@@ -45,6 +47,7 @@ impl<'a> Runs<'a> {
             tile,
             tolerance,
             has_short_links: false,
+            share: 1.0,
             longest: usize::MAX,
             find: Find::Nested { keeps, late: Vec::new() },
             cancel,
@@ -64,8 +67,8 @@ impl<'a> Runs<'a> {
         forced: &[usize],
         place: impl Fn(usize) -> (usize, usize),
     ) -> Result<Vec<usize>, Cancelled> {
-        let Runs { tile, tolerance, longest, find, cancel, .. } = self;
-        let (tile, tolerance, longest) = (*tile, *tolerance, *longest);
+        let Runs { tile, tolerance, share, longest, find, cancel, .. } = self;
+        let (tile, tolerance, longest) = (*tile, *tolerance * *share, *longest);
         let (min_link, line, limits, channels) = match find {
             Find::Path { min_link, line, limits, channels } => (min_link, line, limits, channels),
             Find::Nested { keeps, late } => {
