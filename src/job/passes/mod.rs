@@ -244,8 +244,7 @@ impl<'a> Job<'a> {
         let grid = grid(field.width(), field.height(), params)?;
         let max_stray = params.straying(params.features().and(FeatureSet::of_field(field)));
         let polishes_seams = polishes_seams(params.quality, max_stray);
-        let links = if params.trim > 0 { Links::Short } else { Links::Fewest };
-        Ok(Job { field, params, max_stray, links, control, grid, polishes_seams, end: None })
+        Ok(Job { field, params, max_stray, links: Links::Fewest, control, grid, polishes_seams, end: None })
     }
 
     /// The job once every tile has told how its insertion goes, so that it is known where all of them end; the same
