@@ -103,3 +103,30 @@ fn has_ground(spool: &Spool, grid: TileGrid) -> Result<bool, Error> {
     }
     Ok(false)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Heights;
+    use crate::job::Quality;
+    use crate::job::tests::certify_weighted;
+
+    /// Sides are level, and so one link each, as nobody polishes here; what is beside them is wild. Links of a quarter do.
+    #[test]
+    fn where_long_links_are_in_the_way_of_the_limit_the_run_is_made_again() {
+        let (width, height, tile) = (97, 97, 24);
+        let wild = |i: usize| {
+            let (column, row) = (i % width, i / width);
+            let is_level = column % tile == 0 || row % tile == 0;
+            if is_level { 0.0 } else { (i * 7919 % 97) as f64 }
+        };
+        let heights: Vec<f64> = (0..width * height).map(wild).collect();
+        let field = Field::from_heights(width, height, Heights::F64(heights.clone())).expect("a field");
+        let params = Params { tile, quality: Quality::None, max_stray: Some(1.0), ..Params::new(1.0) };
+        let control = Control::default();
+        let job = Job::new(&field, &params, &control).expect("a job");
+        let (_, result) = run(&|pass| Spool::new(&params.temp_dir, pass.grid().len()), &job).expect("a mesh");
+        assert!(job.again(&result).is_some(), "edges are left that stray");
+        certify_weighted(width, height, &heights, None, &params);
+    }
+}

@@ -170,7 +170,7 @@ struct Near {
 }
 
 impl Near {
-    /// Columns of samples that are lines, of so many cells; rows likewise.
+    /// `columns` of samples are lines, in a raster that is `width` cells wide; the same for rows.
     fn new(columns: &[usize], width: usize, rows: &[usize], height: usize) -> Near {
         let near = |lines: &[usize], cells: usize| {
             let mut near = vec![false; cells];

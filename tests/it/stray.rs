@@ -1,4 +1,4 @@
-//! `terrabite verify --max-stray`, from outside.
+//! `--max-stray` of `simplify` and `verify`, from outside.
 
 use std::fs;
 
@@ -125,4 +125,44 @@ fn limits_that_no_mesh_keeps_are_refused() {
         verify(&dem, &tin, &["--max-stray", wrong]).fails(2, &["--max-stray", "1 or more", "inf"]);
     }
     assert!(fs::metadata(&tin).is_ok());
+}
+
+#[test]
+fn the_default_mesh_keeps_to_its_limit_and_others_to_theirs() {
+    let folder = Folder::new();
+    // Hills, and houses on them.
+    let ground = |column: usize, row: usize| {
+        let hills = (column as f64 * 0.13).sin() * 9.0 + (row as f64 * 0.17).cos() * 7.0;
+        if column % 23 > 15 && row % 19 > 12 { hills + 25.0 } else { hills }
+    };
+    let dem = Dem::new(150, 130).heights(ground).write(&folder, "dem.tif");
+    let make = |options: &[&str]| {
+        let tin = folder.at("tin.ply");
+        let words = ["simplify", &dem, &tin, "--max-error", "1", "--tile", "48", "--overwrite", "--json"];
+        (terrabite(words.iter().chain(options)).succeeds().json(), tin)
+    };
+    let judge = |tin: &str, limit: &str| terrabite(["verify", &dem, tin, "--max-error", "1", "--max-stray", limit]);
+    for (options, limit) in
+        [(&[][..], 1.5), (&["--max-stray", "1"], 1.0), (&["--quality", "none", "--max-stray", "2"], 2.0)]
+    {
+        let (report, tin) = make(options);
+        assert_eq!(report["max_stray"].as_f64(), Some(limit));
+        assert_eq!(report["shape"]["edges_astray"], 0);
+        judge(&tin, &limit.to_string()).succeeds();
+    }
+    for options in [&["--quality", "none"][..], &["--max-stray", "inf"]] {
+        let (report, tin) = make(options);
+        assert!(report["max_stray"].is_null());
+        assert_eq!(judge(&tin, "1.5").code, Some(1), "without a limit something strays");
+    }
+}
+
+#[test]
+fn a_limit_below_one_and_one_under_a_goal_are_refused() {
+    let folder = Folder::new();
+    let (dem, tin) = (scene(&folder), folder.at("tin.ply"));
+    let simplify = |options: &[&str]| terrabite(["simplify", &dem, &tin].iter().chain(options));
+    simplify(&["--max-error", "2", "--max-stray", "0.9"]).fails(2, &["--max-stray", "expected 1 or more", "inf"]);
+    simplify(&["--max-points", "9", "--max-stray", "2"]).fails(2, &["--max-points", "--max-stray", "remove"]);
+    assert!(!fs::exists(&tin).unwrap(), "nothing is left behind");
 }

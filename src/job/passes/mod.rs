@@ -41,6 +41,7 @@ use crate::base::faults::{self, Point};
 use crate::base::features::FeatureSet;
 use crate::base::tiling::{TileGrid, TileId, TilePlace, TileTooLong};
 use crate::field::Field;
+use crate::kernel::seam::Sides;
 
 /// A pass over the tiles of a grid, each of which becomes a chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,7 +69,7 @@ pub enum PassName {
 /// How long links of the sides of tiles are.
 ///
 /// Where straying is limited, a long link may be in the way of what the samples beside it ask for, in all passes. So seldom that
-/// the run is made again then, with short links ([`Rim::provisional`](crate::kernel::seam::Rim::provisional)).
+/// the run is made again then, with short links ([`Sides::short_links`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(in crate::job) enum Links {
     /// As long as they can be.
@@ -218,6 +219,9 @@ pub(super) fn polishes_seams(quality: Quality, max_stray: f64) -> bool {
     }
 }
 
+/// The part of the tolerance that sides are held to which later passes polish. With all of it, slivers stand beside them.
+const PROVISIONAL: f64 = 0.5;
+
 /// What all tiles of a run have in common.
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
@@ -260,6 +264,14 @@ impl<'a> Job<'a> {
     pub fn passes(&self) -> Vec<Pass> {
         let all = passes_over(self.grid, self.polishes_seams);
         all.into_iter().map(|pass| Pass { links: self.links, ..pass }).collect()
+    }
+
+    /// How the sides of tiles are made in the first pass.
+    fn sides(&self) -> Sides {
+        let are_polished = self.polishes_seams && self.params.quality != Quality::None;
+        // A single tile has no side that another one shares: later passes change all of them.
+        let short_links = self.links == Links::Short && self.grid.len() > 1;
+        Sides { share: if are_polished { PROVISIONAL } else { 1.0 }, short_links }
     }
 
     /// The job with short links, if it is to be made again for what came of all passes with others.

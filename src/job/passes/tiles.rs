@@ -3,7 +3,7 @@
 
 use super::seams::Final;
 use super::workspace::Workspace;
-use super::{Job, Links, Maker, Run};
+use super::{Job, Maker, Run};
 use crate::base::control::Cancelled;
 use crate::base::lattice;
 use crate::base::mesh::{Domain, TileMesh};
@@ -107,13 +107,7 @@ impl TileMaker {
         self.find_points(job, place.window)?;
         let (Workspace { tile, points, .. }, cancel) = (&self.shared, &job.control.cancel);
         let (tolerance, cells) = (job.params.tolerance.kept(), job.params.trim);
-        // A single tile has no side that another one shares: later passes change all of them.
-        let are_short = job.links == Links::Short && job.max_stray.is_finite() && job.grid.len() > 1;
-        let min_link = &mut self.min_link;
-        let mut rim = match job.polishes_seams {
-            true => Rim::provisional(tile, tolerance, are_short, points, place, min_link, cancel)?,
-            false => Rim::new(tile, tolerance, points, place, min_link, cancel)?,
-        };
+        let mut rim = Rim::with_sides(tile, tolerance, job.sides(), points, place, &mut self.min_link, cancel)?;
         let fixed = rim.on_sides();
         let task = boundary::Task { tile, cells, tolerance, points, cancel };
         self.trimmed = boundary::trim(&task, &mut rim.domain, fixed)?;

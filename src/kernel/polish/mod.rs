@@ -7,7 +7,7 @@
 //! may be used, `energy` how well they fit. `removal` takes vertices out where feasible triangles fill the hole;
 //! `improve` moves vertices and turns edges (`fan` finds the place); `repair` takes vertices out and mends what that
 //! breaks. `star` finds the height that fits best, and where to look for a better place; `fitting` says which heights and
-//! places there are, `angles` how sharp triangles may be. `tidy` does away with slivers beside what was locked. `schedule` says what is done when, `order` where; `lanes` is
+//! places there are, `angles` how sharp triangles may be. `schedule` says what is done when, `order` where; `lanes` is
 //! arithmetic on eight numbers at once.
 //!
 //! Nothing is random and nothing is timed: effort is counted, ties go by number. Method and figures: docs/quality.md.
@@ -29,7 +29,6 @@ mod repair;
 mod ring;
 mod schedule;
 mod star;
-mod tidy;
 mod witnesses;
 
 #[cfg(test)]
@@ -45,7 +44,6 @@ use self::order::Order;
 use self::removal::Removal;
 use self::repair::Repair;
 use self::schedule::Visit;
-use self::tidy::Tidy;
 use crate::base::control::Cancelled;
 use crate::base::lattice::Point;
 use crate::base::mesh::TileMesh;
@@ -113,7 +111,7 @@ pub struct Tuning {
     pub schedule: Option<Schedule>,
     /// Degrees, from 0 to 60. No triangle is made whose smallest angle, seen from above with square cells, is below this
     /// and below the smallest one of the triangles that make room for it. So triangles that were sharper at the start may
-    /// stay. 0 asks for nothing; `None` for [`Effort::min_angle`].
+    /// stay. 0 asks for nothing; `None` is what the effort asks for ([`Effort::min_angle`]).
     pub min_angle: Option<f64>,
     /// Makes edges pass the strong test, even if the task asks for weak feasibility only; edges that were there before may
     /// stay. (A strong task is never polished otherwise.)
@@ -131,7 +129,6 @@ pub struct Scratch {
     order: Order,
     removal: Removal,
     repair: Repair,
-    tidy: Tidy,
 }
 
 /// Replaces `mesh`, a mesh of the task's ground that keeps the contract of [`TileMesh`], by one of at most as many

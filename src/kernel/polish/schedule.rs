@@ -285,7 +285,7 @@ impl Scratch {
         judge: &mut Judge<'_>,
     ) -> Result<(), Cancelled> {
         visit.make_due(&self.net, &mut self.order);
-        let Scratch { net, order, removal, repair, tidy } = self;
+        let Scratch { net, order, removal, repair } = self;
         let longest = schedule.longest_ring as usize;
         if !judge.meter.is_of_use() {
             // At tolerance 0 there is nothing to lean on: either a triangle fits or it does not.
@@ -309,9 +309,6 @@ impl Scratch {
             if schedule.retry {
                 visit.make_due(net, order);
             }
-            if visit != Visit::All {
-                tidy.onto_rim(net, order, judge)?;
-            }
             let gone = repair.sweep(net, order, judge, schedule.patience(pass))?;
             let yields_little = gone * (schedule.yield_of as usize) < order.raster.len();
             if schedule.yield_of > 0 && yields_little && pass >= schedule.caps.values().len() {
@@ -322,9 +319,6 @@ impl Scratch {
             repair.relax(net, order, judge, schedule.search_between(), schedule.turns)?;
         }
         removal.sweeps(schedule.last_sweeps, longest, net, order, judge)?;
-        if visit != Visit::All {
-            tidy.turn_slivers(net, judge)?;
-        }
         Ok(())
     }
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use super::boundary::{Boundary, Step, WAYS, octants};
 use super::rim::{Corner, Forced, place_of, vertex};
-use super::runs::Runs;
+use super::runs::{Hold, Runs};
 use super::{Foreign, Rim, RimCounts, Side};
 use crate::base::Tile;
 use crate::base::control::Cancelled;
@@ -104,7 +104,6 @@ fn named(runs: &mut Runs<'_>, forced: &Forced, tile_place: &TilePlace) -> Result
             Side::East => tile_place.last_column,
             Side::South => tile_place.last_row,
         };
-        runs.begin_side(len);
         let along = vertices_between_corners(runs, line, ends_here, len, forced, place)?;
         named.extend((0..).zip(along).map(|(ordinal, i)| Named {
             place: place(i),
@@ -153,10 +152,6 @@ impl Line {
     }
 }
 
-/// Links may be this long where the ground ends at a side and the raster does not: nobody can change them later, and no tile
-/// needs them to be shorter.
-const LONGEST_AT_VOIDS: usize = 2;
-
 /// The vertices of a side, as places along it: a function of the samples on its line and of where the ground is beside it.
 /// `ends_here`: whether the raster ends at the side.
 fn vertices_between_corners(
@@ -177,13 +172,9 @@ fn vertices_between_corners(
         }
         if from_octants & line.onwards != 0 {
             let forced: Vec<usize> = forced.iter().filter(|f| (from..to).contains(f)).map(|f| f - from).collect();
-            let before = (runs.longest, runs.share);
-            if !ends_here && line.has_void(from_octants) {
-                runs.longest = if runs.has_short_links { LONGEST_AT_VOIDS } else { usize::MAX };
-                runs.share = 1.0;
-            }
-            let between = runs.between(to - from + 1, &forced, |i| place(from + i))?;
-            (runs.longest, runs.share) = before;
+            let is_final = !ends_here && line.has_void(from_octants);
+            let hold = if is_final { runs.beside_void() } else { runs.on_side(len) };
+            let between = runs.between(to - from + 1, &forced, hold, |i| place(from + i))?;
             vertices.extend(between.into_iter().map(|i| from + i));
         }
         if !is_corner {
@@ -219,9 +210,7 @@ fn vertices_of(
             let ((column, row), (dx, dy)) = (place_of(tile, steps[from].sample), WAYS[steps[from].way as usize]);
             let place = |i: usize| ((column as i32 + dx * i as i32) as usize, (row as i32 + dy * i as i32) as usize);
             // Links inside the tile are its own: they are split where that is needed.
-            let before = (std::mem::replace(&mut runs.longest, usize::MAX), std::mem::replace(&mut runs.share, 1.0));
-            let between = runs.between(len, &[], place)?;
-            (runs.longest, runs.share) = before;
+            let between = runs.between(len, &[], Hold::TOLERANCE, place)?;
             vertices.extend(between.into_iter().map(|i| steps[(from + i) % count].sample));
         }
     }

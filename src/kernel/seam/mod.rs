@@ -23,6 +23,7 @@ pub use limits::Limits;
 pub use min_link::MinLink;
 pub use nested::{Level, levels};
 pub use rim::{Foreign, LateVertex, NestedRim, Rim, RimCounts, Side};
+pub use runs::Sides;
 pub use weighted::WeightedLine;
 
 #[cfg(test)]

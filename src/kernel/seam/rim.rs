@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::runs::Runs;
-use super::{MinLink, ground};
+use super::{MinLink, Sides, ground};
 use crate::base::Tile;
 use crate::base::control::{CancelToken, Cancelled};
 use crate::base::lattice::Point;
@@ -91,9 +91,6 @@ pub enum Foreign {
     },
 }
 
-/// The part of the tolerance for sides that later passes change.
-const PROVISIONAL: f64 = 0.5;
-
 impl Rim {
     /// Computes the rim of `tile`, each side from its own samples alone. `place` says whether the tile lies at the
     /// raster's right and lower rim.
@@ -122,34 +119,29 @@ impl Rim {
         min_link: &mut MinLink,
         cancel: &CancelToken,
     ) -> Result<Rim, Cancelled> {
-        Rim::over(&mut Runs::new(tile, tolerance, min_link, cancel), points, place)
+        Rim::with_sides(tile, tolerance, Sides::FINAL, points, place, min_link, cancel)
     }
 
-    /// The same for sides that later passes change. They are held to half of the tolerance: beside a side that leaves its samples as
-    /// far as may be triangles have nothing left, and slivers follow. Where ground is on one side of a line between tiles only, nobody
-    /// changes the side, and it has all of the tolerance.
-    ///
-    /// With `short` links these have at most a quarter of a side's length, or two cells; where ground is on one side of a line
-    /// between tiles only, two. Where a locked link is in the way of what the samples beside it ask for, that is within a
-    /// quarter of the side then, and so inside of a tile of another grid.
+    /// The same with sides that later passes change. Beside a side that leaves its samples as far as may be triangles have nothing
+    /// left, and slivers follow, so these are held to a share of the tolerance. Beside a short link that is in the way of what samples
+    /// ask for, that is inside of a tile of another grid. Where ground is on one side of a line between tiles only, nobody changes
+    /// the side: it has all of the tolerance, and short links of two cells.
     ///
     /// # Errors
     /// As [`Rim::new`].
     ///
     /// # Panics
     /// As [`Rim::new`].
-    pub fn provisional(
+    pub fn with_sides(
         tile: &Tile,
         tolerance: f64,
-        short: bool,
+        sides: Sides,
         points: &[(usize, usize)],
         place: &TilePlace,
         min_link: &mut MinLink,
         cancel: &CancelToken,
     ) -> Result<Rim, Cancelled> {
-        let mut runs = Runs::new(tile, tolerance, min_link, cancel);
-        (runs.has_short_links, runs.share) = (short, PROVISIONAL);
-        Rim::over(&mut runs, points, place)
+        Rim::over(&mut Runs::new(tile, tolerance, sides, min_link, cancel), points, place)
     }
 
     /// Computes the rim that `tile` has at any tolerance: where [`Rim::new`] takes the fewest links, it has nested vertices
@@ -192,8 +184,8 @@ impl Rim {
             return ground::rim(runs, &forced, place);
         }
         let mut side = |len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
-            runs.begin_side(len);
-            let between = runs.between(len, forced, place)?;
+            let hold = runs.on_side(len);
+            let between = runs.between(len, forced, hold, place)?;
             Ok::<Vec<Vertex>, Cancelled>(between.into_iter().map(|i| vertex(tile, place(i))).collect())
         };
         let north = side(tile.width(), &forced.north, &|i| (i, 0))?;
@@ -389,15 +381,48 @@ pub(super) fn vertex(tile: &Tile, (column, row): (usize, usize)) -> Vertex {
 mod tests {
     use super::*;
     use crate::base::Heights;
+    use crate::base::lattice::STEPS;
 
     fn bumpy(width: usize, height: usize) -> Tile {
         let heights = (0..width * height).map(|i| ((i * 2_654_435_761) >> 7 & 15) as f32).collect();
         Tile::from_heights(width, height, Heights::F32(heights))
     }
 
-    fn rim(tile: &Tile, (last_column, last_row): (bool, bool)) -> Rim {
+    fn rim(tile: &Tile, last: (bool, bool)) -> Rim {
+        rim_of(tile, Sides::FINAL, last)
+    }
+
+    fn rim_of(tile: &Tile, sides: Sides, (last_column, last_row): (bool, bool)) -> Rim {
         let place = TilePlace { last_column, last_row, ..TilePlace::alone(tile.width(), tile.height()) };
-        Rim::new(tile, 3.0, &[], &place, &mut MinLink::default(), &CancelToken::default()).expect("nobody cancels")
+        Rim::with_sides(tile, 3.0, sides, &[], &place, &mut MinLink::default(), &CancelToken::default())
+            .expect("nobody cancels")
+    }
+
+    #[test]
+    fn sides_are_held_to_their_share_and_links_are_short() {
+        let wave = |i: usize| ((i % 33) as f64 * 0.7).sin() * 9.0 + ((i / 33) as f64 * 0.5).cos() * 8.0;
+        let tile = Tile::from_heights(33, 21, Heights::F64((0..33 * 21).map(wave).collect()));
+        for (share, short_links) in [(1.0, false), (0.5, false), (1.0, true), (0.5, true)] {
+            let rim = rim_of(&tile, Sides { share, short_links }, (false, true));
+            let walk = &rim.domain.loops[0];
+            for (i, &from) in walk.iter().enumerate() {
+                let [p, q] = [from, walk[(i + 1) % walk.len()]].map(|v| rim.domain.vertices[v as usize]);
+                let (dx, dy) = ((q.at.x - p.at.x) / STEPS, (q.at.y - p.at.y) / STEPS);
+                let cells = dx.abs().max(dy.abs());
+                let quarter = if dy == 0 { 8 } else { 5 };
+                assert!(!short_links || cells <= quarter, "a link of {cells} cells");
+                for k in 1..cells {
+                    let at = Point { x: p.at.x + dx / cells * k * STEPS, y: p.at.y + dy / cells * k * STEPS };
+                    let (column, row) = at.sample().expect("a sample");
+                    let height = p.height + (q.height - p.height) * f64::from(k) / f64::from(cells);
+                    assert!((tile.at(column, row) - height).abs() <= share * 3.0 + 1e-9, "{column}, {row}");
+                }
+            }
+        }
+        let count =
+            |share, short_links| rim_of(&tile, Sides { share, short_links }, (true, true)).domain.vertices.len();
+        assert!(count(0.5, false) > count(1.0, false));
+        assert!(count(0.5, true) >= count(0.5, false));
     }
 
     #[test]
@@ -435,7 +460,13 @@ mod tests {
     }
 
     fn agree(left: &Tile, right: &Tile) {
-        let (a, b) = (rim(left, (false, false)), rim(right, (true, false)));
+        for sides in [Sides::FINAL, Sides { share: 0.5, short_links: true }] {
+            agree_with(left, right, sides);
+        }
+    }
+
+    fn agree_with(left: &Tile, right: &Tile, sides: Sides) {
+        let (a, b) = (rim_of(left, sides, (false, false)), rim_of(right, sides, (true, false)));
         let at = |i: u32| b.domain.vertices[(b.owned.before_west() + i) as usize];
         let borrowed = a.foreign.iter().zip(&a.domain.vertices[a.owned.total() as usize..]);
         let mut seen = 0;

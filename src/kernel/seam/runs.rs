@@ -4,19 +4,43 @@ use super::{LateVertex, Level, Limits, MinLink, Side, WeightedLine, levels};
 use crate::base::Tile;
 use crate::base::control::{CancelToken, Cancelled};
 
-/// Short links are this part of a tile's side at most, or two cells.
+/// How the sides of a tile are made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sides {
+    /// Which part of the tolerance they are held to, up to 1.
+    pub share: f64,
+    /// Whether their links are short: at most a quarter of the side, or two cells.
+    pub short_links: bool,
+}
+
+impl Sides {
+    /// With all of the tolerance, and the fewest links.
+    pub const FINAL: Sides = Sides { share: 1.0, short_links: false };
+}
+
+/// What a run is held to.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Hold {
+    share: f64,
+    /// How long links may be, in cells.
+    longest: usize,
+}
+
+impl Hold {
+    /// The tolerance alone.
+    pub(super) const TOLERANCE: Hold = Hold { share: 1.0, longest: usize::MAX };
+}
+
+/// Short links are this part of a tile's side at most.
 const SHORT: usize = 4;
+/// Between links of so many cells the samples beside a line can always be meshed as they ask for.
+const ALWAYS_SHORT: usize = 2;
 
 /// Finds the vertices over straight runs of a tile's samples.
 pub(super) struct Runs<'a> {
     pub(super) tile: &'a Tile,
     tolerance: f64,
-    /// Whether links of sides are short.
-    pub(super) has_short_links: bool,
-    /// Which part of the tolerance runs are held to: less where later passes change them.
-    pub(super) share: f64,
-    /// How long links may be, in cells.
-    pub(super) longest: usize,
+    sides: Sides,
     find: Find<'a>,
     cancel: &'a CancelToken,
 }
@@ -29,11 +53,17 @@ enum Find<'a> {
 }
 
 impl<'a> Runs<'a> {
-    /// With the fewest links within the tolerance.
-    pub(super) fn new(tile: &'a Tile, tolerance: f64, min_link: &'a mut MinLink, cancel: &'a CancelToken) -> Runs<'a> {
+    /// With the fewest links within the tolerance, or what sides are held to.
+    pub(super) fn new(
+        tile: &'a Tile,
+        tolerance: f64,
+        sides: Sides,
+        min_link: &'a mut MinLink,
+        cancel: &'a CancelToken,
+    ) -> Runs<'a> {
         let channels = vec![Vec::new(); tile.channels.len()];
         let find = Find::Path { min_link, line: Vec::new(), limits: Vec::new(), channels };
-        Runs { tile, tolerance, has_short_links: false, share: 1.0, longest: usize::MAX, find, cancel }
+        Runs { tile, tolerance, sides, find, cancel }
     }
 
     /// With those that `keeps` wants of the vertices that runs have at any tolerance, down to this one.
@@ -43,32 +73,34 @@ impl<'a> Runs<'a> {
         keeps: &'a dyn Fn(LateVertex) -> bool,
         cancel: &'a CancelToken,
     ) -> Runs<'a> {
-        Runs {
-            tile,
-            tolerance,
-            has_short_links: false,
-            share: 1.0,
-            longest: usize::MAX,
-            find: Find::Nested { keeps, late: Vec::new() },
-            cancel,
-        }
+        Runs { tile, tolerance, sides: Sides::FINAL, find: Find::Nested { keeps, late: Vec::new() }, cancel }
     }
 
-    /// A side of the tile with this number of samples begins.
-    pub(super) fn begin_side(&mut self, len: usize) {
-        self.longest = if self.has_short_links { ((len - 1) / SHORT).max(2) } else { usize::MAX };
+    /// What runs of a side with this number of samples are held to.
+    pub(super) fn on_side(&self, len: usize) -> Hold {
+        let Sides { share, short_links } = self.sides;
+        let longest = if short_links { ((len - 1) / SHORT).max(ALWAYS_SHORT) } else { usize::MAX };
+        Hold { share, longest }
+    }
+
+    /// The same where ground is on one side of a line between tiles only: nobody can change the run later, and no tile needs it to
+    /// be closer to its samples.
+    pub(super) fn beside_void(&self) -> Hold {
+        let longest = if self.sides.short_links { ALWAYS_SHORT } else { usize::MAX };
+        Hold { share: 1.0, longest }
     }
 
     /// The vertices between the ends of a run of `len` samples, by their numbers along it: sample i is at the column and row
-    /// `place(i)`. `forced` ones are among them.
+    /// `place(i)`. `forced` ones are among them. Nested vertices are held to the tolerance alone.
     pub(super) fn between(
         &mut self,
         len: usize,
         forced: &[usize],
+        hold: Hold,
         place: impl Fn(usize) -> (usize, usize),
     ) -> Result<Vec<usize>, Cancelled> {
-        let Runs { tile, tolerance, share, longest, find, cancel, .. } = self;
-        let (tile, tolerance, longest) = (*tile, *tolerance * *share, *longest);
+        let Runs { tile, tolerance, find, cancel, .. } = self;
+        let (tile, tolerance, longest) = (*tile, *tolerance * hold.share, hold.longest);
         let (min_link, line, limits, channels) = match find {
             Find::Path { min_link, line, limits, channels } => (min_link, line, limits, channels),
             Find::Nested { keeps, late } => {

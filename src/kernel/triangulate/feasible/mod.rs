@@ -16,7 +16,7 @@ mod weighted;
 
 pub(crate) use plane::Plane;
 pub(crate) use spans::Spans;
-pub use stray::Stray;
+pub use stray::Side;
 pub(crate) use surfaces::Surfaces;
 pub use tester::Tester;
 pub(super) use tester::coarse_doubles;

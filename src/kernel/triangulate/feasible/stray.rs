@@ -26,14 +26,8 @@ pub(super) struct Limit {
     plain: f64,
 }
 
-/// A crossing that is beyond the limit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stray {
-    /// Column and row of the two samples of the side, the nearer one first.
-    pub side: [(usize, usize); 2],
-    /// How far the edge is beyond the range of their heights, rounded.
-    pub by: f64,
-}
+/// A side that an edge crosses beyond the limit: column and row of its two samples, the nearer one first.
+pub type Side = [(usize, usize); 2];
 
 impl Limit {
     pub(super) fn new(factor: f64, tolerance: f64) -> Limit {
@@ -45,7 +39,7 @@ impl Limit {
     }
 
     /// What holds on a side: the larger of its samples' limits, times the factor.
-    fn on(&self, tile: &Tile, [p, q]: [(usize, usize); 2]) -> f64 {
+    fn on(&self, tile: &Tile, [p, q]: Side) -> f64 {
         if !tile.is_weighted() {
             return self.plain;
         }
@@ -62,7 +56,7 @@ fn product_down(a: f64, b: f64) -> f64 {
 }
 
 /// Visits the crossings of the edge p–q that are beyond the limit until one is taken. Returns whether one was.
-pub(super) fn any(tile: &Tile, limit: &Limit, p: Vertex, q: Vertex, mut visit: impl FnMut(Stray) -> bool) -> bool {
+pub(super) fn any(tile: &Tile, limit: &Limit, p: Vertex, q: Vertex, mut visit: impl FnMut(Side) -> bool) -> bool {
     if limit.is_none() {
         return false;
     }
@@ -100,7 +94,7 @@ impl Walk {
 }
 
 impl<H: Copy + Into<f64>> Edge<'_, H> {
-    fn any(&self, visit: &mut impl FnMut(Stray) -> bool) -> bool {
+    fn any(&self, visit: &mut impl FnMut(Side) -> bool) -> bool {
         let (p, q) = (self.p, self.q);
         let walk = |columns: bool| {
             let place = |v: Vertex| if columns { (v.at.x, v.at.y) } else { (v.at.y, v.at.x) };
@@ -114,7 +108,7 @@ impl<H: Copy + Into<f64>> Edge<'_, H> {
     }
 
     #[inline(always)]
-    fn along(&self, walk: Walk, visit: &mut impl FnMut(Stray) -> bool) -> bool {
+    fn along(&self, walk: Walk, visit: &mut impl FnMut(Side) -> bool) -> bool {
         let (first, last) = (walk.from.0.div_euclid(STEPS) + 1, (walk.to.0 - 1).div_euclid(STEPS));
         if first > last {
             return false;
@@ -150,7 +144,7 @@ impl<H: Copy + Into<f64>> Edge<'_, H> {
                 if part > 0.5 {
                     side.swap(0, 1);
                 }
-                if visit(Stray { side, by: beyond }) {
+                if visit(side) {
                     return true;
                 }
             }

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::ops::{Add, Mul, Sub};
 
-use super::stray::{self, Stray};
+use super::stray::{self, Side};
 use super::weighted::WeightedRows;
 use super::{Plane, Spans, edge};
 use crate::base::lattice::{MAX_SPAN, Point};
@@ -99,11 +99,11 @@ impl<'a> Tester<'a> {
         stray::any(self.tile, &self.max_stray, p, q, |_| true)
     }
 
-    /// Where an edge strays too far, exactly.
-    pub fn list_strays(&self, p: Vertex, q: Vertex, into: &mut Vec<Stray>) {
+    /// The sides at which an edge strays too far, exactly.
+    pub fn list_strays(&self, p: Vertex, q: Vertex, into: &mut Vec<Side>) {
         into.clear();
-        stray::any(self.tile, &self.max_stray, p, q, |stray| {
-            into.push(stray);
+        stray::any(self.tile, &self.max_stray, p, q, |side| {
+            into.push(side);
             false
         });
     }

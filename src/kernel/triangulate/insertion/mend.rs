@@ -16,7 +16,7 @@ use crate::base::control::Cancelled;
 use crate::base::mesh::{Domain, TileMesh};
 use crate::base::tiling::TilePlace;
 use crate::kernel::triangulate::EngineScratch;
-use crate::kernel::triangulate::feasible::{Stray, Tester};
+use crate::kernel::triangulate::feasible::{Side, Tester};
 
 /// Edges between two looks at the cancellation token.
 const EDGES_BETWEEN_CHECKS: u32 = 4096;
@@ -150,7 +150,7 @@ impl Refinement<'_> {
     }
 
     /// Where an edge between two triangles strays, at that of its half-edges which is met first.
-    fn list_strays(&self, tester: &Tester<'_>, e: u32, into: &mut Vec<Stray>) {
+    fn list_strays(&self, tester: &Tester<'_>, e: u32, into: &mut Vec<Side>) {
         let topology = &self.surface.topology;
         into.clear();
         if !topology.is_locked(e) && topology.twin(e) > e {
@@ -161,10 +161,10 @@ impl Refinement<'_> {
 
     /// Inserts a sample of a side that an edge strays at. Where all are vertices turns the edge, or, as a last resort, those
     /// around it that are not Delaunay.
-    fn mend_edge(&mut self, tester: &Tester<'_>, e: u32, strays: &[Stray], turned: &mut HashSet<[u32; 2]>) -> Way {
+    fn mend_edge(&mut self, tester: &Tester<'_>, e: u32, strays: &[Side], turned: &mut HashSet<[u32; 2]>) -> Way {
         let width = self.scanner.tile.width;
         let mut is_blocked = false;
-        for &(column, row) in strays.iter().flat_map(|stray| &stray.side) {
+        for &(column, row) in strays.as_flattened() {
             let sample = (row * width + column) as u64;
             let site = self.surface.locate(e / 3, self.place(sample));
             if !self.stays(site) && self.insert_at(site, sample).is_some() {
