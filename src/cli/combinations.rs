@@ -82,6 +82,11 @@ fn options(feature: Feature) -> Options {
     Options { any, one, without }
 }
 
+/// One of the options that ask for a feature.
+pub(super) fn option(feature: Feature) -> &'static str {
+    options(feature).one
+}
+
 /// What a feature's option begins with where it is the format of the output that asks for it.
 pub(super) const BY_FORMAT: &str = "the format ";
 

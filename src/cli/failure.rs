@@ -12,6 +12,7 @@ use crate::base::staged::OutputError;
 use crate::field::FieldError;
 use crate::formats::{ReadError, SinkError, SinkOption};
 use crate::job::Error;
+use crate::job::rules::NotInShards;
 use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
 use crate::preview::PreviewError;
@@ -20,7 +21,7 @@ use crate::run::{Fate, LookError, RunError};
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
 
-use super::{print, signals};
+use super::{print, shards, signals};
 
 /// How a subcommand ends when it does not get through: one message for the user, and the exit code.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -57,6 +58,11 @@ impl Failure {
     pub(crate) fn hint(mut self, hint: &str) -> Failure {
         self.message = format!("{}; {hint}", self.message);
         self
+    }
+
+    /// The same failure, with one word for another.
+    pub(super) fn with_words(self, word: &str, other: &str) -> Failure {
+        Failure { message: self.message.replace(word, other), ..self }
     }
 
     /// What the user is told, without "error:".
@@ -206,6 +212,8 @@ impl From<RunError> for Failure {
             RunError::Indistinct { .. } => failure.hint("choose --precision double"),
             RunError::Loss { single: true, .. } => failure.hint("--precision double loses less, in a format that has it: PLY, OBJ, VTP, UGRID"),
             RunError::Loss { .. } => failure.hint("--z-scale 1 loses nothing"),
+            RunError::NotInShards(NotInShards(feature)) => shards::refused(feature, Failure { code: 2, ..failure }),
+            RunError::NoSuchPass { .. } => Failure { code: 2, ..failure }.hint("choose another --pass"),
             RunError::Threads { .. } => failure.hint("choose fewer with --threads"),
             RunError::Scratch(ScratchError::Cancelled(stopped)) | RunError::Mesh(ReadError::Cancelled(stopped)) => stopped.into(),
             RunError::Scratch(ref scratch) | RunError::Mesh(ReadError::Scratch(ref scratch)) => of_scratch(scratch, &error),
@@ -251,6 +259,9 @@ fn of_scratch(scratch: &ScratchError, error: &dyn std::fmt::Display) -> Failure 
 fn kept(dir: &Path, fate: &Fate) -> String {
     let (dir, way_out) = (dir.display(), "delete that folder, or restore the input");
     match fate {
+        Fate::Incomplete { pass } => {
+            format!("terrabite run {dir} --pass {pass} makes them, once the passes before are there")
+        }
         Fate::Continue => format!("finished tiles are kept in {dir}: the same command continues"),
         Fate::Outdated(files) if files.is_empty() => {
             format!("the finished tiles in {dir} were made from the old one: {way_out}")
@@ -289,6 +300,7 @@ impl From<Error> for Failure {
             Error::PointOffGround { .. } => Failure::usage(error).hint(
                 "remove it from the layer of --points; --cutline, --nodata and --valid-range decide where ground is",
             ),
+            Error::Missing(_) => Failure { code: shards::WAITING, ..Failure::new(error) },
             Error::Tile { .. } => Failure::new(error).hint("choose a smaller --tile"),
             Error::Goal(_) => {
                 Failure::usage(error).hint("choose a larger budget; with a larger --tile there are fewer corners")
@@ -331,6 +343,10 @@ impl From<WorkDirError> for Failure {
         match error {
             WorkDirError::OtherJob { .. } | WorkDirError::Manifest { .. } => {
                 failure.hint("choose another --work-dir, or delete this one")
+            }
+            WorkDirError::NotPlanned { .. } => failure.hint("terrabite plan lays one out"),
+            WorkDirError::OtherProgram { .. } => {
+                failure.hint("use that version, or lay the run out in another folder with this one")
             }
             WorkDirError::InUse { .. } => failure.hint("wait for it, or choose another --work-dir"),
             _ => failure.hint("choose another --work-dir"),

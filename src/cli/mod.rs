@@ -17,6 +17,8 @@ mod heap;
 mod importance;
 mod info;
 mod input;
+mod machine;
+mod mesh;
 #[cfg(test)]
 mod options_page;
 mod output_format;
@@ -24,6 +26,7 @@ mod polish;
 mod preview;
 mod print;
 mod progress;
+mod shards;
 mod signals;
 mod simplify;
 mod synth;
@@ -53,6 +56,9 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Simplify(Box<simplify::SimplifyArgs>),
+    Plan(Box<shards::PlanArgs>),
+    Run(shards::RunArgs),
+    Merge(shards::MergeArgs),
     Verify(verify::VerifyArgs),
     Convert(convert::ConvertArgs),
     Info(info::InfoArgs),
@@ -64,6 +70,9 @@ impl Command {
     fn run(&self) -> Result<ExitCode, Failure> {
         match self {
             Command::Simplify(args) => simplify::run(args),
+            Command::Plan(args) => shards::plan(args),
+            Command::Run(args) => shards::run(args),
+            Command::Merge(args) => shards::merge_all(args),
             Command::Verify(args) => verify::run(args),
             Command::Convert(args) => convert::run(args),
             Command::Info(args) => info::run(args),
@@ -74,7 +83,10 @@ impl Command {
 
     fn is_quiet(&self) -> bool {
         match self {
-            Command::Simplify(args) => args.quiet,
+            Command::Simplify(args) => args.mesh.quiet,
+            Command::Plan(args) => args.mesh.quiet,
+            Command::Run(args) => args.quiet,
+            Command::Merge(args) => args.quiet,
             Command::Verify(args) => args.quiet,
             Command::Convert(args) => args.quiet,
             Command::Preview(args) => args.quiet,
@@ -94,6 +106,7 @@ Exit codes:
   3    the memory budget is too small
   4    a disk is too small
   5    done, but a budget ended the refinement before the quality that was asked for
+  6    run, merge: tiles have to be made by other processes, or in another pass, first
   130  stopped by an interrupt (Ctrl-C), 143 by a termination signal
 A closed pipe on standard output is no failure.";
 
@@ -126,6 +139,15 @@ fn parse() -> Result<Cli, clap::Error> {
     let mut command = command();
     let matches = command.try_get_matches_from_mut(words(std::env::args_os()))?;
     Cli::from_arg_matches(&matches).map_err(|e| e.format(&mut command))
+}
+
+/// The mesh that the words of a `plan` ask for.
+fn planned_mesh(words: &[String]) -> Option<mesh::MeshArgs> {
+    let words = std::iter::once("terrabite").chain(words.iter().map(String::as_str));
+    match Cli::from_arg_matches(&command().try_get_matches_from(words).ok()?).ok()?.command {
+        Command::Plan(args) => Some(args.mesh),
+        _ => None,
+    }
 }
 
 /// GDAL's programs take open options as `-oo`; here that would be two short options.

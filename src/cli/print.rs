@@ -2,7 +2,9 @@
 
 use std::io::{ErrorKind, Write};
 
-use super::Failure;
+use super::{Failure, warnings};
+use crate::base::warning::Warnings;
+use crate::run::report::Line;
 
 /// Prints a report on standard output. Whoever closed the pipe has read enough: that is no failure.
 pub(crate) fn report(text: &str) -> Result<(), Failure> {
@@ -16,6 +18,24 @@ pub(crate) fn report(text: &str) -> Result<(), Failure> {
 /// Prints a report as JSON on standard output, indented as people read it.
 pub(crate) fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
     report(&serde_json::to_string_pretty(value).map_err(Failure::new)?)
+}
+
+/// Prints what came of a command: as JSON, or as warnings and lines, unless it is to be quiet.
+pub(crate) fn told(
+    value: &impl serde::Serialize,
+    warned: &Warnings,
+    lines: impl FnOnce() -> Vec<Line>,
+    is_json: bool,
+    is_quiet: bool,
+) -> Result<(), Failure> {
+    if is_json {
+        return json(value);
+    }
+    if is_quiet {
+        return Ok(());
+    }
+    warnings::print(warned);
+    report(&aligned(&lines()))
 }
 
 /// Prints a message on standard error; where that is closed there is nobody to tell.

@@ -1,373 +1,70 @@
-//! `simplify`: its options, and a run from them to the report.
+//! `simplify`: a run from its options to the report.
 
-use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::ValueEnum;
-
-use super::attributes::AttributeArgs;
-use super::combinations::Asked;
-use super::coordinates::CoordinateArgs;
-use super::engine::EngineArgs;
-use super::format_options::FormatArgs;
-use super::goal::GoalArgs;
-use super::importance::ImportanceArgs;
-use super::input::InputArgs;
-use super::polish::PolishArgs;
+use super::mesh::MeshArgs;
 use super::progress::Bars;
-use super::{Failure, output_format, print, signals, values, warnings};
-use crate::base::features::{Feature, FeatureSet};
-use crate::field::Choice;
-use crate::formats::{self, FORMATS, Format, Precision};
-use crate::job::normals::Normals;
-use crate::job::rules::{default_engine, default_quality};
-use crate::job::{DEFAULT_TILE, EngineChoice, Error, Params, Quality, VertexHeights};
-use crate::kernel::triangulate::Feasibility;
-use crate::raster::PointSource;
-use crate::run::{Input, Needs, PointInput, Report, Request, RunError, TextureInput, plan, simplify};
+use super::{Failure, print, warnings};
+use crate::base::warning::Warnings;
+use crate::run::{Needs, Report, Request, plan, simplify};
 
 /// Turn a raster into a mesh that is within a tolerance of every sample
 #[derive(Debug, clap::Args)]
 pub(crate) struct SimplifyArgs {
-    /// The raster: a file, or any name GDAL opens
-    #[arg(value_name = "INPUT")]
-    pub(super) input: PathBuf,
     /// The mesh, in the format that its extension says: .ply, .obj, .glb, .stl, .xml (LandXML), .nc (UGRID), .vtp, .2dm, .gpkg or
     /// .fgb
-    #[arg(value_name = "OUTPUT")]
-    pub(super) output: PathBuf,
-    #[command(flatten)]
-    pub(super) goal: GoalArgs,
-    /// Test triangles at the samples under them (weak), or also where their edges cross the grid (strong)
-    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_enum, default_value_t = FeasibilityArg::Weak)]
-    feasibility: FeasibilityArg,
-    /// How much work goes into fewer triangles [default: balanced; none under --max-points, --max-triangles, --max-rms]
-    #[arg(long, help_heading = "Mesh", value_enum)]
-    quality: Option<QualityArg>,
-    /// The heights of vertices that polishing has moved: those of samples, or fitted to the samples around them
-    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_enum, default_value_t = HeightsArg::Sampled)]
-    heights: HeightsArg,
-    /// The smallest angle, seen from above, of triangles that polishing makes, unless they replace sharper ones; 0 is no limit
-    /// [default: 2 with --quality balanced or best, else 0]
-    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "DEGREES", value_parser = values::angle, allow_hyphen_values = true)]
-    min_angle: Option<f64>,
-    /// How far the surface may stray between samples: on the side between two neighbouring samples of a row or column it stays
-    /// between their heights, give or take F × the tolerance. F is a number from 1 on, or inf for no limit [default: 1.5 with
-    /// --quality balanced or best, else inf]
-    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "F", value_parser = values::max_stray,
-        allow_hyphen_values = true)]
-    max_stray: Option<f64>,
-    /// The side of the tiles worked on one at a time; 0 makes one of the whole raster
-    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "CELLS", default_value_t = DEFAULT_TILE)]
-    tile: usize,
-    /// Simplify the rim of voids: ground within CELLS columns and rows of a missing sample may be removed. Removed samples are
-    /// counted, and not covered; `verify` needs the same option
-    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "CELLS", default_value_t = 0, hide_default_value = true, value_parser = values::trim,
-        allow_hyphen_values = true)]
-    trim: u32,
-    #[command(flatten)]
-    pub(super) input_args: InputArgs,
-    /// Fill voids of at most this many samples: the mesh covers them, at any height. A void is a group of missing samples,
-    /// diagonal neighbours included, with none in the first or last row or column; 0 fills none
-    #[arg(long, help_heading = "Mesh", value_name = "SAMPLES", value_parser = values::count, default_value_t = 0)]
-    fill_holes: u64,
-    #[command(flatten)]
-    attributes: AttributeArgs,
-    #[command(flatten)]
-    pub(super) importance: ImportanceArgs,
-    /// Normals of vertices: of the raster (gradient), or of the triangles around them (area). For PLY, GLB, OBJ and VTP
-    #[arg(long, help_heading = "Format", hide_short_help = true, value_enum)]
-    normals: Option<NormalsArg>,
-    /// Lay an image over the mesh, in any CRS that GDAL transforms: embedded (GLB), or beside it (OBJ, with a .mtl)
-    #[arg(long, help_heading = "Format", hide_short_help = true, value_name = "IMAGE")]
-    texture: Option<PathBuf>,
-    /// The most pixels along the longer side of --texture
-    #[arg(long, help_heading = "Format", hide_short_help = true, value_name = "PIXELS", default_value_t = 4096, requires = "texture",
-        value_parser = values::texture_size)]
-    texture_size: usize,
-    /// A layer of points, in any format OGR reads: the samples nearest to them become vertices of the mesh.
-    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "FILE")]
-    pub(super) points: Option<PathBuf>,
-    /// The layer of --points [default: the first]
-    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "NAME", requires = "points")]
-    points_layer: Option<String>,
-    /// The folder of temporary files [default: the system's]
-    #[arg(long, help_heading = "Run", hide_short_help = true, value_name = "DIR")]
-    temp_dir: Option<PathBuf>,
+    #[arg(value_name = "OUTPUT", index = 2)]
+    output: PathBuf,
     /// Keep finished tiles in this folder: after an interrupt, a crash or a power cut the same command continues there. With
     /// --dry-run: print how many tiles are left to be made
     #[arg(long, help_heading = "Run", value_name = "DIR")]
     work_dir: Option<PathBuf>,
-    /// How samples are read: from the mapped file, in windows through GDAL, or decoded into a temporary file first
-    #[arg(long, help_heading = "Run", hide_short_help = true, value_enum, default_value_t = AccessArg::Auto)]
-    access: AccessArg,
-    /// The most memory to use, such as 256MiB [default: a quarter of the machine's, at most 2 GiB]
-    #[arg(long, help_heading = "Run", value_name = "BYTES", value_parser = values::bytes)]
-    memory: Option<u64>,
+    /// Keep the work dir, with all its tiles, when the mesh is there
+    #[arg(long, help_heading = "Run", hide_short_help = true, requires = "work_dir")]
+    keep_work_dir: bool,
     /// Print what the run would need, from a few tiles, and stop
     #[arg(long, help_heading = "Run", hide_short_help = true)]
     dry_run: bool,
-    /// Threads to work with, fewer if the memory is for fewer [default: as many as the machine has cores]
-    #[arg(long, help_heading = "Run", hide_short_help = true, value_name = "N", value_parser = values::threads)]
-    threads: Option<NonZeroUsize>,
     /// Replace an existing output
     #[arg(long, help_heading = "Run")]
-    pub(super) overwrite: bool,
-    /// Print nothing but errors
-    #[arg(long, help_heading = "Run", hide_short_help = true, short, conflicts_with = "json")]
-    pub(super) quiet: bool,
-    /// Print the report as JSON
-    #[arg(long, help_heading = "Run", hide_short_help = true)]
-    json: bool,
-    // The last: their headings would be those of what follows.
+    overwrite: bool,
     #[command(flatten)]
-    engine: EngineArgs,
-    #[command(flatten)]
-    coordinates: CoordinateArgs,
-    #[command(flatten)]
-    format: FormatArgs,
-    #[command(flatten)]
-    polish: PolishArgs,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum AccessArg {
-    /// What suits the raster
-    Auto,
-    /// The raster's own file, mapped
-    InPlace,
-    /// Windows, read through GDAL when they are wanted
-    Windows,
-    /// A temporary file, decoded beforehand
-    Decode,
-}
-
-impl From<AccessArg> for Choice {
-    fn from(argument: AccessArg) -> Choice {
-        match argument {
-            AccessArg::Auto => Choice::Auto,
-            AccessArg::InPlace => Choice::InPlace,
-            AccessArg::Windows => Choice::Windows,
-            AccessArg::Decode => Choice::Decode,
-        }
-    }
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum QualityArg {
-    /// The engine alone, the fastest there is
-    None,
-    /// Removes vertices whose hole can be filled directly
-    Fast,
-    /// Removes more vertices, and repairs the triangles around them
-    Balanced,
-    /// The same, until it removes no more
-    Best,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum HeightsArg {
-    /// Vertices stand on samples and have their heights
-    Sampled,
-    /// Vertices stand where triangles fit best: the fewest triangles, larger errors on the whole, in hardly more time
-    Fitted,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum NormalsArg {
-    /// Of the samples around each vertex: the same whatever the mesh
-    Gradient,
-    /// Of the triangles around each vertex, by their areas
-    Area,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum FeasibilityArg {
-    Weak,
-    Strong,
-}
-
-impl From<FeasibilityArg> for Feasibility {
-    fn from(argument: FeasibilityArg) -> Feasibility {
-        match argument {
-            FeasibilityArg::Weak => Feasibility::Weak,
-            FeasibilityArg::Strong => Feasibility::Strong,
-        }
-    }
+    pub(super) mesh: MeshArgs,
 }
 
 pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
-    let format = args.format()?;
-    args.coordinates.check(format)?;
-    let asked = args.asked();
+    let mesh = &args.mesh;
+    let format = mesh.format(Some(&args.output))?;
+    let asked = mesh.asked(format);
     asked.check()?;
-    let bars = Bars::new(args.quiet);
-    let guard = |mapped: &[PathBuf], partial: &Path| {
-        let mapped: Vec<String> = mapped.iter().map(|file| file.display().to_string()).collect();
-        let message = format!("error: {}: the file was truncated while it was in use", mapped.join(" or "));
-        signals::exit_on_truncation(&message, partial)
+    let bars = Bars::new(mesh.quiet);
+    let request = Request {
+        overwrite: args.overwrite,
+        work_dir: args.work_dir.clone(),
+        keep_work_dir: args.keep_work_dir,
+        ..mesh.request(asked.features(), format, &args.output)
     };
-    let request = Request { format: Some(format), guard: Some(&guard), ..args.request(asked.features()) };
     if args.dry_run {
-        let needs = plan(&request, &bars.control()).map_err(|error| args.explain(error, &asked))?;
+        let needs = plan(&request, &bars.control()).map_err(|error| mesh.explain(error, &asked, format))?;
         drop(bars);
         let needs = Needs { warnings: warnings::take(), ..needs };
-        if args.json {
-            print::json(&needs)?;
-        } else {
-            if !args.quiet {
-                warnings::print(&needs.warnings);
-            }
-            print::report(&print::aligned(&needs.lines()))?;
-        }
+        let none = Warnings::default();
+        let warned = if mesh.quiet { &none } else { &needs.warnings };
+        print::told(&needs, warned, || needs.lines(), mesh.json, false)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let report = simplify(&request, &bars.control()).map_err(|error| args.explain(error, &asked))?;
+    let report = simplify(&request, &bars.control()).map_err(|error| mesh.explain(error, &asked, format))?;
     drop(bars);
+    tell(report, mesh.json, mesh.quiet)
+}
+
+/// Prints the report of a mesh that was made, and gives the exit code.
+pub(super) fn tell(report: Report, is_json: bool, is_quiet: bool) -> Result<ExitCode, Failure> {
     let report = Report { warnings: warnings::take(), ..report };
-    if args.json {
-        print::json(&report)?;
-    } else if !args.quiet {
-        warnings::print(&report.warnings);
-        print::report(&print::aligned(&report.lines()))?;
-    }
+    print::told(&report, &report.warnings, || report.lines(), is_json, is_quiet)?;
     Ok(if report.fell_short() { ExitCode::from(FELL_SHORT) } else { ExitCode::SUCCESS })
 }
 
 /// Exit code: a budget ended the refinement before the quality that was asked for was reached.
 const FELL_SHORT: u8 = 5;
-
-impl SimplifyArgs {
-    /// What the options ask for, and by which of them. What is not said is as the rule book has it.
-    fn asked(&self) -> Asked {
-        let mut asked = self.input_args.asked();
-        self.goal.ask(&mut asked);
-        self.attributes.ask(&mut asked);
-        self.importance.ask(&mut asked);
-        asked.add(Feature::Points, self.points.is_some());
-        asked.add(Feature::Trim, self.trim > 0);
-        asked.add(Feature::FilledVoids, self.fill_holes > 0);
-        asked.add(Feature::FittedHeights, self.heights == HeightsArg::Fitted);
-        asked.add(Feature::MinAngle, self.min_angle.is_some_and(|floor| floor > 0.0));
-        asked.add(Feature::MaxStray, self.max_stray.is_some_and(f64::is_finite));
-        asked.add(Feature::StrongFeasibility, self.feasibility == FeasibilityArg::Strong);
-        self.polish.ask(&mut asked);
-        self.engine.ask(&mut asked);
-        self.coordinates.ask(self.heights == HeightsArg::Fitted, self.single_format(), &mut asked);
-        let quality = self.quality(asked.features());
-        if quality != Quality::None {
-            asked.add_by(Feature::Polishing, format!("--quality {}", quality.name()));
-        }
-        let engine = self.engine.choice(|| default_engine(asked.features()));
-        asked.add(Feature::GreedyCuts, matches!(engine, EngineChoice::GreedyCuts(_)));
-        asked
-    }
-
-    /// The same once it is known that heights need all digits of doubles.
-    #[cfg(test)]
-    pub(super) fn asked_of_doubles(&self) -> Asked {
-        let mut asked = self.asked();
-        self.coordinates.ask(true, self.single_format(), &mut asked);
-        asked
-    }
-
-    /// The quality that is asked for, or the usual one for these features.
-    fn quality(&self, features: FeatureSet) -> Quality {
-        match self.quality {
-            Some(QualityArg::None) => Quality::None,
-            Some(QualityArg::Fast) => Quality::Fast,
-            Some(QualityArg::Balanced) => Quality::Balanced,
-            Some(QualityArg::Best) => Quality::Best,
-            None => default_quality(features),
-        }
-    }
-
-    /// The parameters, where these features are asked for. They go together.
-    fn params(&self, features: FeatureSet) -> Params {
-        let quality = self.quality(features);
-        let heights = match self.heights {
-            HeightsArg::Sampled => VertexHeights::Sampled,
-            HeightsArg::Fitted => VertexHeights::Fitted,
-        };
-        let mut params = Params {
-            feasibility: self.feasibility.into(),
-            tile: self.tile,
-            trim: self.trim,
-            engine: self.engine.choice(|| default_engine(features)),
-            max_stray: self.max_stray,
-            quality,
-            heights,
-            tuning: self.polish.tuning(quality, heights, self.min_angle),
-            goal: self.goal.goal(),
-            ..Params::new(self.goal.tolerance())
-        };
-        if let Some(dir) = &self.temp_dir {
-            params.temp_dir.clone_from(dir);
-        }
-        params
-    }
-
-    /// What the format of the output is called, if it has single precision alone.
-    fn single_format(&self) -> Option<&'static str> {
-        let format = self.format().ok()?;
-        (!format.precisions.contains(&Precision::Double)).then_some(format.title)
-    }
-
-    /// The format of the output.
-    fn format(&self) -> Result<&'static Format, Failure> {
-        let named = output_format::of(&self.output, self.format.name(), output_format::MESHES)?.name;
-        Ok(formats::by_name(named).unwrap_or(FORMATS[0]))
-    }
-
-    /// The run that is asked for. Its features go together.
-    fn request(&self, features: FeatureSet) -> Request<'static> {
-        let input = Input::Raster { path: self.input.clone(), view: self.input_args.view() };
-        let layer = self.points_layer.clone();
-        Request {
-            overwrite: self.overwrite,
-            params: self.params(features),
-            attributes: self.attributes.attributes(),
-            importance: self.importance.input(),
-            points: self.points.clone().map(|path| PointInput::Layer(PointSource { path, layer })),
-            normals: self.normals.map(|normals| match normals {
-                NormalsArg::Gradient => Normals::Gradient,
-                NormalsArg::Area => Normals::Area,
-            }),
-            texture: self.texture.clone().map(|path| TextureInput { path, size: self.texture_size }),
-            fill_voids: self.fill_holes,
-            coordinates: self.coordinates.coordinates(),
-            sink: self.format.sink(),
-            access: self.access.into(),
-            memory: self.memory,
-            threads: self.threads,
-            work_dir: self.work_dir.clone(),
-            ..Request::new(input, &self.output, self.goal.tolerance())
-        }
-    }
-
-    /// Why a run did not get through, in the words of options.
-    fn explain(&self, error: RunError, asked: &Asked) -> Failure {
-        let no_ground = matches!(error.of_job(), Some(Error::NoGround { .. }));
-        let failure = match error {
-            RunError::Incompatible(conflicts) => {
-                // The raster's heights need all their digits.
-                let mut asked = asked.clone();
-                self.coordinates.ask(true, self.single_format(), &mut asked);
-                asked.refuse(&conflicts)
-            }
-            error => error.into(),
-        };
-        match &self.input_args.cutline.cutline {
-            // Where there is no ground, it may be the cutline's doing.
-            Some(file) if no_ground => failure.hint(&format!(
-                "samples outside the polygons of --cutline {} have no heights: choose other polygons; ogrinfo shows where they lie",
-                file.display()
-            )),
-            None if no_ground && (self.input_args.marks_samples()) => {
-                failure.hint("--nodata and --valid-range decide which samples have heights: choose other values")
-            }
-            _ => failure,
-        }
-    }
-}

@@ -9,6 +9,7 @@ use super::format_options::MeshFormat;
 use crate::base::ValidRange;
 use crate::base::Window;
 use crate::formats::{self, FORMATS};
+use crate::job::shards::Shard;
 use crate::kernel::boundary::MAX_CELLS;
 use crate::kernel::polish::{Caps, Schedule};
 use crate::raster::BoundingBox;
@@ -80,6 +81,20 @@ pub(crate) fn mesh_format(text: &str) -> Result<MeshFormat, String> {
         Some(format) => Ok(MeshFormat { name: format.name, driver: None }),
         None => Err(format!("expected one of {}", known())),
     }
+}
+
+/// `N/OF`: which part of how many.
+pub(crate) fn shard(text: &str) -> Result<Shard, String> {
+    let parse = || {
+        let (number, of) = text.split_once('/')?;
+        Shard::new(number.parse().ok()?, of.parse().ok()?)
+    };
+    parse().ok_or_else(|| format!("expected a part such as 3/64, from 1/64 to 64/64, of at most {} parts", Shard::MOST))
+}
+
+/// The number of a pass.
+pub(crate) fn pass(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|pass| *pass > 0).ok_or_else(|| "expected the number of a pass, from 1".to_string())
 }
 
 /// Pixels along a side of a texture.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::rules::Incompatible;
+use super::shards::MissingTiles;
 use super::{BudgetTooSmall, DiskTooSmall, GoalTooSmall};
 use crate::base::RasterError;
 use crate::base::control::Cancelled;
@@ -51,6 +52,9 @@ pub enum Error {
     /// Features that do not go together: all conflicts.
     #[error(transparent)]
     Incompatible(#[from] Incompatible),
+    /// Tiles that others have to make before the mesh can be put together.
+    #[error(transparent)]
+    Missing(#[from] MissingTiles),
     /// No cell of the raster has three heights.
     #[error("{}: expected a cell with three heights at least, found none: there is no ground to triangulate", path.display())]
     NoGround {

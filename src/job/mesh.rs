@@ -1,6 +1,6 @@
 //! The finished mesh: chunks on disk, and how they are handed to a sink.
 
-use super::{Error, Outcome, TileTimes};
+use super::{Error, Job, Outcome, Pass, TileTimes};
 use crate::base::GeoTransform;
 use crate::base::channels::{Channel, Number};
 use crate::base::control::{Control, Stage};
@@ -48,6 +48,25 @@ pub struct Summary {
 }
 
 impl Mesh {
+    /// The mesh that all chunks of a job's last pass are.
+    pub(super) fn of(job: &Job<'_>, spool: Spool, last: &Pass) -> Mesh {
+        let Job { field, params, end, .. } = *job;
+        let kept = params.tolerance.kept();
+        Mesh {
+            spool_bytes: spool.bytes(),
+            spool,
+            grid: job.grid,
+            chunks: last.grid(),
+            geo_transform: field.geo_transform(),
+            channels: field.channels().to_vec(),
+            max_error: if params.tolerance.is_open() { f64::INFINITY } else { kept },
+            error_scale: end.map_or(kept, |end| end.scale(job)),
+            outcome: end.map(|end| end.outcome),
+            times: TileTimes::default(),
+            found: job.grid.len() as u64,
+        }
+    }
+
     /// How the field was cut.
     pub fn grid(&self) -> TileGrid {
         self.grid

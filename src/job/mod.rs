@@ -15,6 +15,7 @@ mod passes;
 pub mod plan;
 mod quality;
 pub mod rules;
+pub mod shards;
 #[cfg(test)]
 mod sink_tests;
 pub mod spool;

@@ -175,6 +175,19 @@ pub const RULES: &[Rule] = &[
     ),
 ];
 
+/// A feature that a run made in shards has to do without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("{0} cannot be had of a run that is made in shards: where all tiles end is known to one process alone")]
+pub struct NotInShards(pub Feature);
+
+/// Makes sure that a run with these features can be made in shards.
+///
+/// # Errors
+/// [`NotInShards`].
+pub fn check_shards(features: FeatureSet) -> Result<(), NotInShards> {
+    features.among(GOALS).first().map_or(Ok(()), |&goal| Err(NotInShards(goal)))
+}
+
 impl Rule {
     /// How `features` break this rule, if they do.
     fn broken_by(&'static self, features: FeatureSet) -> Option<Conflict> {

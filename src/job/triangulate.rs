@@ -4,7 +4,6 @@ use super::passes::{Job, Pass, PassResult, run_pass};
 use super::spool::{Chunks, Spool, SpoolError};
 use super::{Error, Mesh, Params};
 use crate::base::control::Control;
-use crate::base::tiling::TileGrid;
 use crate::field::Field;
 
 /// Triangulates a field on the threads of the current rayon pool.
@@ -47,7 +46,6 @@ pub fn triangulate_into(
 
 /// All passes of a job, and what came of them.
 fn run(make_spool: &MakeSpool<'_>, job: &Job<'_>) -> Result<(Mesh, PassResult), Error> {
-    let Job { field, params, .. } = *job;
     let passes = job.passes();
     let [first, others @ ..] = passes.as_slice() else { unreachable!("there is a first pass") };
     // Before the survey, which may take long.
@@ -55,10 +53,8 @@ fn run(make_spool: &MakeSpool<'_>, job: &Job<'_>) -> Result<(Mesh, PassResult), 
     let job = job.surveyed()?;
     let mut result = whole(&job, first, None, &spool)?;
     let found = result.found;
-    if !has_ground(&spool, first.grid())? {
-        return Err(Error::NoGround { path: field.name().to_path_buf() });
-    }
-    let mut chunks = first.grid();
+    must_have_ground(&job, &spool, first)?;
+    let mut last = first;
     let (mut held, mut most) = (spool.bytes(), spool.bytes());
     for pass in others {
         let next = make_spool(pass)?;
@@ -66,22 +62,10 @@ fn run(make_spool: &MakeSpool<'_>, job: &Job<'_>) -> Result<(Mesh, PassResult), 
         // A spool that is not kept is gone once the next pass is done.
         held = if spool.is_kept() { held } else { spool.bytes() } + next.bytes();
         most = most.max(held);
-        (spool, chunks) = (next, pass.grid());
+        (spool, last) = (next, pass);
     }
-    let kept = params.tolerance.kept();
-    let mesh = Mesh {
-        spool,
-        grid: first.grid(),
-        chunks,
-        geo_transform: field.geo_transform(),
-        channels: field.channels().to_vec(),
-        max_error: if params.tolerance.is_open() { f64::INFINITY } else { kept },
-        error_scale: job.end.map_or(kept, |end| end.scale(&job)),
-        outcome: job.end.map(|end| end.outcome),
-        times: result.times,
-        spool_bytes: most + job.end.map_or(0, |end| end.survey_bytes),
-        found,
-    };
+    let spool_bytes = most + job.end.map_or(0, |end| end.survey_bytes);
+    let mesh = Mesh { times: result.times, spool_bytes, found, ..Mesh::of(&job, spool, last) };
     Ok((mesh, result))
 }
 
@@ -93,15 +77,15 @@ fn whole(job: &Job<'_>, pass: &Pass, inputs: Option<&Spool>, out: &Spool) -> Res
     Ok(result)
 }
 
-/// Whether any tile has a triangle.
-fn has_ground(spool: &Spool, grid: TileGrid) -> Result<bool, Error> {
-    let columns = grid.columns();
-    for row in 0..grid.rows() {
+/// Refuses a job no tile of which has a triangle, by the chunks of a pass.
+pub(super) fn must_have_ground(job: &Job<'_>, spool: &Spool, pass: &Pass) -> Result<(), Error> {
+    let (columns, rows) = (pass.grid().columns(), pass.grid().rows());
+    for row in 0..rows {
         if spool.counts(row * columns..(row + 1) * columns)?.iter().any(|c| c.triangles > 0) {
-            return Ok(true);
+            return Ok(());
         }
     }
-    Ok(false)
+    Err(Error::NoGround { path: job.field.name().to_path_buf() })
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use crate::base::external::ScratchError;
 use crate::base::staged::OutputError;
 use crate::field::FieldError;
 use crate::formats::{ReadError, SinkError, SinkOption};
-use crate::job::rules::Incompatible;
+use crate::job::rules::{Incompatible, NotInShards};
 use crate::job::work_dir::WorkDirError;
 use crate::job::{BudgetTooSmall, Error};
 #[cfg(feature = "gdal")]
@@ -98,6 +98,17 @@ pub enum RunError {
         /// Whether they are written in single precision.
         single: bool,
     },
+    /// A run that is made in shards has to do without a goal.
+    #[error(transparent)]
+    NotInShards(#[from] NotInShards),
+    /// The job has no such pass.
+    #[error("expected a pass from 1 to {passes}, found {pass}")]
+    NoSuchPass {
+        /// How many there are.
+        passes: usize,
+        /// The one that was asked for.
+        pass: usize,
+    },
     /// So many threads cannot be started.
     #[error("{threads} threads cannot be started: {reason}")]
     Threads {
@@ -145,6 +156,11 @@ pub enum RunError {
 pub enum Fate {
     /// The same request goes on with them.
     Continue,
+    /// They are not all there: this pass, from 1, has to be made.
+    Incomplete {
+        /// The pass.
+        pass: usize,
+    },
     /// They were made from an input that has changed since; by name the files that differ, as far as they are known.
     Outdated(Vec<String>),
 }

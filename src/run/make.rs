@@ -30,38 +30,61 @@ use crate::kernel::measure::ErrorStats;
 /// Does [`super::simplify`].
 pub(super) fn simplify(request: &Request<'_>, control: &Control<'_>) -> Result<Report, RunError> {
     let warned = Warned::new(control);
-    let run = Run::prepare(request, true, &warned, control)?;
-    let report = run.pool.install(|| run.run())?;
-    if report.fell_short() {
-        let message = "the mesh is complete, but the budget ended it before the quality asked for".to_string();
-        warned.tell(Warning { code: WarningCode::FellShort, file: request.output.clone(), count: 1, message });
-    }
-    Ok(Report { warnings: warned.take(), ..report })
+    let run = Run::prepare(request, Purpose::Make, &warned, control)?;
+    run.report()
+}
+
+/// Does [`super::merge`].
+pub(super) fn merge(request: &Request<'_>, control: &Control<'_>) -> Result<Report, RunError> {
+    let warned = Warned::new(control);
+    let run = Run::prepare(request, Purpose::Merge, &warned, control)?;
+    run.report()
 }
 
 /// Does [`super::plan`].
 pub(super) fn plan(request: &Request<'_>, control: &Control<'_>) -> Result<Needs, RunError> {
     let warned = Warned::new(control);
-    let run = Run::prepare(request, false, &warned, control)?;
+    let run = Run::prepare(request, Purpose::Plan, &warned, control)?;
     let needs = run.pool.install(|| run.plan_only())?;
     Ok(Needs { warnings: warned.take(), ..needs })
 }
 
+/// What a run is prepared for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// To be made, output and all.
+    Make,
+    /// To be told what it needs.
+    Plan,
+    /// To be made in part: tiles, no output.
+    Share,
+    /// To be put together from tiles that are there.
+    Merge,
+}
+
+impl Purpose {
+    /// Whether there is an output.
+    fn writes(self) -> bool {
+        matches!(self, Purpose::Make | Purpose::Merge)
+    }
+}
+
 /// A run, as asked for and as planned.
-struct Run<'a> {
-    request: &'a Request<'a>,
+pub(super) struct Run<'a> {
+    purpose: Purpose,
+    pub(super) request: &'a Request<'a>,
     format: &'static Format,
-    inputs: Inputs,
+    pub(super) inputs: Inputs,
     plan: Plan,
     /// The threads that the plan is for.
-    pool: rayon::ThreadPool,
+    pub(super) pool: rayon::ThreadPool,
     written: Written,
     /// The image over the mesh.
     texture: Option<Texture>,
     /// What decides the mesh: what was asked for, less what writing loses, and the points.
-    params: Params,
-    warned: &'a Warned<'a>,
-    control: &'a Control<'a>,
+    pub(super) params: Params,
+    pub(super) warned: &'a Warned<'a>,
+    pub(super) control: &'a Control<'a>,
 }
 
 /// The format of an output: the one that is asked for, else that of its extension.
@@ -119,9 +142,9 @@ fn check_floor(request: &Request<'_>, band: &Band, control: &Control<'_>) -> Res
 impl<'a> Run<'a> {
     /// Opens what is read and decides what is done. Nothing watches the inputs, and no output need be writable, where the run
     /// is only planned.
-    fn prepare(
+    pub(super) fn prepare(
         request: &'a Request<'a>,
-        is_made: bool,
+        purpose: Purpose,
         warned: &'a Warned<'a>,
         control: &'a Control<'a>,
     ) -> Result<Run<'a>, RunError> {
@@ -130,7 +153,7 @@ impl<'a> Run<'a> {
         check_options(&request.output, request.sink.asked().chain(further), format)?;
         let features = request.features();
         rules::check(features)?;
-        let inputs = Inputs::open(request, is_made, warned, &control.cancel)?;
+        let inputs = Inputs::open(request, purpose != Purpose::Plan, warned, &control.cancel)?;
         let Inputs { band, attributes, importance, points, .. } = &inputs;
         if is_single(request.coordinates, format)
             && (!fits_single(band) || request.params.heights == VertexHeights::Fitted)
@@ -154,7 +177,7 @@ impl<'a> Run<'a> {
         bound_cache(plan.cache_bytes);
         let coordinates = &request.coordinates;
         let is_plain = !coordinates.local && !is_single(*coordinates, format) && coordinates.z_scale == 1.0;
-        if is_made && !is_plain {
+        if purpose.writes() && !is_plain {
             // Finding out what is lost may take long, so an output that cannot be written is found first.
             first_look(request)?;
         }
@@ -167,24 +190,24 @@ impl<'a> Run<'a> {
             points: points.as_ref().map(|p| p.set.clone()),
             ..request.params.clone()
         };
-        if is_made {
+        if purpose.writes() {
             check_floor(request, band, control)?;
         }
-        let texture = if is_made { texture(request, band)? } else { None };
-        Ok(Run { request, format, inputs, plan, pool, written, texture, params, warned, control })
+        let texture = if purpose.writes() { texture(request, band)? } else { None };
+        Ok(Run { purpose, request, format, inputs, plan, pool, written, texture, params, warned, control })
     }
 
-    fn band(&self) -> &Band {
+    pub(super) fn band(&self) -> &Band {
         &self.inputs.band
     }
 
     /// The attributes and their ranges, where there are some; finding the ranges may read the whole raster.
-    fn ranged(&self) -> Result<Option<Ranged<'_>>, Error> {
+    pub(super) fn ranged(&self) -> Result<Option<Ranged<'_>>, Error> {
         let find = |bands| Ranged::find(self.band(), bands, self.control);
         Ok(self.inputs.attributes.as_ref().map(find).transpose()?)
     }
 
-    fn named(&self, ranged: Option<&Ranged<'_>>) -> Vec<(&'static str, String)> {
+    pub(super) fn named(&self, ranged: Option<&Ranged<'_>>) -> Vec<(&'static str, String)> {
         provenance::named(self.request, &self.params, self.band(), ranged)
     }
 
@@ -203,7 +226,7 @@ impl<'a> Run<'a> {
     }
 
     /// What the run will need, from a few tiles or from its budget.
-    fn needs(&self, ranged: Option<&Ranged<'_>>) -> Result<Needs, Error> {
+    pub(super) fn needs(&self, ranged: Option<&Ranged<'_>>) -> Result<Needs, Error> {
         let expected = match ranged {
             None => probe(self.band(), self.inputs.importance.as_ref(), &self.params, self.control)?,
             Some(ranged) => {
@@ -233,6 +256,17 @@ impl<'a> Run<'a> {
         Estimate { survey_bytes: expected.survey_bytes, ..once.with_tiles(tiles, kept) }
     }
 
+    /// The run to its end, on its own threads.
+    fn report(&self) -> Result<Report, RunError> {
+        let report = self.pool.install(|| self.run())?;
+        if report.fell_short() {
+            let message = "the mesh is complete, but the budget ended it before the quality asked for".to_string();
+            let file = self.request.output.clone();
+            self.warned.tell(Warning { code: WarningCode::FellShort, file, count: 1, message });
+        }
+        Ok(Report { warnings: self.warned.take(), ..report })
+    }
+
     fn run(&self) -> Result<Report, RunError> {
         let start = Instant::now();
         if self.inputs.attributes.is_some() {
@@ -249,7 +283,9 @@ impl<'a> Run<'a> {
         match (self.make(start, ranged.as_ref(), kept.as_ref()), kept) {
             (Ok(report), None) => Ok(report),
             (Ok(report), Some(kept)) => {
-                kept.finish(self.warned);
+                if !self.request.keep_work_dir {
+                    kept.finish(self.warned);
+                }
                 Ok(report)
             }
             (Err(error), None) => Err(error.into()),
@@ -284,6 +320,7 @@ impl<'a> Run<'a> {
         let field = self.field(ranged, &partial)?;
         let opened = Instant::now();
         let mesh = match kept {
+            Some(kept) if self.purpose == Purpose::Merge => kept.merge(&field, params, self.control)?,
             Some(kept) => triangulate_into(&|pass| kept.spool(pass), &field, params, self.control)?,
             None => triangulate(&field, params, self.control)?,
         };
@@ -317,7 +354,7 @@ impl<'a> Run<'a> {
     }
 
     /// The samples, readable, with voids filled.
-    fn field(&self, ranged: Option<&Ranged<'_>>, partial: &Path) -> Result<Field, Error> {
+    pub(super) fn field(&self, ranged: Option<&Ranged<'_>>, partial: &Path) -> Result<Field, Error> {
         let (request, temp_dir) = (self.request, &self.params.temp_dir);
         let maps_files = request.guard.is_some();
         let options = FieldOptions { temp_dir: temp_dir.clone(), choice: request.access, maps_files };

@@ -22,6 +22,7 @@ mod provenance;
 pub mod report;
 mod request;
 mod resume;
+mod shards;
 mod threads;
 
 pub use convert::{ConvertReport, ConvertRequest, convert};
@@ -34,6 +35,7 @@ pub use report::{Needs, Report};
 #[cfg(feature = "gdal")]
 pub use request::TextureInput;
 pub use request::{AttributeBands, Attributes, Coordinates, Guard, Input, PointInput, Request};
+pub use shards::{Layout, PassLayout, PassShare, ShardReport, lay_out, merge, work};
 
 use std::sync::{Mutex, PoisonError};
 

@@ -196,6 +196,8 @@ pub struct Request<'a> {
     pub threads: Option<NonZeroUsize>,
     /// A folder that keeps finished tiles: after an interruption the same request goes on there.
     pub work_dir: Option<PathBuf>,
+    /// Whether the work dir stays, with all its tiles, once the output is there.
+    pub keep_work_dir: bool,
 }
 
 impl Request<'_> {
@@ -221,6 +223,7 @@ impl Request<'_> {
             memory: None,
             threads: None,
             work_dir: None,
+            keep_work_dir: false,
         }
     }
 

@@ -49,11 +49,37 @@ impl Kept {
         watches: &[Box<dyn Watch>],
         parameters: Vec<(&'static str, String)>,
     ) -> Result<Kept, RunError> {
+        Kept::of(|job| WorkDir::open(dir, job), band, importance, watches, parameters)
+    }
+
+    /// The same of a run that is laid out there, for one shard of many.
+    pub(super) fn join(
+        dir: &Path,
+        band: &Band,
+        importance: Option<&Band>,
+        watches: &[Box<dyn Watch>],
+        parameters: Vec<(&'static str, String)>,
+    ) -> Result<Kept, RunError> {
+        Kept::of(|job| WorkDir::join(dir, job), band, importance, watches, parameters)
+    }
+
+    fn of(
+        open: impl FnOnce(&Job) -> Result<WorkDir, WorkDirError>,
+        band: &Band,
+        importance: Option<&Band>,
+        watches: &[Box<dyn Watch>],
+        parameters: Vec<(&'static str, String)>,
+    ) -> Result<Kept, RunError> {
         let files = watches.iter().map(|watch| watch.files()).fold(Files::none(), Files::and);
         let job = job(band, importance, files, parameters)?;
-        let dir = WorkDir::open(dir, &job)?;
+        let dir = open(&job)?;
         let changed = dir.files().differences(&job.files);
         Ok(Kept { dir, changed })
+    }
+
+    /// The work dir itself.
+    pub(super) fn dir(&self) -> &WorkDir {
+        &self.dir
     }
 
     /// Stages the output so that it is found again. One that an earlier run of this job has completed, without coming
@@ -93,6 +119,7 @@ impl Kept {
     /// A run that did not get through, and what becomes of its finished tiles.
     pub(super) fn explain(self, error: Error) -> RunError {
         let fate = match &error {
+            Error::Missing(missing) => Fate::Incomplete { pass: missing.pass },
             _ if !self.dir.has_chunks() => return error.into(),
             Error::Raster(error) | Error::Field(FieldError::Raster(error)) if error.is_change() => {
                 Fate::Outdated(self.changed)

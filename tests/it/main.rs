@@ -25,6 +25,7 @@ mod points;
 mod preview_bad_input;
 mod readers;
 mod resume;
+mod shards;
 mod shared;
 mod simplify_bad_input;
 mod simplify_files;

@@ -21,7 +21,7 @@ fn ground(column: usize, row: usize) -> f64 {
     (75.0 + 30.0 * (x / 14.0).sin() * (y / 18.0).cos() + 15.0 * ((x + y) / 7.0).sin()).round()
 }
 
-fn dem() -> Dem {
+pub(crate) fn dem() -> Dem {
     Dem::new(200, 600).heights(ground).compressed().stripped(64)
 }
 

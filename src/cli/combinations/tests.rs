@@ -122,7 +122,7 @@ impl Scene {
 
     fn asked(&self, line: &Line) -> Asked {
         let Command::Simplify(args) = self.command("simplify", line) else { panic!("simplify") };
-        args.asked_of_doubles()
+        args.mesh.asked_of_doubles(crate::formats::FORMATS[0])
     }
 }
 

@@ -7,11 +7,13 @@
 //! all passes over all of their tiles.
 //!
 //! `tiles` is the first pass, from samples to polished tiles whose rims are locked; `seams` are those that follow, which
-//! polish the seams. `survey` is what comes before them under a goal; `workspace` is what one thread needs for a tile in any pass.
+//! polish the seams. `survey` is what comes before them under a goal, `gather` what comes after them where others have made the chunks; `workspace` is
+//! what one thread needs for a tile in any pass.
 //!
 //! - Architecture invariant: a pass reads samples and the chunks that it needs, and nothing else.
 
 mod clocks;
+mod gather;
 mod pool;
 mod seams;
 mod survey;
@@ -21,6 +23,7 @@ mod tiles;
 mod workspace;
 
 pub use clocks::TileTimes;
+pub(super) use gather::{Gathered, gather};
 pub(super) use survey::{End, check_corners, error_needs, lowest};
 pub(super) use tiles::TileMaker;
 
@@ -276,8 +279,13 @@ impl<'a> Job<'a> {
 
     /// The job with short links, if it is to be made again for what came of all passes with others.
     pub fn again(&self, result: &PassResult) -> Option<Job<'a>> {
-        let is_left = result.astray > 0 && self.links == Links::Fewest;
-        is_left.then_some(Job { links: Links::Short, ..*self })
+        self.with_short_links().filter(|_| result.astray > 0)
+    }
+
+    /// The job with short links, if straying is limited and its links are longer.
+    pub(super) fn with_short_links(&self) -> Option<Job<'a>> {
+        let may_help = self.max_stray.is_finite() && self.links == Links::Fewest;
+        may_help.then_some(Job { links: Links::Short, ..*self })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Chunks as files in folders, one folder per row of tiles.
 
 use std::fs::File;
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
@@ -98,6 +98,21 @@ impl Folders {
             }
         }
         Ok(())
+    }
+
+    /// Whether there is a chunk of this job under a tile's name; a look at the end of the file.
+    pub(super) fn holds(&self, tile: usize) -> io::Result<bool> {
+        let mut file = match File::open(self.path(tile)) {
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(false),
+            other => other?,
+        };
+        if file.metadata()?.len() < self.stamp.len() as u64 {
+            return Ok(false);
+        }
+        let mut end = [0; 4];
+        file.seek(SeekFrom::End(-(end.len() as i64)))?;
+        file.read_exact(&mut end)?;
+        Ok(end == self.stamp)
     }
 
     /// Reads the bytes of a chunk, without the stamp. `None`: there is none, or it belongs to another job.

@@ -107,6 +107,16 @@ impl Spool {
         Ok(sound)
     }
 
+    /// Whether the chunk of a tile is kept, without reading it: one that is damaged counts. Of a spool that is not kept,
+    /// nothing.
+    ///
+    /// # Errors
+    /// [`SpoolError::Kept`] when what is there cannot be read.
+    pub fn holds(&self, tile: usize) -> Result<bool, SpoolError> {
+        let Chunks::Folders { folders, .. } = &self.chunks else { return Ok(false) };
+        folders.holds(tile).map_err(|source| SpoolError::Kept { path: folders.path(tile), source })
+    }
+
     /// Keeps a chunk under its tile's number. `buffer` is scratch memory.
     ///
     /// # Errors
@@ -153,15 +163,16 @@ impl Spool {
         self.index.counts(tiles).map_err(|e| self.failed(e))
     }
 
-    /// Reads the chunk of a tile back. `chunk` and `buffer` lend their memory.
+    /// Reads the chunk of a tile back, or one that is kept and was neither appended nor found here. `chunk` and `buffer` lend
+    /// their memory.
     ///
     /// # Errors
     /// [`SpoolError::File`], [`SpoolError::Kept`]; [`SpoolError::Damaged`] if it is not what was appended.
     pub fn read(&self, tile: usize, chunk: &mut Chunk, buffer: &mut Vec<u8>) -> Result<(), SpoolError> {
-        let Record { offset, length, .. } = self.index.get(tile).map_err(|e| self.failed(e))?;
         let damaged = |(expected, found)| SpoolError::Damaged { dir: self.dir.clone(), tile, expected, found };
         match &self.chunks {
             Chunks::Unlinked(unlinked) => {
+                let Record { offset, length, .. } = self.index.get(tile).map_err(|e| self.failed(e))?;
                 let kept = unlinked.bytes();
                 if offset.checked_add(length).is_none_or(|end| end > kept) {
                     let found = format!("{length} bytes at {offset}");

@@ -37,6 +37,22 @@ pub enum WorkDirError {
         /// What is wrong with it.
         reason: String,
     },
+    /// No run has been laid out in it for shards.
+    #[error("{}: expected a work dir in which a run is laid out, found none", dir.display())]
+    NotPlanned {
+        /// The folder, which may be missing.
+        dir: PathBuf,
+    },
+    /// Another version of the program laid out the run.
+    #[error("{}: expected a run laid out by {expected}, found one by {found}", path.display())]
+    OtherProgram {
+        /// The command's file.
+        path: PathBuf,
+        /// This program.
+        expected: String,
+        /// The one that laid it out.
+        found: String,
+    },
     /// The system refuses something.
     #[error("{}: the work dir cannot be used: {source}", path.display())]
     Io {

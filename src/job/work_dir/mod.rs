@@ -2,7 +2,7 @@
 //! crash, a kill or a power cut.
 //!
 //! In comes a [`Job`] (what decides the bytes of the result); out goes a [`Spool`] whose chunks outlive the process. A
-//! work dir belongs to one job and, while a run is on, to one process:
+//! work dir belongs to one job and, while a run is on, to one process; shards of a run share it, as they only bring chunks:
 //!
 //! | name | what |
 //! |---|---|
@@ -10,6 +10,8 @@
 //! | `chunks/ROW/COLUMN.chunk` | finished tiles, checksummed, each renamed into place after it was synced |
 //! | `chunks/PASS/ROW/COLUMN.chunk` | the same of each pass that follows the first, where there are some |
 //! | `chunks/short-PASS/ROW/COLUMN.chunk` | the same of a run that is made again with short links |
+//! | `plan.json` | the command, where the run is made in shards ([`crate::job::shards`]) |
+//! | `short-links` | there once it is known that such a run has to be made again with short links |
 //! | `staged` | where the partial output is, so that a killed run's is found and removed |
 //! | `lock` | locked while a process works here; the system releases it however the process ends |
 //!
@@ -29,12 +31,14 @@
 mod error;
 #[cfg(any(test, feature = "fuzzing"))]
 pub(crate) mod fuzzing;
+mod layout;
 mod lock;
 mod look;
 mod manifest;
 mod staged_output;
 
 pub use error::{Difference, WorkDirError};
+pub use layout::PlannedCommand;
 pub use look::Finished;
 
 use std::io::{self, ErrorKind};
@@ -62,14 +66,14 @@ pub struct Job {
     pub files: Files,
 }
 
-/// A work dir in use. Dropped, it is unlocked and kept, unless there is no finished tile in it.
+/// A work dir in use. Dropped, it is unlocked and kept, unless there is no finished tile in it and no run laid out.
 #[derive(Debug)]
 pub struct WorkDir {
     dir: PathBuf,
     manifest: Manifest,
     same_samples: bool,
-    finished: bool,
-    lock: Lock,
+    /// Of the process that has the work dir for itself; a shard has none, and neither removes anything nor ends the work.
+    lock: Option<Lock>,
 }
 
 const CHUNKS: &str = "chunks";
@@ -104,18 +108,52 @@ impl WorkDir {
             Err(e) => return Err(failed(&path)(e)),
         };
         let (manifest, same_samples) = match kept {
-            Some(kept) => {
-                wanted.must_continue(&dir, &kept)?;
-                let same_samples = kept.files.same_samples(&job.files);
-                (kept, same_samples)
-            }
+            Some(kept) => continued(&dir, job, &wanted, kept)?,
             None => {
                 must_be_empty(&dir)?;
                 wanted.write(&dir).map_err(failed(&path))?;
                 (wanted, true)
             }
         };
-        Ok(WorkDir { dir, manifest, same_samples, finished: false, lock })
+        Ok(WorkDir { dir, manifest, same_samples, lock: Some(lock) })
+    }
+
+    /// Joins the work dir of `job`, in which a run has been laid out. Any number of processes may, on any number of machines:
+    /// nothing is locked.
+    ///
+    /// # Errors
+    /// [`WorkDirError`]: no run is laid out in it, or it belongs to another job.
+    pub fn join(dir: &Path, job: &Job) -> Result<WorkDir, WorkDirError> {
+        let dir = std::path::absolute(dir).unwrap_or_else(|_| dir.to_path_buf());
+        let path = Manifest::path(&dir);
+        let kept = match std::fs::read_to_string(&path) {
+            Ok(text) => Manifest::parse(&path, &text)?,
+            Err(e) if e.kind() == ErrorKind::NotFound => return Err(WorkDirError::NotPlanned { dir }),
+            Err(e) => return Err(failed(&path)(e)),
+        };
+        let (manifest, same_samples) = continued(&dir, job, &Manifest::new(job), kept)?;
+        Ok(WorkDir { dir, manifest, same_samples, lock: None })
+    }
+
+    /// Lays the run out for shards: they follow this command.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn lay_out(&self, command: &PlannedCommand) -> io::Result<()> {
+        command.write(&self.dir)
+    }
+
+    /// Notes that passes with short links have to be made.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn note_again(&self) -> io::Result<()> {
+        layout::note_again(&self.dir)
+    }
+
+    /// Whether passes with short links have to be made.
+    pub fn is_again(&self) -> bool {
+        layout::is_again(&self.dir)
     }
 
     /// The folder, as an absolute path.
@@ -123,12 +161,19 @@ impl WorkDir {
         &self.dir
     }
 
-    /// The spool that takes over the chunks of a pass that are there. Those of the pass before are there already.
+    /// The spool that takes over the chunks of a pass that are there.
     ///
     /// # Errors
     /// [`SpoolError::Kept`].
     pub fn spool(&self, pass: &Pass) -> Result<Spool, SpoolError> {
-        let (dir, grid) = (self.dir.join(CHUNKS).join(pass.folder()), pass.grid());
+        let chunks = self.dir.join(CHUNKS);
+        match durable::create_private_dir(&chunks) {
+            Err(source) if source.kind() != ErrorKind::AlreadyExists => {
+                return Err(SpoolError::Kept { path: chunks, source });
+            }
+            _ => {}
+        }
+        let (dir, grid) = (chunks.join(pass.folder()), pass.grid());
         Spool::kept(&dir, grid.columns(), grid.len(), self.manifest.stamp(), !self.same_samples)
     }
 
@@ -178,28 +223,32 @@ impl WorkDir {
     ///
     /// # Errors
     /// [`WorkDirError::Io`]; the output is not concerned.
+    ///
+    /// # Panics
+    /// If it was joined: that is not for a shard to say.
     pub fn finish(mut self) -> Result<(), WorkDirError> {
-        self.finished = true;
+        let lock = self.lock.take().expect("a work dir of one process");
         let chunks = self.dir.join(CHUNKS);
         match std::fs::remove_dir_all(&chunks) {
             Err(e) if e.kind() != ErrorKind::NotFound => return Err(failed(&chunks)(e)),
             _ => faults::reach(Point::ChunksRemoved),
         }
-        self.remove_notes().map_err(failed(&self.dir))
+        self.remove_notes(&lock).map_err(failed(&self.dir))
     }
 
     /// Removes everything but chunks. The lock is the last to go, so that whoever comes meanwhile is refused.
-    fn remove_notes(&self) -> io::Result<()> {
-        durable::remove_if_there(&Manifest::path(&self.dir))?;
+    fn remove_notes(&self, lock: &Lock) -> io::Result<()> {
+        let [manifest, others @ ..] = notes(&self.dir);
+        durable::remove_if_there(&manifest)?;
         faults::reach(Point::ManifestRemoved);
-        staged_output::forget(&self.dir)?;
+        others.iter().try_for_each(|note| durable::remove_if_there(note))?;
         remove_leftovers(&self.dir)?;
-        if self.lock.made_folder {
+        if lock.made_folder {
             durable::mark(&self.dir, true)?;
         }
         durable::remove_if_there(&self.dir.join(lock::NAME))?;
         faults::reach(Point::LockRemoved);
-        if !self.lock.made_folder {
+        if !lock.made_folder {
             return Ok(());
         }
         match std::fs::remove_dir(&self.dir) {
@@ -214,13 +263,14 @@ impl WorkDir {
 /// A run that failed before its first tile leaves nothing that would bind the folder to a job that was never begun.
 impl Drop for WorkDir {
     fn drop(&mut self) {
-        if self.finished {
+        let Some(lock) = self.lock.take() else { return };
+        if self.dir.join(layout::COMMAND).exists() {
             return;
         }
         let removed = std::fs::remove_dir(self.dir.join(CHUNKS));
         if removed.is_ok() || removed.is_err_and(|e| e.kind() == ErrorKind::NotFound) {
             // Nobody is left to be told; what stays is taken up by the next run.
-            let _ = self.remove_notes();
+            let _ = self.remove_notes(&lock);
         }
     }
 }
@@ -246,8 +296,16 @@ fn make(dir: &Path) -> Result<bool, WorkDirError> {
 }
 
 /// The files in a work dir that are written more than once, or that a kill may leave unfinished.
-fn notes(dir: &Path) -> [PathBuf; 2] {
-    [Manifest::path(dir), dir.join(staged_output::NAME)]
+fn notes(dir: &Path) -> [PathBuf; 4] {
+    let [staged, command, again] = [staged_output::NAME, layout::COMMAND, layout::AGAIN].map(|name| dir.join(name));
+    [Manifest::path(dir), staged, command, again]
+}
+
+/// What was kept for a job that continues it, and whether the samples are known to be the same.
+fn continued(dir: &Path, job: &Job, wanted: &Manifest, kept: Manifest) -> Result<(Manifest, bool), WorkDirError> {
+    wanted.must_continue(dir, &kept)?;
+    let same_samples = kept.files.same_samples(&job.files);
+    Ok((kept, same_samples))
 }
 
 /// Removes what killed runs have left of them; nobody else is at work here.
@@ -261,8 +319,7 @@ fn must_be_empty(dir: &Path) -> Result<(), WorkDirError> {
     for entry in dir.read_dir().map_err(failed(dir))? {
         let path = entry.map_err(failed(dir))?.path();
         let is_left = |note| private_file::is_leftover(path.file_name().unwrap_or_default(), note);
-        let ours = [lock::NAME, staged_output::NAME].iter().any(|name| path == dir.join(name))
-            || noted.iter().any(|note| is_left(note));
+        let ours = path == dir.join(lock::NAME) || noted[1..].contains(&path) || noted.iter().any(|note| is_left(note));
         if !ours {
             return Err(WorkDirError::NotEmpty { dir: dir.to_path_buf(), found: path });
         }

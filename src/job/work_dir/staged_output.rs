@@ -65,10 +65,6 @@ pub(super) fn remove_partial(dir: &Path) -> io::Result<()> {
     }
 }
 
-pub(super) fn forget(dir: &Path) -> io::Result<()> {
-    durable::remove_if_there(&dir.join(NAME))
-}
-
 /// The note is text that anyone could have changed: only what a run itself names so is removed.
 fn is_partial(path: &Path) -> bool {
     path.file_name().is_some_and(|n| n.as_bytes().starts_with(b".") && n.as_bytes().ends_with(b".partial"))

@@ -1,0 +1,72 @@
+//! Chunks of a pass that others have made, looked through before they become a mesh.
+
+use rayon::prelude::*;
+
+use super::pool::Pool;
+use super::{Job, Pass, Workspace};
+use crate::job::Error;
+use crate::job::spool::Spool;
+
+/// What there is of a pass.
+#[derive(Debug, Clone, Default)]
+pub(in crate::job) struct Gathered {
+    /// How many tiles have no sound chunk.
+    pub(in crate::job) missing: usize,
+    /// The first of them, ascending.
+    pub(in crate::job) first_missing: Vec<usize>,
+    /// Edges that stray farther than they may.
+    pub(in crate::job) astray: u64,
+    /// Samples that are bare.
+    pub(in crate::job) bare: u64,
+}
+
+impl Gathered {
+    /// How many missing tiles are named.
+    const NAMED: usize = 8;
+
+    fn plus(mut self, other: Gathered) -> Gathered {
+        self.first_missing.extend(other.first_missing);
+        self.first_missing.sort_unstable();
+        self.first_missing.truncate(Gathered::NAMED);
+        Gathered {
+            missing: self.missing + other.missing,
+            first_missing: self.first_missing,
+            astray: self.astray + other.astray,
+            bare: self.bare + other.bare,
+        }
+    }
+}
+
+/// Looks through all chunks of a pass on the threads of the current rayon pool, so that the spool knows them. Reads each once,
+/// and the samples of its tile where [`Spool::check_samples`] asks for that.
+///
+/// # Errors
+/// [`Error`]: what is there cannot be read, or was made from other samples.
+pub(in crate::job) fn gather(job: &Job<'_>, pass: &Pass, spool: &Spool) -> Result<Gathered, Error> {
+    let (Job { field, control, .. }, tiles) = (*job, pass.grid.len());
+    let samples = field.width() as u64 * field.height() as u64;
+    control.progress.begin(pass.stage(), tiles as u64, samples);
+    let workspaces = Pool::default();
+    let each = (0..tiles).into_par_iter().map(|tile| {
+        control.cancel.check()?;
+        let place = pass.grid.place(tile);
+        let gathered = workspaces.with(|shared: &mut Workspace| {
+            if !spool.find(tile, &mut shared.chunk, &mut shared.encoded)? {
+                return Ok(Gathered { missing: 1, first_missing: vec![tile], ..Gathered::default() });
+            }
+            if spool.check_samples() {
+                shared.check_samples(field, place.window)?;
+            }
+            let errors = &shared.chunk.errors;
+            let astray = errors.shape.as_ref().map_or(0, |shape| shape.astray);
+            let gathered = Gathered { astray, bare: errors.trimmed, ..Gathered::default() };
+            shared.hand_over();
+            Ok::<Gathered, Error>(gathered)
+        })?;
+        control.progress.found(pass.stage(), place.owned_samples());
+        Ok::<Gathered, Error>(gathered)
+    });
+    let all = each.try_reduce(Gathered::default, |a, b| Ok(a.plus(b)))?;
+    control.progress.end(pass.stage());
+    Ok(all)
+}

@@ -1,0 +1,207 @@
+//! A run in shards: laid out once, worked on by any number of processes, merged in the end.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::make::{Purpose, Run, merge as make_merged};
+use super::report::{Needs, Report, SCHEMA};
+use super::resume::Kept;
+use super::{Request, RunError, Warned};
+use crate::base::control::Control;
+use crate::base::warning::Warnings;
+use crate::field::Field;
+use crate::job::shards::{Shard, Share, make_share, merge as merge_chunks, rounds};
+use crate::job::work_dir::{PlannedCommand, WorkDirError};
+use crate::job::{Error, Job, Mesh, Params, Pass, PassName, passes, rules};
+
+/// A run that has been laid out for shards.
+#[derive(Debug, Clone, Serialize)]
+pub struct Layout {
+    /// See [`SCHEMA`].
+    pub schema: u32,
+    /// The work dir.
+    pub work_dir: String,
+    /// The passes, in their order: each needs all of the one before.
+    pub passes: Vec<PassLayout>,
+    /// What the whole run will need: disk in all, memory for each process.
+    pub needs: Needs,
+}
+
+/// A pass of a run that has been laid out.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct PassLayout {
+    /// Its number, from 1.
+    pub pass: usize,
+    /// What it does.
+    pub name: &'static str,
+    /// Its tiles, across and down.
+    pub columns: usize,
+    /// See `columns`.
+    pub rows: usize,
+}
+
+/// What a process has done of its shard.
+#[derive(Debug, Clone, Serialize)]
+pub struct ShardReport {
+    /// See [`SCHEMA`].
+    pub schema: u32,
+    /// The work dir.
+    pub work_dir: String,
+    /// The shard, as "3/64".
+    pub shard: String,
+    /// What became of its tiles, by pass.
+    pub passes: Vec<PassShare>,
+    /// Wall clock.
+    pub seconds: f64,
+    /// What the user should know of the inputs.
+    pub warnings: Warnings,
+}
+
+/// What became of a shard's tiles in a pass.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct PassShare {
+    /// The pass, from 1. Those with short links come after all others.
+    pub pass: usize,
+    /// Its tiles.
+    #[serde(flatten)]
+    pub share: Share,
+}
+
+impl ShardReport {
+    /// How many tiles wait for others.
+    pub fn waiting(&self) -> u64 {
+        self.passes.iter().map(|pass| pass.share.waiting).sum()
+    }
+}
+
+/// What a pass does, in a word.
+fn name(pass: PassName) -> &'static str {
+    match pass {
+        PassName::Tiles => "tiles",
+        PassName::Seams => "seams",
+        PassName::Across => "crossings across",
+        PassName::Down => "crossings down",
+    }
+}
+
+/// Lays a run out in [`Request::work_dir`], for shards that follow the command: finds out what it will need, and writes what
+/// [`work`] and [`merge`] go by. [`Request::output`] gives the format alone. Laid out again, it keeps the tiles that are there.
+///
+/// # Errors
+/// [`RunError`]; a goal is refused ([`rules::check_shards`]).
+///
+/// # Panics
+/// If the request names no work dir.
+pub fn lay_out(request: &Request<'_>, command: &PlannedCommand, control: &Control<'_>) -> Result<Layout, RunError> {
+    rules::check_shards(request.features())?;
+    let warned = Warned::new(control);
+    let run = Run::prepare(request, Purpose::Share, &warned, control)?;
+    let dir = request.work_dir.as_ref().expect("a work dir");
+    let needs = run.pool.install(|| -> Result<Needs, RunError> {
+        let ranged = run.ranged()?;
+        let needs = run.needs(ranged.as_ref())?;
+        let (importance, watches) = (run.inputs.importance.as_ref(), &run.inputs.watches);
+        let kept = Kept::open(dir, run.band(), importance, watches, run.named(ranged.as_ref()))?;
+        let failed = |source| WorkDirError::Io { path: kept.path().to_path_buf(), source };
+        kept.dir().lay_out(command).map_err(failed)?;
+        Ok(needs)
+    })?;
+    let passes = passes(run.band().width(), run.band().height(), &run.params)?;
+    let layout = |(i, pass): (usize, &Pass)| PassLayout {
+        pass: i + 1,
+        name: name(pass.name()),
+        columns: pass.grid().columns(),
+        rows: pass.grid().rows(),
+    };
+    let passes = passes.iter().enumerate().map(layout).collect();
+    let needs = Needs { warnings: warned.take(), ..needs };
+    Ok(Layout { schema: SCHEMA, work_dir: dir.display().to_string(), passes, needs })
+}
+
+/// Makes what can be made of a shard of a run that has been laid out in [`Request::work_dir`] with the same request: all passes in
+/// their order, or one of them, by its number from 1. Tiles whose chunks are there are not made again, and those wait that need
+/// chunks of others: [`ShardReport::waiting`].
+///
+/// Any number of processes may be at it at once, on one machine or on many, also at the same shard. Memory and time are those of a
+/// run's; the raster is opened, and looked at as a whole where the request asks for what needs that (single precision, filled
+/// voids, attributes).
+///
+/// # Errors
+/// [`RunError`]; chunks that were finished by then are kept.
+///
+/// # Panics
+/// If the request names no work dir.
+pub fn work(
+    request: &Request<'_>,
+    shard: Shard,
+    pass: Option<usize>,
+    control: &Control<'_>,
+) -> Result<ShardReport, RunError> {
+    rules::check_shards(request.features())?;
+    let start = Instant::now();
+    let warned = Warned::new(control);
+    let run = Run::prepare(request, Purpose::Share, &warned, control)?;
+    let passes = run.pool.install(|| run.work(shard, pass))?;
+    let dir = request.work_dir.as_ref().expect("a work dir");
+    Ok(ShardReport {
+        schema: SCHEMA,
+        work_dir: dir.display().to_string(),
+        shard: shard.to_string(),
+        passes,
+        seconds: start.elapsed().as_secs_f64(),
+        warnings: warned.take(),
+    })
+}
+
+/// Puts the mesh of a run together whose tiles are all there, writes it and gives it its name: the bytes that
+/// [`super::simplify`] writes for the same request. The work dir goes, unless [`Request::keep_work_dir`] says otherwise.
+///
+/// # Errors
+/// [`RunError`]; where tiles are missing, [`Error::Missing`] within. Nothing is left under the output's name then, and the work
+/// dir stays.
+pub fn merge(request: &Request<'_>, control: &Control<'_>) -> Result<Report, RunError> {
+    rules::check_shards(request.features())?;
+    make_merged(request, control)
+}
+
+impl Run<'_> {
+    fn work(&self, shard: Shard, pass: Option<usize>) -> Result<Vec<PassShare>, RunError> {
+        let ranged = self.ranged()?;
+        let dir = self.request.work_dir.as_ref().expect("a work dir");
+        let (importance, watches) = (self.inputs.importance.as_ref(), &self.inputs.watches);
+        let kept = Kept::join(dir, self.band(), importance, watches, self.named(ranged.as_ref()))?;
+        // Nothing is staged that would have to be removed.
+        let field = self.field(ranged.as_ref(), &dir.join("nothing"))?;
+        let job = Job::new(&field, &self.params, self.control)?;
+        let all = rounds(&job);
+        let usual = if kept.dir().is_again() { all.len() } else { job.passes().len() };
+        let numbers = match pass {
+            None => 0..usual,
+            Some(pass) if (1..=all.len()).contains(&pass) => pass - 1..pass,
+            Some(pass) => return Err(RunError::NoSuchPass { passes: all.len(), pass }),
+        };
+        let shares = numbers.map(|number| {
+            let (job, pass) = &all[number];
+            let share = make_share(job, *pass, shard, &|pass| kept.spool(pass))?;
+            Ok(PassShare { pass: number + 1, share })
+        });
+        let made: Result<Vec<PassShare>, Error> = shares.collect();
+        let unchanged = || watches.iter().try_for_each(|watch| watch.check());
+        let made = made.and_then(|shares| Ok(unchanged().map(|()| shares)?));
+        made.map_err(|error| kept.explain(error))
+    }
+}
+
+impl Kept {
+    /// The mesh of chunks that are all there.
+    pub(super) fn merge(&self, field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
+        let merged = merge_chunks(&|pass| self.spool(pass), field, params, control);
+        let passes = passes(field.width(), field.height(), params)?.len();
+        if matches!(&merged, Err(Error::Missing(missing)) if missing.pass > passes) {
+            let failed = |source| WorkDirError::Io { path: self.path().to_path_buf(), source };
+            self.dir().note_again().map_err(failed)?;
+        }
+        merged
+    }
+}
