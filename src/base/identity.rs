@@ -7,6 +7,9 @@ use crate::base::decimal::Decimal;
 /// The places whose samples are read, spread evenly over the rows, the first and the last among them.
 const PLACES: usize = 64;
 
+/// What the checksum of samples is called.
+pub const SOME_SAMPLES: &str = "checksum of some samples";
+
 /// The samples read at one place, along a row.
 const RUN: usize = 1024;
 
@@ -32,7 +35,7 @@ pub fn identity(raster: &Band) -> Result<Vec<(&'static str, String)>, RasterErro
         ("nodata", nodata),
         ("scale", exact_double(scaling.scale)),
         ("offset", exact_double(scaling.offset)),
-        ("checksum of some samples", format!("{:08x}", some_samples(raster)?)),
+        (SOME_SAMPLES, format!("{:08x}", some_samples(raster)?)),
     ];
     named.extend(raster.view.iter().cloned());
     Ok(named)

@@ -13,6 +13,7 @@ use super::{Failure, output_format, print, values, warnings};
 use crate::base::features::Feature;
 use crate::formats::{self, FORMATS, Format};
 use crate::job::shards::Shard;
+use crate::job::update::TakenOver;
 use crate::job::work_dir::PlannedCommand;
 use crate::run::report::Line;
 use crate::run::{Layout, Needs, Request, RunError, ShardReport, lay_out, merge, work};
@@ -26,6 +27,10 @@ pub(crate) struct PlanArgs {
     /// The folder of the run: new, empty, or that of an earlier run with the same options
     #[arg(value_name = "WORK", index = 2)]
     work: PathBuf,
+    /// The folder of an earlier run with the same options, when the raster had other samples in places: tiles that no change
+    /// concerns are taken over. `merge --keep-work-dir` keeps such a folder
+    #[arg(long, help_heading = "Run", value_name = "OLD_WORK")]
+    update: Option<PathBuf>,
     #[command(flatten)]
     pub(super) mesh: MeshArgs,
 }
@@ -107,7 +112,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<ExitCode, Failure> {
     let output = without_a_name(format);
     let request = Request { work_dir: Some(args.work.clone()), ..mesh.request(asked.features(), format, &output) };
     let explain = |error| of_shards(mesh.explain(error, &asked, format));
-    let layout = lay_out(&request, &command, &bars.control()).map_err(explain)?;
+    let layout = lay_out(&request, &command, args.update.as_deref(), &bars.control()).map_err(explain)?;
     drop(bars);
     let layout = Layout { needs: Needs { warnings: warnings::take(), ..layout.needs }, ..layout };
     print::told(&layout, &layout.needs.warnings, || layout.lines(), mesh.json, mesh.quiet)?;
@@ -217,6 +222,9 @@ impl Layout {
             let tiles = pass.columns * pass.rows;
             ("pass", format!("{}, {}: {} × {} = {tiles} tiles", pass.pass, pass.name, pass.columns, pass.rows))
         }));
+        if let Some(TakenOver { tiles, taken }) = self.taken_over {
+            lines.push(("update", format!("{taken} of {tiles} tiles taken over, {} left to be made", tiles - taken)));
+        }
         lines.extend(self.needs.lines());
         lines
     }

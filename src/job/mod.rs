@@ -20,6 +20,7 @@ pub mod shards;
 mod sink_tests;
 pub mod spool;
 mod triangulate;
+pub mod update;
 pub mod work_dir;
 
 pub use crate::kernel::polish::Heights as VertexHeights;

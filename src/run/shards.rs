@@ -1,9 +1,11 @@
 //! A run in shards: laid out once, worked on by any number of processes, merged in the end.
 
+use std::path::Path;
 use std::time::Instant;
 
 use serde::Serialize;
 
+use super::attributes::Ranged;
 use super::make::{Purpose, Run, merge as make_merged};
 use super::report::{Needs, Report, SCHEMA};
 use super::resume::Kept;
@@ -12,6 +14,7 @@ use crate::base::control::Control;
 use crate::base::warning::Warnings;
 use crate::field::Field;
 use crate::job::shards::{Shard, Share, make_share, merge as merge_chunks, rounds};
+use crate::job::update::{TakenOver, take_over};
 use crate::job::work_dir::{PlannedCommand, WorkDirError};
 use crate::job::{Error, Job, Mesh, Params, Pass, PassName, passes, rules};
 
@@ -24,6 +27,8 @@ pub struct Layout {
     pub work_dir: String,
     /// The passes, in their order: each needs all of the one before.
     pub passes: Vec<PassLayout>,
+    /// What was taken over of an earlier run; null where none was named.
+    pub taken_over: Option<TakenOver>,
     /// What the whole run will need: disk in all, memory for each process.
     pub needs: Needs,
 }
@@ -88,24 +93,33 @@ fn name(pass: PassName) -> &'static str {
 /// Lays a run out in [`Request::work_dir`], for shards that follow the command: finds out what it will need, and writes what
 /// [`work`] and [`merge`] go by. [`Request::output`] gives the format alone. Laid out again, it keeps the tiles that are there.
 ///
+/// `earlier` is the work dir of an earlier run with the same parameters, when the raster had other samples in places: tiles are
+/// taken over from it that no change concerns ([`crate::job::update`]). That reads all samples, once for each pass.
+///
 /// # Errors
 /// [`RunError`]; a goal is refused ([`rules::check_shards`]).
 ///
 /// # Panics
 /// If the request names no work dir.
-pub fn lay_out(request: &Request<'_>, command: &PlannedCommand, control: &Control<'_>) -> Result<Layout, RunError> {
+pub fn lay_out(
+    request: &Request<'_>,
+    command: &PlannedCommand,
+    earlier: Option<&Path>,
+    control: &Control<'_>,
+) -> Result<Layout, RunError> {
     rules::check_shards(request.features())?;
     let warned = Warned::new(control);
     let run = Run::prepare(request, Purpose::Share, &warned, control)?;
     let dir = request.work_dir.as_ref().expect("a work dir");
-    let needs = run.pool.install(|| -> Result<Needs, RunError> {
+    let (needs, taken_over) = run.pool.install(|| -> Result<_, RunError> {
         let ranged = run.ranged()?;
         let needs = run.needs(ranged.as_ref())?;
         let (importance, watches) = (run.inputs.importance.as_ref(), &run.inputs.watches);
         let kept = Kept::open(dir, run.band(), importance, watches, run.named(ranged.as_ref()))?;
         let failed = |source| WorkDirError::Io { path: kept.path().to_path_buf(), source };
+        let taken_over = earlier.map(|earlier| run.take_over(earlier, ranged.as_ref(), &kept)).transpose()?;
         kept.dir().lay_out(command).map_err(failed)?;
-        Ok(needs)
+        Ok((needs, taken_over))
     })?;
     let passes = passes(run.band().width(), run.band().height(), &run.params)?;
     let layout = |(i, pass): (usize, &Pass)| PassLayout {
@@ -116,7 +130,7 @@ pub fn lay_out(request: &Request<'_>, command: &PlannedCommand, control: &Contro
     };
     let passes = passes.iter().enumerate().map(layout).collect();
     let needs = Needs { warnings: warned.take(), ..needs };
-    Ok(Layout { schema: SCHEMA, work_dir: dir.display().to_string(), passes, needs })
+    Ok(Layout { schema: SCHEMA, work_dir: dir.display().to_string(), passes, taken_over, needs })
 }
 
 /// Makes what can be made of a shard of a run that has been laid out in [`Request::work_dir`] with the same request: all passes in
@@ -166,6 +180,13 @@ pub fn merge(request: &Request<'_>, control: &Control<'_>) -> Result<Report, Run
 }
 
 impl Run<'_> {
+    fn take_over(&self, earlier: &Path, ranged: Option<&Ranged<'_>>, kept: &Kept) -> Result<TakenOver, RunError> {
+        let earlier = kept.dir().earlier(earlier)?;
+        let field = self.field(ranged, &kept.path().join("nothing"))?;
+        let job = Job::new(&field, &self.params, self.control)?;
+        Ok(take_over(&job, &|pass| earlier.spool(pass), &|pass| kept.spool(pass))?)
+    }
+
     fn work(&self, shard: Shard, pass: Option<usize>) -> Result<Vec<PassShare>, RunError> {
         let ranged = self.ranged()?;
         let dir = self.request.work_dir.as_ref().expect("a work dir");

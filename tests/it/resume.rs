@@ -16,7 +16,7 @@ struct Scene {
 }
 
 /// Hills so wide that a run of a few tiles is soon done.
-fn ground(column: usize, row: usize) -> f64 {
+pub(crate) fn ground(column: usize, row: usize) -> f64 {
     let (x, y) = (column as f64, row as f64);
     (75.0 + 30.0 * (x / 14.0).sin() * (y / 18.0).cos() + 15.0 * ((x + y) / 7.0).sin()).round()
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::resume::dem;
+use crate::resume::{dem, ground};
 use crate::util::{Folder, Halted, Run, is_long, terrabite, terrabite_with_fault};
 
 /// Options of the mesh: 12 tiles, four passes.
@@ -215,4 +215,33 @@ fn a_plan_can_be_followed_from_anywhere() {
     assert_eq!(run.succeeds().json()["tiles_found"], 12);
     assert!(fs::read(&tin).unwrap() == scene.expected);
     assert_eq!(scene.folder.names(), ["dem.tif", "tin.ply"]);
+}
+
+#[test]
+fn a_changed_raster_takes_over_what_no_change_concerns() {
+    let scene = Scene::new(&[]);
+    scene.run("1/1", &[]).succeeds();
+    scene.merge(&["--keep-work-dir"]).succeeds();
+    let old = scene.folder.at("old");
+    fs::rename(scene.work(), &old).unwrap();
+    fs::remove_file(scene.folder.join("tin.ply")).unwrap();
+    // A hill in the third of six rows of tiles.
+    let changed = |column, row| {
+        ground(column, row) + if (90..110).contains(&column) && (230..250).contains(&row) { 40.0 } else { 0.0 }
+    };
+    let dem = dem().heights(changed).write(&scene.folder, "dem.tif");
+    let tin = scene.folder.at("tin.ply");
+    terrabite([["simplify", &dem, &tin].as_slice(), &OPTIONS].concat()).succeeds();
+    let expected = fs::read(&tin).unwrap();
+    assert!(expected != scene.expected);
+    fs::remove_file(tin).unwrap();
+    scene.plan(&["--quality", "fast", "--update", &old]).fails(1, &["another job", "quality"]);
+    let planned = scene.plan(&["--update", &old, "--json"]).succeeds();
+    let count = |name: &str| planned.json()["taken_over"][name].as_u64().unwrap();
+    let run = scene.run("1/1", &[]).succeeds();
+    let [made, found, _] = tiles(&run);
+    assert_eq!([count("taken"), count("tiles")], [found, made + found]);
+    assert!(found >= 20 && made >= 20, "{made} {found}");
+    fs::remove_dir_all(old).unwrap();
+    Scene { expected, ..scene }.merges();
 }

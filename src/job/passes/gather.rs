@@ -1,4 +1,4 @@
-//! Chunks of a pass that others have made, looked through before they become a mesh.
+//! Chunks of a pass that others have made, looked through before they become a mesh, or before another run takes them over.
 
 use rayon::prelude::*;
 
@@ -35,6 +35,41 @@ impl Gathered {
             bare: self.bare + other.bare,
         }
     }
+}
+
+/// Tells of those chunks of another run's pass that are sound and were made from the samples that their tiles have now; of the tiles
+/// that `is_asked` says. On the threads of the current rayon pool.
+///
+/// # Errors
+/// [`Error`]: the raster, or what there is of a chunk, cannot be read.
+pub(in crate::job) fn same_samples(
+    job: &Job<'_>,
+    pass: &Pass,
+    spool: &Spool,
+    is_asked: &(dyn Fn(usize) -> bool + Sync),
+    tell: &(dyn Fn(usize) + Sync),
+) -> Result<(), Error> {
+    let (Job { field, control, .. }, tiles) = (*job, pass.grid.len());
+    control.progress.begin(pass.stage(), tiles as u64, field.width() as u64 * field.height() as u64);
+    let workspaces = Pool::default();
+    (0..tiles).into_par_iter().try_for_each(|tile| {
+        control.cancel.check()?;
+        let place = pass.grid.place(tile);
+        workspaces.with(|shared: &mut Workspace| {
+            if is_asked(tile) && spool.find(tile, &mut shared.chunk, &mut shared.encoded)? {
+                shared.load(field, place.window)?;
+                if shared.chunk.samples_checksum == shared.tile.checksum() {
+                    tell(tile);
+                }
+                shared.hand_over();
+            }
+            Ok::<(), Error>(())
+        })?;
+        control.progress.found(pass.stage(), place.owned_samples());
+        Ok::<(), Error>(())
+    })?;
+    control.progress.end(pass.stage());
+    Ok(())
 }
 
 /// Looks through all chunks of a pass on the threads of the current rayon pool, so that the spool knows them. Reads each once,

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::{Difference, Job, WorkDirError};
-use crate::base::Files;
 use crate::base::durable;
 use crate::base::faults::{self, Point};
 use crate::base::private_file::PrivateFile;
+use crate::base::{Files, SOME_SAMPLES};
 
 /// The form of the work dir.
 const FORMAT: u32 = 1;
@@ -82,6 +82,17 @@ impl Manifest {
             return Ok(());
         }
         Err(WorkDirError::OtherJob { dir: dir.to_path_buf(), differences })
+    }
+
+    /// Makes sure that `old`, the manifest of the work dir `dir`, is of the same job but for the samples of its raster.
+    pub(super) fn must_be_of_another_state(&self, dir: &Path, old: &Manifest) -> Result<(), WorkDirError> {
+        let mut same = self.clone();
+        for (mine, theirs) in [(&mut same.raster, &old.raster), (&mut same.importance, &old.importance)] {
+            if let Some((mine, theirs)) = mine.get_mut(SOME_SAMPLES).zip(theirs.get(SOME_SAMPLES)) {
+                mine.clone_from(theirs);
+            }
+        }
+        same.must_continue(dir, old)
     }
 
     fn differences(&self, kept: &Manifest) -> Vec<Difference> {

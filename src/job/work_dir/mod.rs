@@ -76,6 +76,24 @@ pub struct WorkDir {
     lock: Option<Lock>,
 }
 
+/// The work dir of an earlier run.
+#[derive(Debug)]
+pub struct Earlier {
+    dir: PathBuf,
+    stamp: u32,
+}
+
+impl Earlier {
+    /// The chunks of a pass.
+    ///
+    /// # Errors
+    /// [`SpoolError::Kept`].
+    pub fn spool(&self, pass: &Pass) -> Result<Spool, SpoolError> {
+        let grid = pass.grid();
+        Spool::kept(&self.dir.join(CHUNKS).join(pass.folder()), grid.columns(), grid.len(), self.stamp, true)
+    }
+}
+
 const CHUNKS: &str = "chunks";
 
 impl WorkDir {
@@ -133,6 +151,23 @@ impl WorkDir {
         };
         let (manifest, same_samples) = continued(&dir, job, &Manifest::new(job), kept)?;
         Ok(WorkDir { dir, manifest, same_samples, lock: None })
+    }
+
+    /// The chunks of an earlier run of the same job on another state of its raster, to be read. Nothing is locked there.
+    ///
+    /// # Errors
+    /// [`WorkDirError`]: no work dir, or one of a run with other parameters, or of a raster of another size or kind.
+    pub fn earlier(&self, dir: &Path) -> Result<Earlier, WorkDirError> {
+        let path = Manifest::path(dir);
+        let text = match std::fs::read_to_string(&path) {
+            Err(e) if e.kind() == ErrorKind::NotFound => {
+                return Err(WorkDirError::NotPlanned { dir: dir.to_path_buf() });
+            }
+            other => other.map_err(failed(&path))?,
+        };
+        let old = Manifest::parse(&path, &text)?;
+        self.manifest.must_be_of_another_state(dir, &old)?;
+        Ok(Earlier { dir: dir.to_path_buf(), stamp: old.stamp() })
     }
 
     /// Lays the run out for shards: they follow this command.
