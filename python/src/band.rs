@@ -112,11 +112,15 @@ impl Facts {
     fn tag(&self, py: Python<'_>, sample_type: SampleType) -> PyResult<Option<Mark>> {
         let Some(nodata) = &self.nodata else { return Ok(None) };
         let nodata = nodata.bind(py);
-        Ok(match sample_type {
+        // A double in any case: rasterio has tags of 64-bit integers so, too. One that samples cannot have is told later.
+        let exactly = match sample_type {
             SampleType::I64 => nodata.extract().ok().map(Mark::I64),
             SampleType::U64 => nodata.extract().ok().map(Mark::U64),
-            _ => Some(Mark::Real(nodata.extract()?)),
-        })
+            _ => None,
+        };
+        let value: f64 = nodata.extract()?;
+        let whole = || Mark::parse(&value.to_string(), sample_type).filter(|mark| !matches!(mark, Mark::Real(_)));
+        Ok(Some(exactly.or_else(whole).unwrap_or(Mark::Real(value))))
     }
 
     fn band(self, py: Python<'_>, view: &View, windows: Arc<dyn Windows>) -> PyResult<Band> {

@@ -89,7 +89,7 @@ def test_options_have_the_names_and_defaults_of_the_command(command):
     of_files = {
         "input", "output", "overwrite", "quiet", "json", "dry-run", "work-dir", "help", "format", "ascii", "precision",
         "local", "z-scale", "normals", "texture", "texture-size", "base-height", "base-depth", "mesh-compression",
-        "ogr-geometry", "cutline", "cutline-layer", "points", "points-layer", "bbox-crs", "importance-band", "image",
+        "ogr-geometry", "cutline", "cutline-layer", "points", "points-layer", "bbox-crs", "importance-band", "importance-oo", "image",
         "encoding",
     }
     shown = subprocess.run([command, "simplify", "--help"], capture_output=True, text=True, check=True).stdout

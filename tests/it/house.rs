@@ -15,8 +15,10 @@ fn the_core_needs_no_gdal_no_command_line_and_no_pictures() {
     let outside = ["gdal", "gdal-sys", "clap", "indicatif", "signal-hook", "png", "tiny-skia", "colorous"];
     let named = |tree: &str, name: &str| tree.lines().any(|line| line.split(' ').next() == Some(name));
     let (core, whole) = (tree(&["--no-default-features"]), tree(&[]));
+    // Features of two packages that are built together are those of both.
+    let python = tree(&["-p", "terrabite-python"]);
     for name in outside {
-        assert!(named(&whole, name) && !named(&core, name), "{name}");
+        assert!(named(&whole, name) && !named(&core, name) && !named(&python, name), "{name}");
     }
 }
 
@@ -24,7 +26,8 @@ fn the_core_needs_no_gdal_no_command_line_and_no_pictures() {
 #[test]
 fn every_source_file_begins_with_a_line_that_says_what_it_is_for() {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut folders: Vec<_> = ["src", "tests", "benches", "examples", "fuzz/fuzz_targets"].map(|f| root.join(f)).into();
+    let mut folders: Vec<_> =
+        ["src", "tests", "benches", "examples", "fuzz/fuzz_targets", "python/src"].map(|f| root.join(f)).into();
     let mut files = 0;
     while let Some(folder) = folders.pop() {
         for path in folder.read_dir().unwrap().map(|entry| entry.unwrap().path()) {
