@@ -74,7 +74,7 @@ def test(readers):
     if readers:
         run(python, "-m", "pytest", "-m", "readers", **variables)
         return
-    run(python.parent / "mypy", "terrabite", "tests/typed.py")
+    run(python.parent / "mypy", "--cache-dir", BUILDS / "mypy", "terrabite", "tests/typed.py")
     run(python, "-m", "pytest", "-m", "not readers", "tests", "--doctest-modules", "--pyargs", "terrabite", **variables)
 
 

@@ -20,7 +20,7 @@ class TerrabiteAccessor:
 
     >>> import numpy as np, xarray as xr, terrabite
     >>> dem = xr.DataArray(np.zeros((5, 7)), dims=("y", "x"), coords={"y": np.arange(5.0), "x": np.arange(7.0)})
-    >>> dem.terrabite.simplify(max_error=1).vertices[:, 0].max()
+    >>> float(dem.terrabite.simplify(max_error=1).vertices[:, 0].max())
     6.0
     """
 

@@ -151,7 +151,7 @@ class TIN:
         """The mesh as a ``trimesh.Trimesh``, vertices and faces in the same order. Attributes become ``vertex_attributes``.
 
         >>> import numpy as np, terrabite as tb
-        >>> tb.simplify(np.zeros((5, 7)), max_error=1).to_trimesh().area
+        >>> float(tb.simplify(np.zeros((5, 7)), max_error=1).to_trimesh().area)
         24.0
         """
         try:

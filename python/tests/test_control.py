@@ -24,7 +24,7 @@ def rough() -> np.ndarray:
 
 def test_progress_is_told_by_the_calling_thread():
     told = []
-    tb.simplify(hills(600, 700), 2, progress=lambda *state: told.append((threading.get_ident(), *state)))
+    tb.simplify(hills(300, 400), 2, tile=100, progress=lambda *state: told.append((threading.get_ident(), *state)))
     assert {thread for thread, *_ in told} == {threading.get_ident()}
     stages = {stage for _, stage, _, _ in told}
     assert {"triangulate", "write"} <= stages
@@ -34,19 +34,11 @@ def test_progress_is_told_by_the_calling_thread():
 
 
 def test_the_flag_stops_a_call_within_a_second():
-    for call in (
-        lambda flag: tb.simplify(rough(), 0.01, cancel=flag),
-        lambda flag: tb.verify(rough(), tb.simplify(rough()[:9, :9].copy(), 2), max_error=0, cancel=flag),
-    ):
-        flag, at = threading.Event(), []
-        timer = threading.Timer(0.7, lambda: (at.append(time.monotonic()), flag.set()))  # noqa: B023
-        timer.start()
-        try:
-            with pytest.raises(tb.Cancelled):
-                call(flag)
-        finally:
-            timer.cancel()
-        assert not at or time.monotonic() - at[0] < 1
+    flag, at = threading.Event(), []
+    threading.Timer(0.5, lambda: (at.append(time.monotonic()), flag.set())).start()
+    with pytest.raises(tb.Cancelled):
+        tb.simplify(rough(), 0.01, cancel=flag)
+    assert time.monotonic() - at[0] < 1
 
 
 def test_a_flag_that_is_set_already_stops_before_the_beginning(dem):
@@ -54,6 +46,8 @@ def test_a_flag_that_is_set_already_stops_before_the_beginning(dem):
     flag.set()
     with pytest.raises(tb.Cancelled):
         tb.simplify(dem, 1, cancel=flag)
+    with pytest.raises(tb.Cancelled):
+        tb.verify(dem, tb.simplify(dem, 1), 1, cancel=flag)
     with pytest.raises(tb.Cancelled):
         tb.simplify(dem, 1).write("never.ply", cancel=flag)
 
@@ -74,7 +68,7 @@ def interrupted(script: str) -> tuple[float, int, str]:
         [sys.executable, "-c", ENDLESS + textwrap.dedent(script)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )
     assert child.stdout is not None and child.stdout.readline() == "begun\n"
-    time.sleep(1)
+    time.sleep(0.5)
     sent = time.monotonic()
     child.send_signal(signal.SIGINT)
     printed, _ = child.communicate(timeout=60)

@@ -255,6 +255,8 @@ pub fn verify_ground(
     channels: Option<&ChannelBands>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
+    // Before a file is opened.
+    limit(raster, options)?;
     let mut mesh = open(mesh, options, control)?;
     verify_mesh(raster, mesh.as_mut(), options, ground, channels, control)
 }
@@ -292,6 +294,19 @@ pub fn verify_mesh(
     judge(raster, mesh, options, ground, channels, None, control)
 }
 
+/// The limit on straying, once it is certain that the raster can be judged by with these options.
+fn limit(raster: &Band, options: &VerifyOptions<'_>) -> Result<Option<StrayLimit>, VerifyError> {
+    let tolerance = options.max_error;
+    if !(tolerance.is_finite() && tolerance >= 0.0) {
+        return Err(VerifyError::Tolerance { found: tolerance });
+    }
+    raster.holds_rows(raster.width())?;
+    if let Some(importance) = options.importance {
+        raster.same_grid(importance)?;
+    }
+    StrayLimit::new(options.max_stray, tolerance)
+}
+
 /// The raster passes in bands of this number of rows, where one is given.
 fn judge(
     raster: &Band,
@@ -302,15 +317,7 @@ fn judge(
     band_rows: Option<usize>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
-    let tolerance = options.max_error;
-    if !(tolerance.is_finite() && tolerance >= 0.0) {
-        return Err(VerifyError::Tolerance { found: tolerance });
-    }
-    let limit = StrayLimit::new(options.max_stray, tolerance)?;
-    raster.holds_rows(raster.width())?;
-    if let Some(importance) = options.importance {
-        raster.same_grid(importance)?;
-    }
+    let (tolerance, limit) = (options.max_error, limit(raster, options)?);
     let scratch = Scratch::new(options.temp_dir.as_deref(), control.cancel.clone());
     let grid = Grid::of(raster, mesh);
     let (vertices, triangles) = (mesh.vertex_count(), mesh.face_count());
