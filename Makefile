@@ -17,7 +17,7 @@ help:
 	@echo 'make test-readers  meshes of every format in PyVista, Open3D, pymeshlab, xugrid, uxarray, geopandas and QGIS (2.5 GB once)'
 	@echo 'make wheel   the Python package for any Linux with glibc 2.17 or newer, in target/wheels, tried in a clean environment'
 	@echo 'make check   formatting, lints and documentation, warnings denied'
-	@echo 'make bench   the benchmark: against pydelatin and against GDAL alone'
+	@echo 'make bench   the benchmark: against pydelatin and against GDAL alone; what the Python package takes'
 	@echo 'make bench-quality  what every --quality is worth, against pydelatin'
 	@echo '                    (choose: BENCH_OPTIONS="--against REV", a commit to compare with;'
 	@echo '                    BENCH_OPTIONS=--looks, only whether seams and the rim can be seen)'
@@ -75,6 +75,7 @@ check: setup
 bench: setup
 	$(CARGO) build --release --locked --bin terrabite --example gdal_floor
 	@python3 scripts/bench.py $(BENCH_OPTIONS)
+	@$(PYTHON) scripts/bench_python.py
 
 bench-quality: setup
 	$(CARGO) build --release --locked --bin terrabite --example gdal_floor --example looks

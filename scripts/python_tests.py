@@ -2,6 +2,7 @@
 
     scripts/python_tests.py             the wheel for tests, built without link-time optimisation; mypy and all tests
     scripts/python_tests.py --readers   the same wheel, only the tests that need a viewer
+    scripts/python_tests.py --install   the same wheel, installed; prints the Python that has it
     scripts/python_tests.py --wheel     the wheel of a release; tests that need no more than numpy, in a clean environment
 """
 
@@ -30,6 +31,7 @@ CLEAN_TESTS = ["test_arrays.py", "test_control.py", "test_clean.py"]
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--readers", action="store_true", help="only the tests that need a viewer")
+    parser.add_argument("--install", action="store_true", help="install the wheel, and print the Python that has it")
     parser.add_argument("--wheel", action="store_true", help="the wheel of a release")
     arguments = parser.parse_args()
     if os.environ.get(SKIP) == "1":
@@ -41,6 +43,8 @@ def main():
         fcntl.flock(lock, fcntl.LOCK_EX)
         if arguments.wheel:
             release()
+        elif arguments.install:
+            print(installed("python"))
         else:
             test(arguments.readers)
 
@@ -66,10 +70,15 @@ def install(python, *what):
     run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *what)
 
 
-def test(readers):
-    name = "python-readers" if readers else "python"
+def installed(name):
+    """The Python of an environment that has the wheel."""
     python = python_with(SCRIPTS / f"{name}-requirements.txt", TARGET / "environments" / name)
     install(python, "--force-reinstall", "--no-deps", built(python, BUILDS / "wheels", "--profile", "wheel"))
+    return python
+
+
+def test(readers):
+    python = installed("python-readers" if readers else "python")
     variables = {"TERRABITE": str(TARGET / "debug" / "terrabite")}
     if readers:
         run(python, "-m", "pytest", "-m", "readers", **variables)
