@@ -7,11 +7,12 @@ use numpy::{PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use terrabite::base::{
-    Band, BandFacts, BandPart, BandView, Mark, MaskFlags, Masks, SampleType, Scaling, ValidRange, Window, Windows,
-    is_scale_of_greys,
+    Band, BandFacts, BandPart, BandView, Encoding, Mark, MaskFlags, Masks, SampleType, Scaling, ValidRange, Window,
+    Windows, is_scale_of_greys,
 };
 
-use crate::errors;
+use crate::errors::{self, taken};
+use crate::options::chosen;
 use crate::windows::{ArrayWindows, ReaderWindows, sample_type, with_element};
 
 /// What Python says of a raster: an object of `terrabite._facts.Facts`, attribute by attribute.
@@ -47,6 +48,8 @@ struct View {
     valid_range: Option<(f64, f64)>,
     window: Option<(usize, usize, usize, usize)>,
     bbox: Option<[f64; 4]>,
+    encoding: Option<String>,
+    cutline: Vec<Vec<Vec<(f64, f64)>>>,
 }
 
 impl View {
@@ -67,7 +70,14 @@ impl View {
             (None, Some(sides)) => Some(BandPart::Box(sides)),
             (Some(_), Some(_)) => return Err(PyValueError::new_err("window and bbox cannot be combined")),
         };
-        Ok(BandView { is_named: self.is_named, nodata: self.nodata.clone(), valid_range, part })
+        let (is_named, nodata, encoding, cutline) =
+            (self.is_named, self.nodata.clone(), self.encoding()?, self.cutline.clone());
+        Ok(BandView { is_named, encoding, nodata, valid_range, part, cutline })
+    }
+
+    fn encoding(&self) -> PyResult<Option<Encoding>> {
+        let known = [Encoding::TerrainRgb, Encoding::Terrarium].map(|encoding| (encoding.name(), encoding));
+        chosen("encoding", self.encoding.as_ref(), &known)
     }
 }
 
@@ -123,18 +133,18 @@ impl Facts {
         Ok(Some(exactly.or_else(whole).unwrap_or(Mark::Real(value))))
     }
 
-    fn band(self, py: Python<'_>, view: &View, windows: Arc<dyn Windows>) -> PyResult<Band> {
+    fn of_band(self, py: Python<'_>) -> PyResult<BandFacts> {
         let (sample_type, masks) = (self.sample_type(self.band)?, self.masks());
         let tag = self.tag(py, sample_type)?;
         let known = |name: &Option<String>| COLOURS.into_iter().find(|known| name.as_deref() == Some(*known));
-        let facts = BandFacts {
+        Ok(BandFacts {
             path: self.name,
             driver: self.driver,
             size: self.size,
             number: self.band,
             colours: self.colours.iter().map(known).collect(),
             has_table: self.colour_table.is_some_and(|table| !is_scale_of_greys(&table)),
-            bytes: self.dtypes.len() >= 3 && self.dtypes[..3].iter().all(|dtype| dtype == "uint8"),
+            bytes: self.dtypes.iter().map(|dtype| dtype == "uint8").collect(),
             block: self.block,
             sample_type,
             scaling: Scaling { scale: self.scale, offset: self.offset },
@@ -147,8 +157,11 @@ impl Facts {
             unit: self.unit,
             description: self.description,
             pixel_is: self.pixel_is,
-        };
-        facts.band(&view.of_band()?, windows).map_err(|error| errors::of_band(&error))
+        })
+    }
+
+    fn band(self, py: Python<'_>, view: &View, windows: Arc<dyn Windows>) -> PyResult<Band> {
+        self.of_band(py)?.band(&view.of_band()?, windows).map_err(|error| errors::of_band(&error))
     }
 }
 
@@ -165,10 +178,11 @@ impl PyBand {
     fn of_array(
         array: &Bound<'_, PyUntypedArray>,
         mask: Option<&Bound<'_, PyArray2<bool>>>,
-        facts: Facts,
-        view: View,
+        facts: &Bound<'_, PyAny>,
+        view: &Bound<'_, PyAny>,
     ) -> PyResult<PyBand> {
         let py = array.py();
+        let (facts, view): (Facts, View) = (taken(facts)?, taken(view)?);
         let (name, sample_type) = (facts.name.clone(), facts.sample_type(1)?);
         let fits = |array: &Bound<'_, PyUntypedArray>| {
             array.ndim() == 2 && array.shape() == [facts.size.1, facts.size.0] && array.is_c_contiguous()
@@ -187,17 +201,21 @@ impl PyBand {
 
     /// Read by an object, see [`ReaderWindows`].
     #[staticmethod]
-    fn of_reader(py: Python<'_>, reader: Py<PyAny>, facts: Facts, view: View) -> PyResult<PyBand> {
+    fn of_reader(reader: Py<PyAny>, facts: &Bound<'_, PyAny>, view: &Bound<'_, PyAny>) -> PyResult<PyBand> {
+        let py = facts.py();
+        let (facts, view): (Facts, View) = (taken(facts)?, taken(view)?);
         let masks = facts.masks();
-        let windows = ReaderWindows {
-            name: facts.name.clone(),
-            reader,
-            number: facts.band,
-            sample_type: facts.sample_type(facts.band)?,
-            masks,
-            alpha_type: masks.alpha.map_or(Ok(SampleType::U8), |band| facts.sample_type(band))?,
+        let alpha_type = masks.alpha.map_or(Ok(SampleType::U8), |band| facts.sample_type(band))?;
+        let facts = facts.of_band(py)?;
+        let view = view.of_band()?;
+        let failed = |error| errors::of_band(&error);
+        let encoded = match view.encoding {
+            Some(encoding) => Some((encoding, facts.encoded_bands(encoding).map_err(failed)?)),
+            None => None,
         };
-        Ok(PyBand { band: facts.band(py, &view, Arc::new(windows))? })
+        let (name, number, sample_type) = (facts.path.clone(), facts.number, facts.sample_type);
+        let windows = ReaderWindows { name, reader, number, sample_type, encoded, masks, alpha_type };
+        Ok(PyBand { band: facts.band(&view, Arc::new(windows)).map_err(failed)? })
     }
 
     /// Rows and columns.

@@ -1,11 +1,11 @@
 //! Errors of the library as exceptions.
 
-use pyo3::exceptions::{PyException, PyValueError};
+use pyo3::conversion::FromPyObjectOwned;
+use pyo3::exceptions::{PyException, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use terrabite::base::RasterError;
 use terrabite::base::control::Cancelled as Stopped;
 use terrabite::base::external::ScratchError;
-use terrabite::base::staged::OutputError as Output;
 use terrabite::field::FieldError;
 use terrabite::formats::{ReadError, SinkError};
 use terrabite::job::Error as JobError;
@@ -32,6 +32,25 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("OutputError", py.get_type::<OutputError>())?;
     module.add("ResourceError", py.get_type::<ResourceError>())?;
     module.add("Cancelled", py.get_type::<Cancelled>())
+}
+
+/// What was given by name, or an error that begins with the name of what cannot be used.
+pub(crate) fn taken<'py, T: FromPyObjectOwned<'py>>(given: &Bound<'py, PyAny>) -> PyResult<T> {
+    let py = given.py();
+    given.extract().map_err(|error: T::Error| {
+        let error: PyErr = error.into();
+        let said = error.value(py).to_string();
+        let name = said.strip_prefix("failed to extract field ").and_then(|field| field.rsplit('.').next());
+        match (name, error.cause(py)) {
+            (Some(name), Some(cause)) => {
+                let message = format!("{name}: {}", cause.value(py));
+                // A negative number where none can be is an `OverflowError`.
+                let is_type = cause.is_instance_of::<PyTypeError>(py);
+                if is_type { PyTypeError::new_err(message) } else { PyValueError::new_err(message) }
+            }
+            _ => error,
+        }
+    })
 }
 
 /// What kind of exception an error is.
@@ -97,7 +116,6 @@ fn of_job(error: &JobError) -> Kind {
         JobError::Field(_) => Kind::Raster,
         JobError::Sink(SinkError::Scratch(error)) => of_scratch(error),
         JobError::Sink(_) => Kind::Output,
-        JobError::Output(Output::Exists { .. }) => Kind::Output,
         JobError::Output(_) => Kind::Output,
         JobError::Budget(_) | JobError::Disk(_) | JobError::Spool(_) => Kind::Resource,
         JobError::Tolerance(_)

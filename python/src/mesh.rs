@@ -6,6 +6,7 @@ use numpy::ndarray::Array2;
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use terrabite::base::channels::Channel;
 use terrabite::base::control::Control;
 use terrabite::formats::{
@@ -14,7 +15,7 @@ use terrabite::formats::{
 use terrabite::run::{ConvertRequest, InMemory, RunError, convert_mesh, simplify_in_memory, verify_mesh};
 
 use crate::band::PyBand;
-use crate::errors::MeshError;
+use crate::errors::{MeshError, taken};
 use crate::options::{Options, VerifyOptions};
 use crate::run::{Watch, run};
 
@@ -61,10 +62,11 @@ impl PyMesh {
         work: impl FnOnce(&mut ArrayReader<'_>, &Control<'_>) -> Result<T, RunError> + Send,
     ) -> PyResult<T> {
         let failed = |error: numpy::AsSliceError| MeshError::new_err(error.to_string());
-        let vertices = self.vertices.bind(py).readonly();
-        let triangles = self.triangles.bind(py).readonly();
-        let values: Vec<PyReadonlyArray1<'_, f64>> =
-            self.attributes.iter().map(|(_, values)| values.bind(py).readonly()).collect();
+        let lent = |error: numpy::BorrowError| MeshError::new_err(error.to_string());
+        let vertices = self.vertices.bind(py).try_readonly().map_err(lent)?;
+        let triangles = self.triangles.bind(py).try_readonly().map_err(lent)?;
+        let values = self.attributes.iter().map(|(_, values)| values.bind(py).try_readonly());
+        let values: Vec<PyReadonlyArray1<'_, f64>> = values.collect::<Result<_, _>>().map_err(lent)?;
         let arrays = (vertices.as_slice().map_err(failed)?, triangles.as_slice().map_err(failed)?);
         let attributes = self.attributes.iter().zip(&values);
         let attributes = attributes.map(|((channel, _), values)| Ok((channel.clone(), values.as_slice()?)));
@@ -112,9 +114,10 @@ impl PyMesh {
         &self,
         py: Python<'_>,
         path: PathBuf,
-        options: WriteOptions,
+        options: &Bound<'_, PyDict>,
         cancel: Option<Py<PyAny>>,
     ) -> PyResult<String> {
+        let options: WriteOptions = taken(options)?;
         let (format, sink) = (options.format(&path)?, options.sink()?);
         let single = match options.precision.as_deref() {
             None | Some("double") => false,
@@ -191,10 +194,11 @@ impl WriteOptions {
 pub(crate) fn simplify(
     py: Python<'_>,
     band: &PyBand,
-    options: Options<'_>,
+    options: &Bound<'_, PyDict>,
     cancel: Option<Py<PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PyMesh> {
+    let options: Options<'_> = taken(options)?;
     let request = options.request(&band.band)?;
     let mesh = run(py, &Watch { cancel, progress }, move |control| simplify_in_memory(&request, control))?;
     PyMesh::new(py, mesh)
@@ -207,10 +211,11 @@ pub(crate) fn verify(
     py: Python<'_>,
     band: &PyBand,
     mesh: Judged<'_>,
-    options: VerifyOptions<'_>,
+    options: &Bound<'_, PyDict>,
     cancel: Option<Py<PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
+    let options: VerifyOptions<'_> = taken(options)?;
     let watch = Watch { cancel, progress };
     let report = match mesh {
         Judged::Mesh(mesh) => {

@@ -16,7 +16,7 @@ use terrabite::kernel::triangulate::cuts::GreedyCuts;
 use terrabite::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
 };
-use terrabite::run::{AttributeBands, Attributes, Input, Request, VerifyRequest};
+use terrabite::run::{AttributeBands, Attributes, Input, PointInput, Request, VerifyRequest};
 
 use crate::band::PyBand;
 use crate::errors::exception;
@@ -40,6 +40,7 @@ pub(crate) struct Options<'py> {
     importance: Option<Bound<'py, PyBand>>,
     attributes: Option<Vec<Bound<'py, PyBand>>>,
     attribute_weight: Option<f64>,
+    points: Option<Vec<(f64, f64)>>,
     engine: Option<String>,
     cuts: Option<String>,
     swap: Option<String>,
@@ -79,7 +80,8 @@ fn choose<T: Copy>(name: &str, word: &str, choices: &[(&str, T)]) -> PyResult<T>
     })
 }
 
-fn chosen<T: Copy>(name: &str, word: Option<&String>, choices: &[(&str, T)]) -> PyResult<Option<T>> {
+/// The same where a word may be left out.
+pub(crate) fn chosen<T: Copy>(name: &str, word: Option<&String>, choices: &[(&str, T)]) -> PyResult<Option<T>> {
     word.map(|word| choose(name, word, choices)).transpose()
 }
 
@@ -147,6 +149,7 @@ impl Options<'_> {
             params,
             attributes: attributes(self.attributes.as_ref(), self.attribute_weight)?,
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
+            points: self.points.as_ref().map(|places| PointInput::Places(places.as_slice().into())),
             fill_voids: self.fill_holes,
             access: choose(
                 "access",
@@ -189,6 +192,7 @@ impl Options<'_> {
             (Feature::Attributes, self.attributes.is_some()),
             (Feature::AttributeWeight, self.attribute_weight.is_some()),
             (Feature::Importance, self.importance.is_some()),
+            (Feature::Points, self.points.is_some()),
             (Feature::Trim, self.trim > 0),
             (Feature::FilledVoids, self.fill_holes > 0),
             (Feature::FittedHeights, heights == VertexHeights::Fitted),

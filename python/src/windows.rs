@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use bytemuck::NoUninit;
 use numpy::{Element, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use terrabite::base::{Masks, RasterError, SampleType, Window, Windows, mask_by_alpha};
+use terrabite::base::{Encoding, Masks, RasterError, SampleType, Window, Windows, mask_by_alpha};
 
 /// Runs `$body` with `$t` as the Rust type of the samples, or gives `None` for a type that arrays of numpy do not have here.
 macro_rules! with_element {
@@ -114,6 +114,8 @@ pub(crate) struct ReaderWindows {
     pub(crate) reader: Py<PyAny>,
     pub(crate) number: usize,
     pub(crate) sample_type: SampleType,
+    /// How heights are stored as colours, and the bands that have red, green and blue.
+    pub(crate) encoded: Option<(Encoding, [usize; 3])>,
     pub(crate) masks: Masks,
     /// The type of the alpha band, where there is one that counts.
     pub(crate) alpha_type: SampleType,
@@ -147,7 +149,20 @@ impl ReaderWindows {
 
 impl Windows for ReaderWindows {
     fn read(&self, window: Window, out: &mut [u8]) -> Result<(), RasterError> {
-        attached(&self.name, window, |py| self.call(py, ("read", Some(self.number)), self.sample_type, window, out))
+        let Some((encoding, bands)) = self.encoded else {
+            let band = ("read", Some(self.number));
+            return attached(&self.name, window, |py| self.call(py, band, self.sample_type, window, out));
+        };
+        let mut colours = [const { Vec::new() }; 3];
+        for (values, band) in colours.iter_mut().zip(bands) {
+            values.resize(window.len(), 0u8);
+            attached(&self.name, window, |py| self.call(py, ("read", Some(band)), SampleType::U8, window, values))?;
+        }
+        let [red, green, blue] = &colours;
+        for (i, height) in bytemuck::cast_slice_mut::<u8, f64>(out).iter_mut().enumerate() {
+            *height = encoding.height([red[i], green[i], blue[i]]);
+        }
+        Ok(())
     }
 
     fn read_mask(&self, window: Window, out: &mut [u8]) -> Result<(), RasterError> {

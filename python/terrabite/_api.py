@@ -47,9 +47,12 @@ def simplify(
     window: Sequence[int] | None = None,
     bbox: Sequence[float] | None = None,
     oo: Mapping[str, Any] | None = None,
+    encoding: Literal["terrain-rgb", "terrarium"] | None = None,
+    cutline: Any = None,
     attributes: Attributes | None = None,
     attribute_weight: float | None = None,
     importance: Raster | None = None,
+    points: Any = None,
     engine: Literal["greedy-cuts", "greedy-insertion"] | None = None,
     cuts: Literal["plain", "improved"] | None = None,
     swap: Literal["delaunay", "data-dependent"] | None = None,
@@ -105,10 +108,14 @@ def simplify(
         window: Column, row, width and height of the part that is meant, in samples.
         bbox: The least x and y of the part that is meant, and the largest, in the raster's CRS.
         oo: Open options of a path's format, by name.
+        encoding: How heights are stored as red, green and blue.
+        cutline: Polygons in the raster's CRS outside of which samples count as missing: geometries of GeoJSON, objects with
+            ``__geo_interface__`` such as those of shapely and geopandas, or a sequence of them.
         attributes: Bands (numbers, from 1) or, with an array, further arrays by name, that become values of the vertices, each
             counted in the error.
         attribute_weight: What attributes count in the error, from 0 to 1; 0.5 by default.
         importance: Weights on the samples of the raster: distance times weight is within ``max_error``.
+        points: Places in the raster's CRS, of shape (n, 2) or (n, 3): the samples nearest to them become vertices.
         engine: How tiles are triangulated.
         cuts: The order of greedy cuts.
         swap: By what edges of greedy insertion are swapped.
@@ -145,7 +152,7 @@ def simplify(
     >>> tin.max_error <= 0.5, len(tin.triangles) < hill.size // 20
     (True, True)
     """
-    view = _view(raster, nodata, valid_range, band, window, bbox, oo)
+    view = _view(raster, nodata, valid_range, band, window, bbox, oo, encoding, cutline)
     heights_band, further, place = _bands(raster, view, transform, crs, attributes)
     options = {
         "max_error": max_error,
@@ -163,6 +170,7 @@ def simplify(
         "importance": _weights(importance, view),
         "attributes": further,
         "attribute_weight": attribute_weight,
+        "points": _facts.places(points),
         "engine": engine,
         "cuts": cuts,
         "swap": swap,
@@ -198,6 +206,8 @@ def verify(
     window: Sequence[int] | None = None,
     bbox: Sequence[float] | None = None,
     oo: Mapping[str, Any] | None = None,
+    encoding: Literal["terrain-rgb", "terrarium"] | None = None,
+    cutline: Any = None,
     attributes: Attributes | None = None,
     attribute_weight: float | None = None,
     importance: Raster | None = None,
@@ -226,6 +236,8 @@ def verify(
         window: The part in samples.
         bbox: The part on the map.
         oo: Open options.
+        encoding: How heights are stored.
+        cutline: Polygons.
         attributes: Bands or arrays that are attributes.
         attribute_weight: What they count.
         importance: Weights.
@@ -247,7 +259,7 @@ def verify(
     >>> tb.verify(heights, tin, max_error=0.25).passed, tb.verify(heights, tin, max_error=0.1).passed
     (True, False)
     """
-    view = _view(raster, nodata, valid_range, band, window, bbox, oo)
+    view = _view(raster, nodata, valid_range, band, window, bbox, oo, encoding, cutline)
     heights_band, further, _ = _bands(raster, view, transform, crs, attributes)
     options = {
         "max_error": max_error,
@@ -272,10 +284,16 @@ def _view(
     window: Sequence[int] | None,
     bbox: Sequence[float] | None,
     oo: Mapping[str, Any] | None,
+    encoding: str | None,
+    cutline: Any,
 ) -> _facts.View:
     is_path = isinstance(raster, str | os.PathLike)
     if band is not None and not (is_path or _rasters.is_dataset(raster)):
         raise TypeError("band is for paths and datasets: index the array")
+    if encoding is not None and band is not None:
+        raise ValueError("encoding cannot be combined with band: colours stand for heights in three bands together")
+    if encoding is not None and not (is_path or _rasters.is_dataset(raster)):
+        raise TypeError("encoding is for paths and datasets: make heights of the array of colours")
     if oo and not is_path:
         raise TypeError("oo is for paths: options of a format apply when it is opened")
     limits = _facts.numbers("valid_range", valid_range, 2)
@@ -288,6 +306,8 @@ def _view(
         window=None if part is None else (int(part[0]), int(part[1]), int(part[2]), int(part[3])),
         bbox=None if box is None else (box[0], box[1], box[2], box[3]),
         oo=dict(oo or {}),
+        encoding=encoding,
+        cutline=_facts.polygons(cutline),
     )
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
+
+import numpy as np
 
 #: GDAL's, in its order.
 Coefficients: TypeAlias = tuple[float, float, float, float, float, float]
@@ -45,6 +47,8 @@ class View:
     window: tuple[int, int, int, int] | None = None
     bbox: tuple[float, float, float, float] | None = None
     oo: dict[str, Any] = field(default_factory=dict)
+    encoding: str | None = None
+    cutline: list[list[list[tuple[float, float]]]] = field(default_factory=list)
     is_named: bool = True
 
 
@@ -61,6 +65,37 @@ def words(nodata: object) -> list[str]:
     if isinstance(number, bool) or not isinstance(number, int | float):
         raise TypeError(f"nodata: expected numbers or words, found {type(number).__name__}")
     return [repr(number)]
+
+
+def polygons(cutline: Any) -> list[list[list[tuple[float, float]]]]:
+    """The rings of polygons: of geometries of GeoJSON, of what has them as ``__geo_interface__``, or of a sequence of those."""
+    if cutline is None:
+        return []
+    shape = getattr(cutline, "__geo_interface__", cutline)
+    if not isinstance(shape, Mapping):
+        if isinstance(shape, str) or not isinstance(shape, Iterable):
+            raise TypeError("cutline: expected polygons as GeoJSON has them, or with __geo_interface__")
+        return [polygon for part in shape for polygon in polygons(part)]
+    kind = shape.get("type")
+    if kind == "Polygon":
+        return [[[(float(place[0]), float(place[1])) for place in ring] for ring in shape["coordinates"]]]
+    if kind == "MultiPolygon":
+        return [one for part in shape["coordinates"] for one in polygons({"type": "Polygon", "coordinates": part})]
+    if kind == "Feature":
+        return polygons(shape["geometry"])
+    if kind in ("FeatureCollection", "GeometryCollection"):
+        return polygons(shape["features" if kind == "FeatureCollection" else "geometries"])
+    raise ValueError(f"cutline: expected polygons, found {kind}")
+
+
+def places(points: Any) -> list[tuple[float, float]] | None:
+    """Places on the map, of an array of shape (n, 2) or (n, 3), whose heights do not matter."""
+    if points is None:
+        return None
+    found = np.asarray(points, dtype="float64")
+    if found.ndim != 2 or found.shape[1] not in (2, 3):
+        raise ValueError(f"points: expected an array of shape (n, 2) or (n, 3), found {found.shape}")
+    return [(float(x), float(y)) for x, y in found[:, :2]]
 
 
 def numbers(name: str, values: Sequence[float] | None, count: int) -> tuple[float, ...] | None:

@@ -23,6 +23,10 @@ import terrabite as tb
         {"max_error": 1, "min_angle": 61},
         {"max_error": 1, "trim": 2000},
         {"max_error": 1, "threads": 0},
+        {"max_error": 1, "threads": -1},
+        {"max_error": 1, "tile": -1},
+        {"max_error": 1, "window": (-1, 0, 10, 10)},
+        {"max_triangles": -1},
         {"max_error": 1, "attributes": {"a": np.ones((90, 120))}, "attribute_weight": 2},
         {"max_error": 1, "valid_range": (2, 1)},
         {"max_error": 1, "valid_range": (2, 3, 4)},
@@ -65,6 +69,13 @@ def test_types_that_cannot_be_used(dem, options):
         tb.simplify(dem, **options)
 
 
+def test_messages_begin_with_the_option(dem):
+    for options in ({"max_error": "5"}, {"max_error": 5, "quality": "good"}, {"max_error": 5, "memory": -1}, {"max_error": 5, "window": (1, 2)}):
+        with pytest.raises((TypeError, ValueError)) as refused:
+            tb.simplify(dem, **options)
+        assert str(refused.value).startswith(f"{[*options][-1]}: ")
+
+
 def test_data_that_cannot_be_meshed(dem):
     with pytest.raises(tb.RasterError, match="no ground"):
         tb.simplify(np.full((9, 9), np.nan), 1)
@@ -89,8 +100,7 @@ def test_options_have_the_names_and_defaults_of_the_command(command):
     of_files = {
         "input", "output", "overwrite", "quiet", "json", "dry-run", "work-dir", "help", "format", "ascii", "precision",
         "local", "z-scale", "normals", "texture", "texture-size", "base-height", "base-depth", "mesh-compression",
-        "ogr-geometry", "cutline", "cutline-layer", "points", "points-layer", "bbox-crs", "importance-band", "importance-oo", "image",
-        "encoding",
+        "ogr-geometry", "cutline-layer", "points-layer", "bbox-crs", "importance-band", "importance-oo", "image",
     }
     shown = subprocess.run([command, "simplify", "--help"], capture_output=True, text=True, check=True).stdout
     names = {line.split("--")[1].split()[0].strip(",") for line in shown.splitlines() if line.strip().startswith(("--", "-q, --", "-h, --"))}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import tracemalloc
+import types
 import warnings
 from pathlib import Path
 from typing import Any
@@ -109,6 +111,64 @@ CASES: dict[str, tuple[dict[str, Any], list[str], dict[str, Any]]] = {
         {"band": 2, "attributes": [1, 3]},
     ),
 }
+
+
+#: Heights of quarters of a metre as colours.
+COLOURS = [(((32768 + np.round(4 * hills()) / 4) * 256).astype("int64") >> shift & 255).astype("uint8") for shift in (16, 8, 0)]
+CASES["heights as colours"] = (
+    {"bands": COLOURS, "photometric": "rgb", **UTM},
+    ["--encoding", "terrarium"],
+    {"encoding": "terrarium"},
+)
+
+SQUARE = [[500_095, 5_199_105], [501_005, 5_199_205], [500_905, 5_199_905], [500_195, 5_199_805], [500_095, 5_199_105]]
+WELL = [[500_405, 5_199_405], [500_505, 5_199_405], [500_505, 5_199_505], [500_405, 5_199_405]]
+PLACES = [[500_123, 5_199_321], [500_777, 5_199_654], [500_777.1, 5_199_654], [400_000, 5_199_000]]
+
+
+def geojson(path: Path, *geometries: dict[str, Any]) -> Path:
+    features = [{"type": "Feature", "properties": {}, "geometry": geometry} for geometry in geometries]
+    crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}}
+    path.write_text(json.dumps({"type": "FeatureCollection", "crs": crs, "features": features}))
+    return path
+
+
+def test_polygons_and_points_as_the_command_takes_layers(tmp_path, command):
+    path = make(tmp_path / "dem.tif", hills().astype("float32"), **UTM)
+    area = {"type": "Polygon", "coordinates": [SQUARE, WELL]}
+    cutline = geojson(tmp_path / "area.geojson", area)
+    points = geojson(tmp_path / "points.geojson", *({"type": "Point", "coordinates": place} for place in PLACES))
+    words = ("--max-error", 2, "--cutline", cutline, "--points", points)
+    printed = run(command, "simplify", path, tmp_path / "theirs.ply", *words, "--json")
+    tin = tb.simplify(path, 2, cutline=area, points=PLACES)
+    tin.write(tmp_path / "ours.ply")
+    body = [(tmp_path / name).read_bytes().partition(b"end_header")[2] for name in ("ours.ply", "theirs.ply")]
+    assert body[0] == body[1]
+    counts = {"read": 4, "used": 2, "merged": 1, "outside": 1}
+    assert tin.report["points"] | counts == tin.report["points"] | {"file": "", "layer": ""}
+    assert json.loads(printed)["points"] | counts == json.loads(printed)["points"]
+    assert tb.verify(path, tin, 2, cutline=area) and not tb.verify(path, tin, 2)
+    # Whatever brings the polygons.
+    for other in (
+        [area],
+        {"type": "MultiPolygon", "coordinates": [[SQUARE, WELL]]},
+        {"type": "GeometryCollection", "geometries": [area]},
+        json.loads(cutline.read_text()),
+        types.SimpleNamespace(__geo_interface__=area),
+    ):
+        assert same(tb.simplify(path, 2, cutline=other, points=np.asarray(PLACES)), tin)
+    with pytest.raises(ValueError, match="found Point"):
+        tb.simplify(path, 2, cutline={"type": "Point", "coordinates": [0, 0]})
+    with pytest.raises(TypeError, match="cutline"):
+        tb.simplify(path, 2, cutline=7)
+    with pytest.raises(tb.RasterError, match="finite"):
+        tb.simplify(path, 2, cutline={"type": "Polygon", "coordinates": [[[0, 0], [np.inf, 0], [1, 1]]]})
+    with pytest.raises(ValueError, match="points"):
+        tb.simplify(path, 2, points=[1, 2])
+    with pytest.raises(ValueError, match="encoding"):
+        tb.simplify(path, 2, encoding="terrarium", band=1)
+    with pytest.raises(tb.RasterError, match="three bands of bytes"):
+        tb.simplify(path, 2, encoding="terrarium")
 
 
 def without_origin(ply: bytes) -> bytes:

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::sample::zero_tag;
 use super::{
-    Band, Colours, CrsFacts, GeoTransform, Mark, Marks, Masks, RasterError, Reference, SampleType, Scaling, TAG,
-    ValidRange, Window, Windows,
+    Band, Colours, CrsFacts, Cutline, Encoding, GeoTransform, Mark, Marks, Masks, Polygon, RasterError, Reference,
+    SampleType, Scaling, TAG, ValidRange, Window, Windows, bands_of_colours,
 };
 
 /// What a program says of a raster's band that it has opened by itself, in GDAL's terms. What is missing, what counts as
@@ -25,8 +25,8 @@ pub struct BandFacts {
     pub colours: Vec<Option<&'static str>>,
     /// Whether its samples are numbers of colours in a table, other than a scale of greys.
     pub has_table: bool,
-    /// Whether bands 1 to 3 hold bytes.
-    pub bytes: bool,
+    /// Which bands of the raster hold bytes.
+    pub bytes: Vec<bool>,
     /// Samples across and down in a block.
     pub block: (usize, usize),
     /// The type of the stored samples.
@@ -58,12 +58,17 @@ pub struct BandFacts {
 pub struct BandView {
     /// Whether somebody has named the band, and so means it even if it holds a colour.
     pub is_named: bool,
+    /// How heights are stored as colours, if they are: [`Windows::read`] then gives heights as doubles, of the bands that
+    /// [`BandFacts::encoded_bands`] names.
+    pub encoding: Option<Encoding>,
     /// Words for marks of missing samples, see [`Marks::of_words`].
     pub nodata: Vec<String>,
     /// The heights that are valid, if not all are.
     pub valid_range: Option<ValidRange>,
     /// The part of the raster that is meant, if not all of it.
     pub part: Option<BandPart>,
+    /// Polygons outside of which samples have no height, as rings of places on the raster's own map.
+    pub cutline: Vec<Vec<Vec<(f64, f64)>>>,
 }
 
 /// Part of a raster.
@@ -76,17 +81,51 @@ pub enum BandPart {
 }
 
 impl BandFacts {
+    /// The bands that have red, green and blue, from 1, where they stand for heights.
+    ///
+    /// # Errors
+    /// [`RasterError::NotEncoded`] if there are no three bands of bytes.
+    pub fn encoded_bands(&self, encoding: Encoding) -> Result<[usize; 3], RasterError> {
+        let bands = bands_of_colours(self.colours.len(), |number| self.colours[number - 1]);
+        if bands.iter().all(|number| self.bytes.get(number - 1) == Some(&true)) {
+            return Ok(bands);
+        }
+        let (path, encoding, name) = (self.path.clone(), encoding.name(), self.sample_type.name());
+        let found = match self.colours.len() {
+            1 => format!("one band of {name}"),
+            count => format!("{count} bands, band {} of {name}", self.number),
+        };
+        Err(RasterError::NotEncoded { path, encoding, found })
+    }
+
+    /// The same with heights that stand for colours: no nodata tag, scale or offset applies.
+    fn encoded(self, encoding: Encoding) -> Result<BandFacts, RasterError> {
+        let [red, ..] = self.encoded_bands(encoding)?;
+        Ok(BandFacts { number: red, sample_type: SampleType::F64, scaling: Scaling::NONE, tag: None, ..self })
+    }
+
     /// The band, whose stored values `windows` reads.
     ///
     /// # Errors
     /// [`RasterError`]: for what can be no heights or cannot be placed, a word that is no mark, a part that is none.
     pub fn band(self, view: &BandView, windows: Arc<dyn Windows>) -> Result<Band, RasterError> {
+        let facts = match view.encoding {
+            Some(encoding) => self.encoded(encoding)?,
+            None => self,
+        };
+        let band = facts.placed(view, windows)?;
+        band.with_polygons(&view.cutline)
+    }
+
+    /// The band without its cutline.
+    fn placed(self, view: &BandView, windows: Arc<dyn Windows>) -> Result<Band, RasterError> {
         let BandFacts { path, size: (width, height), sample_type, scaling, tag, .. } = self;
         if !scaling.is_usable() {
             return Err(RasterError::Scaling { path, scale: scaling.scale, offset: scaling.offset });
         }
-        if !view.is_named {
-            let colours = Colours { of_bands: &self.colours, has_table: self.has_table, bytes: self.bytes };
+        if !view.is_named && view.encoding.is_none() {
+            let bytes = self.bytes.len() >= 3 && self.bytes[..3].iter().all(|bytes| *bytes);
+            let colours = Colours { of_bands: &self.colours, has_table: self.has_table, bytes };
             colours.expect_heights(&path, self.number)?;
         }
         if let (None, Some(found)) = (self.geo_transform, self.elsewhere) {
@@ -113,6 +152,8 @@ impl BandFacts {
             marks: Marks { valid: view.valid_range, ..marks },
             marks_are_said: !view.nodata.is_empty() || view.valid_range.is_some(),
             nodata_words: view.nodata.clone(),
+            encoding: view.encoding,
+            view: view.encoding.iter().map(|encoding| ("encoding", encoding.name().to_string())).collect(),
             tag,
             zero_tag: zero_tag(&self.driver, counted),
             has_mask: self.masks.are_some(),
@@ -198,6 +239,28 @@ impl Band {
         })
     }
 
+    /// The same, in which samples outside of these polygons have no height; none is left out where there is no polygon.
+    fn with_polygons(self, polygons: &[Vec<Vec<(f64, f64)>>]) -> Result<Band, RasterError> {
+        if polygons.is_empty() {
+            return Ok(self);
+        }
+        let transform = self.geo_transform();
+        let place = |&(x, y): &(f64, f64)| {
+            let (column, row) = transform.sample_coordinates(x, y);
+            let found = (column.is_finite() && row.is_finite()).then_some((column, row));
+            found.ok_or_else(|| RasterError::CutlinePlace { path: self.path.clone(), x, y })
+        };
+        let mut placed = Vec::with_capacity(polygons.len());
+        for rings in polygons {
+            let mut polygon = Polygon::default();
+            for ring in rings {
+                polygon.add_ring(&ring.iter().map(place).collect::<Result<Vec<_>, _>>()?);
+            }
+            placed.push(polygon);
+        }
+        Ok(self.with_cutline(Cutline::new(placed)))
+    }
+
     /// The samples inside a box in the CRS of the band.
     fn window_of(&self, [left, bottom, right, top]: [f64; 4], crs: &str) -> Result<Window, RasterError> {
         let corners = [(left, bottom), (left, top), (right, bottom), (right, top)];
@@ -233,7 +296,7 @@ mod tests {
             number: 1,
             colours: vec![None, Some("alpha")],
             has_table: false,
-            bytes: false,
+            bytes: vec![true, true],
             block: (9, 1),
             sample_type: SampleType::U8,
             scaling: Scaling::NONE,
@@ -264,6 +327,36 @@ mod tests {
         band.read(Window { column: 1, row: 1, width: 2, height: 1 }, &mut first).expect("samples");
         assert_eq!(first, [33, 34]);
         assert!(band.has_mask() && band.reference().georeferenced && band.zero_tag.is_some());
+    }
+
+    #[test]
+    fn samples_outside_of_polygons_have_no_height() {
+        let ring = vec![(100.0, 200.0), (130.0, 200.0), (130.0, 170.0), (100.0, 170.0)];
+        let of = |ring: Vec<(f64, f64)>| band(facts(), BandView { cutline: vec![vec![ring]], ..BandView::default() });
+        let cut = of(ring.clone()).expect("a band");
+        let mut mask = Vec::new();
+        cut.cutline().expect("a cutline").mask(Window { column: 0, row: 0, width: 9, height: 8 }, &mut mask);
+        assert_eq!(mask.iter().filter(|inside| **inside).count(), 9);
+        assert!(matches!(of(vec![(f64::NAN, 0.0)]), Err(RasterError::CutlinePlace { .. })));
+    }
+
+    #[test]
+    fn colours_that_stand_for_heights() {
+        let colours = vec![Some("blue"), Some("green"), Some("red"), Some("alpha")];
+        let picture = |bytes| BandFacts {
+            colours: colours.clone(),
+            bytes,
+            scaling: Scaling { scale: 2.0, offset: 1.0 },
+            ..facts()
+        };
+        let view = || BandView { encoding: Some(Encoding::Terrarium), ..BandView::default() };
+        let found = band(picture(vec![true; 4]), view()).expect("a band");
+        assert_eq!((found.number(), found.sample_type(), found.scaling()), (3, SampleType::F64, Scaling::NONE));
+        assert!(found.tag().is_none() && found.marks().is_empty() && found.encoding.is_some());
+        assert_eq!(picture(vec![true; 4]).encoded_bands(Encoding::Terrarium).ok(), Some([3, 2, 1]));
+        let refused = band(picture(vec![true, true, false, true]), view());
+        assert!(matches!(refused, Err(RasterError::NotEncoded { .. })));
+        assert!(matches!(band(facts(), view()), Err(RasterError::NotEncoded { .. })));
     }
 
     #[test]

@@ -47,6 +47,16 @@ impl Colours<'_> {
     }
 }
 
+/// The bands that have red, green and blue, from 1: the first that are said to have them, or bands 1 to 3 where one of the three
+/// is not there. `colour_of` says what a band of `bands` is said to hold.
+pub fn bands_of_colours(bands: usize, colour_of: impl Fn(usize) -> Option<&'static str>) -> [usize; 3] {
+    let coloured = |name: &str| (1..=bands).find(|number| colour_of(*number) == Some(name));
+    match [coloured("red"), coloured("green"), coloured("blue")] {
+        [Some(red), Some(green), Some(blue)] => [red, green, blue],
+        _ => [1, 2, 3],
+    }
+}
+
 /// Whether a table of colours is one of greys, from dark to bright: with that, some formats say that samples are a measure of
 /// something.
 pub fn is_scale_of_greys(entries: &[[i16; 3]]) -> bool {
@@ -57,6 +67,13 @@ pub fn is_scale_of_greys(entries: &[[i16; 3]]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn colours_in_any_order() {
+        let said = [Some("alpha"), Some("blue"), Some("green"), Some("red"), Some("red")];
+        assert_eq!(bands_of_colours(5, |number| said[number - 1]), [4, 3, 2]);
+        assert_eq!(bands_of_colours(3, |number| said[number - 1]), [1, 2, 3]);
+    }
 
     #[test]
     fn a_scale_of_greys_rises() {

@@ -38,7 +38,7 @@ mod window;
 
 pub use band::{Band, PlainLayout, Windows};
 pub use band_facts::{BandFacts, BandPart, BandView};
-pub use colours::{Colours, is_scale_of_greys};
+pub use colours::{Colours, bands_of_colours, is_scale_of_greys};
 pub use coordinate_frame::CoordinateFrame;
 pub use cutline::{Cutline, Polygon};
 pub use files::{FileState, Files, Watch};

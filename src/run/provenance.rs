@@ -57,9 +57,9 @@ fn options(request: &Request<'_>, band: &Band, attributes: Option<&Ranged<'_>>) 
     say(OptionName::MaxRms, goal.max_rms.map(|rms| rms.to_string()));
     say(OptionName::MaxPoints, goal.max_points.map(|most| most.to_string()));
     say(OptionName::MaxTriangles, goal.max_triangles.map(|most| most.to_string()));
+    say(OptionName::Encoding, band.encoding.map(|encoding| encoding.name().to_string()));
     #[cfg(feature = "gdal")]
     if let Input::Raster { view, .. } = &request.input {
-        say(OptionName::Encoding, view.encoding.map(|encoding| encoding.name().to_string()));
         view.open_options.iter().for_each(|option| say(OptionName::OpenOption, Some(option.clone())));
     }
     band.nodata_words().iter().for_each(|value| say(OptionName::Nodata, Some(value.clone())));
