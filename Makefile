@@ -4,16 +4,20 @@ CARGO ?= cargo
 # Where rustup puts it; a shell started before the installation does not look there.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help setup demo test test-long test-readers check checksums fuzz bench bench-quality bench-scale bench-kernels pictures paper fmt accept
+# A Python that makes environments.
+PYTHON = $$(scripts/any_python.sh)
+
+.PHONY: help setup demo test test-long test-readers wheel check checksums fuzz bench bench-quality bench-scale bench-kernels pictures paper fmt accept
 
 help:
 	@echo 'make setup   install what is missing (Debian: GDAL, a C++ compiler, programs that read meshes for tests)'
 	@echo 'make demo    build, make a terrain, simplify, verify and draw it'
-	@echo 'make test    all tests'
+	@echo 'make test    all tests, those of the Python package among them'
 	@echo 'make test-long  the same, and random cases by the thousand'
 	@echo 'make test-readers  meshes of every format in PyVista, Open3D, pymeshlab, xugrid, uxarray, geopandas and QGIS (2.5 GB once)'
+	@echo 'make wheel   the Python package for any Linux with glibc 2.17 or newer, in target/wheels, tried in a clean environment'
 	@echo 'make check   formatting, lints and documentation, warnings denied'
-	@echo 'make bench   the benchmark: against pydelatin and against GDAL alone'
+	@echo 'make bench   the benchmark: against pydelatin and against GDAL alone; what the Python package takes'
 	@echo 'make bench-quality  what every --quality is worth, against pydelatin'
 	@echo '                    (choose: BENCH_OPTIONS="--against REV", a commit to compare with;'
 	@echo '                    BENCH_OPTIONS=--looks, only whether seams and the rim can be seen)'
@@ -37,30 +41,41 @@ demo: setup
 # Simplifies and verifies an array with the library alone: no GDAL, no command.
 CORE_TEST = mkdir -p target/tmp && $(CARGO) run --locked --profile test --no-default-features --example array -- target/tmp/array.ply
 
+# The package of python/, installed from a wheel, by pytest and mypy.
+PYTHON_TEST = $(PYTHON) scripts/python_tests.py
+
 test: setup
 	$(CARGO) test --locked
 	$(CORE_TEST)
+	@$(PYTHON_TEST)
 
 # The same tests: random ones with four times the cases and more, and rasters of several tiles where one does.
 test-long: setup
 	TERRABITE_LONG_TESTS=1 $(CARGO) test --locked
 	$(CORE_TEST)
+	@TERRABITE_LONG_TESTS=1 $(PYTHON_TEST)
 
 # Programs that others wrote, which take minutes to install: PyPI's in an environment under target/, QGIS from Debian.
 test-readers: setup
 	$(CARGO) build --release --locked --bin terrabite
 	@scripts/setup_readers.sh
 	@python3 scripts/readers.py
+	@$(PYTHON_TEST) --readers
+
+wheel: setup
+	@$(PYTHON_TEST) --wheel
 
 check: setup
-	$(CARGO) fmt --check
+	$(CARGO) fmt --all --check
 	$(CARGO) clippy --locked --all-targets -- -D warnings
+	$(CARGO) clippy --locked -p terrabite-python -- -D warnings
 	$(CARGO) clippy --locked --no-default-features --lib --example array -- -D warnings
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --no-deps
 
 bench: setup
 	$(CARGO) build --release --locked --bin terrabite --example gdal_floor
 	@python3 scripts/bench.py $(BENCH_OPTIONS)
+	@$(PYTHON) scripts/bench_python.py
 
 bench-quality: setup
 	$(CARGO) build --release --locked --bin terrabite --example gdal_floor --example looks
@@ -102,4 +117,4 @@ fuzz: setup
 	done
 
 fmt:
-	$(CARGO) fmt
+	$(CARGO) fmt --all

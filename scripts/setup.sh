@@ -15,18 +15,10 @@ need g++ c++ --version
 need libc6-dev test -e /usr/include/stdlib.h
 need pkg-config pkg-config --version
 need libgdal-dev pkg-config --exists gdal
-# Tests open meshes with readers from PyPI, in an environment that the first of these Pythons makes which can: the one
-# of the path may be pyenv's or too old, and packages of the system help only the system's.
-pythons=(python3 /usr/bin/python3)
-any_python() {
-    local python
-    for python in "${pythons[@]}"; do
-        if "$python" -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))'; then return 0; fi
-    done
-    return 1
-}
-need python3 any_python
-need python3-venv any_python
+# Tests open meshes with readers from PyPI, and call the package of python/, in environments of their own.
+any_python=$(dirname "$0")/any_python.sh
+need python3 "$any_python"
+need python3-venv "$any_python"
 # Tests open meshes of every format with programs that others wrote: these, and one from npm.
 need nodejs node --version
 need npm npm --version
@@ -59,9 +51,8 @@ fi
 echo "setup: installing ${missing[*]}"
 "${as_root[@]}" apt-get update -qq
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}"
-if ! any_python >/dev/null 2>&1; then
-    echo "setup: neither python3 nor /usr/bin/python3 is a Python 3.11 or newer with venv;" \
-        "the tests of tests/it/readers.rs need one, or TERRABITE_SKIP_READERS=1" >&2
+if ! "$any_python" >/dev/null; then
+    echo "setup: the tests of tests/it/readers.rs and python/ need one, or TERRABITE_SKIP_READERS=1" >&2
 fi
 version=$(pkg-config --modversion gdal)
 echo "setup: done (GDAL $version)"

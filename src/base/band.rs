@@ -106,6 +106,8 @@ pub struct Band {
     pub(crate) marks: Marks,
     /// Whether somebody has said them, and not only the raster.
     pub(crate) marks_are_said: bool,
+    /// The words by which nodata values were said, if they were.
+    pub(crate) nodata_words: Vec<String>,
     pub(crate) tag: Option<Mark>,
     /// Where a nodata tag of 0 counts that nobody named: where such tags come from, as the end of a sentence.
     pub(crate) zero_tag: Option<&'static str>,
@@ -165,6 +167,7 @@ impl Band {
             scaling: Scaling::NONE,
             marks: Marks::default(),
             marks_are_said: false,
+            nodata_words: Vec::new(),
             tag: None,
             zero_tag: None,
             has_mask: false,
@@ -268,6 +271,11 @@ impl Band {
     /// What marks samples as missing.
     pub fn marks(&self) -> &Marks {
         &self.marks
+    }
+
+    /// The words by which nodata values were said in place of the tag; none where they were not, or not in words.
+    pub fn nodata_words(&self) -> &[String] {
+        &self.nodata_words
     }
 
     /// The raster's own nodata tag.

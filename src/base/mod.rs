@@ -2,7 +2,9 @@
 //! are written whole. Nothing here imports another folder of the house.
 
 mod band;
+mod band_facts;
 pub mod channels;
+mod colours;
 pub mod control;
 mod coordinate_frame;
 mod cutline;
@@ -35,10 +37,12 @@ pub mod warning;
 mod window;
 
 pub use band::{Band, PlainLayout, Windows};
+pub use band_facts::{BandFacts, BandPart, BandView};
+pub use colours::{Colours, bands_of_colours, is_scale_of_greys};
 pub use coordinate_frame::CoordinateFrame;
 pub use cutline::{Cutline, Polygon};
 pub use files::{FileState, Files, Watch};
-pub use georef::{GeoTransform, Metres, Reference, metres_in};
+pub use georef::{CrsFacts, GeoTransform, Metres, Reference, metres_in};
 pub use identity::{SOME_SAMPLES, exact_double, exact_marks, identity};
 pub use naming::channels_of;
 #[cfg(feature = "gdal")]
@@ -48,7 +52,11 @@ pub use raster_error::RasterError;
 #[cfg(feature = "gdal")]
 pub(crate) use raster_error::SILENT;
 pub use raster_rim::RasterRim;
-pub use sample::{Encoding, Mark, Marks, NEARNESS, NO_MARK, SampleType, Scaling, TAG, ValidRange};
+#[cfg(feature = "gdal")]
+pub(crate) use sample::zero_tag;
+pub use sample::{
+    Encoding, Mark, Marks, MaskFlags, Masks, NEARNESS, NO_MARK, SampleType, Scaling, TAG, ValidRange, mask_by_alpha,
+};
 pub(crate) use sample::{stored, with_sample_type};
 pub use texture::Texture;
 pub use tile::{Heights, Tile};

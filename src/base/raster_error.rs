@@ -210,6 +210,16 @@ pub enum RasterError {
         /// The raster's CRS.
         crs: String,
     },
+    /// A vertex of a cutline is nowhere on the raster's map.
+    #[error("{}: expected finite coordinates of a cutline, found {x}, {y}", path.display())]
+    CutlinePlace {
+        /// The raster.
+        path: PathBuf,
+        /// Its x.
+        x: f64,
+        /// Its y.
+        y: f64,
+    },
     /// The geotransform cannot place vertices, or not finely enough to find them again.
     #[error("{}: the geotransform {coefficients:?} cannot place vertices: {reason}", path.display())]
     GeoTransform {

@@ -86,7 +86,7 @@ fn masks_tags_and_nan_mark_the_same_samples_whichever_way_they_are_read() {
     band.create_mask_band(true).expect("a mask");
     band.open_mask_band().expect("a mask").write((0, 0), size, &mut Buffer::new(size, mask)).expect("written");
     dataset.close().expect("closed");
-    let raster = Raster::open(&path, 1).expect("opens").with_nodata(&["-9999"]).expect("a value");
+    let raster = Raster::open(&path, 1).expect("opens").with_nodata(&["-9999".to_string()]).expect("a value");
     assert!(raster.has_mask().expect("told"));
     let is_missing = |column: usize, row: usize| {
         [(99, 70), (120, 51)].contains(&(column, row)) || row == 130 && (64..80).contains(&column)

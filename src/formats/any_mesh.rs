@@ -63,7 +63,7 @@ fn header() -> impl Strategy<Value = Header> {
         Header {
             made_by,
             source,
-            crs: Crs { definition: crs.0, name, esri_wkt: crs.2, unit: None },
+            crs: Crs { definition: crs.0, name, esri_wkt: crs.2, ..Crs::default() },
             heights: Heights { crs: heights.0, unit: heights.1 },
             frame: CoordinateFrame { origin, xy_scale, z_scale, single },
             window: window.map(|(column, row, width, height)| Window { column, row, width, height }),

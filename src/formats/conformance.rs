@@ -186,6 +186,7 @@ fn kept(format: &Format, header: &Header) -> Header {
             // Beside the mesh, or nowhere.
             esri_wkt: None,
             unit: None,
+            ..Crs::default()
         },
         heights: Heights { crs: of_heights(&header.heights.crs), unit: of_heights(&header.heights.unit) },
         options: header.options.iter().map(|o| RunOption::new(o.name, line(&o.value))).collect(),

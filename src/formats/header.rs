@@ -1,6 +1,6 @@
 //! What a mesh file says of itself beside its vertices and triangles, as data: each format words it for itself.
 
-use crate::base::{CoordinateFrame, Window};
+use crate::base::{CoordinateFrame, Metres, Window};
 
 /// What a mesh was made from, where it lies on the map, how its coordinates are written, and what was asked for.
 ///
@@ -29,7 +29,7 @@ pub struct Header {
 }
 
 /// A coordinate reference system, as far as it is known.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Crs {
     /// Its authority's code (`EPSG:32633`), else WKT; `None` where there is no CRS.
     pub definition: Option<String>,
@@ -39,6 +39,8 @@ pub struct Crs {
     pub esri_wkt: Option<String>,
     /// The unit of x and y, such as `metre`. No format of today has it.
     pub unit: Option<String>,
+    /// How long the unit of x and y is, for formats in metres. No header of a mesh has it.
+    pub metres: Option<Metres>,
 }
 
 /// What heights mean, as far as it is known.

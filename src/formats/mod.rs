@@ -3,10 +3,12 @@
 //! [`FORMATS`] is the table. A writer is a [`Sink`]; it is given a staged file and a [`Header`], which it words as its format
 //! can. A reader is a [`MeshReader`]: [`open`] finds the right one for a file. Reader and writer of a format know nothing of
 //! each other, so that `verify` judges what was written, and not what was meant; what they share is data. A new format is a
-//! folder, and a row in the table; `conformance.rs` holds every row to its promises.
+//! folder, and a row in the table; `conformance.rs` holds every row to its promises. A mesh in memory is no format of files:
+//! [`ArraySink`] and [`ArrayReader`] have it in arrays.
 
 #[cfg(test)]
 mod any_mesh;
+mod arrays;
 mod columns;
 #[cfg(test)]
 mod conformance;
@@ -33,6 +35,7 @@ pub mod vtp;
 mod weld;
 mod wording;
 
+pub use arrays::{ArrayReader, ArraySink, Arrays};
 pub use error::{ReadError, SinkError};
 pub use format::{
     Attributes, BEGINNING, Bytes, Format, HeaderKept, Limits, OpenReader, OpenSink, Precision, ReadOptions, Recognised,

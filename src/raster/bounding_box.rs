@@ -21,9 +21,6 @@ pub struct BoundingBox {
 /// Places along a side of a box that are looked for in another CRS, where its sides may be bent.
 const PLACES: u32 = 65;
 
-/// How far outside of the box a sample may be and count as inside, in cells: decimals are rounded.
-const ROUNDING_CELLS: f64 = 1e-6;
-
 impl Raster {
     /// The samples inside a box, as a window: the smallest one that holds all of them. Where the box is not parallel to
     /// the rows and columns (a raster that is turned, another CRS), it holds samples outside of the box, too. Of a box in
@@ -34,20 +31,13 @@ impl Raster {
     /// are less than 2 × 2 samples inside.
     pub fn window_of(&self, bounds: &BoundingBox) -> Result<Window, RasterError> {
         let places = self.places_of(bounds)?;
-        let range = |of: fn(&(f64, f64)) -> f64| {
-            let values = places.iter().map(of);
-            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
-        };
-        match (inside(range(|p| p.0), self.width()), inside(range(|p| p.1), self.height())) {
-            (Some((column, width)), Some((row, height))) => Ok(Window { column, row, width, height }),
-            (columns, rows) => Err(RasterError::EmptyBox {
-                path: self.path().to_path_buf(),
-                columns: columns.map_or(0, |c| c.1).max(count(range(|p| p.0), self.width())),
-                rows: rows.map_or(0, |r| r.1).max(count(range(|p| p.1), self.height())),
-                extent: self.extent(),
-                crs: self.crs_name(),
-            }),
-        }
+        Window::between(&places, (self.width(), self.height())).map_err(|(columns, rows)| RasterError::EmptyBox {
+            path: self.path().to_path_buf(),
+            columns,
+            rows,
+            extent: self.extent(),
+            crs: self.crs_name(),
+        })
     }
 
     /// Places of the box, as column and row with fractions.
@@ -84,46 +74,5 @@ impl Raster {
     /// The least x and y of samples, and the largest.
     pub fn extent(&self) -> [f64; 4] {
         self.geo_transform().extent(self.width(), self.height())
-    }
-}
-
-/// The whole numbers from 0 to `count` − 1 in a range: first and last.
-fn whole((low, high): (f64, f64), count: usize) -> (i64, i64) {
-    // Saturates where the box is far away.
-    let first = (low - ROUNDING_CELLS).ceil().max(0.0) as i64;
-    (first, (high + ROUNDING_CELLS).floor().min(count as f64 - 1.0) as i64)
-}
-
-fn count(range: (f64, f64), count: usize) -> usize {
-    let (first, last) = whole(range, count);
-    usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(0)
-}
-
-/// The same as first and length, if there are two or more.
-fn inside(range: (f64, f64), all: usize) -> Option<(usize, usize)> {
-    let found = count(range, all);
-    (found >= 2).then(|| (whole(range, all).0 as usize, found))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_samples_in_a_range() {
-        let cases = [
-            ((-3.0, 9.0), Some((0, 5))),
-            ((1.0, 3.0), Some((1, 3))),
-            ((1.0 + 1e-9, 3.0 - 1e-9), Some((1, 3))),
-            ((1.1, 3.9), Some((2, 2))),
-            ((1.1, 2.9), None),
-            ((7.0, 9.0), None),
-            ((-9.0, -7.0), None),
-            ((-1e300, 1e300), Some((0, 5))),
-            ((f64::INFINITY, f64::NEG_INFINITY), None),
-        ];
-        for (range, expected) in cases {
-            assert_eq!(inside(range, 5), expected, "{range:?}");
-        }
     }
 }

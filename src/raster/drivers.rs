@@ -30,14 +30,6 @@ pub(super) fn caveat(driver: &str, version: u32, open_options: &[String]) -> Opt
     }
 }
 
-/// Where a nodata tag of 0 comes from, for a message; empty where nothing is known.
-pub(super) fn origin_of_zero_tag(driver: &str) -> &'static str {
-    match driver {
-        "Zarr" => " (Zarr's fill_value, which zarr-python sets to 0 unless told otherwise)",
-        _ => "",
-    }
-}
-
 /// Formats that not every GDAL reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Unread {
@@ -107,6 +99,5 @@ mod tests {
         assert_eq!(Unread::of_product("S102", "INT.IHO.S-102.2.1"), None);
         assert!(Unread::S102.reason(3_060_200).contains("GDAL 3.6.2 does not read; GDAL 3.8 and newer do, as depths"));
         assert!(Unread::Zarr3.reason(3_060_200).contains("Zarr 3, which GDAL 3.6.2 does not read"));
-        assert!(origin_of_zero_tag("Zarr").contains("fill_value") && origin_of_zero_tag("GTiff").is_empty());
     }
 }

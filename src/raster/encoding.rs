@@ -2,7 +2,7 @@
 
 use super::gdal_error;
 use super::{Raster, RasterError};
-use crate::base::{Encoding, SampleType, Scaling, Window};
+use crate::base::{Encoding, SampleType, Scaling, Window, bands_of_colours};
 
 /// An encoding, and the bands that have red, green and blue, from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,11 +19,7 @@ impl Raster {
     /// # Errors
     /// [`RasterError::NotEncoded`] if there are no three bands of bytes.
     pub(super) fn with_encoding(mut self, encoding: Encoding) -> Result<Raster, RasterError> {
-        let coloured = |name: &str| (1..=self.band_count()).find(|n| self.colour_of(*n) == Some(name));
-        let bands = match [coloured("red"), coloured("green"), coloured("blue")] {
-            [Some(red), Some(green), Some(blue)] => [red, green, blue],
-            _ => [1, 2, 3],
-        };
+        let bands = bands_of_colours(self.band_count(), |number| self.colour_of(number));
         let is_byte = |n: usize| {
             let band = self.dataset.rasterband(n).ok();
             band.and_then(|b| super::open::sample_type(&b)) == Some(SampleType::U8)

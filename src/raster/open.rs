@@ -41,6 +41,8 @@ pub struct Raster {
     pub(super) marks: Marks,
     /// Whether somebody has said the marks.
     pub(super) marks_are_said: bool,
+    /// The words by which nodata values were said.
+    pub(super) nodata_words: Vec<String>,
     /// Whether the tag is among the marks because the raster has it, and not because the caller named that value.
     pub(super) tag_counts: bool,
     /// Where heights are stored as colours.
@@ -175,6 +177,7 @@ impl Raster {
             tag,
             marks: Marks { values: tag.into_iter().collect(), valid: None },
             marks_are_said: false,
+            nodata_words: Vec::new(),
             tag_counts: true,
             encoded: None,
             cutline: None,
@@ -190,9 +193,8 @@ impl Raster {
     /// # Errors
     /// [`RasterError::Window`] if it reaches out of the raster or has less than 2 samples across or down.
     pub fn clip(self, window: Window) -> Result<Raster, RasterError> {
-        let inside = |first: usize, count: usize, all: usize| first.checked_add(count).is_some_and(|end| end <= all);
         let Window { column, row, width, height } = window;
-        if !inside(column, width, self.width()) || !inside(row, height, self.height()) || width < 2 || height < 2 {
+        if !window.is_usable_in((self.width(), self.height())) {
             let (path, size) = (self.path, (self.window.width, self.window.height));
             return Err(RasterError::Window { path, window, width: size.0, height: size.1 });
         }
@@ -353,8 +355,7 @@ pub(super) fn type_name(band: &RasterBand<'_>) -> String {
 
 fn scaling(path: &Path, band: &RasterBand<'_>) -> Result<Scaling, RasterError> {
     let scaling = Scaling { scale: band.scale().unwrap_or(1.0), offset: band.offset().unwrap_or(0.0) };
-    let usable = scaling.scale.is_finite() && scaling.scale != 0.0 && scaling.offset.is_finite();
-    if usable {
+    if scaling.is_usable() {
         return Ok(scaling);
     }
     Err(RasterError::Scaling { path: path.to_path_buf(), scale: scaling.scale, offset: scaling.offset })

@@ -3,7 +3,7 @@
 use gdal::raster::ColorInterpretation as Colour;
 
 use super::{Raster, RasterError};
-use crate::base::SampleType;
+use crate::base::{Colours, SampleType, is_scale_of_greys};
 
 impl Raster {
     /// Makes sure that the band is no colour and no index of a table of colours.
@@ -14,10 +14,7 @@ impl Raster {
         if self.encoding().is_some() {
             return Ok(());
         }
-        match self.colour_of(self.band()) {
-            Some(colour) => Err(self.picture(colour)),
-            None => self.expect_no_table(),
-        }
+        self.with_colours(|colours| colours.expect_heights(self.path(), self.band()))
     }
 
     /// Makes sure that the band's samples are no indices of a table of colours: those are no numbers of a channel either.
@@ -25,22 +22,16 @@ impl Raster {
     /// # Errors
     /// [`RasterError::Picture`].
     pub fn expect_no_table(&self) -> Result<(), RasterError> {
-        if self.has_colour_table() { Err(self.picture("the numbers of colours in a table")) } else { Ok(()) }
+        self.with_colours(|colours| colours.expect_no_table(self.path(), self.band()))
     }
 
-    fn picture(&self, found: &str) -> RasterError {
-        let plain = |n: &usize| *n != self.band() && self.colour_of(*n).is_none();
+    fn with_colours(&self, judge: impl FnOnce(Colours<'_>) -> Result<(), RasterError>) -> Result<(), RasterError> {
+        let of_bands: Vec<_> = (1..=self.band_count()).map(|number| self.colour_of(number)).collect();
         let bytes = |n: usize| {
             let band = self.dataset.rasterband(n).ok();
             band.and_then(|b| super::open::sample_type(&b)) == Some(SampleType::U8)
         };
-        RasterError::Picture {
-            path: self.path().to_path_buf(),
-            band: self.band(),
-            found: found.to_string(),
-            other: (1..=self.band_count()).find(plain),
-            encoded: self.band_count() >= 3 && (1..=3).all(bytes),
-        }
+        judge(Colours { of_bands: &of_bands, has_table: self.has_colour_table(), bytes: (1..=3).all(bytes) })
     }
 
     /// The colour that a band is said to hold; `None` where it is none.
@@ -68,13 +59,11 @@ impl Raster {
         self.colour_of(self.band()).filter(|c| matches!(*c, "red" | "green" | "blue" | "alpha"))
     }
 
-    /// Whether samples are numbers of entries in a table of colours, and so no heights. A table of greys, from dark to
-    /// bright, is none: with that, some formats say that samples are a measure of something.
+    /// Whether samples are numbers of entries in a table of colours, and so no heights ([`is_scale_of_greys`] is none).
     pub fn has_colour_table(&self) -> bool {
         let Ok(band) = self.rasterband() else { return false };
         let Some(table) = band.color_table() else { return false };
-        let entries: Vec<_> = (0..table.entry_count()).filter_map(|i| table.entry_as_rgb(i)).collect();
-        let grey = entries.iter().all(|e| e.r == e.g && e.g == e.b);
-        !(grey && entries.windows(2).all(|pair| pair[0].r < pair[1].r))
+        let entries = (0..table.entry_count()).filter_map(|i| table.entry_as_rgb(i));
+        !is_scale_of_greys(&entries.map(|e| [e.r, e.g, e.b]).collect::<Vec<_>>())
     }
 }

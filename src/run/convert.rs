@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::coordinates::origin;
 use super::report::SCHEMA;
-use super::{RunError, Warned, make};
+use super::{IN_MEMORY, RunError, Warned, make};
 use crate::base::channels::{Channel, Number};
 use crate::base::control::{Control, Stage};
 use crate::base::external::{Scratch, Store, StoreWriter};
@@ -103,25 +103,55 @@ impl ConvertRequest {
 /// [`RunError`]; nothing is left under the output's name then.
 pub fn convert(request: &ConvertRequest, control: &Control<'_>) -> Result<ConvertReport, RunError> {
     let warned = Warned::new(control);
-    let target = make::format_of(&request.output, request.format)?;
-    make::check_options(&request.output, request.sink.asked(), target)?;
+    let target = target(request)?;
     let input_format = match request.input_format {
         Some(format) => format,
         None => formats::recognised(&request.input)?,
     };
-    let inputs = [request.input.as_path()];
-    StagedFile::check(&request.output, request.overwrite, &inputs)?;
+    StagedFile::check(&request.output, request.overwrite, &[request.input.as_path()])?;
     let reading = ReadOptions { cancel: control.cancel.clone(), temp_dir: request.temp_dir.clone() };
     let mut reader = (input_format.reader)(&request.input, &reading)?;
-    let mut conversion = Conversion::plan(request, target, reader.as_mut())?;
-    conversion.tell_of_losses(&warned);
+    let report = write(request, target, reader.as_mut(), &warned, control)?;
+    Ok(ConvertReport { input_format: input_format.name, ..report })
+}
+
+/// Does what [`convert`] does with a mesh that is open, such as one in arrays. Of the input in the request only what messages call
+/// it counts.
+///
+/// # Errors
+/// As [`convert`].
+pub fn convert_mesh(
+    mesh: &mut dyn MeshReader,
+    request: &ConvertRequest,
+    control: &Control<'_>,
+) -> Result<ConvertReport, RunError> {
+    write(request, target(request)?, mesh, &Warned::new(control), control)
+}
+
+/// The format of the output, which takes what is asked of it.
+fn target(request: &ConvertRequest) -> Result<&'static Format, RunError> {
+    let target = make::format_of(&request.output, request.format)?;
+    make::check_options(&request.output, request.sink.asked(), target)?;
+    Ok(target)
+}
+
+fn write(
+    request: &ConvertRequest,
+    target: &'static Format,
+    reader: &mut dyn MeshReader,
+    warned: &Warned<'_>,
+    control: &Control<'_>,
+) -> Result<ConvertReport, RunError> {
+    let inputs = [request.input.as_path()];
+    let mut conversion = Conversion::plan(request, target, reader)?;
+    conversion.tell_of_losses(warned);
     let staged = StagedFile::create(&request.output, request.overwrite, &inputs)?;
-    conversion.write(request, staged, reader.as_mut(), control)?;
+    conversion.write(request, staged, reader, control)?;
     let Conversion { frame, loss, header, kept, .. } = conversion;
     Ok(ConvertReport {
         schema: SCHEMA,
         input: request.input.display().to_string(),
-        input_format: input_format.name,
+        input_format: IN_MEMORY,
         output: request.output.display().to_string(),
         format: target.name,
         vertices: reader.vertex_count(),
@@ -353,13 +383,13 @@ fn frame(given: &Header, target: &Format, single: bool, read: Bounds) -> Coordin
 }
 
 #[cfg(feature = "gdal")]
-fn metres(header: &Header) -> Option<crate::base::Metres> {
-    crate::raster::metres_of(header.crs.definition.as_deref()?)
+fn metres(header: &Header) -> Option<Metres> {
+    header.crs.metres.or_else(|| crate::raster::metres_of(header.crs.definition.as_deref()?))
 }
 
 #[cfg(not(feature = "gdal"))]
-fn metres(_: &Header) -> Option<crate::base::Metres> {
-    None
+fn metres(header: &Header) -> Option<Metres> {
+    header.crs.metres
 }
 
 /// From the numbers of one frame to those of another that goes on where it ends.

@@ -109,6 +109,16 @@ impl Opened {
                 let counts = PointCounts { read: used, used, merged: 0, outside: 0 };
                 Ok(Points { set: set.clone(), layer: String::new(), counts })
             }
+            PointInput::Places(places) => {
+                let (transform, size) = (self.band.geo_transform(), (self.band.width(), self.band.height()));
+                let nearest = places.iter().filter_map(|place| transform.nearest_sample(*place, size));
+                let samples: Vec<(usize, usize)> = nearest.collect();
+                let (read, inside) = (places.len() as u64, samples.len() as u64);
+                let set = Arc::new(PointSet::new(samples));
+                let used = set.len() as u64;
+                let counts = PointCounts { read, used, merged: inside - used, outside: read - inside };
+                Ok(Points { set, layer: String::new(), counts })
+            }
         }
     }
 }

@@ -14,7 +14,7 @@ use super::{Attributes, Input, RunError, Warned};
 use crate::base::Band;
 use crate::base::control::Control;
 use crate::base::warning::Warnings;
-use crate::formats::Format;
+use crate::formats::{Format, MeshReader};
 use crate::verify::{GroundOptions, Verdict, VerifyOptions, verify_ground};
 
 /// A mesh that is to be judged, and what it was made from: everything that the command `verify` can be asked for.
@@ -89,6 +89,26 @@ impl VerifyRequest {
 /// # Errors
 /// [`RunError`]: the raster, the mesh or what else is read cannot be used, or the caller asked to stop.
 pub fn verify(request: &VerifyRequest, control: &Control<'_>) -> Result<VerifyReport, RunError> {
+    judge(request, None, control)
+}
+
+/// Does what [`verify`] does with a mesh that is open, such as one in arrays; the request's own is not looked at.
+///
+/// # Errors
+/// As [`verify`].
+pub fn verify_mesh(
+    mesh: &mut dyn MeshReader,
+    request: &VerifyRequest,
+    control: &Control<'_>,
+) -> Result<VerifyReport, RunError> {
+    judge(request, Some(mesh), control)
+}
+
+fn judge(
+    request: &VerifyRequest,
+    mesh: Option<&mut dyn MeshReader>,
+    control: &Control<'_>,
+) -> Result<VerifyReport, RunError> {
     let warned = Warned::new(control);
     let opened = open(&request.input, request.attributes.as_ref(), &control.cancel)?;
     let importance = request.importance.as_ref().map(|input| open_importance(input, &opened)).transpose()?;
@@ -102,8 +122,10 @@ pub fn verify(request: &VerifyRequest, control: &Control<'_>) -> Result<VerifyRe
     let further = attributes.iter().flat_map(|a| &a.bands).chain(&importance);
     bound_gdal_cache(cache_bytes(further.chain([&band])));
     let pool = start_threads(request.threads.map_or_else(all_cores, usize::from))?;
-    let judge = || verify_ground(&band, &request.mesh, &options, ground, attributes.as_ref(), control);
-    let verdict = pool.install(judge)?;
+    let verdict = pool.install(|| match mesh {
+        None => verify_ground(&band, &request.mesh, &options, ground, attributes.as_ref(), control),
+        Some(mesh) => crate::verify::verify_mesh(&band, mesh, &options, ground, attributes.as_ref(), control),
+    })?;
     drop(pool);
     let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
     if verdict.nodata + verdict.bridged > 0 && !is_flat {

@@ -11,7 +11,7 @@ use super::look::look;
 use super::report::{Needs, Report, Seconds, Sources, WorkDirState};
 use super::resume::{Kept, finished};
 use super::threads::start_threads;
-use super::{Request, RunError, Warned, provenance};
+use super::{Coordinates, IN_MEMORY, InMemory, Request, RunError, Warned, provenance};
 use crate::base::channels::{Channel, ChannelBands, Number};
 use crate::base::control::Control;
 use crate::base::features::Feature;
@@ -19,7 +19,9 @@ use crate::base::staged::StagedFile;
 use crate::base::warning::{Warning, WarningCode};
 use crate::base::{Band, Texture, channels_of};
 use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions, height_range, may_have_holes};
-use crate::formats::{self, Attributes, Base, FORMATS, Format, Setup, SinkError, SinkOption};
+use crate::formats::{
+    self, ArraySink, Arrays, Attributes, Base, FORMATS, Format, Header, Setup, Sink, SinkError, SinkOption,
+};
 use crate::job::normals::NormalSource;
 use crate::job::plan::{
     DENSEST, DiskUse, Estimate, Expected, Load, Plan, check_disk, default_budget, estimate, probe, probe_field,
@@ -39,6 +41,36 @@ pub(super) fn merge(request: &Request<'_>, control: &Control<'_>) -> Result<Repo
     let warned = Warned::new(control);
     let run = Run::prepare(request, Purpose::Merge, &warned, control)?;
     run.report()
+}
+
+fn warn_of_shortfall(report: &Report, request: &Request<'_>, warned: &Warned<'_>) {
+    if report.fell_short() {
+        let message = "the mesh is complete, but the budget ended it before the quality asked for".to_string();
+        warned.tell(Warning { code: WarningCode::FellShort, file: request.output.clone(), count: 1, message });
+    }
+}
+
+/// Does [`super::simplify_in_memory`].
+pub(super) fn simplify_in_memory(request: &Request<'_>, control: &Control<'_>) -> Result<InMemory, RunError> {
+    let warned = Warned::new(control);
+    // What is in memory keeps what the first format keeps: doubles, and all attributes.
+    let format = FORMATS[0];
+    if let Some(option) = request.sink.asked().chain(request.further_options()).next() {
+        let path = request.input.path().to_path_buf();
+        return Err(RunError::FormatOption { path, format: IN_MEMORY, option, formats: titles(option) });
+    }
+    let request = Request {
+        format: Some(format),
+        output: PathBuf::from(IN_MEMORY),
+        coordinates: Coordinates::default(),
+        work_dir: None,
+        ..request.clone()
+    };
+    let run = Run::prepare(&request, Purpose::Make, &warned, control)?;
+    let mut arrays = Arrays::default();
+    let (report, header) = run.pool.install(|| run.fill(&mut arrays))?;
+    warn_of_shortfall(&report, &request, &warned);
+    Ok(InMemory { arrays, header, report: Report { warnings: warned.take(), ..report } })
 }
 
 /// Does [`super::plan`].
@@ -106,9 +138,13 @@ pub(super) fn check_options(
     format: &'static Format,
 ) -> Result<(), RunError> {
     let Some(option) = asked.find(|option| !format.options.contains(option)) else { return Ok(()) };
-    let formats =
-        FORMATS.iter().filter(|f| f.options.contains(&option)).map(|f| f.title).collect::<Vec<_>>().join(", ");
-    Err(RunError::FormatOption { path: output.to_path_buf(), format: format.title, option, formats })
+    let (path, formats) = (output.to_path_buf(), titles(option));
+    Err(RunError::FormatOption { path, format: format.title, option, formats })
+}
+
+/// The formats that take an option.
+fn titles(option: SinkOption) -> String {
+    FORMATS.iter().filter(|f| f.options.contains(&option)).map(|f| f.title).collect::<Vec<_>>().join(", ")
 }
 
 /// Refuses attributes in double precision for a format that has none.
@@ -259,11 +295,7 @@ impl<'a> Run<'a> {
     /// The run to its end, on its own threads.
     fn report(&self) -> Result<Report, RunError> {
         let report = self.pool.install(|| self.run())?;
-        if report.fell_short() {
-            let message = "the mesh is complete, but the budget ended it before the quality asked for".to_string();
-            let file = self.request.output.clone();
-            self.warned.tell(Warning { code: WarningCode::FellShort, file, count: 1, message });
-        }
+        warn_of_shortfall(&report, self.request, self.warned);
         Ok(Report { warnings: self.warned.take(), ..report })
     }
 
@@ -300,8 +332,8 @@ impl<'a> Run<'a> {
             Some(kept) => kept.stage(request)?,
             None => StagedFile::create(&request.output, request.overwrite, &request.inputs())?,
         };
-        self.check_disks(&staged, kept)?;
         let partial = staged.partial_path().to_path_buf();
+        self.check_disks(Some(partial.parent().unwrap_or(Path::new("."))), kept)?;
         // A file that cannot lie beside the output is found before the long run, as the output itself is.
         let header = provenance::header(request, self.band(), &self.written, ranged);
         let sink = (self.format.sink)(
@@ -317,7 +349,31 @@ impl<'a> Run<'a> {
             },
         )?;
         self.warn_of_attributes(ranged);
-        let field = self.field(ranged, &partial)?;
+        self.make_into(sink, &partial, start, ranged, kept)
+    }
+
+    /// Makes the mesh in arrays. Gives what a file with it would say of itself.
+    fn fill(&self, arrays: &mut Arrays) -> Result<(Report, Header), RunError> {
+        let start = Instant::now();
+        let ranged = self.ranged()?;
+        self.check_disks(None, None)?;
+        let sink = Box::new(ArraySink::new(&self.request.output, arrays));
+        let report = self.make_into(sink, Path::new(""), start, ranged.as_ref(), None)?;
+        let header = provenance::header(self.request, self.band(), &self.written, ranged.as_ref());
+        Ok((Report { output: String::new(), format: IN_MEMORY, ..report }, header))
+    }
+
+    /// Makes the mesh and hands it to a sink, whose unfinished file is called `partial`.
+    fn make_into(
+        &self,
+        sink: Box<dyn Sink + '_>,
+        partial: &Path,
+        start: Instant,
+        ranged: Option<&Ranged<'_>>,
+        kept: Option<&Kept>,
+    ) -> Result<Report, Error> {
+        let (request, params) = (self.request, &self.params);
+        let field = self.field(ranged, partial)?;
         let opened = Instant::now();
         let mesh = match kept {
             Some(kept) if self.purpose == Purpose::Merge => kept.merge(&field, params, self.control)?,
@@ -413,18 +469,20 @@ impl<'a> Run<'a> {
         self.warned.tell(Warning { code: WarningCode::AttributesLost, file, count, message });
     }
 
-    /// Refuses what the disks cannot hold. A few tiles are only tried where the densest mesh would not fit.
-    fn check_disks(&self, staged: &StagedFile, kept: Option<&Kept>) -> Result<(), Error> {
-        let output_folder = staged.partial_path().parent().unwrap_or(Path::new("."));
+    /// Refuses what the disks cannot hold: `output_folder` is that of the output, if it is a file. A few tiles are only tried
+    /// where the densest mesh would not fit.
+    fn check_disks(&self, output_folder: Option<&Path>, kept: Option<&Kept>) -> Result<(), Error> {
         let temp_dir = self.params.temp_dir.as_path();
         let (tiles, there) = kept.map_or((temp_dir, 0), |kept| (kept.path(), kept.chunk_bytes()));
         let check = |estimate: Estimate| {
-            check_disk(&[
+            let uses = [
                 DiskUse { what: "decoded samples", folder: temp_dir, bytes: estimate.field_bytes },
                 DiskUse { what: "what tiles tell under a goal", folder: temp_dir, bytes: estimate.survey_bytes },
                 DiskUse { what: "finished tiles", folder: tiles, bytes: estimate.spool_bytes.saturating_sub(there) },
-                DiskUse { what: "the output", folder: output_folder, bytes: estimate.output_bytes },
-            ])
+            ];
+            let output =
+                output_folder.map(|folder| DiskUse { what: "the output", folder, bytes: estimate.output_bytes });
+            check_disk(&uses.into_iter().chain(output).collect::<Vec<_>>())
         };
         if check(self.estimate(Expected::densest(DENSEST, self.band().samples(), &self.params))).is_ok() {
             return Ok(());

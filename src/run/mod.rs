@@ -25,11 +25,11 @@ mod resume;
 mod shards;
 mod threads;
 
-pub use convert::{ConvertReport, ConvertRequest, convert};
+pub use convert::{ConvertReport, ConvertRequest, convert, convert_mesh};
 pub use error::{Fate, RunError};
 #[cfg(feature = "gdal")]
 pub use info::{Description, Info, describe};
-pub use judge::{VerifyReport, VerifyRequest, verify};
+pub use judge::{VerifyReport, VerifyRequest, verify, verify_mesh};
 pub use look::{Found, Look, LookError, look};
 pub use report::{Needs, Report};
 #[cfg(feature = "gdal")]
@@ -41,6 +41,7 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::base::control::{Control, Progress};
 use crate::base::warning::{Warning, Warnings};
+use crate::formats::{Arrays, Header};
 
 /// Makes the mesh that is asked for, writes it and gives it its name.
 ///
@@ -48,6 +49,30 @@ use crate::base::warning::{Warning, Warnings};
 /// [`RunError`]; nothing is left under the output's name then, and of finished tiles only what the work dir keeps.
 pub fn simplify(request: &Request<'_>, control: &Control<'_>) -> Result<Report, RunError> {
     make::simplify(request, control)
+}
+
+/// What reports call the format of a mesh in arrays.
+const IN_MEMORY: &str = "arrays";
+
+/// A mesh in arrays, and what came of making it.
+#[derive(Debug)]
+pub struct InMemory {
+    /// The mesh, in map coordinates and heights.
+    pub arrays: Arrays,
+    /// What a file with it says of itself.
+    pub header: Header,
+    /// What came of the run.
+    pub report: Report,
+}
+
+/// Makes the mesh that is asked for, in arrays. Output, format and work dir of the request are not looked at; coordinates must be
+/// as usual, as arrays have them as they are, and no option of a format may be asked for. The memory of the arrays comes on top
+/// of that of the run.
+///
+/// # Errors
+/// [`RunError`]; [`RunError::FormatOption`] for an option of a format.
+pub fn simplify_in_memory(request: &Request<'_>, control: &Control<'_>) -> Result<InMemory, RunError> {
+    make::simplify_in_memory(request, control)
 }
 
 /// Finds out what a run will need: of a few tiles, or of its budget; and what its work dir has of it already. Writes

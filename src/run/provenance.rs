@@ -38,31 +38,32 @@ pub(super) fn header(request: &Request<'_>, band: &Band, written: &Written, attr
             name: Some(reference.crs.clone()),
             esri_wkt: band.esri_wkt.clone(),
             unit: said(&reference.unit),
+            metres: reference.metres,
         },
         heights: Heights { crs: said(&reference.vertical_crs), unit: said(&reference.height_unit) },
         frame: written.frame,
         window: band.window,
         tolerance: Some(request.params.tolerance.asked()).filter(|asked| asked.is_finite()),
-        options: options(request, attributes),
+        options: options(request, band, attributes),
         notes: Vec::new(),
     }
 }
 
 /// What else was asked for and decides the mesh, in a fixed order.
-fn options(request: &Request<'_>, attributes: Option<&Ranged<'_>>) -> Vec<RunOption> {
+fn options(request: &Request<'_>, band: &Band, attributes: Option<&Ranged<'_>>) -> Vec<RunOption> {
     let goal = request.params.goal;
     let mut options = Vec::new();
     let mut say = |name, value: Option<String>| options.extend(value.map(|value| RunOption::new(name, value)));
     say(OptionName::MaxRms, goal.max_rms.map(|rms| rms.to_string()));
     say(OptionName::MaxPoints, goal.max_points.map(|most| most.to_string()));
     say(OptionName::MaxTriangles, goal.max_triangles.map(|most| most.to_string()));
+    say(OptionName::Encoding, band.encoding.map(|encoding| encoding.name().to_string()));
     #[cfg(feature = "gdal")]
     if let Input::Raster { view, .. } = &request.input {
-        say(OptionName::Encoding, view.encoding.map(|encoding| encoding.name().to_string()));
         view.open_options.iter().for_each(|option| say(OptionName::OpenOption, Some(option.clone())));
-        view.nodata.iter().for_each(|value| say(OptionName::Nodata, Some(value.clone())));
-        say(OptionName::ValidRange, view.valid_range.map(|valid| format!("{},{}", valid.min, valid.max)));
     }
+    band.nodata_words().iter().for_each(|value| say(OptionName::Nodata, Some(value.clone())));
+    say(OptionName::ValidRange, band.marks().valid.map(|valid| format!("{},{}", valid.min, valid.max)));
     say(OptionName::FillHoles, Some(request.fill_voids).filter(|most| *most > 0).map(|most| most.to_string()));
     #[cfg(feature = "gdal")]
     if let Input::Raster { view, .. } = &request.input

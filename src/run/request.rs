@@ -112,6 +112,8 @@ pub enum PointInput {
     Layer(PointSource),
     /// These samples.
     Samples(Arc<PointSet>),
+    /// The samples nearest to these places on the map of the input; those beyond its rim are left out and counted.
+    Places(Arc<[(f64, f64)]>),
 }
 
 /// An image that is laid over the mesh.

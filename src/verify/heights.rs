@@ -285,7 +285,7 @@ mod tests {
         });
         assert_eq!(valid(heights), [true, true, true, true, true, false]);
         let mut out = [0.0; 6];
-        let band = raster.with_nodata(&["2"]).and_then(|r| r.to_band()).expect("a mark");
+        let band = raster.with_nodata(&["2".to_string()]).and_then(|r| r.to_band()).expect("a mark");
         HeightReader::new(&band).read(WINDOW, &mut out).expect("read");
         assert_eq!(valid(out), [true, false, true, false, true, false]);
     }

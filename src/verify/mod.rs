@@ -146,7 +146,7 @@ use crate::base::channels::ChannelBands;
 use crate::base::control::{Control, Stage};
 use crate::base::external::Scratch;
 use crate::base::features::Feature;
-use crate::formats::{self, ReadOptions};
+use crate::formats::{self, MeshReader, ReadOptions};
 use crate::job::rules;
 
 pub use error::VerifyError;
@@ -219,7 +219,7 @@ pub fn verify(
     options: &VerifyOptions<'_>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
-    judge(raster, mesh, options, GroundOptions::default(), None, None, control)
+    verify_ground(raster, mesh, options, GroundOptions::default(), None, control)
 }
 
 /// Does what [`verify`] does, and judges the weighted error of heights and channels as well.
@@ -255,6 +255,33 @@ pub fn verify_ground(
     channels: Option<&ChannelBands>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
+    // Before a file is opened.
+    limit(raster, options)?;
+    let mut mesh = open(mesh, options, control)?;
+    verify_mesh(raster, mesh.as_mut(), options, ground, channels, control)
+}
+
+/// The file, open for reading.
+fn open(mesh: &Path, options: &VerifyOptions<'_>, control: &Control<'_>) -> Result<Box<dyn MeshReader>, VerifyError> {
+    let reading = ReadOptions { cancel: control.cancel.clone(), temp_dir: options.temp_dir.clone() };
+    Ok(formats::open(mesh, None, &reading)?)
+}
+
+/// Does what [`verify_ground`] does with a mesh that is open, such as one in arrays.
+///
+/// # Errors
+/// As [`verify_ground`].
+///
+/// # Panics
+/// As [`verify_with_channels`], where there are channels.
+pub fn verify_mesh(
+    raster: &Band,
+    mesh: &mut dyn MeshReader,
+    options: &VerifyOptions<'_>,
+    ground: GroundOptions,
+    channels: Option<&ChannelBands>,
+    control: &Control<'_>,
+) -> Result<Verdict, VerifyError> {
     if let Some(channels) = channels {
         assert!(!channels.bands.is_empty(), "no channel to judge");
         let attributes = if channels.planar { Feature::Image } else { Feature::Attributes };
@@ -267,29 +294,31 @@ pub fn verify_ground(
     judge(raster, mesh, options, ground, channels, None, control)
 }
 
+/// The limit on straying, once it is certain that the raster can be judged by with these options.
+fn limit(raster: &Band, options: &VerifyOptions<'_>) -> Result<Option<StrayLimit>, VerifyError> {
+    let tolerance = options.max_error;
+    if !(tolerance.is_finite() && tolerance >= 0.0) {
+        return Err(VerifyError::Tolerance { found: tolerance });
+    }
+    raster.holds_rows(raster.width())?;
+    if let Some(importance) = options.importance {
+        raster.same_grid(importance)?;
+    }
+    StrayLimit::new(options.max_stray, tolerance)
+}
+
 /// The raster passes in bands of this number of rows, where one is given.
 fn judge(
     raster: &Band,
-    mesh: &Path,
+    mesh: &mut dyn MeshReader,
     options: &VerifyOptions<'_>,
     ground: GroundOptions,
     channels: Option<&ChannelBands>,
     band_rows: Option<usize>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
-    let tolerance = options.max_error;
-    if !(tolerance.is_finite() && tolerance >= 0.0) {
-        return Err(VerifyError::Tolerance { found: tolerance });
-    }
-    let limit = StrayLimit::new(options.max_stray, tolerance)?;
-    raster.holds_rows(raster.width())?;
-    if let Some(importance) = options.importance {
-        raster.same_grid(importance)?;
-    }
-    let reading = ReadOptions { cancel: control.cancel.clone(), temp_dir: options.temp_dir.clone() };
+    let (tolerance, limit) = (options.max_error, limit(raster, options)?);
     let scratch = Scratch::new(options.temp_dir.as_deref(), control.cancel.clone());
-    let mut mesh = formats::open(mesh, None, &reading)?;
-    let mesh = mesh.as_mut();
     let grid = Grid::of(raster, mesh);
     let (vertices, triangles) = (mesh.vertex_count(), mesh.face_count());
 

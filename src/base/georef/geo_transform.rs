@@ -106,6 +106,21 @@ impl GeoTransform {
     }
 }
 
+impl GeoTransform {
+    /// Column and row, of a raster of `width` × `height` samples, of the sample nearest to a place on the map; of several that are
+    /// equally near, the one of the lowest column and row. `None` if the place lies more than half a cell outside the samples'
+    /// centres.
+    pub fn nearest_sample(&self, (x, y): (f64, f64), (width, height): (usize, usize)) -> Option<(usize, usize)> {
+        let (column, row) = self.sample_coordinates(x, y);
+        Some((nearest(column, width)?, nearest(row, height)?))
+    }
+}
+
+/// The whole number from 0 to `count` − 1 that is nearest to `at`, the lower of two.
+fn nearest(at: f64, count: usize) -> Option<usize> {
+    (-0.5..=count as f64 - 0.5).contains(&at).then(|| (at - 0.5).ceil().max(0.0) as usize)
+}
+
 /// How far apart samples of two rasters may be on the map, in cells, and count as the same: geotransforms are kept as
 /// decimals by some formats, and rounded.
 const ROUNDING_CELLS: f64 = 0.01;
@@ -144,6 +159,19 @@ mod tests {
     fn default_puts_samples_at_half_pixels() {
         assert_eq!(GeoTransform::DEFAULT.apply(0, 0), (0.5, -0.5));
         assert_eq!(GeoTransform::DEFAULT.apply(4 * 7, 4 * 3 + 1), (7.5, -3.75));
+    }
+
+    #[test]
+    fn the_nearest_sample_and_the_lower_of_two() {
+        let cases =
+            [(-0.5, 0), (-0.2, 0), (0.5, 0), (0.5f64.next_up(), 1), (1.4, 1), (1.5, 1), (3.6, 4), (4.0, 4), (4.5, 4)];
+        for (at, expected) in cases {
+            assert_eq!(nearest(at, 5), Some(expected), "{at}");
+        }
+        for outside in [(-0.5f64).next_down(), 4.5f64.next_up(), f64::NAN, f64::INFINITY, -1e300] {
+            assert_eq!(nearest(outside, 5), None, "{outside}");
+        }
+        assert_eq!(GeoTransform::DEFAULT.nearest_sample((2.6, -1.4), (5, 5)), Some((2, 1)));
     }
 
     #[test]

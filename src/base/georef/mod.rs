@@ -3,7 +3,9 @@
 mod geo_transform;
 mod metres;
 mod reference;
+mod wkt;
 
 pub use geo_transform::GeoTransform;
 pub use metres::{Metres, metres_in};
 pub use reference::Reference;
+pub use wkt::CrsFacts;

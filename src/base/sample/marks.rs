@@ -1,7 +1,9 @@
 //! Which stored values and heights count as missing: the raster's nodata tag, and what the caller says.
-//!
+
+use std::path::Path;
 
 use super::{SampleType, with_sample_type};
+use crate::base::warning::{Warning, WarningCode};
 
 /// A stored value that marks samples without a height.
 ///
@@ -110,6 +112,37 @@ fn in_range<T: Limits>(value: f64) -> bool {
     T::LEAST <= value && value <= T::LARGEST
 }
 
+impl Mark {
+    /// Whether it is 0. Formats and writers make up tags of 0, and then the sea goes missing.
+    pub fn is_zero(self) -> bool {
+        match self {
+            Mark::Real(value) => value == 0.0,
+            Mark::I64(value) => value == 0,
+            Mark::U64(value) => value == 0,
+        }
+    }
+
+    /// What is said of a raster's own tag that marks nothing; `None` for one that samples can have.
+    pub fn unreachable(self, sample_type: SampleType, file: &Path) -> Option<Warning> {
+        let message = || {
+            let name = sample_type.name();
+            format!("the nodata tag {self} marks nothing: samples of type {name} cannot have that value")
+        };
+        let (code, file) = (WarningCode::UnreachableNodata, file.to_path_buf());
+        (!self.is_reachable(sample_type)).then(|| Warning { code, file, count: 1, message: message() })
+    }
+}
+
+/// Where a nodata tag of 0 that counts comes from, as the end of a sentence, empty where nothing is known; `None` for another
+/// tag. `driver` is GDAL's name of the format. (Of a table, GDAL marks samples without a line by 0 where no line has that
+/// height.)
+pub(crate) fn zero_tag(driver: &str, tag: Option<Mark>) -> Option<&'static str> {
+    tag.filter(|tag| tag.is_zero() && driver != "XYZ").map(|_| match driver {
+        "Zarr" => " (Zarr's fill_value, which zarr-python sets to 0 unless told otherwise)",
+        _ => "",
+    })
+}
+
 impl std::fmt::Display for Mark {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -121,6 +154,27 @@ impl std::fmt::Display for Mark {
 }
 
 impl Marks {
+    /// The marks that words stand for: numbers, `inf`, `-inf`, `nan`, `tag` for the raster's own tag, if there is one, and
+    /// `none` for nothing. Without any word there is the tag alone.
+    ///
+    /// # Errors
+    /// The word that is no number, or that stands for a value which samples of this type cannot have.
+    pub fn of_words(words: &[String], tag: Option<Mark>, sample_type: SampleType) -> Result<Marks, &str> {
+        if words.is_empty() {
+            return Ok(Marks { values: tag.into_iter().collect(), valid: None });
+        }
+        let mut values = Vec::new();
+        for word in words {
+            match word.as_str() {
+                TAG => values.extend(tag),
+                NO_MARK => {}
+                number => values.push(Mark::parse(number, sample_type).ok_or(number)?),
+            }
+        }
+        values.dedup();
+        Ok(Marks { values, valid: None })
+    }
+
     /// Whether nothing but NaN is missing by them.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty() && self.valid.is_none()

@@ -6,10 +6,13 @@
 
 mod encoding;
 mod marks;
+mod masks;
 mod sample_type;
 pub(crate) mod stored;
 
 pub use encoding::Encoding;
+pub(crate) use marks::zero_tag;
 pub use marks::{Mark, Marks, NEARNESS, NO_MARK, TAG, ValidRange};
+pub use masks::{MaskFlags, Masks, mask_by_alpha};
 pub(crate) use sample_type::with_sample_type;
 pub use sample_type::{SampleType, Scaling};

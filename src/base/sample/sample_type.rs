@@ -119,6 +119,11 @@ impl Scaling {
         stored * self.scale + self.offset
     }
 
+    /// Whether heights can follow by it: finite numbers, and a scale other than 0.
+    pub fn is_usable(self) -> bool {
+        self.scale.is_finite() && self.scale != 0.0 && self.offset.is_finite()
+    }
+
     /// Whether heights are the stored values.
     pub fn is_none(self) -> bool {
         self == Scaling::NONE

@@ -32,33 +32,8 @@ impl Placer {
         transformed(self.transform.as_ref(), at)
     }
 
-    /// Column and row of the sample nearest to a place; of several that are equally near, the one of the lowest column
-    /// and row. `None` if the place lies more than half a cell outside the samples' centres.
+    /// Column and row of the sample nearest to a place, see [`GeoTransform::nearest_sample`].
     pub(super) fn sample(&self, at: (f64, f64)) -> Option<(usize, usize)> {
-        let (x, y) = self.on_the_map(at)?;
-        let (column, row) = self.geo_transform.sample_coordinates(x, y);
-        Some((nearest(column, self.width)?, nearest(row, self.height)?))
-    }
-}
-
-/// The whole number from 0 to `count` − 1 that is nearest to `at`, the lower of two.
-fn nearest(at: f64, count: usize) -> Option<usize> {
-    (-0.5..=count as f64 - 0.5).contains(&at).then(|| (at - 0.5).ceil().max(0.0) as usize)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::nearest;
-
-    #[test]
-    fn the_nearest_sample_and_the_lower_of_two() {
-        let cases =
-            [(-0.5, 0), (-0.2, 0), (0.5, 0), (0.5f64.next_up(), 1), (1.4, 1), (1.5, 1), (3.6, 4), (4.0, 4), (4.5, 4)];
-        for (at, expected) in cases {
-            assert_eq!(nearest(at, 5), Some(expected), "{at}");
-        }
-        for outside in [(-0.5f64).next_down(), 4.5f64.next_up(), f64::NAN, f64::INFINITY, -1e300] {
-            assert_eq!(nearest(outside, 5), None, "{outside}");
-        }
+        self.geo_transform.nearest_sample(self.on_the_map(at)?, (self.width, self.height))
     }
 }

@@ -10,7 +10,7 @@ use crate::base::Band;
 use crate::base::GeoTransform;
 use crate::base::control::Control;
 use crate::verify::grid::orientation;
-use crate::verify::{GroundOptions, Verdict, VerifyError, VerifyOptions, judge, verify};
+use crate::verify::{GroundOptions, Verdict, VerifyError, VerifyOptions, judge, open, verify};
 
 /// North-up, as most rasters are.
 pub(super) const NORTH_UP: [f64; 6] = [500_000.25, 30.0, 0.0, 5_200_000.5, 0.0, -30.0];
@@ -174,7 +174,7 @@ impl Scene {
         let judged = self.compare(&self.mesh_ply(), |raster, mesh, temp_dir| {
             let (importance, temp_dir) = (weights.as_ref(), Some(temp_dir));
             let options = VerifyOptions { max_error, max_stray: Some(max_stray), importance, temp_dir };
-            judge(raster, mesh, &options, ground, None, None, &Control::default())
+            judge_file(raster, mesh, &options, ground, None)
         });
         judged.unwrap()
     }
@@ -193,7 +193,7 @@ impl Scene {
     ) -> Result<Verdict, VerifyError> {
         self.compare(&self.mesh_ply(), |raster, mesh, temp_dir| {
             let options = VerifyOptions { max_error, max_stray: None, importance: None, temp_dir: Some(temp_dir) };
-            judge(raster, mesh, &options, ground, None, Some(rows), &Control::default())
+            judge_file(raster, mesh, &options, ground, Some(rows))
         })
     }
 
@@ -228,4 +228,17 @@ pub(super) fn write_raster<T: GdalType + Copy>(
     dataset.rasterband(1).unwrap().write((0, 0), (width, height), &mut buffer).unwrap();
     dataset.close().unwrap();
     path
+}
+
+/// Judges a file; the raster passes by so many rows at a time, where that is said.
+pub(super) fn judge_file(
+    raster: &Band,
+    mesh: &Path,
+    options: &VerifyOptions<'_>,
+    ground: GroundOptions,
+    rows: Option<usize>,
+) -> Result<Verdict, VerifyError> {
+    let control = Control::default();
+    let mut mesh = open(mesh, options, &control)?;
+    judge(raster, mesh.as_mut(), options, ground, None, rows, &control)
 }

@@ -1,10 +1,9 @@
 //! The same verdict, whatever the threads and wherever bands of rows end.
 
 use super::ground::{PATTERNS, scene};
-use super::scene::{Mesh, SOUTH_UP, Scene, write_raster};
-use crate::base::control::Control;
+use super::scene::{Mesh, SOUTH_UP, Scene, judge_file, write_raster};
 use crate::base::{Cutline, Polygon};
-use crate::verify::{GroundOptions, Verdict, VerifyOptions, judge};
+use crate::verify::{GroundOptions, Verdict, VerifyOptions};
 
 /// What a scene is judged with.
 #[derive(Default)]
@@ -29,7 +28,7 @@ fn same_verdict(scene: &Scene, setting: Setting) -> Verdict {
             None => raster.clone(),
         };
         let options = VerifyOptions { max_error, max_stray, importance: weights.as_ref(), temp_dir: Some(temp_dir) };
-        let judge = |rows| judge(&raster, mesh, &options, ground, None, Some(rows), &Control::default()).unwrap();
+        let judge = |rows| judge_file(&raster, mesh, &options, ground, Some(rows)).unwrap();
         let verdict = pools[0].install(|| judge(scene.height));
         let text = serde_json::to_string(&verdict).unwrap();
         for (pool, rows) in pools.iter().flat_map(|pool| (1..=scene.height).map(move |rows| (pool, rows))) {

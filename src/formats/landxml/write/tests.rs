@@ -20,7 +20,7 @@ fn written(header: Header) -> String {
 fn named(definition: &str, unit: &str) -> Header {
     let text = |text: &str| Some(text.to_string());
     let crs =
-        Crs { definition: text(definition), name: text("WGS 84 / UTM \"33N\""), esri_wkt: None, unit: text(unit) };
+        Crs { definition: text(definition), name: text("WGS 84 / UTM \"33N\""), unit: text(unit), ..Crs::default() };
     Header { made_by: text("terrabite 0.1.0"), source: text("a&b.tif"), crs, ..Header::default() }
 }
 

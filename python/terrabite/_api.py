@@ -1,0 +1,353 @@
+"""The calls: rasters in, meshes and verdicts out."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+from . import _arrays, _facts, _rasters, _terrabite
+from ._tin import TIN, Flag, Verdict
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    #: What has heights: an array (masked or not), a DataArray of xarray, a dataset of rasterio, or a path.
+    Raster = NDArray[Any] | str | os.PathLike[str] | Any
+    #: Called with a stage's name, the steps of it that are done, and how many there are.
+    Progress = Callable[[str, int, int], object]
+    #: A stored value that marks missing samples, or several; words are those of the command.
+    Nodata = float | str | Iterable[float | str]
+    Attributes = Sequence[int] | Mapping[str, NDArray[np.generic]]
+
+
+def simplify(
+    raster: Raster,
+    /,
+    max_error: float | None = None,
+    *,
+    max_rms: float | None = None,
+    max_points: int | None = None,
+    max_triangles: int | None = None,
+    quality: Literal["none", "fast", "balanced", "best"] | None = None,
+    heights: Literal["sampled", "fitted"] = "sampled",
+    min_angle: float | None = None,
+    max_stray: float | None = None,
+    feasibility: Literal["weak", "strong"] = "weak",
+    tile: int = 512,
+    trim: int = 0,
+    fill_holes: int = 0,
+    nodata: Nodata | None = None,
+    valid_range: Sequence[float] | None = None,
+    transform: Any = None,
+    crs: Any = None,
+    band: int | None = None,
+    window: Sequence[int] | None = None,
+    bbox: Sequence[float] | None = None,
+    oo: Mapping[str, Any] | None = None,
+    encoding: Literal["terrain-rgb", "terrarium"] | None = None,
+    cutline: Any = None,
+    attributes: Attributes | None = None,
+    attribute_weight: float | None = None,
+    importance: Raster | None = None,
+    points: Any = None,
+    engine: Literal["greedy-cuts", "greedy-insertion"] | None = None,
+    cuts: Literal["plain", "improved"] | None = None,
+    swap: Literal["delaunay", "data-dependent"] | None = None,
+    quality_threshold: float | None = None,
+    shape: Literal["area-over-diameter", "smallest-angle"] | None = None,
+    fit: Literal["max-sum", "l2", "l-infinity"] | None = None,
+    selection: Literal["sequential", "fractional", "constant"] | None = None,
+    fraction: float | None = None,
+    measure: Literal["local-error", "curvature", "global-error", "product"] | None = None,
+    smoothing: float | None = None,
+    access: Literal["auto", "windows", "decode"] = "auto",
+    memory: int | None = None,
+    threads: int | None = None,
+    temp_dir: str | os.PathLike[str] | None = None,
+    cancel: Flag | None = None,
+    progress: Progress | None = None,
+) -> TIN:
+    """Turn a raster of heights into a mesh that is within ``max_error`` of every sample.
+
+    ``raster`` is an array of shape (rows, columns), a masked array, an ``xarray.DataArray``, an open dataset of rasterio, or a
+    path, which rasterio opens and reads window by window.
+
+    - An array is borrowed where it is C-contiguous, in the machine's byte order and of an integer type or float32 or float64.
+      Anything else costs one copy (as float32 for float16). Nobody should write to it meanwhile.
+    - What is masked or NaN is missing, and no ground. ``nodata`` names further stored values: numbers, or the words of the
+      command (``"nan"``, ``"tag"`` for the raster's own, ``"none"``).
+    - Of a DataArray, ``_FillValue``, ``scale_factor`` and ``add_offset`` in ``attrs`` apply; in ``encoding`` they were applied
+      when it was read, and do not apply again. Place and CRS come from its coordinates and its grid mapping.
+    - Of a path or dataset, the rules of the command hold: nodata tag, mask, alpha band, scale and offset.
+
+    Options are those of ``terrabite simplify``, with underscores and the same defaults; one of ``max_error``,
+    ``max_triangles``, ``max_points`` and ``max_rms`` is needed. Lengths are in the units of the heights.
+
+    Args:
+        raster: Heights.
+        max_error: The largest vertical distance allowed between mesh and samples; 0 is exact.
+        max_rms: The root mean square of the distances to reach.
+        max_points: A budget of vertices.
+        max_triangles: A budget of triangles.
+        quality: How much work goes into fewer triangles: balanced, unless there is a budget.
+        heights: Whether vertices that polishing moves have the heights of samples, or heights fitted to those around them.
+        min_angle: The smallest angle, in degrees, of triangles that polishing makes, unless they replace sharper ones.
+        max_stray: How far the surface may stray between samples, in tolerances; ``inf`` for no limit.
+        feasibility: Where triangles are tested: at samples, or also where their edges cross the grid.
+        tile: The side of tiles, in cells.
+        trim: Ground within this number of cells of a missing sample may be removed.
+        fill_holes: Voids of up to this number of samples are covered.
+        nodata: Stored values that mark missing samples, in place of a raster's tag.
+        valid_range: The least and the largest height that is valid, after scale and offset.
+        transform: Where an array lies: an ``affine.Affine``, or GDAL's six coefficients.
+        crs: The CRS of an array: anything rasterio takes where it is installed, else a text, such as ``"EPSG:32633"``.
+        band: The band of a path or dataset, from 1.
+        window: Column, row, width and height of the part that is meant, in samples.
+        bbox: The least x and y of the part that is meant, and the largest, in the raster's CRS.
+        oo: Open options of a path's format, by name.
+        encoding: How heights are stored as red, green and blue.
+        cutline: Polygons in the raster's CRS outside of which samples count as missing: geometries of GeoJSON, objects with
+            ``__geo_interface__`` such as those of shapely and geopandas, or a sequence of them.
+        attributes: Bands (numbers, from 1) or, with an array, further arrays by name, that become values of the vertices, each
+            counted in the error.
+        attribute_weight: What attributes count in the error, from 0 to 1; 0.5 by default.
+        importance: Weights on the samples of the raster: distance times weight is within ``max_error``.
+        points: Places in the raster's CRS, of shape (n, 2) or (n, 3): the samples nearest to them become vertices.
+        engine: How tiles are triangulated.
+        cuts: The order of greedy cuts.
+        swap: By what edges of greedy insertion are swapped.
+        quality_threshold: Data-dependent: shape decides where one is at most so large a share of the other.
+        shape: Data-dependent: what a good shape is.
+        fit: Data-dependent: the error that a swap is to lower.
+        selection: How many candidates a pass inserts.
+        fraction: Fractional: candidates with at least this share of the largest error.
+        measure: What makes a sample important that is beyond the tolerance.
+        smoothing: Curvature and product: the standard deviation of the Gaussian, in cells.
+        access: How samples are read: as suits, in windows, or decoded into a temporary file first.
+        memory: The most memory to use, in bytes, apart from the raster and the mesh; a quarter of the machine's and at most 2 GiB
+            by default.
+        threads: Threads to work with; as many as the machine has cores by default. The mesh does not depend on it.
+        temp_dir: The folder of temporary files.
+        cancel: An object with ``is_set()``, such as a ``threading.Event``: setting it, from any thread, stops the call.
+        progress: Called with a stage's name, steps done and steps in all, at most every 50 ms, by the calling thread.
+
+    Returns:
+        The mesh. The same raster and options give the same one, whatever the threads and the memory.
+
+    Raises:
+        TypeError: the array cannot be used; the message says what to call. Or an option has the wrong type.
+        ValueError: an option has no usable value, or options do not go together.
+        RasterError: the raster cannot be read, or its samples cannot be meshed.
+        ResourceError: ``memory`` or the disk is too small.
+        Cancelled: ``cancel`` was set. Ctrl-C raises KeyboardInterrupt within a second.
+
+    >>> import numpy as np
+    >>> import terrabite as tb
+    >>> rows, columns = np.mgrid[-100:100, -150:150]
+    >>> hill = 300 - (rows**2 + columns**2) / 100
+    >>> tin = tb.simplify(hill, max_error=0.5)
+    >>> tin.max_error <= 0.5, len(tin.triangles) < hill.size // 20
+    (True, True)
+    """
+    view = _view(raster, nodata, valid_range, band, window, bbox, oo, encoding, cutline)
+    heights_band, further, place = _bands(raster, view, transform, crs, attributes)
+    options = {
+        "max_error": max_error,
+        "max_rms": max_rms,
+        "max_points": max_points,
+        "max_triangles": max_triangles,
+        "quality": quality,
+        "heights": heights,
+        "feasibility": feasibility,
+        "min_angle": min_angle,
+        "max_stray": max_stray,
+        "tile": tile,
+        "trim": trim,
+        "fill_holes": fill_holes,
+        "importance": _weights(importance, view),
+        "attributes": further,
+        "attribute_weight": attribute_weight,
+        "points": _facts.places(points),
+        "engine": engine,
+        "cuts": cuts,
+        "swap": swap,
+        "quality_threshold": quality_threshold,
+        "shape": shape,
+        "fit": fit,
+        "selection": selection,
+        "fraction": fraction,
+        "measure": measure,
+        "smoothing": smoothing,
+        "access": access,
+        "memory": memory,
+        "threads": threads,
+        "temp_dir": temp_dir,
+    }
+    return TIN(_terrabite.simplify(heights_band, options, cancel, progress), place)
+
+
+def verify(
+    raster: Raster,
+    mesh: TIN | str | os.PathLike[str],
+    /,
+    max_error: float,
+    *,
+    max_stray: float | None = None,
+    trim: int = 0,
+    fill_holes: int = 0,
+    nodata: Nodata | None = None,
+    valid_range: Sequence[float] | None = None,
+    transform: Any = None,
+    crs: Any = None,
+    band: int | None = None,
+    window: Sequence[int] | None = None,
+    bbox: Sequence[float] | None = None,
+    oo: Mapping[str, Any] | None = None,
+    encoding: Literal["terrain-rgb", "terrarium"] | None = None,
+    cutline: Any = None,
+    attributes: Attributes | None = None,
+    attribute_weight: float | None = None,
+    importance: Raster | None = None,
+    threads: int | None = None,
+    temp_dir: str | os.PathLike[str] | None = None,
+    cancel: Flag | None = None,
+    progress: Progress | None = None,
+) -> Verdict:
+    """Judge a mesh against its raster, by code that shares nothing with what made it.
+
+    Heights, coverage, cracks and folds are judged, as by ``terrabite verify``. Options that say which samples there are, and
+    ``trim``, ``fill_holes``, ``attributes`` and ``importance``, must be those that the mesh was made with: see :func:`simplify`.
+
+    Args:
+        raster: What the mesh was made from.
+        mesh: A mesh, or a file with one in any of the formats that :meth:`TIN.write` writes.
+        max_error: The vertical distance allowed at every sample, in the units of the heights.
+        max_stray: How far the surface may stray between samples, in tolerances; not judged by default.
+        trim: The mesh may end short of the ground within this number of cells of a missing sample.
+        fill_holes: The mesh must cover voids of up to this number of samples.
+        nodata: As for :func:`simplify`, and so are those that follow.
+        valid_range: The heights that are valid.
+        transform: Where an array lies.
+        crs: The CRS of an array.
+        band: The band.
+        window: The part in samples.
+        bbox: The part on the map.
+        oo: Open options.
+        encoding: How heights are stored.
+        cutline: Polygons.
+        attributes: Bands or arrays that are attributes.
+        attribute_weight: What they count.
+        importance: Weights.
+        threads: Threads to work with; the verdict does not depend on them.
+        temp_dir: The folder of temporary files, about 200 bytes a triangle.
+        cancel: Stops the call when it is set.
+        progress: As for :func:`simplify`.
+
+    Returns:
+        A verdict. A mesh that is merely wrong is one; errors are for what cannot be read.
+
+    Raises:
+        MeshError: the file holds no mesh that can be read.
+        RasterError, TypeError, ValueError, Cancelled: as for :func:`simplify`.
+
+    >>> import numpy as np, terrabite as tb
+    >>> heights = np.random.default_rng(1).random((60, 80))
+    >>> tin = tb.simplify(heights, max_error=0.25)
+    >>> tb.verify(heights, tin, max_error=0.25).passed, tb.verify(heights, tin, max_error=0.1).passed
+    (True, False)
+    """
+    view = _view(raster, nodata, valid_range, band, window, bbox, oo, encoding, cutline)
+    heights_band, further, _ = _bands(raster, view, transform, crs, attributes)
+    options = {
+        "max_error": max_error,
+        "max_stray": max_stray,
+        "fill_holes": fill_holes,
+        "trim": trim,
+        "importance": _weights(importance, view),
+        "attributes": further,
+        "attribute_weight": attribute_weight,
+        "threads": threads,
+        "temp_dir": temp_dir,
+    }
+    judged = mesh._mesh if isinstance(mesh, TIN) else os.fspath(mesh)
+    return Verdict(json.loads(_terrabite.verify(heights_band, judged, options, cancel, progress)))
+
+
+def _view(
+    raster: Raster,
+    nodata: Nodata | None,
+    valid_range: Sequence[float] | None,
+    band: int | None,
+    window: Sequence[int] | None,
+    bbox: Sequence[float] | None,
+    oo: Mapping[str, Any] | None,
+    encoding: str | None,
+    cutline: Any,
+) -> _facts.View:
+    is_path = isinstance(raster, str | os.PathLike)
+    if band is not None and not (is_path or _rasters.is_dataset(raster)):
+        raise TypeError("band is for paths and datasets: index the array")
+    if encoding is not None and band is not None:
+        raise ValueError("encoding cannot be combined with band: colours stand for heights in three bands together")
+    if encoding is not None and not (is_path or _rasters.is_dataset(raster)):
+        raise TypeError("encoding is for paths and datasets: make heights of the array of colours")
+    if oo and not is_path:
+        raise TypeError("oo is for paths: options of a format apply when it is opened")
+    limits = _facts.numbers("valid_range", valid_range, 2)
+    part = _facts.numbers("window", window, 4)
+    box = _facts.numbers("bbox", bbox, 4)
+    return _facts.View(
+        band=band,
+        nodata=_facts.words(nodata),
+        valid_range=None if limits is None else (limits[0], limits[1]),
+        window=None if part is None else (int(part[0]), int(part[1]), int(part[2]), int(part[3])),
+        bbox=None if box is None else (box[0], box[1], box[2], box[3]),
+        oo=dict(oo or {}),
+        encoding=encoding,
+        cutline=_facts.polygons(cutline),
+    )
+
+
+def _bands(
+    raster: Raster, view: _facts.View, transform: Any, crs: Any, attributes: Attributes | None
+) -> tuple[_terrabite.Band, list[_terrabite.Band] | None, tuple[float, ...] | None]:
+    """The band of the heights, those of the attributes, and where the raster lies."""
+    named = attributes if isinstance(attributes, Mapping) else None
+    numbered = [] if attributes is None or named is not None else [int(number) for number in attributes]
+    if isinstance(raster, str | os.PathLike) or _rasters.is_dataset(raster):
+        if transform is not None or crs is not None:
+            raise TypeError("transform and crs are for arrays: a raster brings its own")
+        if named is not None:
+            raise TypeError("attributes: expected numbers of bands, found arrays by name")
+        band, further, place = _rasters.bands_of(raster, view, numbered)
+        return band, None if attributes is None else further, place
+    if numbered:
+        raise TypeError("attributes: expected arrays by name, as an array has no other bands")
+    if _arrays.is_data_array(raster):
+        values, facts = _arrays.of_data_array(raster)
+    else:
+        values, facts = raster, _facts.Facts(name="array", size=(0, 0), dtypes=[])
+    if transform is not None:
+        facts.transform = _facts.coefficients(transform)
+    if crs is not None:
+        facts.crs, facts.esri_wkt = _facts.crs_text(crs)
+    band = _arrays.band_of(values, facts, view)
+    beside = _facts.View(window=view.window, bbox=view.bbox)
+    arrays = None
+    if named is not None:
+        arrays = [
+            _arrays.band_of(array, _facts.Facts(name=name, size=(0, 0), dtypes=[], description=name), beside)
+            for name, array in named.items()
+        ]
+    return band, arrays, facts.transform
+
+
+def _weights(importance: Raster | None, view: _facts.View) -> _terrabite.Band | None:
+    """Weights, of the same part as the heights."""
+    if importance is None:
+        return None
+    beside = _facts.View(window=view.window, bbox=view.bbox)
+    return _bands(importance, beside, None, None, None)[0]

@@ -1,0 +1,148 @@
+"""What is told of a raster, and how it is to be looked at: what the module in Rust takes, attribute by attribute."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+
+#: GDAL's, in its order.
+Coefficients: TypeAlias = tuple[float, float, float, float, float, float]
+
+
+@dataclass
+class Facts:
+    """What is known of a raster's band, in GDAL's terms. An array has one band, and little of this."""
+
+    name: str
+    size: tuple[int, int]
+    dtypes: list[str]
+    band: int = 1
+    driver: str = ""
+    colours: list[str | None] = field(default_factory=lambda: [None])
+    colour_table: list[tuple[int, int, int]] | None = None
+    block: tuple[int, int] = (256, 256)
+    scale: float = 1.0
+    offset: float = 0.0
+    nodata: float | int | None = None
+    mask_flags: tuple[bool, bool, bool, bool] = (True, False, False, False)
+    transform: Coefficients | None = None
+    elsewhere: str | None = None
+    crs: str = ""
+    esri_wkt: str | None = None
+    unit: str = ""
+    description: str = ""
+    pixel_is: str = ""
+
+
+@dataclass
+class View:
+    """How a raster is to be looked at."""
+
+    band: int | None = None
+    nodata: list[str] = field(default_factory=list)
+    valid_range: tuple[float, float] | None = None
+    window: tuple[int, int, int, int] | None = None
+    bbox: tuple[float, float, float, float] | None = None
+    oo: dict[str, Any] = field(default_factory=dict)
+    encoding: str | None = None
+    cutline: list[list[list[tuple[float, float]]]] = field(default_factory=list)
+    is_named: bool = True
+
+
+def words(nodata: object) -> list[str]:
+    """The words for marks of missing samples, as the command takes them."""
+    if nodata is None:
+        return []
+    if isinstance(nodata, str):
+        return [nodata]
+    if isinstance(nodata, Iterable):
+        return [word for value in nodata for word in words(value)]
+    # Numbers of numpy print as others do.
+    number = nodata.item() if hasattr(nodata, "item") else nodata
+    if isinstance(number, bool) or not isinstance(number, int | float):
+        raise TypeError(f"nodata: expected numbers or words, found {type(number).__name__}")
+    return [repr(number)]
+
+
+def polygons(cutline: Any) -> list[list[list[tuple[float, float]]]]:
+    """The rings of polygons: of geometries of GeoJSON, of what has them as ``__geo_interface__``, or of a sequence of those."""
+    if cutline is None:
+        return []
+    shape = getattr(cutline, "__geo_interface__", cutline)
+    if not isinstance(shape, Mapping):
+        if isinstance(shape, str) or not isinstance(shape, Iterable):
+            raise TypeError("cutline: expected polygons as GeoJSON has them, or with __geo_interface__")
+        return [polygon for part in shape for polygon in polygons(part)]
+    kind = shape.get("type")
+    if kind == "Polygon":
+        return [[[(float(place[0]), float(place[1])) for place in ring] for ring in shape["coordinates"]]]
+    if kind == "MultiPolygon":
+        return [one for part in shape["coordinates"] for one in polygons({"type": "Polygon", "coordinates": part})]
+    if kind == "Feature":
+        return polygons(shape["geometry"])
+    if kind in ("FeatureCollection", "GeometryCollection"):
+        return polygons(shape["features" if kind == "FeatureCollection" else "geometries"])
+    raise ValueError(f"cutline: expected polygons, found {kind}")
+
+
+def places(points: Any) -> list[tuple[float, float]] | None:
+    """Places on the map, of an array of shape (n, 2) or (n, 3), whose heights do not matter."""
+    if points is None:
+        return None
+    found = np.asarray(points, dtype="float64")
+    if found.ndim != 2 or found.shape[1] not in (2, 3):
+        raise ValueError(f"points: expected an array of shape (n, 2) or (n, 3), found {found.shape}")
+    return [(float(x), float(y)) for x, y in found[:, :2]]
+
+
+def numbers(name: str, values: Sequence[float] | None, count: int) -> tuple[float, ...] | None:
+    """So many numbers, or nothing."""
+    if values is None:
+        return None
+    found = tuple(values)
+    if len(found) != count:
+        raise ValueError(f"{name}: expected {count} numbers, found {len(found)}")
+    return found
+
+
+def coefficients(transform: Any) -> Coefficients | None:
+    """The six coefficients in GDAL's order, of those or of an ``affine.Affine``."""
+    if transform is None:
+        return None
+    found = transform.to_gdal() if hasattr(transform, "to_gdal") else transform
+    c = numbers("transform", tuple(float(value) for value in found), 6)
+    assert c is not None
+    return (c[0], c[1], c[2], c[3], c[4], c[5])
+
+
+def crs_text(crs: Any) -> tuple[str, str | None]:
+    """A CRS as WKT where a library is at hand that knows it, else in the words it was given in; and in Esri's dialect."""
+    if crs is None or crs == "":
+        return "", None
+    if isinstance(crs, str | int):
+        try:
+            from rasterio.crs import CRS
+        except ImportError:
+            return (f"EPSG:{crs}" if isinstance(crs, int) else crs), None
+        crs = CRS.from_user_input(crs)
+    if not hasattr(crs, "to_wkt"):
+        raise TypeError(f"crs: expected a text, a code of EPSG, or an object with to_wkt(), found {type(crs).__name__}")
+    for version, esri in (("WKT1_GDAL", "WKT1_ESRI"), ("WKT1", "WKT1_ESRI")):
+        try:
+            return str(crs.to_wkt(version=version)), _esri(crs, esri)
+        except (TypeError, ValueError, LookupError):
+            continue
+        except Exception as error:  # each library has errors of its own for a CRS that has no such text
+            if type(error).__module__.partition(".")[0] not in ("rasterio", "pyproj"):
+                raise
+    return str(crs.to_wkt()), None
+
+
+def _esri(crs: Any, version: str) -> str | None:
+    try:
+        return str(crs.to_wkt(version=version)) or None
+    except Exception:  # not every CRS can be said in that dialect
+        return None

@@ -1,0 +1,103 @@
+"""Progress, the cancel flag, Ctrl-C, exceptions of callbacks."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+
+import numpy as np
+import pytest
+import terrabite as tb
+from conftest import hills
+
+#: Takes many seconds where it is not stopped.
+ENDLESS = "import numpy as np, terrabite as tb\nrough = np.random.default_rng(1).random((3000, 3000), dtype='float32')\n"
+
+
+def rough() -> np.ndarray:
+    return np.random.default_rng(1).random((3000, 3000), dtype="float32")
+
+
+def test_progress_is_told_by_the_calling_thread():
+    told = []
+    tb.simplify(hills(300, 400), 2, tile=100, progress=lambda *state: told.append((threading.get_ident(), *state)))
+    assert {thread for thread, *_ in told} == {threading.get_ident()}
+    stages = {stage for _, stage, _, _ in told}
+    assert {"triangulate", "write"} <= stages
+    last = {stage: (done, total) for _, stage, done, total in told}
+    assert all(done == total > 0 for done, total in last.values()), last
+    assert all(0 <= done <= total for _, _, done, total in told)
+
+
+def test_the_flag_stops_a_call_within_a_second():
+    flag, at = threading.Event(), []
+    threading.Timer(0.5, lambda: (at.append(time.monotonic()), flag.set())).start()
+    with pytest.raises(tb.Cancelled):
+        tb.simplify(rough(), 0.01, cancel=flag)
+    assert time.monotonic() - at[0] < 1
+
+
+def test_a_flag_that_is_set_already_stops_before_the_beginning(dem):
+    flag = threading.Event()
+    flag.set()
+    with pytest.raises(tb.Cancelled):
+        tb.simplify(dem, 1, cancel=flag)
+    with pytest.raises(tb.Cancelled):
+        tb.verify(dem, tb.simplify(dem, 1), 1, cancel=flag)
+    with pytest.raises(tb.Cancelled):
+        tb.simplify(dem, 1).write("never.ply", cancel=flag)
+
+
+def test_what_a_callback_raises_ends_the_call():
+    def fails(stage: str, done: int, total: int) -> None:
+        raise KeyError(stage)
+
+    begun = time.monotonic()
+    with pytest.raises(KeyError):
+        tb.simplify(rough(), 0.01, progress=fails)
+    assert time.monotonic() - begun < 3
+
+
+def interrupted(script: str) -> tuple[float, int, str]:
+    """How long a script goes on after Ctrl-C, how it ends, and what it prints."""
+    child = subprocess.Popen(
+        [sys.executable, "-c", ENDLESS + textwrap.dedent(script)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    assert child.stdout is not None and child.stdout.readline() == "begun\n"
+    time.sleep(0.5)
+    sent = time.monotonic()
+    child.send_signal(signal.SIGINT)
+    printed, _ = child.communicate(timeout=60)
+    return time.monotonic() - sent, child.returncode, printed
+
+
+def test_ctrl_c_stops_a_call_of_the_main_thread():
+    took, code, printed = interrupted("print('begun', flush=True)\ntb.simplify(rough, 0.01)")
+    assert took < 1.5 and code != 0 and "KeyboardInterrupt" in printed
+
+
+def test_ctrl_c_stops_a_call_of_a_worker_by_the_flag():
+    took, code, printed = interrupted(
+        """
+        import threading
+        flag, ended = threading.Event(), threading.Event()
+        def work():
+            try:
+                tb.simplify(rough, 0.01, cancel=flag)
+            except tb.Cancelled:
+                print("cancelled")
+            ended.set()
+        threading.Thread(target=work).start()
+        print('begun', flush=True)
+        try:
+            ended.wait()
+        except KeyboardInterrupt:
+            flag.set()
+            ended.wait()
+        """
+    )
+    assert took < 1.5 and code == 0 and "cancelled" in printed

@@ -1,0 +1,110 @@
+"""Options and what they may be; exceptions, and what they say."""
+
+from __future__ import annotations
+
+import inspect
+import subprocess
+
+import numpy as np
+import pytest
+import terrabite as tb
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"max_error": -1},
+        {"max_error": float("nan")},
+        {"max_error": float("inf")},
+        {"max_error": 1, "quality": "good"},
+        {"max_error": 1, "engine": "delaunay"},
+        {"max_error": 1, "heights": "mean"},
+        {"max_error": 1, "max_stray": 0.5},
+        {"max_error": 1, "min_angle": 61},
+        {"max_error": 1, "trim": 2000},
+        {"max_error": 1, "threads": 0},
+        {"max_error": 1, "threads": -1},
+        {"max_error": 1, "tile": -1},
+        {"max_error": 1, "window": (-1, 0, 10, 10)},
+        {"max_triangles": -1},
+        {"max_error": 1, "attributes": {"a": np.ones((90, 120))}, "attribute_weight": 2},
+        {"max_error": 1, "valid_range": (2, 1)},
+        {"max_error": 1, "valid_range": (2, 3, 4)},
+        {"max_error": 1, "window": (0, 0, 1000, 10)},
+        {"max_error": 1, "window": (0, 0, 10, 10), "bbox": (0, 0, 1, 1)},
+        {"max_error": 1, "bbox": (1e6, 1e6, 2e6, 2e6)},
+        {"max_error": 1, "nodata": "high"},
+        {"max_error": 1, "transform": (0, 1, 0)},
+        {"max_error": 1, "transform": (0, 1, 0), "crs": "EPSG:32633"},
+        {"max_triangles": 100, "quality": "balanced"},
+        {"max_triangles": 100, "trim": 1},
+        {"max_error": 1, "engine": "greedy-cuts", "swap": "data-dependent"},
+        {"max_error": 1, "shape": "smallest-angle"},
+        {"max_error": 1, "attribute_weight": 0.5},
+        {"max_error": 1, "quality": "none", "heights": "fitted"},
+    ],
+)
+def test_values_that_cannot_be_used(dem, options):
+    with pytest.raises(ValueError):
+        tb.simplify(dem, **options)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"max_error": "5"},
+        {"max_error": 1, "tile": 2.5},
+        {"max_error": 1, "quality": 3},
+        {"max_error": 1, "nodata": True},
+        {"max_error": 1, "band": 2},
+        {"max_error": 1, "oo": {"a": 1}},
+        {"max_error": 1, "attributes": [1]},
+        {"max_error": 1, "no_such_option": 1},
+        {"max_error": 1, "crs": 2.5},
+    ],
+)
+def test_types_that_cannot_be_used(dem, options):
+    with pytest.raises(TypeError):
+        tb.simplify(dem, **options)
+
+
+def test_messages_begin_with_the_option(dem):
+    for options in ({"max_error": "5"}, {"max_error": 5, "quality": "good"}, {"max_error": 5, "memory": -1}, {"max_error": 5, "window": (1, 2)}):
+        with pytest.raises((TypeError, ValueError)) as refused:
+            tb.simplify(dem, **options)
+        assert str(refused.value).startswith(f"{[*options][-1]}: ")
+
+
+def test_data_that_cannot_be_meshed(dem):
+    with pytest.raises(tb.RasterError, match="no ground"):
+        tb.simplify(np.full((9, 9), np.nan), 1)
+    with pytest.raises(tb.RasterError, match="at least 2 × 2"):
+        tb.simplify(np.zeros((1, 9)), 1)
+    with pytest.raises(tb.RasterError):
+        tb.simplify(np.where(dem > 200, np.inf, dem), 1)
+    with pytest.raises(tb.RasterError):
+        tb.simplify(np.full((9, 9), 2**60), 1)
+    with pytest.raises(tb.RasterError, match="map"):
+        tb.simplify(dem, 1, transform=(0, 1, 1, 0, 1, 1))
+    with pytest.raises(tb.RasterError, match="128 × 128|size"):
+        tb.simplify(dem, 1, importance=np.ones((128, 128)))
+    with pytest.raises(tb.ResourceError):
+        tb.simplify(dem, 1, memory=1000)
+    assert issubclass(tb.RasterError, tb.Error) and issubclass(tb.Error, Exception)
+    assert all(error.__module__ == "terrabite" for error in (tb.Error, tb.RasterError, tb.Cancelled))
+
+
+def test_options_have_the_names_and_defaults_of_the_command(command):
+    """Those that are not there are for files: where they go, what is printed, and layers that GDAL's vector library reads."""
+    of_files = {
+        "input", "output", "overwrite", "quiet", "json", "dry-run", "work-dir", "help", "format", "ascii", "precision",
+        "local", "z-scale", "normals", "texture", "texture-size", "base-height", "base-depth", "mesh-compression",
+        "ogr-geometry", "cutline-layer", "points-layer", "bbox-crs", "importance-band", "importance-oo", "image",
+    }
+    shown = subprocess.run([command, "simplify", "--help"], capture_output=True, text=True, check=True).stdout
+    names = {line.split("--")[1].split()[0].strip(",") for line in shown.splitlines() if line.strip().startswith(("--", "-q, --", "-h, --"))}
+    asked = inspect.signature(tb.simplify).parameters
+    missing = {n for n in names if n not in of_files and not n.startswith("polish-")} - {n.replace("_", "-") for n in asked}
+    assert not missing and {"max-error", "quality", "nodata"} <= names
+    assert asked["tile"].default == 512 and asked["heights"].default == "sampled" and asked["trim"].default == 0
