@@ -107,12 +107,12 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<ExitCode, Failure> {
     let format = mesh.format(None)?;
     let asked = mesh.asked(format);
     asked.check()?;
-    let command = PlannedCommand::new(said()?, folder()?);
+    let words = said()?;
     let bars = Bars::new(mesh.quiet);
     let output = without_a_name(format);
     let request = Request { work_dir: Some(args.work.clone()), ..mesh.request(asked.features(), format, &output) };
     let explain = |error| of_shards(mesh.explain(error, &asked, format));
-    let layout = lay_out(&request, &command, args.update.as_deref(), &bars.control()).map_err(explain)?;
+    let layout = lay_out(&request, words, args.update.as_deref(), &bars.control()).map_err(explain)?;
     drop(bars);
     let layout = Layout { needs: Needs { warnings: warnings::take(), ..layout.needs }, ..layout };
     print::told(&layout, &layout.needs.warnings, || layout.lines(), mesh.json, mesh.quiet)?;
@@ -155,10 +155,6 @@ fn said() -> Result<Vec<String>, Failure> {
         word.into_string().map_err(wrong)
     };
     super::words(std::env::args_os().skip(1)).into_iter().map(word).collect()
-}
-
-fn folder() -> Result<PathBuf, Failure> {
-    std::env::current_dir().map_err(|error| Failure::new(format!("the current folder: {error}")))
 }
 
 /// A run that has been laid out, as its command has it.

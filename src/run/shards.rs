@@ -90,7 +90,7 @@ fn name(pass: PassName) -> &'static str {
     }
 }
 
-/// Lays a run out in [`Request::work_dir`], for shards that follow the command: finds out what it will need, and writes what
+/// Lays a run out in [`Request::work_dir`], for shards that follow a command, whose words after the program's name are given, in the current folder: finds out what it will need, and writes what
 /// [`work`] and [`merge`] go by. [`Request::output`] gives the format alone. Laid out again, it keeps the tiles that are there.
 ///
 /// `earlier` is the work dir of an earlier run with the same parameters, when the raster had other samples in places: tiles are
@@ -103,7 +103,7 @@ fn name(pass: PassName) -> &'static str {
 /// If the request names no work dir.
 pub fn lay_out(
     request: &Request<'_>,
-    command: &PlannedCommand,
+    words: Vec<String>,
     earlier: Option<&Path>,
     control: &Control<'_>,
 ) -> Result<Layout, RunError> {
@@ -111,6 +111,7 @@ pub fn lay_out(
     let warned = Warned::new(control);
     let run = Run::prepare(request, Purpose::Share, &warned, control)?;
     let dir = request.work_dir.as_ref().expect("a work dir");
+    let passes = passes(run.band().width(), run.band().height(), &run.params)?;
     let (needs, taken_over) = run.pool.install(|| -> Result<_, RunError> {
         let ranged = run.ranged()?;
         let needs = run.needs(ranged.as_ref())?;
@@ -118,10 +119,10 @@ pub fn lay_out(
         let kept = Kept::open(dir, run.band(), importance, watches, run.named(ranged.as_ref()))?;
         let failed = |source| WorkDirError::Io { path: kept.path().to_path_buf(), source };
         let taken_over = earlier.map(|earlier| run.take_over(earlier, ranged.as_ref(), &kept)).transpose()?;
-        kept.dir().lay_out(command).map_err(failed)?;
+        let folder = std::env::current_dir().map_err(failed)?;
+        kept.dir().lay_out(&PlannedCommand::new(words, folder, passes.len())).map_err(failed)?;
         Ok((needs, taken_over))
     })?;
-    let passes = passes(run.band().width(), run.band().height(), &run.params)?;
     let layout = |(i, pass): (usize, &Pass)| PassLayout {
         pass: i + 1,
         name: name(pass.name()),

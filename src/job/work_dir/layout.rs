@@ -28,12 +28,14 @@ pub struct PlannedCommand {
     pub words: Vec<String>,
     /// The folder that names of files are relative to.
     pub folder: PathBuf,
+    /// How many passes the run has. Those with short links are as many, and come after them.
+    pub passes: usize,
 }
 
 impl PlannedCommand {
-    /// A command of this program.
-    pub fn new(words: Vec<String>, folder: PathBuf) -> PlannedCommand {
-        PlannedCommand { format: FORMAT, program: program(), words, folder }
+    /// A command of this program, for a run of so many passes.
+    pub fn new(words: Vec<String>, folder: PathBuf, passes: usize) -> PlannedCommand {
+        PlannedCommand { format: FORMAT, program: program(), words, folder, passes }
     }
 
     /// The command that the run in a work dir was laid out with.

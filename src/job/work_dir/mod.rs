@@ -12,6 +12,7 @@
 //! | `chunks/short-PASS/ROW/COLUMN.chunk` | the same of a run that is made again with short links |
 //! | `plan.json` | the command, where the run is made in shards ([`crate::job::shards`]) |
 //! | `short-links` | there once it is known that such a run has to be made again with short links |
+//! | `logs` | what the processes of shards have said, where somebody keeps that; it goes with the rest |
 //! | `staged` | where the partial output is, so that a killed run's is found and removed |
 //! | `lock` | locked while a process works here; the system releases it however the process ends |
 //!
@@ -95,6 +96,7 @@ impl Earlier {
 }
 
 const CHUNKS: &str = "chunks";
+const LOGS: &str = "logs";
 
 impl WorkDir {
     /// Opens the work dir of `job`, or makes one: `dir` is missing (its parent is there), or empty, or has been made by
@@ -267,6 +269,11 @@ impl WorkDir {
         match std::fs::remove_dir_all(&chunks) {
             Err(e) if e.kind() != ErrorKind::NotFound => return Err(failed(&chunks)(e)),
             _ => faults::reach(Point::ChunksRemoved),
+        }
+        let logs = self.dir.join(LOGS);
+        match std::fs::remove_dir_all(&logs) {
+            Err(e) if e.kind() != ErrorKind::NotFound => return Err(failed(&logs)(e)),
+            _ => {}
         }
         self.remove_notes(&lock).map_err(failed(&self.dir))
     }
