@@ -147,9 +147,12 @@ def _make_pass(
 ) -> None:
     """All shards of a pass, of which a bounded number is with the scheduler at a time."""
     bound = in_flight or 2 * max(1, sum(client.nthreads().values()))
-    submit = lambda task: client.submit(_make, task, key=f"terrabite-{uuid.uuid4()}", retries=retries, pure=False)  # noqa: E731
+
+    def submit(task: Task) -> Any:
+        return client.submit(_make, task, key=f"terrabite-{uuid.uuid4()}", retries=retries, pure=False)
+
     first = [submit(task) for _, task in zip(range(bound), tasks, strict=False)]
-    waiting, done = _distributed().as_completed(first), 0
+    waiting, done = _distributed().as_completed(first, loop=client.loop), 0
     for future in waiting:
         # Raises what the shard has raised.
         future.result()

@@ -31,9 +31,9 @@ class Cluster:
             self.address = client.scheduler.address
 
     def start(self, *words: str) -> subprocess.Popen[bytes]:
-        log = open(self.folder / f"{words[0]}.log", "ab")  # noqa: SIM115
         command = [sys.executable, "-m", "distributed.cli.dask_" + words[0], "--scheduler-file", str(self.file), *words[1:]]
-        return subprocess.Popen(command, cwd=self.folder, stdout=log, stderr=log)
+        with open(self.folder / f"{words[0]}.log", "ab") as log:
+            return subprocess.Popen(command, cwd=self.folder, stdout=log, stderr=log)
 
     def stop(self) -> None:
         for process in [*self.workers, self.scheduler]:

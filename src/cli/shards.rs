@@ -20,8 +20,8 @@ use crate::run::{Layout, Needs, Request, RunError, ShardReport, lay_out, merge, 
 
 /// Lay out a run that many processes make, on one machine or on many
 ///
-/// Takes the options of simplify. WORK is a folder that all machines share. Then each process makes a part (`terrabite run WORK --shard 3/64`),
-/// and one puts the mesh together (`terrabite merge WORK OUTPUT`): the bytes that simplify writes.
+/// Takes the options of simplify. WORK is a folder that all machines share. Then each process makes a part (`terrabite run WORK
+/// --shard 3/64`), and one puts the mesh together (`terrabite merge WORK OUTPUT`): the bytes that simplify writes.
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlanArgs {
     /// The folder of the run: new, empty, or that of an earlier run with the same options
@@ -37,8 +37,8 @@ pub(crate) struct PlanArgs {
 
 /// Make a part of a run that has been laid out
 ///
-/// Any number of processes may do so at once. Tiles that are there are not made again. Without --pass all passes are made in their order,
-/// as far as the chunks are there that they need; exit code 6 says that tiles wait for other processes.
+/// Any number of processes may do so at once. Tiles that are there are not made again. Without --pass all passes are made in their
+/// order, as far as the chunks are there that they need; exit code 6 says that tiles wait for other processes.
 #[derive(Debug, clap::Args)]
 pub(crate) struct RunArgs {
     /// The folder of the run
