@@ -130,6 +130,8 @@ pub struct Band {
     /// What a user should know of it, as far as opening it tells.
     pub(crate) warnings: Vec<Warning>,
     pub(crate) colour: Option<&'static str>,
+    /// Whether reading a sample again costs as much as the first time, as on another machine.
+    pub(crate) is_remote: bool,
     /// What else tells this view of the samples from others.
     pub(crate) view: Vec<(&'static str, String)>,
     pub(crate) windows: Arc<dyn Windows>,
@@ -183,6 +185,7 @@ impl Band {
             esri_wkt: None,
             warnings: Vec::new(),
             colour: None,
+            is_remote: false,
             view: Vec::new(),
             windows,
         })
@@ -223,6 +226,11 @@ impl Band {
         Band { block: (across, down), ..self }
     }
 
+    /// The same, on another machine: it is read once, into a temporary file, if nobody chooses otherwise.
+    pub fn remote(self) -> Band {
+        Band { is_remote: true, ..self }
+    }
+
     /// The same, in which samples outside of the cutline have no height.
     pub fn with_cutline(self, cutline: Cutline) -> Band {
         Band { cutline: Some(Arc::new(cutline)), ..self }
@@ -251,6 +259,11 @@ impl Band {
     /// All samples of it.
     pub fn samples(&self) -> u64 {
         self.size.0 as u64 * self.size.1 as u64
+    }
+
+    /// Whether it is on another machine.
+    pub fn is_remote(&self) -> bool {
+        self.is_remote
     }
 
     /// Samples across and down in one block: windows of whole blocks cost least.

@@ -69,7 +69,7 @@ pub enum Access {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Choice {
     /// What suits the raster: its own file mapped where it is plain and [`FieldOptions::maps_files`] allows it; windows through GDAL where it has blocks of a
-    /// moderate size each way; decoded beforehand where a window would have to decode much more than itself.
+    /// moderate size each way; decoded beforehand where a window would have to decode much more than itself, or to fetch it from another machine.
     #[default]
     Auto,
     /// Map the raster's own file; an error where that cannot be done.
@@ -103,6 +103,10 @@ const LARGEST_BLOCK: usize = 1 << 20;
 
 /// What [`Choice::Auto`] comes down to for a raster, apart from whether its own file can be mapped.
 pub fn suits_windows(band: &Band) -> bool {
+    if band.is_remote() {
+        // Every tile of every pass would fetch its blocks again.
+        return false;
+    }
     let (width, height) = band.block_size();
     let square_enough = width <= 4 * height && height <= 4 * width;
     width * height <= LARGEST_BLOCK && (square_enough || band.width() * band.height() <= LARGEST_BLOCK)
