@@ -74,7 +74,8 @@ def test_what_a_callback_raises_ends_the_call():
 
 def interrupted(script: str) -> tuple[float, int, str]:
     """How long a script goes on after Ctrl-C, how it ends, and what it prints."""
-    command = [sys.executable, "-c", ENDLESS + textwrap.dedent(script)]
+    # Without the folder of the sources on its path.
+    command = [sys.executable, "-P", "-c", ENDLESS + textwrap.dedent(script)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as child:
         try:
             assert child.stdout is not None and child.stdout.readline() == "begun\n"
