@@ -50,7 +50,8 @@ def main():
 
 
 def run(*command, **variables):
-    """Runs a program in the package's folder; ends with it where it fails."""
+    """Runs a program in the package's folder; ends with it where it fails. (`python -m pytest` would import the package from
+    there, in place of the one that is installed.)"""
     done = subprocess.run([str(word) for word in command], cwd=PACKAGE, env={**os.environ, **variables})
     if done.returncode != 0:
         sys.exit(done.returncode)
@@ -81,10 +82,10 @@ def test(readers):
     python = installed("python-readers" if readers else "python")
     variables = {"TERRABITE": str(TARGET / "debug" / "terrabite")}
     if readers:
-        run(python, "-m", "pytest", "-m", "readers", **variables)
+        run(python.parent / "pytest", "-m", "readers", **variables)
         return
     run(python.parent / "mypy", "--cache-dir", BUILDS / "mypy", "terrabite", "tests/typed.py")
-    run(python, "-m", "pytest", "-m", "not readers", "tests", "--doctest-modules", "--pyargs", "terrabite", **variables)
+    run(python.parent / "pytest", "-m", "not readers", "tests", "--doctest-modules", "--pyargs", "terrabite", **variables)
 
 
 def release():
@@ -94,7 +95,7 @@ def release():
     venv.create(clean, with_pip=True, clear=True)
     python = clean / "bin" / "python"
     install(python, wheel, *CLEAN)
-    run(python, "-m", "pytest", *(Path("tests") / name for name in CLEAN_TESTS))
+    run(python.parent / "pytest", *(Path("tests") / name for name in CLEAN_TESTS))
     print(f"{wheel}: {wheel.stat().st_size / 1e6:.1f} MB")
 
 

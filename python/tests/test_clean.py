@@ -36,7 +36,7 @@ def test_what_is_missing_is_named(dem):
 
 def test_importing_it_loads_no_library_that_it_can_do_without():
     code = "import sys, terrabite; print({'rasterio', 'trimesh', 'pyvista', 'meshio'} & set(sys.modules))"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "set()\n"
+    assert subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True).stdout == "set()\n"
 
 
 def test_a_mesh_is_written_and_judged(tmp_path, dem):

@@ -12,6 +12,8 @@ mod coordinates;
 mod error;
 #[cfg(all(test, feature = "gdal"))]
 mod format_tests;
+#[cfg(test)]
+mod in_memory_tests;
 #[cfg(feature = "gdal")]
 mod info;
 mod inputs;

@@ -1,0 +1,70 @@
+//! Meshes in arrays: the same as in files, written and judged from there.
+
+use std::path::Path;
+
+use super::{
+    ConvertRequest, InMemory, PointInput, Request, RunError, VerifyRequest, convert_mesh, simplify, simplify_in_memory,
+    verify_mesh,
+};
+use crate::base::control::{CancelToken, Control};
+use crate::base::{Band, PointCounts};
+use crate::formats::{ArrayReader, SinkOptions};
+
+fn bowl() -> Band {
+    let height = |i: usize| ((i % 40) as f32 - 20.0).powi(2) / 10.0 + ((i / 40) as f32 - 15.0).powi(2) / 7.0;
+    Band::of_singles("bowl", (40, 30), (0..1200).map(height).collect()).expect("a band")
+}
+
+fn made(request: &Request<'_>) -> InMemory {
+    simplify_in_memory(request, &Control::default()).expect("a mesh")
+}
+
+fn reader(mesh: &InMemory) -> ArrayReader<'_> {
+    let arrays = (mesh.arrays.vertices.as_slice(), mesh.arrays.triangles.as_slice());
+    ArrayReader::new("arrays", mesh.header.clone(), arrays, Vec::new(), CancelToken::default()).expect("a mesh")
+}
+
+fn request(output: &Path) -> Request<'static> {
+    Request::new(bowl(), output, 0.5)
+}
+
+#[test]
+fn the_same_bytes_as_a_file_and_the_same_verdict() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (file, copy) = (folder.path().join("file.ply"), folder.path().join("copy.ply"));
+    let report = simplify(&request(&file), &Control::default()).expect("a file");
+    let mesh = made(&request(&file));
+    assert_eq!(
+        (mesh.report.triangles, mesh.report.format, mesh.report.output.as_str()),
+        (report.triangles, "arrays", "")
+    );
+    assert_eq!(mesh.arrays.triangles.len() as u64, 3 * report.triangles);
+    let written = convert_mesh(&mut reader(&mesh), &ConvertRequest::new("arrays", &copy), &Control::default());
+    assert_eq!(written.expect("a file").max_error, Some(0.5));
+    assert_eq!(std::fs::read(&copy).expect("bytes"), std::fs::read(&file).expect("bytes"));
+    let judged = |max_error| {
+        let request = VerifyRequest::new(bowl(), "arrays", max_error);
+        verify_mesh(&mut reader(&mesh), &request, &Control::default()).expect("a verdict").passed
+    };
+    assert!(judged(0.5) && !judged(0.01));
+}
+
+#[test]
+fn options_of_formats_are_for_files() {
+    let sink = SinkOptions { ascii: true, ..SinkOptions::default() };
+    let refused = simplify_in_memory(&Request { sink, ..request(Path::new("")) }, &Control::default());
+    assert!(matches!(refused, Err(RunError::FormatOption { .. })));
+}
+
+#[test]
+fn places_become_the_samples_nearest_to_them() {
+    let places = [(7.5, -3.5), (7.6, -3.6), (30.4, -20.5), (99.0, 0.0)];
+    let points = Some(PointInput::Places(places.as_slice().into()));
+    let mesh = made(&Request { points, ..request(Path::new("")) });
+    let counts = mesh.report.points.expect("points").counts;
+    assert_eq!(counts, PointCounts { read: 4, used: 2, merged: 1, outside: 1 });
+    let (vertices, _) = mesh.arrays.vertices.as_chunks::<3>();
+    for place in [[7.5, -3.5], [30.5, -20.5]] {
+        assert!(vertices.iter().any(|[x, y, _]| [*x, *y] == place), "{place:?}");
+    }
+}
