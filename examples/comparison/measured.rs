@@ -1,0 +1,79 @@
+//! What a method takes for a window: triangles, time and memory. A mesh that does not pass `verify` is an error.
+
+use std::path::Path;
+use std::time::Instant;
+
+use terrabite::base::GeoTransform;
+use terrabite::base::control::Control;
+use terrabite::base::mesh::TileMesh;
+use terrabite::base::staged::StagedFile;
+use terrabite::formats::{Contents, Header, PlySink, Sink};
+use terrabite::verify::{VerifyOptions, verify};
+
+use super::Window;
+use super::methods::{Made, Method};
+use crate::paper::Outcome;
+
+/// How often a method is run, the first time for its memory.
+const RUNS: usize = 4;
+
+/// Triangles, vertices, seconds (the least of some runs) and by how many KiB the process's largest resident size grew in the
+/// first. For the latter the process has done nothing else before.
+pub(crate) fn measure(method: &Method, window: &Window, tolerance: f64) -> Outcome<String> {
+    let before = resident("VmRSS:")?;
+    let made = (method.make)(window, tolerance)?;
+    let kib = resident("VmHWM:")?.saturating_sub(before);
+    let (vertices, triangles) = certified(&made, window, tolerance)?;
+    let mut seconds = f64::INFINITY;
+    for _ in 1..RUNS {
+        let start = Instant::now();
+        (method.make)(window, tolerance)?;
+        seconds = seconds.min(start.elapsed().as_secs_f64());
+    }
+    Ok(format!("{triangles},{vertices},{seconds:.5},{kib}"))
+}
+
+/// A line of what Linux tells of this process, in KiB.
+fn resident(line: &str) -> Outcome<u64> {
+    let status = std::fs::read_to_string("/proc/self/status")?;
+    let found = status.lines().find_map(|l| l.strip_prefix(line)).ok_or("no such line")?;
+    Ok(found.trim().trim_end_matches(" kB").parse()?)
+}
+
+/// Vertices and triangles of a mesh that `verify` has nothing against.
+fn certified(made: &Made, window: &Window, tolerance: f64) -> Outcome<(u64, u64)> {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("tin.ply");
+    let sink = Box::new(PlySink::new(StagedFile::create(&file, true, &[])?, Header::default()));
+    match made {
+        Made::Tile(mesh) => write(mesh, sink)?,
+        Made::Run(mesh) => drop(mesh.write(sink, &Control::default())?),
+    }
+    judged(&file, window, tolerance)
+}
+
+fn judged(file: &Path, window: &Window, tolerance: f64) -> Outcome<(u64, u64)> {
+    let options = VerifyOptions { max_error: tolerance, max_stray: None, importance: None, temp_dir: None };
+    let verdict = verify(&window.band()?, file, &options, &Control::default())?;
+    if verdict.passes() { Ok((verdict.vertices, verdict.triangles)) } else { Err(format!("{verdict}").into()) }
+}
+
+/// Writes the mesh of a tile that is a whole raster without a place on the map.
+fn write(mesh: &TileMesh, mut sink: Box<dyn Sink>) -> Outcome<()> {
+    let contents = Contents {
+        vertices: mesh.vertices.len() as u64,
+        triangles: mesh.triangles.len() as u64,
+        ..Contents::default()
+    };
+    sink.begin(&contents)?;
+    let on_map = |v: &terrabite::base::mesh::Vertex| {
+        let (x, y) = GeoTransform::DEFAULT.apply(v.at.x.into(), v.at.y.into());
+        [x, y, v.height]
+    };
+    sink.vertices(&mesh.vertices.iter().map(on_map).collect::<Vec<_>>(), &[])?;
+    // Counter-clockwise seen from above, which in the lattice, whose rows run down, are those the other way round.
+    let flip = GeoTransform::DEFAULT.determinant() < 0.0;
+    let turned = |&[a, b, c]: &[u32; 3]| if flip { [a, c, b] } else { [a, b, c] }.map(u64::from);
+    sink.triangles(&mesh.triangles.iter().map(turned).collect::<Vec<_>>(), &[])?;
+    Ok(sink.finish()?)
+}

@@ -1,0 +1,42 @@
+//! The tables of Silva, Mitchell & Kaufman 1995 and of Agarwal & Desikan 1997, on one window of one raster, as
+//! comma-separated values: `scripts/paper_windows.py` makes tables and plots of them.
+//!
+//! `silva_agarwal window RASTER`: stride, first column, first row, least and largest height, tolerance, Franklin's triangles.
+//! `silva_agarwal methods`: the names of all methods.
+//! `silva_agarwal run METHOD RASTER TOLERANCE`: triangles, vertices, seconds, KiB; the mesh has passed `verify`.
+
+mod comparison;
+mod lower_bound;
+mod paper;
+
+use comparison::{METHODS, Window, measure, tolerance_of};
+use paper::Outcome;
+
+fn main() -> Outcome<()> {
+    terrabite::raster::quiet_gdal();
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match words.as_slice() {
+        ["window", raster] => {
+            let window = Window::of(raster)?;
+            let (tolerance, triangles) = tolerance_of(&window)?;
+            let ((column, row), (low, high)) = (window.first, window.range());
+            println!("stride,column,row,low,high,tolerance,triangles");
+            println!("{},{column},{row},{low},{high},{tolerance},{triangles}", window.stride);
+        }
+        ["methods"] => {
+            println!("method");
+            METHODS.iter().for_each(|method| println!("{}", method.name));
+        }
+        ["run", name, raster, tolerance] => {
+            let method = METHODS.iter().find(|method| method.name == *name).ok_or("no such method")?;
+            println!("triangles,vertices,seconds,kib");
+            println!("{}", measure(method, &Window::of(raster)?, tolerance.parse()?)?);
+        }
+        ["explore", raster, tolerance, step, only] => {
+            lower_bound::explore(&Window::of(raster)?.tile, tolerance.parse()?, step.parse()?, *only == "triangles");
+        }
+        _ => return Err("expected: window RASTER, methods, or run METHOD RASTER TOLERANCE".into()),
+    }
+    Ok(())
+}
