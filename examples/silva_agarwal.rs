@@ -4,12 +4,14 @@
 //! `silva_agarwal window RASTER`: stride, first column, first row, least and largest height, tolerance, Franklin's triangles.
 //! `silva_agarwal methods`: the names of all methods.
 //! `silva_agarwal run METHOD RASTER TOLERANCE`: triangles, vertices, seconds, KiB; the mesh has passed `verify`.
+//! `silva_agarwal bound RASTER TOLERANCE`: lower bounds of the number of triangles, by incompatible samples and by weights.
 
 mod comparison;
 mod lower_bound;
 mod paper;
 
 use comparison::{METHODS, Window, measure, tolerance_of};
+use lower_bound::lower_bound;
 use paper::Outcome;
 
 fn main() -> Outcome<()> {
@@ -33,10 +35,16 @@ fn main() -> Outcome<()> {
             println!("triangles,vertices,seconds,kib");
             println!("{}", measure(method, &Window::of(raster)?, tolerance.parse()?)?);
         }
-        ["explore", raster, tolerance, step, only] => {
-            lower_bound::explore(&Window::of(raster)?.tile, tolerance.parse()?, step.parse()?, *only == "triangles");
+        ["bound", raster, tolerance] => {
+            let bound = lower_bound(&Window::of(raster)?.tile, tolerance.parse()?);
+            println!("incompatible,weights");
+            println!("{},{}", bound.incompatible.len(), bound.by_weights());
         }
-        _ => return Err("expected: window RASTER, methods, or run METHOD RASTER TOLERANCE".into()),
+        _ => {
+            return Err(
+                "expected: window RASTER, methods, run METHOD RASTER TOLERANCE, or bound RASTER TOLERANCE".into()
+            );
+        }
     }
     Ok(())
 }

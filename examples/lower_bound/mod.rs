@@ -1,34 +1,71 @@
 //! Lower bounds of the number of triangles of any mesh within the tolerance of all samples, wherever its vertices are.
+//!
+//! Every sample is in some closed triangle of the mesh. If samples have weights and no triangle can hold samples that weigh
+//! more than 1 together, there are at least as many triangles as all samples weigh. `incompatible` gives the weight 1 to
+//! samples of which no two go together; `sets` looks for all sets that go together, and `weights` weighs by them. `samples`
+//! says what goes together, `polygon` which samples a convex polygon holds.
 
+mod incompatible;
 mod polygon;
 mod samples;
 mod sets;
+#[cfg(test)]
+mod tests;
 mod weights;
 
 use terrabite::base::Tile;
 
+use incompatible::{incompatible, rough};
 use samples::{At, Samples};
 use sets::{Chosen, Search};
+use weights::weights;
 
-pub(crate) fn explore(tile: &Tile, tolerance: f64, step: usize, triangles_only: bool) {
+/// What proves that there are not fewer triangles.
+pub(crate) struct Bound {
+    /// Samples of which a triangle holds one at the most.
+    pub(crate) incompatible: Vec<At>,
+    /// Weights of samples.
+    pub(crate) weights: Vec<(At, u64)>,
+    /// The most that a triangle can hold of them.
+    pub(crate) heaviest: u64,
+}
+
+impl Bound {
+    /// By weights.
+    pub(crate) fn by_weights(&self) -> usize {
+        self.weights.iter().map(|(_, weight)| weight).sum::<u64>().div_ceil(self.heaviest) as usize
+    }
+
+    /// The better of both.
+    pub(crate) fn triangles(&self) -> usize {
+        self.incompatible.len().max(self.by_weights())
+    }
+}
+
+/// Planes that are looked for with each choice of samples, at the most. Where that is not enough, the choice is given up.
+const BUDGET: usize = 20_000;
+
+/// The best bound of some choices of samples. The tile misses no sample.
+pub(crate) fn lower_bound(tile: &Tile, tolerance: f64) -> Bound {
     let samples = Samples { tile, tolerance };
-    let at: Vec<At> = (0..tile.height())
-        .step_by(step)
-        .flat_map(|r| (0..tile.width()).step_by(step).map(move |c| (c as i32, r as i32)))
-        .collect();
-    let start = std::time::Instant::now();
-    let chosen = Chosen::new(&samples, at);
-    let edges: usize = chosen.after.iter().map(Vec::len).sum();
-    eprintln!("step {step}: {} samples, {edges} compatible pairs, {:?}", chosen.at.len(), start.elapsed());
-    let mut search = Search { samples, chosen: &chosen, triangles_only, sets: Vec::new(), tests: 0, most: 3_000_000 };
-    let all = search.run();
-    eprintln!(
-        "all {all}: {} sets, largest {:?}, {} tests, {:?}",
-        search.sets.len(),
-        search.sets.iter().map(Vec::len).max(),
-        search.tests,
-        start.elapsed()
-    );
-    let (whole, most) = weights::weights(&search.sets, chosen.at.len());
-    eprintln!("bound {} , {:?}", whole.iter().sum::<u64>().div_ceil(most), start.elapsed());
+    // One triangle at least.
+    let mut best = Bound { incompatible: incompatible(&samples), weights: vec![((0, 0), 1)], heaviest: 1 };
+    for (step, most) in [2, 3, 4, 5, 6].into_iter().flat_map(|step| [4, 6, 8, 10, 12].map(|most| (step, most))) {
+        let at: Vec<At> = rough(&samples, (0, 0), step, most).into_iter().map(|(at, _)| at).collect();
+        let chosen = Chosen::new(&samples, at);
+        let mut search = Search { samples, chosen: &chosen, sets: Vec::new(), budget: BUDGET };
+        if chosen.at.is_empty() || !search.run() {
+            continue;
+        }
+        let (whole, heaviest) = weights(&search.sets, chosen.at.len());
+        let weights = chosen.at.iter().copied().zip(whole).collect();
+        let bound = Bound { incompatible: Vec::new(), weights, heaviest };
+        if std::env::var("SHOW").is_ok() {
+            eprintln!("{step} {most}: {} samples, {} sets, {}", chosen.at.len(), search.sets.len(), bound.by_weights());
+        }
+        if bound.by_weights() > best.by_weights() {
+            best = Bound { incompatible: best.incompatible, ..bound };
+        }
+    }
+    best
 }

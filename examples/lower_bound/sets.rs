@@ -3,8 +3,8 @@
 //! Two samples that a triangle holds are compatible: a line is within the tolerance of all samples between them. More than two
 //! are the corners of a convex polygon in the triangle, and one plane is within the tolerance of all samples of it.
 
-use super::polygon::{hull, samples_of, triangle_leaves_out};
-use super::samples::{At, Samples};
+use super::polygon::{hull, samples_of};
+use super::samples::{At, Samples, orient};
 
 /// Chosen samples and which of them are compatible.
 pub(crate) struct Chosen {
@@ -12,6 +12,8 @@ pub(crate) struct Chosen {
     pub(crate) at: Vec<At>,
     /// For each those of higher number that it is compatible with, ascending.
     pub(crate) after: Vec<Vec<u32>>,
+    /// The same as bits, both ways.
+    compatible: Vec<Vec<u64>>,
     /// The number of a sample, or `u32::MAX`, by rows.
     number: Vec<u32>,
 }
@@ -26,13 +28,20 @@ impl Chosen {
         }
         let compatible =
             |i: usize| (i + 1..at.len()).filter(|&j| samples.bend(at[i], at[j]).is_none()).map(|j| j as u32).collect();
-        let after = (0..at.len()).map(compatible).collect();
-        Chosen { at, after, number }
+        let after: Vec<Vec<u32>> = (0..at.len()).map(compatible).collect();
+        let mut compatible = vec![vec![0u64; at.len().div_ceil(64)]; at.len()];
+        for (i, later) in after.iter().enumerate() {
+            compatible[i][i / 64] |= 1 << (i % 64);
+            for j in later.iter().map(|&j| j as usize) {
+                compatible[i][j / 64] |= 1 << (j % 64);
+                compatible[j][i / 64] |= 1 << (i % 64);
+            }
+        }
+        Chosen { at, after, compatible, number }
     }
 
     fn are_compatible(&self, i: u32, j: u32) -> bool {
-        let (i, j) = (i.min(j), i.max(j));
-        i == j || self.after[i as usize].binary_search(&j).is_ok()
+        self.compatible[i as usize][j as usize / 64] >> (j % 64) & 1 == 1
     }
 }
 
@@ -40,18 +49,14 @@ impl Chosen {
 pub(crate) struct Search<'a> {
     pub(crate) samples: Samples<'a>,
     pub(crate) chosen: &'a Chosen,
-    /// Whether sets that fit one plane, but no triangle, are left out.
-    pub(crate) triangles_only: bool,
     /// Every set that no other one has been made of, and others.
     pub(crate) sets: Vec<Vec<u32>>,
-    /// How many planes were looked for.
-    pub(crate) tests: u64,
-    /// The search ends when there are so many sets.
-    pub(crate) most: usize,
+    /// How many more planes may be looked for.
+    pub(crate) budget: usize,
 }
 
 impl Search<'_> {
-    /// All sets; `false` if there are too many.
+    /// Finds all sets; `false` if the budget has ended before.
     ///
     /// Each set of chosen samples that a convex polygon cuts out is made once: from the one without its last samples, whose
     /// polygon has grown by a later sample and has taken no earlier one in.
@@ -60,17 +65,20 @@ impl Search<'_> {
             let later = self.chosen.after[first as usize].clone();
             self.grow(&[self.chosen.at[first as usize]], &[first], first, &later);
         }
-        self.sets.len() < self.most
+        self.budget > 0
     }
 
     fn grow(&mut self, corners: &[At], members: &[u32], last: u32, later: &[u32]) {
         let mut is_leaf = true;
         let mut inside = Vec::new();
         for &next in later.iter().filter(|&&next| next > last && !members.contains(&next)) {
-            if self.sets.len() >= self.most {
+            if self.budget == 0 {
                 return;
             }
             let polygon = hull(corners.iter().copied().chain([self.chosen.at[next as usize]]).collect());
+            if self.is_refuted_at_once(&polygon) {
+                continue;
+            }
             samples_of(&polygon, &mut inside);
             let width = self.samples.tile.width();
             let mut grown: Vec<u32> =
@@ -98,44 +106,33 @@ impl Search<'_> {
         }
     }
 
+    /// Whether few samples of a convex polygon prove that no plane is within the tolerance of all.
+    fn is_refuted_at_once(&self, polygon: &[At]) -> bool {
+        let [a, rest @ ..] = polygon else { return false };
+        rest.windows(2).any(|w| {
+            let (b, c) = (w[0], w[1]);
+            [(1, 1, 1), (2, 1, 1), (1, 2, 1), (1, 1, 2)].iter().any(|&(i, j, k)| {
+                let mean = |a: i32, b: i32, c: i32| (i * a + j * b + k * c) / (i + j + k);
+                let m = (mean(a.0, b.0, c.0), mean(a.1, b.1, c.1));
+                let is_inside = [(*a, b), (b, c), (c, *a)].iter().all(|&(p, q)| orient(p, q, m) >= 0);
+                is_inside && self.samples.refute([*a, b, c, m])
+            })
+        }) || rest.windows(3).any(|w| self.samples.refute([*a, w[0], w[1], w[2]]))
+    }
+
     /// Whether a triangle may hold a convex polygon.
     fn fits(&mut self, polygon: &[At], inside: &[At]) -> bool {
         if polygon.len() < 3 {
             return true;
         }
-        self.tests += 1;
-        if self.samples.warp(inside).is_some() {
-            return false;
-        }
-        !self.triangles_only || polygon.len() < 4 || triangle_leaves_out(polygon, &self.excluded(polygon, inside))
-    }
-
-    /// Samples near a polygon that no triangle holds together with it.
-    fn excluded(&mut self, polygon: &[At], inside: &[At]) -> Vec<At> {
-        const REACH: i32 = 8;
-        let (width, height) = (self.samples.tile.width() as i32, self.samples.tile.height() as i32);
-        let range = |of: fn(&At) -> i32, end: i32| {
-            let values = || polygon.iter().map(of);
-            let (low, high) = (values().min().unwrap_or(0), values().max().unwrap_or(0));
-            (low - REACH).max(0)..=(high + REACH).min(end - 1)
-        };
-        let (columns, rows) = (range(|c| c.0, width), range(|c| c.1, height));
-        let mut larger = Vec::new();
-        let mut excluded = Vec::new();
-        for row in rows {
-            for column in columns.clone() {
-                let at = (column, row);
-                if inside.contains(&at) {
-                    continue;
-                }
-                let grown = hull(polygon.iter().copied().chain([at]).collect());
-                samples_of(&grown, &mut larger);
-                self.tests += 1;
-                if self.samples.warp(&larger).is_some() {
-                    excluded.push(at);
-                }
+        self.budget = self.budget.saturating_sub(1);
+        const FEW: usize = 48;
+        if inside.len() > 2 * FEW {
+            let some: Vec<At> = polygon.iter().chain(inside.iter().step_by(inside.len() / FEW)).copied().collect();
+            if self.samples.warp(&some).is_some() {
+                return false;
             }
         }
-        excluded
+        self.samples.warp(inside).is_none()
     }
 }

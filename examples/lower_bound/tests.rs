@@ -66,7 +66,9 @@ impl Naive<'_> {
 
 /// All sets of samples of a small grid that closed triangles cut out, as bits.
 fn traces(samples: &[At]) -> HashSet<u32> {
-    let bit = |keep: &dyn Fn(At) -> bool| samples.iter().enumerate().filter(|&(_, &p)| keep(p)).fold(0u32, |m, (i, _)| m | 1 << i);
+    let bit = |keep: &dyn Fn(At) -> bool| {
+        samples.iter().enumerate().filter(|&(_, &p)| keep(p)).fold(0u32, |m, (i, _)| m | 1 << i)
+    };
     let mut halves: HashSet<u32> = HashSet::from([0, bit(&|_| true)]);
     for &a in samples {
         for &b in samples.iter().filter(|&&b| b != a) {

@@ -34,32 +34,30 @@ impl Ord for Weighed {
 ///
 /// The heaviest set loses a share of its weight, again and again; of all states the best is kept.
 pub(crate) fn weights(sets: &[Vec<u32>], count: usize) -> (Vec<u64>, u64) {
-    let mut best = (0.0, vec![1.0; count]);
     let mut weight = vec![1.0f64; count];
-    for share in [0.3, 0.1, 0.03, 0.01] {
-        weight.clone_from(&best.1);
-        let of_set = |set: usize, weight: &[f64]| sets[set].iter().map(|&i| weight[i as usize]).sum::<f64>();
-        let mut heap: BinaryHeap<Weighed> =
-            (0..sets.len()).map(|set| Weighed { weight: of_set(set, &weight), set }).collect();
-        let mut total: f64 = weight.iter().sum();
-        let mut since = 0;
-        while since < 20_000 {
-            let Some(top) = heap.pop() else { break };
-            let now = of_set(top.set, &weight);
-            if now < top.weight * (1.0 - 1e-12) {
-                heap.push(Weighed { weight: now, set: top.set });
-                continue;
+    let of_set = |set: usize, weight: &[f64]| sets[set].iter().map(|&i| weight[i as usize]).sum::<f64>();
+    let mut heap: BinaryHeap<Weighed> =
+        (0..sets.len()).map(|set| Weighed { weight: of_set(set, &weight), set }).collect();
+    let mut best = (0.0, weight.clone());
+    for (share, steps) in [(0.1, 100), (0.03, 300), (0.01, 600)] {
+        for _ in 0..steps {
+            // The sum anew: differences would add up.
+            let mut total: f64 = weight.iter().sum();
+            for _ in 0..count {
+                let Some(mut top) = heap.peek_mut() else { break };
+                let now = of_set(top.set, &weight);
+                if now < top.weight {
+                    top.weight = now;
+                    continue;
+                }
+                if total / now > best.0 {
+                    best = (total / now, weight.clone());
+                }
+                for &i in &sets[top.set] {
+                    total -= share * weight[i as usize];
+                    weight[i as usize] *= 1.0 - share;
+                }
             }
-            since += 1;
-            if total / now > best.0 * 1.0001 {
-                best = (total / now, weight.clone());
-                since = 0;
-            }
-            for &i in &sets[top.set] {
-                total -= share * weight[i as usize];
-                weight[i as usize] *= 1.0 - share;
-            }
-            heap.push(Weighed { weight: now * (1.0 - share), set: top.set });
         }
     }
     let most = best.1.iter().copied().fold(0.0, f64::max);
