@@ -35,11 +35,6 @@ impl Bound {
     pub(crate) fn by_weights(&self) -> usize {
         self.weights.iter().map(|(_, weight)| weight).sum::<u64>().div_ceil(self.heaviest) as usize
     }
-
-    /// The better of both.
-    pub(crate) fn triangles(&self) -> usize {
-        self.incompatible.len().max(self.by_weights())
-    }
 }
 
 /// Planes that are looked for with each choice of samples, at the most. Where that is not enough, the choice is given up.
@@ -50,7 +45,7 @@ pub(crate) fn lower_bound(tile: &Tile, tolerance: f64) -> Bound {
     let samples = Samples { tile, tolerance };
     // One triangle at least.
     let mut best = Bound { incompatible: incompatible(&samples), weights: vec![((0, 0), 1)], heaviest: 1 };
-    for (step, most) in [2, 3, 4, 5, 6].into_iter().flat_map(|step| [4, 6, 8, 10, 12].map(|most| (step, most))) {
+    for (step, most) in [2, 3, 4, 5].into_iter().flat_map(|step| [8, 10, 12].map(|most| (step, most))) {
         let at: Vec<At> = rough(&samples, (0, 0), step, most).into_iter().map(|(at, _)| at).collect();
         let chosen = Chosen::new(&samples, at);
         let mut search = Search { samples, chosen: &chosen, sets: Vec::new(), budget: BUDGET };
@@ -60,9 +55,6 @@ pub(crate) fn lower_bound(tile: &Tile, tolerance: f64) -> Bound {
         let (whole, heaviest) = weights(&search.sets, chosen.at.len());
         let weights = chosen.at.iter().copied().zip(whole).collect();
         let bound = Bound { incompatible: Vec::new(), weights, heaviest };
-        if std::env::var("SHOW").is_ok() {
-            eprintln!("{step} {most}: {} samples, {} sets, {}", chosen.at.len(), search.sets.len(), bound.by_weights());
-        }
         if bound.by_weights() > best.by_weights() {
             best = Bound { incompatible: best.incompatible, ..bound };
         }
