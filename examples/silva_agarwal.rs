@@ -4,13 +4,17 @@
 //! `silva_agarwal window RASTER`: stride, first column, first row, least and largest height, tolerance, Franklin's triangles.
 //! `silva_agarwal methods`: the names of all methods.
 //! `silva_agarwal run METHOD RASTER TOLERANCE`: triangles, vertices, seconds, KiB; the mesh has passed `verify`.
+//! `silva_agarwal readings RASTER TOLERANCE`: literal stitching, triangles at the end, before they were repaired, and how many of
+//! these failed the exact test.
 //! `silva_agarwal bound RASTER TOLERANCE`: lower bounds of the number of triangles, by incompatible samples and by weights.
 
 mod comparison;
 mod lower_bound;
 mod paper;
 
-use comparison::{METHODS, Window, measure, tolerance_of};
+use terrabite::kernel::triangulate::hitting_set::{Literal, Reading};
+
+use comparison::{METHODS, Window, measure, stitched, tolerance_of};
 use lower_bound::lower_bound;
 use paper::Outcome;
 
@@ -35,6 +39,14 @@ fn main() -> Outcome<()> {
             println!("triangles,vertices,seconds,kib");
             println!("{}", measure(method, &Window::of(raster)?, tolerance.parse()?)?);
         }
+        ["readings", raster, tolerance] => {
+            let window = Window::of(raster)?;
+            println!("reading,triangles,before,failing");
+            for (name, reading) in [("disjoint", Reading::Disjoint), ("shared", Reading::Shared)] {
+                let Literal { mesh, before_repair, failing } = stitched(reading, &window, tolerance.parse()?)?;
+                println!("{name},{},{before_repair},{failing}", mesh.triangles.len());
+            }
+        }
         ["bound", raster, tolerance] => {
             let bound = lower_bound(&Window::of(raster)?.tile, tolerance.parse()?);
             println!("incompatible,weights");
@@ -42,7 +54,7 @@ fn main() -> Outcome<()> {
         }
         _ => {
             return Err(
-                "expected: window RASTER, methods, run METHOD RASTER TOLERANCE, or bound RASTER TOLERANCE".into()
+                "expected: window RASTER, methods, run METHOD RASTER TOLERANCE, readings|bound RASTER TOLERANCE".into(),
             );
         }
     }

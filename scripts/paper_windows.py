@@ -31,8 +31,16 @@ NAMES = {
     "improved-weak": "improved cuts, weak",
     "improved-strong": "improved cuts, strong",
     "insertion": "insertion",
+    "sp-a": "SP-A, nested squares",
+    "sp-a-sliding": "SP-A, sliding squares",
+    "sp-b": "SP-B, nested squares",
+    "sp-b-sliding": "SP-B, sliding squares",
+    "stitched-disjoint": "stitched, squares apart",
+    "stitched-shared": "stitched, shared corners",
+    "hitting-set": "hitting set, as the engine",
     "cuts-polished": "cuts, balanced",
     "insertion-polished": "insertion, balanced",
+    "hitting-set-polished": "hitting set, balanced",
 }
 # Triangles of the papers' tables: Franklin, cuts weak, cuts strong (1995), SP-A, SP-B, stitched (1997).
 PAPERS = {
@@ -45,7 +53,16 @@ PAPERS = {
     "Seattle": (2671, 2011, 2763, 973, 1948, 2259),
 }
 # Which of their columns a method is held against.
-COLUMNS = {"cuts-weak": 1, "cuts-strong": 2}
+COLUMNS = {
+    "cuts-weak": 1,
+    "cuts-strong": 2,
+    "sp-a": 3,
+    "sp-a-sliding": 3,
+    "sp-b": 4,
+    "sp-b-sliding": 4,
+    "stitched-disjoint": 5,
+    "stitched-shared": 5,
+}
 
 
 def main():
@@ -61,6 +78,8 @@ def main():
         raster: {m: experiment("silva_agarwal", "run", m, path(raster), w["tolerance"])[0] for m in methods}
         for raster, w in windows.items()
     }
+    readings = {raster: experiment("silva_agarwal", "readings", path(raster), w["tolerance"]) for raster, w in windows.items()}
+    bounds = {raster: experiment("silva_agarwal", "bound", path(raster), w["tolerance"])[0] for raster, w in windows.items()}
     ratios = {m: [triangles(run, m) / triangles(run, FRANKLIN) for run in runs.values()] for m in methods}
     fill(
         PAGE,
@@ -68,7 +87,10 @@ def main():
             "windows": windows_table(windows),
             "triangles": triangles_table(runs, ratios),
             "ratios": ratios_table(ratios),
+            "readings": readings_table(readings, runs),
+            "goals": goals_table(runs),
             "times": times_table(runs),
+            "bounds": bounds_table(bounds, runs),
         },
     )
     plot(ratios)
@@ -116,6 +138,47 @@ def between(ratios):
 def ratios_table(ratios):
     rows = [[NAMES[m], between(papers(m)), between(r)] for m, r in ratios.items() if m != FRANKLIN]
     return table(["triangles to Franklin's", "the papers' terrains", "these windows"], rows)
+
+
+def readings_table(readings, runs):
+    def row(raster, reading):
+        return [
+            raster,
+            reading["reading"],
+            grouped(int(reading["before"])),
+            grouped(int(reading["failing"])),
+            grouped(int(reading["triangles"])),
+            f"{int(reading['before']) / triangles(runs[raster], 'sp-a'):.2f}",
+        ]
+
+    header = ["raster", "squares", "triangles", "not within ε", "repaired", "triangles to SP-A's"]
+    return table(header, [row(raster, r) for raster, both in readings.items() for r in both])
+
+
+def goals_table(runs):
+    against = [
+        ("hitting-set", FRANKLIN),
+        ("hitting-set", "stitched-disjoint"),
+        ("hitting-set", "stitched-shared"),
+        ("hitting-set-polished", "insertion-polished"),
+    ]
+
+    def row(method, other):
+        ratios = [triangles(run, method) / triangles(run, other) for run in runs.values()]
+        return [f"{NAMES[method]} to {NAMES[other]}", *(f"{r:.2f}" for r in ratios), f"{mean(ratios):.3f}"]
+
+    return table(["ratio of triangles", *runs, "mean"], [row(*pair) for pair in against])
+
+
+def bounds_table(bounds, runs):
+    def row(raster, bound):
+        best = min(runs[raster], key=lambda m: triangles(runs[raster], m) if not m.startswith("sp-") else math.inf)
+        fewest = triangles(runs[raster], best)
+        shares = [f"{int(bound[b])} ({100 * int(bound[b]) / fewest:.1f} %)" for b in ("incompatible", "weights")]
+        return [raster, *shares, f"{grouped(fewest)} ({NAMES[best]})"]
+
+    header = ["raster", "incompatible samples", "weights", "the fewest triangles of a mesh here"]
+    return table(header, [row(*item) for item in bounds.items()])
 
 
 def times_table(runs):

@@ -7,6 +7,9 @@ use terrabite::field::{Field, FieldOptions};
 use terrabite::job::{Mesh, Params, Quality, triangulate};
 use terrabite::kernel::seam::{MinLink, Rim};
 use terrabite::kernel::triangulate::cuts::GreedyCuts;
+use terrabite::kernel::triangulate::hitting_set::{
+    Corners, HittingSet, Literal, Partition, Reading, Squares, partition, stitch_literally,
+};
 use terrabite::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Scratch, Shape, Swap,
 };
@@ -21,6 +24,8 @@ pub(crate) enum Made {
     Tile(TileMesh),
     /// By all passes of a run.
     Run(Box<Mesh>),
+    /// No mesh: squares that hold every sample.
+    Squares(Partition),
 }
 
 /// A way to triangulate a window.
@@ -40,8 +45,16 @@ pub(crate) const METHODS: &[Method] = &[
     Method { name: "improved-weak", make: |w, e| by_engine(&GreedyCuts::IMPROVED, Feasibility::Weak, w, e) },
     Method { name: "improved-strong", make: |w, e| by_engine(&GreedyCuts::IMPROVED, Feasibility::Strong, w, e) },
     Method { name: "insertion", make: |w, e| by_engine(&GreedyInsertion::default(), Feasibility::Weak, w, e) },
+    Method { name: "sp-a", make: |w, e| divided(Squares::Nested, Corners::Free, w, e) },
+    Method { name: "sp-a-sliding", make: |w, e| divided(Squares::Sliding, Corners::Free, w, e) },
+    Method { name: "sp-b", make: |w, e| divided(Squares::Nested, Corners::Samples, w, e) },
+    Method { name: "sp-b-sliding", make: |w, e| divided(Squares::Sliding, Corners::Samples, w, e) },
+    Method { name: "stitched-disjoint", make: |w, e| Ok(Made::Tile(stitched(Reading::Disjoint, w, e)?.mesh)) },
+    Method { name: "stitched-shared", make: |w, e| Ok(Made::Tile(stitched(Reading::Shared, w, e)?.mesh)) },
+    Method { name: "hitting-set", make: |w, e| by_engine(&HittingSet::default(), Feasibility::Weak, w, e) },
     Method { name: "cuts-polished", make: |w, e| polished(GreedyCuts::PLAIN, w, e) },
     Method { name: "insertion-polished", make: |w, e| polished(GreedyInsertion::default(), w, e) },
+    Method { name: "hitting-set-polished", make: |w, e| polished(HittingSet::default(), w, e) },
 ];
 
 /// An edge is swapped if that makes the largest error of its two triangles smaller.
@@ -64,6 +77,16 @@ fn by_engine(engine: &dyn Engine, feasibility: Feasibility, window: &Window, tol
         engine.triangulate(task, &mut EngineScratch::default(), mesh)
     })?;
     Ok(Made::Tile(mesh))
+}
+
+/// A simplicial partition.
+fn divided(squares: Squares, corners: Corners, window: &Window, tolerance: f64) -> Outcome<Made> {
+    Ok(Made::Squares(partition(&window.tile, tolerance, squares, corners, &CancelToken::default())?))
+}
+
+/// A partition with free heights, stitched as the paper has it.
+pub(crate) fn stitched(reading: Reading, window: &Window, tolerance: f64) -> Outcome<Literal> {
+    Ok(stitch_literally(&window.tile, tolerance, reading, Corners::Free, &CancelToken::default())?)
 }
 
 fn on_domain<E: std::error::Error + 'static>(

@@ -6,5 +6,5 @@ mod methods;
 mod window;
 
 pub(crate) use measured::measure;
-pub(crate) use methods::{METHODS, franklin};
+pub(crate) use methods::{METHODS, franklin, stitched};
 pub(crate) use window::{Window, tolerance_of};
