@@ -30,6 +30,7 @@ use crate::base::mesh::TileMesh;
 use crate::kernel::polish::{self, Effort, Schedule, Tuning};
 
 pub use self::literal::{Literal, Reading, stitch_literally};
+pub use self::sliding::LargestSquares;
 pub use self::squares::{Counts, Partition, Square, Squares, partition};
 
 /// What heights vertices have that corners of squares share.

@@ -13,6 +13,11 @@ pub trait Elements {
 
     /// Whether an element covers a point.
     fn covers(&self, element: usize, point: usize) -> bool;
+
+    /// The first point that none of these elements covers.
+    fn missed_by(&self, elements: &[usize]) -> Option<usize> {
+        (0..self.points()).find(|&point| !elements.iter().any(|&element| self.covers(element, point)))
+    }
 }
 
 /// What a search has come to.
@@ -20,6 +25,8 @@ pub trait Elements {
 pub struct HittingSet {
     /// The elements that cover every point, ascending, each once, and none that the others make needless.
     pub chosen: Vec<usize>,
+    /// How many elements there are.
+    pub elements: usize,
     /// How many different elements had been drawn, before needless ones went. (The paper keeps them.)
     pub drawn: usize,
     /// The size c that the search believed the least hitting set to have: doubled from 1 on until one was found.
@@ -35,15 +42,22 @@ pub struct HittingSet {
 ///
 /// For a given c elements are drawn with probabilities proportional to their weights, all 1 at first. If a point is covered by
 /// none that was drawn, and the elements that cover it weigh less than 1/2c of all, these are doubled. Where c elements cover all points, there
-/// are at most [`most_successful`] such iterations; after that c was too small. Cost: elements × iterations, and points × drawn
-/// elements × iterations.
+/// are at most [`most_successful`] such iterations; after that c was too small. Cost: elements
+/// × iterations, and what it costs to find a point that the elements drawn miss, as often.
 pub fn hitting_set(system: &impl Elements, seed: u64) -> Option<HittingSet> {
-    let covered = |point: usize| (0..system.elements()).any(|element| system.covers(element, point));
-    if !(0..system.points()).all(covered) {
+    let all: Vec<usize> = (0..system.elements()).collect();
+    if system.missed_by(&all).is_some() {
         return None;
     }
     if system.points() == 0 {
-        return Some(HittingSet { chosen: Vec::new(), drawn: 0, believed: 0, successful: 0, iterations: 0 });
+        return Some(HittingSet {
+            chosen: Vec::new(),
+            elements: system.elements(),
+            drawn: 0,
+            believed: 0,
+            successful: 0,
+            iterations: 0,
+        });
     }
     let mut random = Random(seed);
     let mut believed = 1;
@@ -80,10 +94,16 @@ fn search(system: &impl Elements, believed: usize, random: &mut Random) -> Optio
     loop {
         iterations += 1;
         let chosen = if size >= count { (0..count).collect() } else { draw(&weights, size, random) };
-        let is_missed = |&point: &usize| !chosen.iter().any(|&element| system.covers(element, point));
-        let Some(point) = (0..system.points()).find(is_missed) else {
+        let Some(point) = system.missed_by(&chosen) else {
             let drawn = chosen.len();
-            return Some(HittingSet { chosen: needed(system, chosen), drawn, believed, successful, iterations });
+            return Some(HittingSet {
+                chosen: needed(system, chosen),
+                elements: count,
+                drawn,
+                believed,
+                successful,
+                iterations,
+            });
         };
         let total: f64 = weights.iter().sum();
         let around: Vec<usize> = (0..count).filter(|&element| system.covers(element, point)).collect();

@@ -2,9 +2,75 @@
 
 use std::collections::BinaryHeap;
 
+use super::Corners;
 use super::plane::Region;
+use super::reweighting::Elements;
 use super::squares::{Finder, Square};
+use crate::base::Tile;
 use crate::base::control::{CancelToken, Cancelled};
+
+/// The largest valid squares of a tile as elements that cover its samples: one at every sample as its upper left corner, and so
+/// one within which lies each valid square. For [`hitting_set`](super::reweighting::hitting_set).
+#[derive(Debug, Clone)]
+pub struct LargestSquares {
+    width: usize,
+    squares: Vec<Square>,
+}
+
+impl LargestSquares {
+    /// Finds them.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    ///
+    /// # Panics
+    /// If the tile has missing samples.
+    pub fn new(
+        tile: &Tile,
+        tolerance: f64,
+        corners: Corners,
+        cancel: &CancelToken,
+    ) -> Result<LargestSquares, Cancelled> {
+        assert!(tile.validity().is_whole(), "squares of samples that are all there");
+        let squares = largest(&mut Finder::new(tile, tolerance, corners), cancel)?;
+        Ok(LargestSquares { width: tile.width(), squares })
+    }
+
+    /// An element's square.
+    pub fn square(&self, element: usize) -> &Square {
+        &self.squares[element]
+    }
+}
+
+impl Elements for LargestSquares {
+    fn elements(&self) -> usize {
+        self.squares.len()
+    }
+
+    fn points(&self) -> usize {
+        self.squares.len()
+    }
+
+    fn covers(&self, element: usize, point: usize) -> bool {
+        let (Square { first, last, .. }, column, row) =
+            (&self.squares[element], point % self.width, point / self.width);
+        (first.0..=last.0).contains(&column) && (first.1..=last.1).contains(&row)
+    }
+
+    fn missed_by(&self, elements: &[usize]) -> Option<usize> {
+        let mut covered = vec![false; self.points()];
+        for &element in elements {
+            samples(&self.squares[element], self.width).for_each(|sample| covered[sample] = true);
+        }
+        covered.iter().position(|is_covered| !is_covered)
+    }
+}
+
+/// The samples of a square, as row · width + column.
+fn samples(square: &Square, width: usize) -> impl Iterator<Item = usize> + use<> {
+    let Region { first, last } = square.region();
+    (first.1..=last.1).flat_map(move |row| (first.0..=last.0).map(move |column| row * width + column))
+}
 
 /// Chooses squares until every sample is in one: always that which holds the most samples that are in none (the greedy cover of
 /// the paper's section 5); of equal ones the first by row and column. The candidates are the largest valid square at every
@@ -15,10 +81,7 @@ pub(super) fn cover(finder: &mut Finder<'_>, cancel: &CancelToken) -> Result<Vec
     let candidates = largest(finder, cancel)?;
     let (width, height) = (finder.tile.width(), finder.tile.height());
     let mut covered = vec![false; width * height];
-    let samples = |square: &Square| {
-        let Region { first, last } = square.region();
-        (first.1..=last.1).flat_map(move |row| (first.0..=last.0).map(move |column| row * width + column))
-    };
+    let samples = |square: &Square| samples(square, width);
     // A gain only falls: a square whose gain is what it was before is the best.
     let mut heap: BinaryHeap<(usize, std::cmp::Reverse<usize>)> =
         candidates.iter().enumerate().map(|(i, square)| (samples(square).count(), std::cmp::Reverse(i))).collect();

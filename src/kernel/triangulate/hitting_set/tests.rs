@@ -87,6 +87,20 @@ proptest! {
     }
 }
 
+/// Reweighting covers a tile with few of the largest valid squares, in as few iterations as its lemma says.
+#[test]
+fn reweighting_covers_a_tile() {
+    let tile = tile(40, 30, 3, 2);
+    let cancel = CancelToken::default();
+    let squares = LargestSquares::new(&tile, 2.0, Corners::Free, &cancel).expect("nobody cancels");
+    let found = reweighting::hitting_set(&squares, 1).expect("every sample has its square");
+    let chosen: Vec<Square> = found.chosen.iter().map(|&element| *squares.square(element)).collect();
+    assert!(counts(&tile, &chosen).iter().all(|&count| count > 0));
+    assert!(found.successful <= reweighting::most_successful(found.believed, 40 * 30), "{found:?}");
+    let greedy = partition(&tile, 2.0, Squares::Sliding, Corners::Free, &cancel).expect("nobody cancels");
+    assert!(chosen.len() <= 3 * greedy.squares.len(), "{} for {}", chosen.len(), greedy.squares.len());
+}
+
 /// A mesh's rim as a domain that has all of its vertices.
 fn around(mesh: &TileMesh) -> Domain {
     let sides = mesh.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
