@@ -37,15 +37,16 @@ impl Bound {
     }
 }
 
-/// Planes that are looked for with each choice of samples, at the most. Where that is not enough, the choice is given up.
-const BUDGET: usize = 20_000;
+/// Samples of polygons that are looked at with each choice of samples, at the most. Where that is not enough, the choice is given
+/// up.
+const BUDGET: usize = 20_000_000;
 
 /// The best bound of some choices of samples. The tile misses no sample.
 pub(crate) fn lower_bound(tile: &Tile, tolerance: f64) -> Bound {
     let samples = Samples { tile, tolerance };
     // One triangle at least.
     let mut best = Bound { incompatible: incompatible(&samples), weights: vec![((0, 0), 1)], heaviest: 1 };
-    for (step, most) in [2, 3, 4, 5].into_iter().flat_map(|step| [8, 10, 12].map(|most| (step, most))) {
+    for (step, most) in [2, 3, 4].into_iter().flat_map(|step| [8, 10, 12].map(|most| (step, most))) {
         let at: Vec<At> = rough(&samples, (0, 0), step, most).into_iter().map(|(at, _)| at).collect();
         let chosen = Chosen::new(&samples, at);
         let mut search = Search { samples, chosen: &chosen, sets: Vec::new(), budget: BUDGET };

@@ -51,7 +51,7 @@ pub(crate) struct Search<'a> {
     pub(crate) chosen: &'a Chosen,
     /// Every set that no other one has been made of, and others.
     pub(crate) sets: Vec<Vec<u32>>,
-    /// How many more planes may be looked for.
+    /// How many more samples of polygons may be looked at.
     pub(crate) budget: usize,
 }
 
@@ -80,6 +80,7 @@ impl Search<'_> {
                 continue;
             }
             samples_of(&polygon, &mut inside);
+            self.budget = self.budget.saturating_sub(inside.len());
             let width = self.samples.tile.width();
             let mut grown: Vec<u32> =
                 inside.iter().map(|s| self.chosen.number[s.1 as usize * width + s.0 as usize]).collect();
@@ -125,7 +126,6 @@ impl Search<'_> {
         if polygon.len() < 3 {
             return true;
         }
-        self.budget = self.budget.saturating_sub(1);
         const FEW: usize = 48;
         if inside.len() > 2 * FEW {
             let some: Vec<At> = polygon.iter().chain(inside.iter().step_by(inside.len() / FEW)).copied().collect();
