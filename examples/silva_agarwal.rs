@@ -15,7 +15,7 @@ mod paper;
 use terrabite::kernel::triangulate::hitting_set::{Literal, Reading};
 
 use comparison::{METHODS, Window, measure, stitched, tolerance_of};
-use lower_bound::lower_bound;
+use lower_bound::lower_bounds;
 use paper::Outcome;
 
 fn main() -> Outcome<()> {
@@ -48,9 +48,9 @@ fn main() -> Outcome<()> {
             }
         }
         ["bound", raster, tolerance] => {
-            let bound = lower_bound(&Window::of(raster)?.tile, tolerance.parse()?);
+            let bounds = lower_bounds(&Window::of(raster)?.tile, tolerance.parse()?);
             println!("incompatible,weights");
-            println!("{},{}", bound.incompatible.len(), bound.by_weights());
+            println!("{},{}", bounds.incompatible.len(), bounds.weighed.triangles());
         }
         _ => {
             return Err(

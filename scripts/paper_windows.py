@@ -136,8 +136,13 @@ def between(ratios):
 
 
 def ratios_table(ratios):
-    rows = [[NAMES[m], between(papers(m)), between(r)] for m, r in ratios.items() if m != FRANKLIN]
-    return table(["triangles to Franklin's", "the papers' terrains", "these windows"], rows)
+    by_error = ratios["franklin-error"]
+    rows = [
+        [NAMES[m], between(papers(m)), between(r), between([a / b for a, b in zip(r, by_error)])]
+        for m, r in ratios.items()
+        if m != FRANKLIN
+    ]
+    return table(["triangles to Franklin's", "the papers' terrains", "here, to Delaunay", "here, to largest error"], rows)
 
 
 def readings_table(readings, runs):

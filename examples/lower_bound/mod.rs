@@ -21,19 +21,25 @@ use sets::{Chosen, Search};
 use weights::weights;
 
 /// What proves that there are not fewer triangles.
-pub(crate) struct Bound {
+pub(crate) struct Bounds {
     /// Samples of which a triangle holds one at the most.
     pub(crate) incompatible: Vec<At>,
-    /// Weights of samples.
+    /// Samples that weigh something.
+    pub(crate) weighed: Weighed,
+}
+
+/// Weights of samples.
+pub(crate) struct Weighed {
+    /// Samples and what they weigh.
     pub(crate) weights: Vec<(At, u64)>,
-    /// The most that a triangle can hold of them.
+    /// The most that a triangle can hold of that.
     pub(crate) heaviest: u64,
 }
 
-impl Bound {
-    /// By weights.
-    pub(crate) fn by_weights(&self) -> usize {
-        self.weights.iter().map(|(_, weight)| weight).sum::<u64>().div_ceil(self.heaviest) as usize
+impl Weighed {
+    /// How many triangles there are at least.
+    pub(crate) fn triangles(&self) -> u64 {
+        self.weights.iter().map(|(_, weight)| weight).sum::<u64>().div_ceil(self.heaviest)
     }
 }
 
@@ -41,24 +47,26 @@ impl Bound {
 /// up.
 const BUDGET: usize = 20_000_000;
 
-/// The best bound of some choices of samples. The tile misses no sample.
-pub(crate) fn lower_bound(tile: &Tile, tolerance: f64) -> Bound {
+/// The best bounds of some choices of samples. The tile misses no sample.
+pub(crate) fn lower_bounds(tile: &Tile, tolerance: f64) -> Bounds {
     let samples = Samples { tile, tolerance };
+    let choices = [2, 3, 4].into_iter().flat_map(|step| [8, 10, 12].map(|most| (step, most)));
+    let weighed = choices.filter_map(|(step, most)| {
+        weighed(samples, rough(&samples, (0, 0), step, most).into_iter().map(|(at, _)| at).collect())
+    });
     // One triangle at least.
-    let mut best = Bound { incompatible: incompatible(&samples), weights: vec![((0, 0), 1)], heaviest: 1 };
-    for (step, most) in [2, 3, 4].into_iter().flat_map(|step| [8, 10, 12].map(|most| (step, most))) {
-        let at: Vec<At> = rough(&samples, (0, 0), step, most).into_iter().map(|(at, _)| at).collect();
-        let chosen = Chosen::new(&samples, at);
-        let mut search = Search { samples, chosen: &chosen, sets: Vec::new(), budget: BUDGET };
-        if chosen.at.is_empty() || !search.run() {
-            continue;
-        }
-        let (whole, heaviest) = weights(&search.sets, chosen.at.len());
-        let weights = chosen.at.iter().copied().zip(whole).collect();
-        let bound = Bound { incompatible: Vec::new(), weights, heaviest };
-        if bound.by_weights() > best.by_weights() {
-            best = Bound { incompatible: best.incompatible, ..bound };
-        }
+    let least = Weighed { weights: vec![((0, 0), 1)], heaviest: 1 };
+    let better = |a: Weighed, b: Weighed| if b.triangles() > a.triangles() { b } else { a };
+    Bounds { incompatible: incompatible(&samples), weighed: weighed.fold(least, better) }
+}
+
+/// Weights of these samples, as good as they are found; none if there are too many sets.
+fn weighed(samples: Samples<'_>, at: Vec<At>) -> Option<Weighed> {
+    let chosen = Chosen::new(&samples, at);
+    let mut search = Search { samples, chosen: &chosen, sets: Vec::new(), budget: BUDGET };
+    if chosen.at.is_empty() || !search.run() {
+        return None;
     }
-    best
+    let (whole, heaviest) = weights(&search.sets, chosen.at.len());
+    Some(Weighed { weights: chosen.at.iter().copied().zip(whole).collect(), heaviest })
 }
