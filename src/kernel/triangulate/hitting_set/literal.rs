@@ -55,7 +55,7 @@ pub fn stitch_literally(
     assert!(tile.validity().is_whole(), "samples that are all there");
     let mut finder = Finder::new(tile, tolerance, corners);
     let sides = if reading == Reading::Disjoint { Sides::Apart } else { Sides::Shared };
-    let squares = finder.nested(sides, cancel)?;
+    let squares = finder.nested(sides, |_| true, cancel)?;
     let domain = edges_of(tile, tolerance, &squares, corners);
     let (mut scratch, mut mesh) = (insertion::Scratch::default(), TileMesh::default());
     insertion::delaunay(&domain, std::iter::empty(), &mut scratch, &mut mesh);
@@ -140,7 +140,7 @@ fn meeting(
         }
     }
     let quantum = Quantum::of(tolerance).filter(|_| corners == Corners::Free);
-    let meet = |((&(row, column), _), &(sum, count)): ((&(usize, usize), &u32), &(f64, u32))| {
+    let meet = |(row, column): (usize, usize), (sum, count): (f64, u32)| {
         if count == 1 {
             // As its square has been tested with it.
             return vertex((column, row), sum);
@@ -148,7 +148,7 @@ fn meeting(
         let mean = quantum.and_then(|quantum| quantum.round(sum / f64::from(count)));
         near_sample(tile, tolerance, (column, row), mean)
     };
-    numbers.iter().zip(&sums).map(meet).collect()
+    numbers.keys().zip(sums).map(|(&place, sum)| meet(place, sum)).collect()
 }
 
 /// Makes points of vertices that no edge has, numbered behind the others.

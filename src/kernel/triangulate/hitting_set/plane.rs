@@ -39,9 +39,9 @@ impl Region {
     }
 }
 
-/// A plane over a region.
+/// A plane over a rectangle of samples, in doubles.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Plane {
+pub struct Plane {
     origin: (f64, f64),
     base: f64,
     /// Height above `base` at the origin, and the rise to the next column and the next row.
@@ -50,7 +50,8 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    pub(super) fn at(&self, (column, row): (usize, usize)) -> f64 {
+    /// Its height at a column and row.
+    pub fn at(&self, (column, row): (usize, usize)) -> f64 {
         self.base + self.above(column as f64 - self.origin.0, row as f64 - self.origin.1)
     }
 
@@ -60,24 +61,15 @@ impl Plane {
     }
 }
 
-/// What has come of a region.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Fit {
-    /// The plane of least maximum error, up to rounding. No four samples were found that exclude a plane within the tolerance.
-    Plane(Plane),
-    /// No plane is within the tolerance of these samples: column and row of each.
-    Beyond(Certificate),
-}
-
-/// At most four samples, some of them perhaps twice, that no plane is within the tolerance of.
-pub(super) type Certificate = [(usize, usize); 4];
+/// At most four samples that no plane is within the tolerance of, as columns and rows; some perhaps twice.
+pub type Certificate = [(usize, usize); 4];
 
 /// Whether no plane is within the tolerance (the limits, where samples have weights) of four samples, exactly.
 ///
 /// Four places depend on each other by Σ wᵢ = 0 and Σ wᵢ·pᵢ = 0, with areas as weights. A plane's heights there sum up to 0 with
 /// them, so its errors sum up to Σ wᵢ·zᵢ, and one of them is more than its limit if that is more than Σ |wᵢ| · limitᵢ. By Farkas'
 /// lemma no plane fits only then. Where all places are on a line the same holds for three of them.
-pub(super) fn excludes_planes(tile: &Tile, tolerance: f64, samples: &Certificate) -> bool {
+pub fn excludes_planes(tile: &Tile, tolerance: f64, samples: &Certificate) -> bool {
     let at = |i: usize| Point { x: samples[i].0 as i32, y: samples[i].1 as i32 };
     let area = |i, j, k| orient(at(i), at(j), at(k));
     let weights = [area(1, 2, 3), -area(0, 2, 3), area(0, 1, 3), -area(0, 1, 2)];
@@ -180,6 +172,21 @@ impl Basis {
     }
 }
 
+/// The plane of least maximum error over a rectangle of samples, from column and row of the first to those of the last; or four of
+/// them that no plane is within the tolerance of, which [`excludes_planes`] confirms exactly. The plane is off by rounding, and is
+/// to be tested: where the tolerance is the least error or next to it, it may fail all the same.
+///
+/// # Panics
+/// If a sample is outside the tile.
+pub fn least_plane(
+    tile: &Tile,
+    tolerance: f64,
+    first: (usize, usize),
+    last: (usize, usize),
+) -> Result<Plane, Certificate> {
+    least(tile, tolerance, Region { first, last })
+}
+
 /// More exchanges than this are never needed but where rounding decides; then the plane found so far is taken.
 const MOST_EXCHANGES: u32 = 1000;
 /// What errors may be off by, as a share of the heights' range around the first sample.
@@ -187,20 +194,20 @@ const NOISE: f64 = 1e-10;
 
 /// The plane of least maximum error over those samples of a region that have a height, or a proof that none is within the
 /// tolerance. Cost: expected linear in the samples for a plane, and mostly far less for a proof.
-pub(super) fn least(tile: &Tile, tolerance: f64, region: Region) -> Fit {
+pub(super) fn least(tile: &Tile, tolerance: f64, region: Region) -> Result<Plane, Certificate> {
     let mut walk = Walk::new(tile, region);
     let mut first = [Sample::default(); 4];
     let mut known = 0;
     while known < 4 {
         let Some(sample) = walk.next().filter(|_| walk.rounds() == 0) else {
-            return Fit::Plane(walk.level(first[0].z));
+            return Ok(walk.level(first[0].z));
         };
         first[known] = sample;
         known += 1;
     }
     let (mut basis, mut exchanges, mut reach) = (Basis::new(first), 0, 0.0f64);
     if basis.excludes_planes(tile, tolerance) {
-        return Fit::Beyond(basis.certificate());
+        return Err(basis.certificate());
     }
     // All samples in turn, until each has been within the error of one and the same basis.
     let mut settled = walk.step();
@@ -218,12 +225,12 @@ pub(super) fn least(tile: &Tile, tolerance: f64, region: Region) -> Fit {
             basis = exchanged;
             (settled, exchanges) = (walk.step(), exchanges + 1);
             if basis.excludes_planes(tile, tolerance) {
-                return Fit::Beyond(basis.certificate());
+                return Err(basis.certificate());
             }
         }
     }
     let [constant, across, down] = basis.plane;
-    Fit::Plane(Plane { constant, slope: [across, down], ..walk.level(0.0) })
+    Ok(Plane { constant, slope: [across, down], ..walk.level(0.0) })
 }
 
 /// The samples of a region in an order as good as random, the same for every region of a size: steps of about the golden
@@ -367,7 +374,7 @@ mod tests {
         fn the_plane_has_the_least_error(size in (2usize..6, 2usize..6), seed in any::<u64>(), kind in 0u8..4) {
             let tile = conformance::tile(size.0, size.1, seed, kind);
             let least_error = naive(&tile);
-            let Fit::Plane(plane) = least(&tile, f64::INFINITY, whole(&tile)) else { panic!("anything fits") };
+            let Ok(plane) = least(&tile, f64::INFINITY, whole(&tile)) else { panic!("anything fits") };
             let samples = (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
             let error = samples.map(|p| (plane.at(p) - tile.at(p.0, p.1)).abs()).fold(0.0, f64::max);
             prop_assert!((error - least_error).abs() <= 1e-4 * (1.0 + least_error), "{} for {}", error, least_error);
@@ -382,11 +389,11 @@ mod tests {
             let least_error = naive(&tile);
             let tolerance = least_error * share;
             match least(&tile, tolerance, whole(&tile)) {
-                Fit::Beyond(certificate) => {
+                Err(certificate) => {
                     prop_assert!(excludes_planes(&tile, tolerance, &certificate));
                     prop_assert!(least_error > tolerance);
                 }
-                Fit::Plane(_) => prop_assert!(least_error <= tolerance * (1.0 + 1e-3), "{} for {}", tolerance, least_error),
+                Ok(_) => prop_assert!(least_error <= tolerance * (1.0 + 1e-3), "{} for {}", tolerance, least_error),
             }
         }
 
@@ -402,7 +409,7 @@ mod tests {
             } } }
             for (tolerance, fits) in [(least_error * 1.001 + 1e-9, true), (least_error * 0.999, least_error == 0.0)] {
                 let fit = least(&tile, tolerance, whole(&tile));
-                prop_assert_eq!(matches!(fit, Fit::Plane(_)), fits, "{:?}", fit);
+                prop_assert_eq!(matches!(fit, Ok(_)), fits, "{:?}", fit);
             }
         }
     }
@@ -415,8 +422,8 @@ mod tests {
             weights[4] = weight;
             let tile = tile.clone().with_weights(weights);
             match least(&tile, tolerance, whole(&tile)) {
-                Fit::Plane(_) => true,
-                Fit::Beyond(certificate) => !excludes_planes(&tile, tolerance, &certificate),
+                Ok(_) => true,
+                Err(certificate) => !excludes_planes(&tile, tolerance, &certificate),
             }
         };
         // The middle is 8 above the mean of opposite corners: 8 = t + t ÷ weight.

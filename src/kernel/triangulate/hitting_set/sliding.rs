@@ -9,6 +9,9 @@ use super::squares::{Finder, Square};
 use crate::base::Tile;
 use crate::base::control::{CancelToken, Cancelled};
 
+/// Squares between two looks at the cancellation token.
+const SQUARES_BETWEEN_CHECKS: u32 = 64;
+
 /// The largest valid squares of a tile as elements that cover its samples: one at every sample as its upper left corner, and so
 /// one within which lies each valid square. For [`hitting_set`](super::reweighting::hitting_set).
 #[derive(Debug, Clone)]
@@ -73,11 +76,15 @@ fn samples(square: &Square, width: usize) -> impl Iterator<Item = usize> + use<>
 }
 
 /// Chooses squares until every sample is in one: always that which holds the most samples that are in none (the greedy cover of
-/// the paper's section 5); of equal ones the first by row and column. The candidates are the largest valid square at every
+/// the paper's section 5); of equal ones the first by row and column. Returns those of them that are wanted. The candidates are the largest valid square at every
 /// sample as its upper left corner; every other valid square is part of one.
 ///
 /// Cost: a plane for every sample and size tried, about three times the samples of a square each.
-pub(super) fn cover(finder: &mut Finder<'_>, cancel: &CancelToken) -> Result<Vec<Square>, Cancelled> {
+pub(super) fn cover(
+    finder: &mut Finder<'_>,
+    wanted: impl Fn(&Square) -> bool,
+    cancel: &CancelToken,
+) -> Result<Vec<Square>, Cancelled> {
     let candidates = largest(finder, cancel)?;
     let (width, height) = (finder.tile.width(), finder.tile.height());
     let mut covered = vec![false; width * height];
@@ -85,7 +92,7 @@ pub(super) fn cover(finder: &mut Finder<'_>, cancel: &CancelToken) -> Result<Vec
     // A gain only falls: a square whose gain is what it was before is the best.
     let mut heap: BinaryHeap<(usize, std::cmp::Reverse<usize>)> =
         candidates.iter().enumerate().map(|(i, square)| (samples(square).count(), std::cmp::Reverse(i))).collect();
-    let (mut chosen, mut left) = (Vec::new(), width * height);
+    let (mut chosen, mut left, mut rounds) = (Vec::new(), width * height, 0u32);
     while left > 0 {
         let (gain, index) = heap.pop().expect("every sample is in the square at it");
         let square = &candidates[index.0];
@@ -98,8 +105,9 @@ pub(super) fn cover(finder: &mut Finder<'_>, cancel: &CancelToken) -> Result<Vec
         }
         samples(square).for_each(|sample| covered[sample] = true);
         left -= now;
-        chosen.push(*square);
-        if chosen.len().is_multiple_of(64) {
+        chosen.extend(Some(*square).filter(&wanted));
+        rounds = rounds.wrapping_add(1);
+        if rounds.is_multiple_of(SQUARES_BETWEEN_CHECKS) {
             cancel.check()?;
         }
     }

@@ -1,6 +1,6 @@
 //! Canonical subsets of the samples: squares that a plane, or two triangles at samples, is within the tolerance of.
 
-use super::plane::{self, Fit, Plane, Region};
+use super::plane::{self, Plane, Region};
 use super::{Corners, sliding};
 use crate::base::Tile;
 use crate::base::control::{CancelToken, Cancelled};
@@ -38,6 +38,11 @@ pub struct Square {
 impl Square {
     pub(super) fn region(&self) -> Region {
         Region { first: self.first, last: self.last }
+    }
+
+    /// Whether it is more than one sample.
+    pub(super) fn is_wide(&self) -> bool {
+        self.first != self.last
     }
 
     /// Upper left, upper right, lower right, lower left.
@@ -100,8 +105,8 @@ pub fn partition(
     assert!(tile.validity().is_whole(), "a partition of samples that are all there");
     let mut finder = Finder::new(tile, tolerance, corners);
     let found = match squares {
-        Squares::Nested => finder.nested(Sides::Apart, cancel)?,
-        Squares::Sliding => sliding::cover(&mut finder, cancel)?,
+        Squares::Nested => finder.nested(Sides::Apart, |_| true, cancel)?,
+        Squares::Sliding => sliding::cover(&mut finder, |_| true, cancel)?,
     };
     Ok(finder.counted(found))
 }
@@ -135,14 +140,19 @@ impl<'a> Finder<'a> {
     }
 
     pub(super) fn counted(&self, squares: Vec<Square>) -> Partition {
-        let single = squares.iter().filter(|s| s.first == s.last).count();
+        let single = squares.iter().filter(|s| !s.is_wide()).count();
         let thin = squares.iter().filter(|s| s.region().is_thin()).count() - single;
         Partition { squares, counts: Counts { thin, single, ..self.counts } }
     }
 
-    /// The largest valid nodes of a quadtree over the tile, whose sides are powers of two. Cost: O(n log n) expected for n
+    /// The largest valid nodes of a quadtree over the tile, whose sides are powers of two: of these the ones that are wanted. Cost: O(n log n) expected for n
     /// samples, and close to O(n), as large nodes are mostly refused by few samples.
-    pub(super) fn nested(&mut self, sides: Sides, cancel: &CancelToken) -> Result<Vec<Square>, Cancelled> {
+    pub(super) fn nested(
+        &mut self,
+        sides: Sides,
+        wanted: impl Fn(&Square) -> bool,
+        cancel: &CancelToken,
+    ) -> Result<Vec<Square>, Cancelled> {
         let lines = self.tile.width().max(self.tile.height());
         let side = if sides == Sides::Apart { lines } else { lines - 1 }.next_power_of_two();
         let (mut found, mut pending) = (Vec::new(), vec![((0, 0), side)]);
@@ -156,7 +166,7 @@ impl<'a> Finder<'a> {
                 continue;
             }
             if let Some(square) = self.square(region) {
-                found.push(square);
+                found.extend(Some(square).filter(&wanted));
             } else if side == 1 {
                 found.push(self.at_samples(region));
             } else {
@@ -178,11 +188,11 @@ impl<'a> Finder<'a> {
             return self.tested(self.at_samples(region));
         }
         match plane::least(self.tile, self.tolerance(), region) {
-            Fit::Beyond(_) => {
+            Err(_) => {
                 self.counts.certified += 1;
                 None
             }
-            Fit::Plane(plane) => self.on_plane(region, &plane),
+            Ok(plane) => self.on_plane(region, &plane),
         }
     }
 
