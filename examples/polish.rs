@@ -3,6 +3,8 @@
 //! or the one named, perhaps with a floor for angles and strong edges, in one thread. Prints triangles, seconds of
 //! processor time (Linux), and the root of the mean square error as a share of the tolerance.
 
+mod cpu;
+
 use std::path::Path;
 
 use terrabite::base::Tile;
@@ -17,6 +19,8 @@ use terrabite::kernel::triangulate::cuts::GreedyCuts;
 use terrabite::kernel::triangulate::insertion::GreedyInsertion;
 use terrabite::kernel::triangulate::{Engine, Feasibility, Task};
 use terrabite::raster::Raster;
+
+use cpu::cpu_seconds;
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
@@ -83,11 +87,4 @@ fn main() -> Outcome<()> {
         println!("{effort:?}: {triangles} triangles, {seconds:.3} s, rms {:.12}", errors.rms() / tolerance);
     }
     Ok(())
-}
-
-/// What the main thread has been running for: a busy machine disturbs it less than the time of day.
-fn cpu_seconds() -> Outcome<f64> {
-    let stat = std::fs::read_to_string("/proc/self/schedstat")?;
-    let nanoseconds: f64 = stat.split_whitespace().next().unwrap_or_default().parse()?;
-    Ok(nanoseconds * 1e-9)
 }

@@ -9,6 +9,7 @@
 //! `silva_agarwal bound RASTER TOLERANCE`: lower bounds of the number of triangles, by incompatible samples and by weights.
 
 mod comparison;
+mod cpu;
 mod lower_bound;
 mod paper;
 
