@@ -1,6 +1,6 @@
 //! Holes: rings of vertices whose inside is to be triangulated anew.
 
-use super::net::{NONE, Net, next, previous};
+use super::net::{NONE, Net, Triangle, next, previous};
 use crate::base::mesh::Vertex;
 
 /// A ring of vertices, the triangles inside it, and what lies beyond its edges. Edge i runs from vertex i of the ring to
@@ -130,6 +130,25 @@ impl Net {
         }
         for (v, outgoing) in [(p, 3 * t), (s, 3 * u), (q, 3 * u + 1), (r, 3 * t + 2)] {
             *self.vertex_mut(v).1 = outgoing;
+        }
+    }
+
+    /// Takes out a triangle that has no area any more, as one of its vertices is on its edge along the rim: the other two edges
+    /// are on the rim then.
+    pub(super) fn drop_rim_triangle(&mut self, t: u32) {
+        let Triangle { corners, twins, .. } = self.triangles[t as usize];
+        self.triangle_mut(t).corners = [NONE; 3];
+        for twin in twins.into_iter().filter(|&twin| twin != NONE) {
+            self.link(twin, NONE);
+        }
+        // Whichever half-edge was known to begin at a corner may have been one of these.
+        for twin in twins.into_iter().filter(|&twin| twin != NONE) {
+            for side in [twin, next(twin)] {
+                let v = self.origin(side);
+                if corners.contains(&v) {
+                    *self.vertex_mut(v).1 = side;
+                }
+            }
         }
     }
 

@@ -13,7 +13,7 @@ const MOVE_SHARE: f32 = 0.98;
 /// The same for edges, which have few choices.
 const FLIP_SHARE: f32 = 0.998;
 /// Vertices with longer rings do not move.
-const LONGEST_RING: usize = 24;
+pub(super) const LONGEST_RING: usize = 24;
 
 /// What may be left behind by a move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,8 +7,8 @@
 //! may be used, `energy` how well they fit. `removal` takes vertices out where feasible triangles fill the hole;
 //! `improve` moves vertices and turns edges (`fan` finds the place); `repair` takes vertices out and mends what that
 //! breaks. `star` finds the height that fits best, and where to look for a better place; `fitting` says which heights and
-//! places there are, `angles` how sharp triangles may be. `schedule` says what is done when, `order` where; `lanes` is
-//! arithmetic on eight numbers at once.
+//! places there are, `angles` how sharp triangles may be. `onto_rim` puts vertices beside the raster's rim onto it.
+//! `schedule` says what is done when, `order` where; `lanes` is arithmetic on eight numbers at once.
 //!
 //! Nothing is random and nothing is timed: effort is counted, ties go by number. Method and figures: docs/quality.md.
 
@@ -23,6 +23,7 @@ mod journal;
 mod judge;
 mod lanes;
 mod net;
+mod onto_rim;
 mod order;
 mod removal;
 mod repair;
@@ -40,6 +41,7 @@ use self::angles::Angles;
 use self::fitting::Fitting;
 use self::judge::Judge;
 use self::net::Net;
+use self::onto_rim::OntoRim;
 use self::order::Order;
 use self::removal::Removal;
 use self::repair::Repair;
@@ -129,6 +131,7 @@ pub struct Scratch {
     order: Order,
     removal: Removal,
     repair: Repair,
+    onto_rim: OntoRim,
 }
 
 /// Replaces `mesh`, a mesh of the task's ground that keeps the contract of [`TileMesh`], by one of at most as many

@@ -79,6 +79,8 @@ pub(super) struct Net {
     pub(super) outgoing: Vec<u32>,
     pub(super) triangles: Vec<Triangle>,
     locked: Locked,
+    /// Where a part ends because the raster does.
+    pub(super) rim: RasterRim,
     pub(super) journal: Journal,
     /// While loading: edges of the loops, sorted.
     loops: Vec<(u32, u32)>,
@@ -105,6 +107,7 @@ impl Net {
     /// If another edge has, or one has more than two.
     pub(super) fn load_part(&mut self, locked: u32, rim: RasterRim, mesh: &mut TileMesh) {
         self.take(locked, mesh);
+        self.rim = rim;
         self.link_all(Lone::OfPart(rim));
     }
 
@@ -119,6 +122,7 @@ impl Net {
         self.outgoing.resize(self.vertices.len(), NONE);
         self.journal.reset(self.triangles.len(), self.vertices.len());
         self.loops.clear();
+        self.rim = RasterRim::default();
     }
 
     /// Finds every side's twin. A loop's edge has none, even if another loop runs back along it.

@@ -186,3 +186,37 @@ fn a_free_rim_has_fewer_vertices() {
         assert!(moved.filter(on_rim).count() > 0, "vertices of the rim have moved along it");
     }
 }
+
+/// A fan of the four corners around a vertex one row below the upper side.
+#[test]
+fn a_vertex_beside_the_rim_goes_onto_it_where_the_ground_allows_that() {
+    for (bump, goes) in [(0.0, true), (0.9, true), (50.0, false)] {
+        // A ridge along the row of the vertex: on the upper side the vertex would leave it.
+        let heights = (0..12 * 9).map(|i| if i / 12 == 1 { bump } else { 0.0 }).collect();
+        let tile = Tile::from_heights(12, 9, crate::base::Heights::F64(heights));
+        let cancel = CancelToken::default();
+        let rim = rim_of(&tile, 60.0, &cancel);
+        let corners = rim.domain.loops[0].clone();
+        assert_eq!(corners.len(), CORNERS as usize);
+        let (feasibility, max_stray) = (Feasibility::Weak, f64::INFINITY);
+        let task = Task { tile: &tile, domain: &rim.domain, tolerance: 1.0, feasibility, max_stray, cancel: &cancel };
+        let mut vertices = rim.domain.vertices.clone();
+        vertices.push(Vertex { at: Point { x: 6 * STEPS, y: STEPS }, height: bump });
+        let triangles = (0..4).map(|i| [CORNERS, corners[i], corners[(i + 1) % 4]]).collect();
+        let mut mesh = TileMesh { vertices, triangles, relaxed: 0 };
+        let (mut net, mut order) = (net::Net::default(), Order::default());
+        let place = TilePlace::alone(tile.width(), tile.height());
+        net.load_part(CORNERS, RasterRim::of(&place), &mut mesh);
+        order.reset(&net);
+        OntoRim::default().sweep(&mut net, &mut order, &Judge::new(&task)).expect("nobody cancels");
+        net.store(&mut mesh);
+        let (at, far) = (mesh.vertices[CORNERS as usize].at, tile.far_corner());
+        assert_eq!(at.x == 0 || at.y == 0 || at.x == far.x || at.y == far.y, goes, "{bump}: {at:?}");
+        assert_eq!(mesh.triangles.len(), if goes { 3 } else { 4 });
+        let (domain, walked) = with_its_rim(&mesh);
+        assert_eq!(domain.loops[0].len(), if goes { 5 } else { 4 });
+        if goes {
+            check(&tile, &domain, &walked, 1.0);
+        }
+    }
+}

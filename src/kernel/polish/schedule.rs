@@ -288,7 +288,7 @@ impl Scratch {
         judge: &mut Judge<'_>,
     ) -> Result<(), Cancelled> {
         visit.make_due(&self.net, &mut self.order);
-        let Scratch { net, order, removal, repair } = self;
+        let Scratch { net, order, removal, repair, onto_rim } = self;
         let longest = schedule.longest_ring as usize;
         if !judge.meter.is_of_use() {
             // At tolerance 0 there is nothing to lean on: either a triangle fits or it does not.
@@ -311,6 +311,9 @@ impl Scratch {
             }
             if schedule.retry {
                 visit.make_due(net, order);
+            }
+            if visit != Visit::All {
+                onto_rim.sweep(net, order, judge)?;
             }
             let gone = repair.sweep(net, order, judge, schedule.patience(pass))?;
             let yields_little = gone * (schedule.yield_of as usize) < order.raster.len();
