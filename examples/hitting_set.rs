@@ -1,11 +1,13 @@
 //! Hitting sets measured on a window of a raster: `hitting_set RASTER COLUMN ROW SIZE TOLERANCE [cover]`.
 //!
-//! Prints the squares of both kinds with their counts, and meshes, each with its time in one thread: samples of the window a second.
+//! Prints the squares of both kinds with their counts, and meshes, each with its speed: samples of the window a second of processor time (Linux).
 //! With `cover` also the cover by sliding squares, chosen greedily and by reweighting, which takes long where squares are large.
 
-use std::path::Path;
-use std::time::Instant;
+mod clock;
 
+use std::path::Path;
+
+use clock::cpu_seconds;
 use terrabite::base::control::{CancelToken, Control};
 use terrabite::base::mesh::TileMesh;
 use terrabite::base::tiling::TilePlace;
@@ -45,17 +47,22 @@ fn main() -> Outcome<()> {
 fn load(path: &str, column: usize, row: usize, size: usize) -> Outcome<Tile> {
     let raster = Raster::open(Path::new(path), 1)?;
     let field = Field::open(&raster.to_band().expect("a band"), &FieldOptions::default(), &Control::default())?;
-    let (width, height) = (size.min(field.width() - column), size.min(field.height() - row));
+    let left = |start: usize, end: usize| end.saturating_sub(start).min(size);
+    let (width, height) = (left(column, field.width()), left(row, field.height()));
+    if width < 2 || height < 2 {
+        return Err(format!("{path}: no window of {size} samples from column {column} and row {row}").into());
+    }
     let mut tile = Tile::default();
     field.load(Window { column, row, width, height }, &mut tile)?;
     Ok(tile)
 }
 
-/// What comes of something, and the least of three times that it takes, in seconds.
+/// What comes of something, and the least of three times that it takes, in seconds of processor time.
 fn timed<T>(mut work: impl FnMut() -> Outcome<T>) -> Outcome<(T, f64)> {
     let mut run = || {
-        let start = Instant::now();
-        work().map(|result| (result, start.elapsed().as_secs_f64()))
+        let start = cpu_seconds()?;
+        let result = work()?;
+        Ok::<_, Box<dyn std::error::Error>>((result, cpu_seconds()? - start))
     };
     let (_, first) = run()?;
     let (_, second) = run()?;

@@ -3,10 +3,11 @@
 //! or the one named, perhaps with a floor for angles and strong edges, in one thread. Prints triangles, seconds of
 //! processor time (Linux), and the root of the mean square error as a share of the tolerance.
 
-mod cpu;
+mod clock;
 
 use std::path::Path;
 
+use clock::cpu_seconds;
 use terrabite::base::Tile;
 use terrabite::base::control::{CancelToken, Control};
 use terrabite::base::mesh::TileMesh;
@@ -19,8 +20,6 @@ use terrabite::kernel::triangulate::cuts::GreedyCuts;
 use terrabite::kernel::triangulate::insertion::GreedyInsertion;
 use terrabite::kernel::triangulate::{Engine, Feasibility, Task};
 use terrabite::raster::Raster;
-
-use cpu::cpu_seconds;
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 

@@ -8,8 +8,8 @@
 //! these failed the exact test.
 //! `silva_agarwal bound RASTER TOLERANCE`: lower bounds of the number of triangles, by incompatible samples and by weights.
 
+mod clock;
 mod comparison;
-mod cpu;
 mod lower_bound;
 mod paper;
 

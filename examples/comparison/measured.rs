@@ -13,13 +13,13 @@ use terrabite::verify::{VerifyOptions, verify};
 
 use super::Window;
 use super::methods::{Made, Method};
-use crate::cpu::cpu_seconds;
+use crate::clock::cpu_seconds;
 use crate::paper::Outcome;
 
-/// How often a method is run, the first time for its memory.
-const RUNS: usize = 4;
+/// How long a method is run again and again for its time, in seconds: the clock's steps are some thousandths.
+const TIMED: f64 = 0.25;
 
-/// Triangles, vertices, seconds of processor time (the least of some runs) and by how many KiB the process's resident size grew at
+/// Triangles, vertices, seconds of processor time (the mean of some runs) and by how many KiB the process's resident size grew at
 /// the most in the first. For the latter the process has made no other mesh before.
 pub(crate) fn measure(method: &Method, window: &Window, tolerance: f64) -> Outcome<String> {
     // All work is that of this thread, whose time is taken.
@@ -30,12 +30,12 @@ pub(crate) fn measure(method: &Method, window: &Window, tolerance: f64) -> Outco
     let made = (method.make)(window, tolerance)?;
     let kib = resident("VmHWM:")?.saturating_sub(before);
     let (vertices, triangles) = certified(&made, window, tolerance)?;
-    let mut seconds = f64::INFINITY;
-    for _ in 1..RUNS {
-        let start = cpu_seconds()?;
+    let (start, mut runs, mut total) = (cpu_seconds()?, 0, 0.0);
+    while total < TIMED {
         (method.make)(window, tolerance)?;
-        seconds = seconds.min(cpu_seconds()? - start);
+        (runs, total) = (runs + 1, cpu_seconds()? - start);
     }
+    let seconds = total / f64::from(runs);
     Ok(format!("{triangles},{vertices},{seconds:.5},{kib}"))
 }
 

@@ -16,10 +16,8 @@ fn variant(squares: Squares, corners: Corners, stitching: Stitching) -> HittingS
 }
 
 conformance!(merged, HittingSet::default());
-conformance!(shared_corners, variant(Squares::Nested, Corners::Samples, Stitching::Shared));
 conformance!(free_corners, variant(Squares::Nested, Corners::Free, Stitching::Shared));
-conformance!(free_and_merged, variant(Squares::Nested, Corners::Free, Stitching::Merged));
-conformance!(sliding_squares, variant(Squares::Sliding, Corners::Free, Stitching::Shared));
+conformance!(sliding_squares, variant(Squares::Sliding, Corners::Samples, Stitching::Shared));
 
 /// In how many squares each sample is.
 fn counts(tile: &Tile, squares: &[Square]) -> Vec<usize> {

@@ -5,7 +5,7 @@ use super::refine::{FreeRim, Refinement};
 use super::surface::Site;
 use super::{InsertionOptions, Scratch, Task};
 use crate::base::control::Cancelled;
-use crate::base::handed_over::make_room;
+use crate::base::handed_over::{DENSE, clear, make_room};
 use crate::base::mesh::{Domain, TileMesh, Vertex};
 
 /// Triangulates the ground of a domain with further vertices inside it: Delaunay but for the edges of loops. Vertices off the ground, on
@@ -85,6 +85,7 @@ impl Scratch {
         std::mem::swap(&mut self.surface.vertices, &mut mesh.vertices);
         let edges = loop_edges(task.domain);
         self.surface.topology.load(&mesh.triangles, self.surface.vertices.len(), &edges);
+        clear(&mut mesh.triangles, DENSE);
         mesh.clear();
         self.refine(options, task)
     }
