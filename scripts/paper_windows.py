@@ -3,7 +3,7 @@
 docs/hitting-set.md and plots beside it.
 
 Runs examples/silva_agarwal, one process for every window and method. The rasters are those of the data folder
-(TERRABITE_DATA, else ../shared/data) that miss no sample; of the two of the Moon the smaller one, a part of the other.
+(TERRABITE_DATA, else ../shared/data) that miss no sample; of the two of the Moon the smaller one.
 """
 
 import math
