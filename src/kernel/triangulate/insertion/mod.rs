@@ -239,4 +239,27 @@ impl GreedyInsertion {
         refinement.finish(mesh);
         Ok(steps.unwrap_or_default())
     }
+
+    /// Franklin's top-down algorithm, for comparisons with it, as Silva, Mitchell & Kaufman 1995 (section 4) describe it: from
+    /// two triangles over the whole tile, rounds in which every triangle gets its own farthest sample as a vertex, as long as
+    /// one is farther than the tolerance. They do not say which local condition swaps an edge: [`InsertionOptions::swap`]
+    /// does; selection and measure are of no account. A mesh for one tile alone, as that of
+    /// [`GreedyInsertion::triangulate_alone`].
+    ///
+    /// # Errors
+    /// [`Cancelled`], with a mesh of no use.
+    pub fn triangulate_by_turns(
+        &self,
+        task: &Task<'_>,
+        scratch: &mut Scratch,
+        mesh: &mut TileMesh,
+    ) -> Result<(), Cancelled> {
+        let options = InsertionOptions { swap: self.options.swap, ..InsertionOptions::default() };
+        let mut refinement = scratch.begin(options, task, task.domain, mesh);
+        refinement.free_rim = FreeRim::All;
+        refinement.scan_all()?;
+        refinement.run_by_turns()?;
+        refinement.finish(mesh);
+        Ok(())
+    }
 }
