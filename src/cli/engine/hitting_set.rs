@@ -25,7 +25,7 @@ pub(super) struct HittingSetArgs {
 enum SquaresArg {
     /// The nodes of a quadtree
     Nested,
-    /// Squares of any size at any place, chosen greedily: fewer of them, in a hundred times the time
+    /// Squares of any size at any place, chosen greedily: fewer of them, in many times the time
     Sliding,
 }
 
