@@ -24,7 +24,7 @@ help:
 	@echo 'make pictures  docs/images/looks-*.png, meshes of two builds shaded (choose: PICTURES_OPTIONS="--before REV")'
 	@echo 'make bench-scale    from 4096 x 4096 to 32768 x 32768 (choose: SIZES=4096,8192)'
 	@echo 'make bench-kernels  the parts, by criterion'
-	@echo 'make paper   repeats the experiments of Garland & Heckbert 1995, tables and plots'
+	@echo 'make paper   repeats the experiments of three papers, tables and plots'
 	@echo 'make accept  the long acceptance run (choose: KILLS=1000)'
 	@echo 'make checksums  of the meshes of many runs: the same before and after a change, unless it is meant to change meshes'
 	@echo '                (choose: TERRABITE=/path/to/another/build)'
@@ -93,8 +93,9 @@ bench-kernels: setup
 	$(CARGO) bench --locked
 
 paper: setup
-	$(CARGO) build --release --locked --bin terrabite --example garland_heckbert
+	$(CARGO) build --release --locked --bin terrabite --example garland_heckbert --example silva_agarwal
 	@python3 scripts/paper.py
+	@python3 scripts/paper_windows.py
 
 accept: setup
 	$(CARGO) build --release --locked --bin terrabite --example cells

@@ -7,22 +7,20 @@
 //! `garland_heckbert measures RASTER`: measure, vertices, largest error, RMS at some numbers of vertices.
 //! `garland_heckbert cliff`: variant, vertices on the way to no error at a cliff of 100 × 100 samples.
 
-use std::path::Path;
+mod paper;
+
 use std::time::Instant;
 
-use terrabite::base::Window;
-use terrabite::base::control::{CancelToken, Control};
-use terrabite::base::lattice::Point;
-use terrabite::base::mesh::{Domain, TileMesh, Vertex};
+use terrabite::base::control::CancelToken;
+use terrabite::base::mesh::TileMesh;
 use terrabite::base::{Heights, Tile};
-use terrabite::field::{Field, FieldOptions};
 use terrabite::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Scratch, Selection, Shape, Step, Swap,
 };
 use terrabite::kernel::triangulate::{Feasibility, Task};
-use terrabite::raster::{Raster, quiet_gdal};
+use terrabite::raster::quiet_gdal;
 
-type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+use paper::{Outcome, load, rectangle};
 
 fn main() -> Outcome<()> {
     quiet_gdal();
@@ -36,25 +34,6 @@ fn main() -> Outcome<()> {
         ["cliff"] => cliff(),
         _ => Err("expected: curves|times|counts|measures RASTER, or cliff".into()),
     }
-}
-
-fn load(path: &str) -> Outcome<Tile> {
-    let raster = Raster::open(Path::new(path), 1)?;
-    let field = Field::open(&raster.to_band().expect("a band"), &FieldOptions::default(), &Control::default())?;
-    let mut tile = Tile::default();
-    field.load(Window { column: 0, row: 0, width: field.width(), height: field.height() }, &mut tile)?;
-    Ok(tile)
-}
-
-/// The whole tile, its corners only.
-fn rectangle(tile: &Tile) -> Domain {
-    let (right, bottom) = (tile.width() - 1, tile.height() - 1);
-    let corner = |column: usize, row: usize| Vertex {
-        at: Point::of_sample(column as i32, row as i32),
-        height: tile.at(column, row),
-    };
-    let vertices = vec![corner(0, 0), corner(right, 0), corner(right, bottom), corner(0, bottom)];
-    Domain { vertices, loops: vec![vec![0, 1, 2, 3]], ..Domain::default() }
 }
 
 /// A mesh, how it stood after every insertion, and how long it took.

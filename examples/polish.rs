@@ -3,8 +3,11 @@
 //! or the one named, perhaps with a floor for angles and strong edges, in one thread. Prints triangles, seconds of
 //! processor time (Linux), and the root of the mean square error as a share of the tolerance.
 
+mod clock;
+
 use std::path::Path;
 
+use clock::cpu_seconds;
 use terrabite::base::Tile;
 use terrabite::base::control::{CancelToken, Control};
 use terrabite::base::mesh::TileMesh;
@@ -83,11 +86,4 @@ fn main() -> Outcome<()> {
         println!("{effort:?}: {triangles} triangles, {seconds:.3} s, rms {:.12}", errors.rms() / tolerance);
     }
     Ok(())
-}
-
-/// What the main thread has been running for: a busy machine disturbs it less than the time of day.
-fn cpu_seconds() -> Outcome<f64> {
-    let stat = std::fs::read_to_string("/proc/self/schedstat")?;
-    let nanoseconds: f64 = stat.split_whitespace().next().unwrap_or_default().parse()?;
-    Ok(nanoseconds * 1e-9)
 }

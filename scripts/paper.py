@@ -6,23 +6,14 @@ is not in the data folder (TERRABITE_DATA, else ../shared/data) is left out, and
 environment of their own.
 """
 
-import csv
-import io
 import math
-import os
 import subprocess
 import sys
-from pathlib import Path
 
-from environment import python_with
+from paper_common import DATA, IMAGES, ROOT, TARGET, experiment, fill, grouped, reexec_with_matplotlib, table
 
-ROOT = Path(__file__).resolve().parent.parent
-TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
-DATA = Path(os.environ.get("TERRABITE_DATA", ROOT.parent / "shared" / "data"))
-EXPERIMENTS = TARGET / "release" / "examples" / "garland_heckbert"
 TERRABITE = TARGET / "release" / "terrabite"
 PAGE = ROOT / "docs" / "greedy-insertion.md"
-IMAGES = ROOT / "docs" / "images"
 CRATER = DATA / "crater_lake_garland.tif"
 # What the authors' own program gives.
 GARLAND = {1: 82828, 5: 19447, 10: 9184, 20: 3979}
@@ -32,41 +23,26 @@ LARGER = ["lidar_wetland_1m", "srtm3_S33W071", "srtm3_mosaic_n_england"]
 def main():
     if not CRATER.exists():
         sys.exit(f"paper: {CRATER} is not there; set TERRABITE_DATA to the folder that has it")
-    reexec_with_matplotlib()
+    reexec_with_matplotlib(__file__)
     tables = {"counts": counts(), "measures": measures(), "cliff": cliff()}
-    curves = experiment("curves", CRATER)
+    curves = experiment("garland_heckbert", "curves", CRATER)
     tables["passes"] = at_vertices(curves, ["sequential", "fractional 0.9", "fractional 0.5", "constant 20", "constant 5"])
     tables["swaps"] = swaps(curves)
     plot_curves(curves)
-    times = {CRATER.stem: experiment("times", CRATER)}
+    times = {CRATER.stem: experiment("garland_heckbert", "times", CRATER)}
     for name in LARGER:
         path = DATA / f"{name}.tif"
         if path.exists():
-            times[name] = experiment("times", path)
+            times[name] = experiment("garland_heckbert", "times", path)
         else:
             print(f"paper: {path} is not there: left out", file=sys.stderr)
     tables["growth"] = growth(times)
     plot_times(times)
-    fill(tables)
-
-
-def experiment(*arguments):
-    print("paper:", *arguments, file=sys.stderr, flush=True)
-    done = subprocess.run([EXPERIMENTS, *map(str, arguments)], check=True, capture_output=True, text=True)
-    return list(csv.DictReader(io.StringIO(done.stdout)))
-
-
-def table(header, rows):
-    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
-    return "\n".join(lines + ["| " + " | ".join(str(c) for c in row) + " |" for row in rows])
-
-
-def grouped(number):
-    return f"{number:,}".replace(",", " ")
+    fill(PAGE, tables)
 
 
 def counts():
-    free = {float(r["tolerance"]): int(r["triangles"]) for r in experiment("counts", CRATER, *GARLAND)}
+    free = {float(r["tolerance"]): int(r["triangles"]) for r in experiment("garland_heckbert", "counts", CRATER, *GARLAND)}
     rows = []
     for tolerance, theirs in GARLAND.items():
         ours, tiled = free[tolerance], [simplified(tolerance, tile) for tile in (0, 512)]
@@ -88,12 +64,12 @@ def simplified(tolerance, tile):
 
 
 def measures():
-    rows = [[r["measure"], r["vertices"], f"{float(r['rms']):.2f}", f"{float(r['largest']):.1f}"] for r in experiment("measures", CRATER)]
+    rows = [[r["measure"], r["vertices"], f"{float(r['rms']):.2f}", f"{float(r['largest']):.1f}"] for r in experiment("garland_heckbert", "measures", CRATER)]
     return table(["measure", "vertices", "RMS error", "maximum error"], rows)
 
 
 def cliff():
-    return table(["variant", "vertices"], [[r["variant"], r["vertices"]] for r in experiment("cliff")])
+    return table(["variant", "vertices"], [[r["variant"], r["vertices"]] for r in experiment("garland_heckbert", "cliff")])
 
 
 def nearest(rows, variant, vertices):
@@ -181,31 +157,6 @@ def plot_times(times):
     axes.grid(alpha=0.3)
     figure.tight_layout()
     figure.savefig(IMAGES / "insertion-time.png", dpi=110)
-
-
-def fill(tables):
-    """Replaces what stands between the markers of each table."""
-    text = PAGE.read_text()
-    for name, made in tables.items():
-        begin, end = f"<!-- {name}: made by make paper -->", f"<!-- end of {name} -->"
-        before, rest = text.split(begin)
-        text = before + begin + "\n" + made + "\n" + end + rest.split(end)[1]
-    PAGE.write_text(text)
-    print(f"paper: {PAGE} has new tables", file=sys.stderr)
-
-
-def reexec_with_matplotlib():
-    """Runs this script again in a virtual environment that has the plotting library."""
-    try:
-        import matplotlib
-
-        matplotlib.use("Agg")
-        return
-    except ImportError:
-        if os.environ.get("TERRABITE_PAPER") == "again":
-            sys.exit("paper: matplotlib cannot be installed (see above)")
-        python = python_with(Path(__file__).with_name("paper-requirements.txt"), TARGET / "paper-venv")
-        os.execve(python, [str(python), __file__], {**os.environ, "TERRABITE_PAPER": "again"})
 
 
 if __name__ == "__main__":

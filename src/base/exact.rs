@@ -8,7 +8,7 @@
 use std::cmp::Ordering;
 
 /// The most terms a test may have.
-const MAX_TERMS: usize = 6;
+const MAX_TERMS: usize = 8;
 
 /// Heights beyond this are refused before they get here, so that no product overflows.
 pub const MAX_HEIGHT: f64 = 1e30;
@@ -37,7 +37,7 @@ pub fn limit(weight: f64, tolerance: f64) -> f64 {
 }
 
 /// Whether |Σ wᵢ·zᵢ| ≤ `scale` · `tolerance`, exactly. Weights and `scale` are below 2⁵³ in magnitude, `scale` is
-/// positive, every zᵢ is finite and within [`MAX_HEIGHT`], the tolerance within [`MAX_TOLERANCE`]. At most six terms.
+/// positive, every zᵢ is finite and within [`MAX_HEIGHT`], the tolerance within [`MAX_TOLERANCE`]. At most eight terms.
 pub fn within(terms: &[(i64, f64)], scale: i64, tolerance: f64) -> bool {
     debug_assert!(terms.len() <= MAX_TERMS, "{} terms", terms.len());
     let (mut sum, mut magnitude) = (0.0f64, 0.0f64);
@@ -47,7 +47,7 @@ pub fn within(terms: &[(i64, f64)], scale: i64, tolerance: f64) -> bool {
         magnitude += product.abs();
     }
     let limit = scale as f64 * tolerance;
-    // One rounding per product, at most five per sum, one in the limit: far below 16 units of 2⁻⁵³.
+    // One rounding per product, at most seven per sum, one in the limit: far below 16 units of 2⁻⁵³.
     let doubt = (magnitude + limit) * (16.0 * f64::EPSILON);
     let excess = sum.abs() - limit;
     if excess.abs() > doubt {
@@ -57,7 +57,7 @@ pub fn within(terms: &[(i64, f64)], scale: i64, tolerance: f64) -> bool {
 }
 
 /// |Σ wᵢ·zᵢ| ÷ `scale`, correctly rounded: the double nearest to the exact quotient, of two the even one. The same limits as
-/// for [`within`], at most four terms.
+/// for [`within`], at most six terms.
 pub fn quotient(terms: &[(i64, f64)], scale: i64) -> f64 {
     debug_assert!(terms.len() + 2 <= MAX_TERMS, "{} terms", terms.len());
     let mut doubled = Expansion::ZERO;
@@ -123,7 +123,7 @@ fn sum_of_integers(terms: &[(i64, f64)]) -> Option<i128> {
     Some(sum)
 }
 
-/// An integer below 2⁵³, so that six products with weights below 2⁵³ fit an `i128`.
+/// An integer below 2⁵³, so that eight products with weights below 2⁵³ fit an `i128`.
 fn integer(z: f64) -> Option<i64> {
     let whole = z as i64;
     (whole as f64 == z && whole.unsigned_abs() < 1 << 53).then_some(whole)

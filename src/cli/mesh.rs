@@ -170,6 +170,7 @@ impl MeshArgs {
         }
         let engine = self.engine.choice(|| default_engine(asked.features()));
         asked.add(Feature::GreedyCuts, matches!(engine, EngineChoice::GreedyCuts(_)));
+        asked.add(Feature::HittingSet, matches!(engine, EngineChoice::HittingSet(_)));
         asked
     }
 

@@ -20,6 +20,7 @@ use crate::job::{EngineChoice, Error, Mesh, Params, Quality, VertexHeights, tria
 use crate::kernel::polish::Tuning;
 use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::hitting_set::{HittingSet, HittingSetOptions, Squares, Stitching};
 use crate::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
 };
@@ -295,7 +296,7 @@ fn engine(from: &mut Bytes<'_>) -> EngineChoice {
     let measure = |measure| InsertionOptions { measure, ..default };
     let dependent =
         |fit, shape, quality_threshold| swap(Swap::DataDependent(DataDependent { fit, shape, quality_threshold }));
-    let options = match from.byte() % 13 {
+    let options = match from.byte() % 16 {
         0 => default,
         1 => return EngineChoice::GreedyCuts(GreedyCuts::PLAIN),
         2 => return EngineChoice::GreedyCuts(GreedyCuts::IMPROVED),
@@ -308,9 +309,16 @@ fn engine(from: &mut Bytes<'_>) -> EngineChoice {
         9 => measure(Measure::Curvature(1.0)),
         10 => measure(Measure::GlobalError),
         11 => measure(Measure::Product(2.0)),
+        12 => return EngineChoice::HittingSet(HittingSet::default()),
+        13 => return hitting_set(HittingSetOptions { stitching: Stitching::Shared, ..HittingSetOptions::default() }),
+        14 => return hitting_set(HittingSetOptions { squares: Squares::Sliding, ..HittingSetOptions::default() }),
         _ => measure(Measure::Curvature(0.0)),
     };
     EngineChoice::GreedyInsertion(GreedyInsertion { options })
+}
+
+fn hitting_set(options: HittingSetOptions) -> EngineChoice {
+    EngineChoice::HittingSet(HittingSet { options })
 }
 
 fn write(path: &Path, size: (usize, usize), samples: Vec<f64>, nodata: Option<f64>) {

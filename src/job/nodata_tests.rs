@@ -17,6 +17,7 @@ use crate::base::lattice::{Point, orient};
 use crate::field::{Choice, Field, FieldError, FieldOptions, HoleOptions};
 use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::hitting_set::HittingSet;
 use crate::raster::{CutlineSource, Raster, read_cutline};
 use crate::testing::{self, cases};
 
@@ -359,7 +360,7 @@ fn what_cannot_be_without_heights_says_so() {
 #[test]
 fn larger_grounds_with_many_holes() {
     for holes in 0..5 {
-        for engine in [EngineChoice::default(), EngineChoice::GreedyCuts(GreedyCuts::IMPROVED)] {
+        for engine in [EngineChoice::default(), GreedyCuts::IMPROVED.into(), HittingSet::default().into()] {
             for (quality, heights) in
                 [(Quality::None, VertexHeights::Sampled), (Quality::Balanced, VertexHeights::Fitted)]
             {
@@ -377,8 +378,9 @@ fn every_small_ground() {
         let height = |i: usize| if pattern >> i & 1 == 1 { (i * i % 5) as f64 } else { f64::NAN };
         let heights = (0..9).map(height).collect();
         let scene = Scene::new(3, 3, heights);
-        for (tile, cuts) in [(0, false), (1, false), (1, true)] {
-            let engine = if cuts { EngineChoice::GreedyCuts(GreedyCuts::PLAIN) } else { EngineChoice::default() };
+        let usual = EngineChoice::default();
+        for (tile, engine) in [(0, usual), (1, usual), (1, GreedyCuts::PLAIN.into()), (0, HittingSet::default().into())]
+        {
             let params = Params { tile, engine, quality: Quality::None, ..Params::new(1.0) };
             scene.check(&params);
         }

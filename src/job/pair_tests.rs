@@ -17,6 +17,7 @@ use crate::formats::{Header, PlySink};
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::hitting_set::{Corners, HittingSet, HittingSetOptions, Squares, Stitching};
 use crate::kernel::triangulate::insertion::{
     DataDependent, GreedyInsertion, InsertionOptions, Measure, Selection, Swap,
 };
@@ -25,7 +26,7 @@ use crate::verify::{GroundOptions, VerifyOptions, verify_ground};
 
 /// What parameters and fields can have. The others are matters of options, of samples or of the output; the command line
 /// walks all.
-pub(crate) const OF_A_RUN: [Feature; 23] = [
+pub(crate) const OF_A_RUN: [Feature; 27] = [
     Feature::VertexBudget,
     Feature::TriangleBudget,
     Feature::RmsGoal,
@@ -44,6 +45,10 @@ pub(crate) const OF_A_RUN: [Feature; 23] = [
     Feature::StrongFeasibility,
     Feature::GreedyCuts,
     Feature::CutOrder,
+    Feature::HittingSet,
+    Feature::Squares,
+    Feature::FreeCorners,
+    Feature::Stitching,
     Feature::DataDependentSwap,
     Feature::FractionalSelection,
     Feature::ConstantSelection,
@@ -156,9 +161,15 @@ fn params(set: FeatureSet, temp_dir: PathBuf) -> Params {
             (false, false) => Measure::LocalError,
         },
     };
+    let hitting_set = HittingSetOptions {
+        squares: if set.has(Feature::Squares) { Squares::Sliding } else { Squares::Nested },
+        corners: if set.has(Feature::FreeCorners) { Corners::Free } else { Corners::Samples },
+        stitching: if set.has(Feature::Stitching) { Stitching::Shared } else { Stitching::Merged },
+    };
     let engine = match (set.has(Feature::GreedyCuts), set.has(Feature::CutOrder)) {
         (true, true) => GreedyCuts::IMPROVED.into(),
         (true, false) => GreedyCuts::PLAIN.into(),
+        _ if set.has(Feature::HittingSet) => HittingSet { options: hitting_set }.into(),
         (false, _) => GreedyInsertion { options: insertion }.into(),
     };
     let heights = if set.has(Feature::FittedHeights) { VertexHeights::Fitted } else { VertexHeights::Sampled };

@@ -73,6 +73,10 @@ const ALL_POLISHING: &[Feature] = &[
 /// The engine of greedy cuts, and what is part of it.
 const CUTS: &[Feature] = &[Feature::GreedyCuts, Feature::CutOrder];
 
+/// The engine of hitting sets, and what is part of it.
+const HITTING_SETS: &[Feature] =
+    &[Feature::HittingSet, Feature::Squares, Feature::SampledCorners, Feature::FreeCorners, Feature::Stitching];
+
 /// What is part of the engine of greedy insertion.
 const OF_INSERTION: &[Feature] = &[
     Feature::DelaunaySwap,
@@ -128,6 +132,7 @@ pub const RULES: &[Rule] = &[
         ],
         "a goal is met by inserting samples one at a time, the one with the largest error first",
     ),
+    exclude(GOALS, HITTING_SETS, "squares are made for one tolerance and cannot stop at a goal"),
     exclude(GOALS, CUTS, "greedy cuts make their triangles once and for all and cannot stop at a goal"),
     exclude(ATTRIBUTES, GOALS, "the order of insertions in a whole raster is that of vertical errors"),
     exclude(ATTRIBUTES, ALL_POLISHING, "polishing tests heights alone"),
@@ -138,6 +143,7 @@ pub const RULES: &[Rule] = &[
         "passes over the seams of tiles keep to it, and these know heights alone",
     ),
     exclude(ATTRIBUTES, CUTS, "greedy cuts bound no errors in attributes"),
+    exclude(ATTRIBUTES, HITTING_SETS, "hitting sets bound no errors in attributes"),
     everywhere(exclude(
         ATTRIBUTES,
         &[Feature::Importance],
@@ -154,8 +160,21 @@ pub const RULES: &[Rule] = &[
     ),
     exclude(&[Feature::Points], CUTS, "greedy cuts cannot make vertices of given points"),
     exclude(OF_INSERTION, CUTS, "greedy cuts have no edges to swap and no candidates to select"),
+    exclude(CUTS, HITTING_SETS, "a tile is triangulated by one engine"),
+    exclude(OF_INSERTION, HITTING_SETS, "squares are repaired by insertion with its usual options"),
     everywhere(require(&[Feature::AttributeWeight], Feature::Attributes, "it is what attributes count beside heights")),
     require(&[Feature::CutOrder], Feature::GreedyCuts, "no other engine makes cuts"),
+    require(
+        &[Feature::Squares, Feature::SampledCorners, Feature::FreeCorners, Feature::Stitching],
+        Feature::HittingSet,
+        "no other engine covers samples with squares",
+    ),
+    require(
+        &[Feature::FreeCorners],
+        Feature::FittedHeights,
+        "heights of vertices that are not those of samples are fitted heights",
+    ),
+    require(&[Feature::FreeCorners], Feature::Polishing, "heights are fitted where meshes are polished"),
     require(
         &[Feature::QualityThreshold, Feature::Shape, Feature::Fit],
         Feature::DataDependentSwap,

@@ -18,6 +18,7 @@ use crate::job::spool::{Chunk, Spool};
 use crate::kernel::polish::{Effort, Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::hitting_set::{HittingSet, HittingSetOptions, Squares};
 use crate::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
 };
@@ -94,7 +95,10 @@ pub(super) fn engines() -> Vec<EngineChoice> {
         .chain(selections)
         .chain(measures)
         .map(|options| EngineChoice::GreedyInsertion(GreedyInsertion { options }));
-    [GreedyCuts::PLAIN, GreedyCuts::IMPROVED].map(EngineChoice::GreedyCuts).into_iter().chain(insertion).collect()
+    let cuts = [GreedyCuts::PLAIN, GreedyCuts::IMPROVED].map(EngineChoice::GreedyCuts);
+    let sliding = HittingSetOptions { squares: Squares::Sliding, ..HittingSetOptions::default() };
+    let hitting_sets = [HittingSet::default(), HittingSet { options: sliding }].map(EngineChoice::HittingSet);
+    cuts.into_iter().chain(hitting_sets).chain(insertion).collect()
 }
 
 #[test]

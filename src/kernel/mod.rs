@@ -5,5 +5,6 @@ pub mod boundary;
 mod links;
 pub mod measure;
 pub mod polish;
+mod quantum;
 pub mod seam;
 pub mod triangulate;

@@ -9,6 +9,7 @@ mod cutline;
 mod estimates;
 mod formats;
 mod gdal_errors;
+mod hitting_set;
 mod holes;
 mod hostile;
 mod house;

@@ -2,11 +2,13 @@
 
 mod greedy_cuts;
 mod greedy_insertion;
+mod hitting_set;
 
 use clap::ValueEnum;
 
 use self::greedy_cuts::CutsArgs;
 use self::greedy_insertion::InsertionArgs;
+use self::hitting_set::HittingSetArgs;
 use super::combinations::Asked;
 use crate::job::EngineChoice;
 
@@ -19,6 +21,8 @@ pub(super) struct EngineArgs {
     cuts: CutsArgs,
     #[command(flatten)]
     insertion: InsertionArgs,
+    #[command(flatten)]
+    hitting_set: HittingSetArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -27,6 +31,8 @@ enum EngineArg {
     GreedyCuts,
     /// Inserts the farthest sample, again and again
     GreedyInsertion,
+    /// Divides the samples into squares that a plane fits, and stitches these
+    HittingSet,
 }
 
 impl EngineArgs {
@@ -34,6 +40,7 @@ impl EngineArgs {
     pub(super) fn ask(&self, asked: &mut Asked) {
         self.cuts.ask(asked);
         self.insertion.ask(asked);
+        self.hitting_set.ask(asked);
     }
 
     /// The engine with what its options say: the one that is asked for, or else `usual`.
@@ -41,10 +48,12 @@ impl EngineArgs {
         let engine = self.engine.unwrap_or_else(|| match usual() {
             EngineChoice::GreedyCuts(_) => EngineArg::GreedyCuts,
             EngineChoice::GreedyInsertion(_) => EngineArg::GreedyInsertion,
+            EngineChoice::HittingSet(_) => EngineArg::HittingSet,
         });
         match engine {
             EngineArg::GreedyCuts => self.cuts.engine().into(),
             EngineArg::GreedyInsertion => self.insertion.engine().into(),
+            EngineArg::HittingSet => self.hitting_set.engine().into(),
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::job::goal::Floor;
 use crate::job::passes::TileMaker;
 use crate::job::{EngineChoice, Goal, Job, Params, Quality, VertexHeights, grid, triangulate};
 use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::hitting_set::HittingSet;
 use crate::kernel::triangulate::insertion::{DataDependent, InsertionOptions, Measure, Selection, Swap};
 use crate::testing::heap::peak_of;
 use crate::testing::in_memory;
@@ -124,6 +125,7 @@ fn a_thread_takes_what_is_reckoned() {
         case("constant", insertion(InsertionOptions { selection: Selection::Constant, ..usual })),
         case("curvature", insertion(InsertionOptions { measure: Measure::Curvature(1.0), ..usual })),
         case("plain cuts", Params { engine: GreedyCuts::PLAIN.into(), ..plain(Quality::None) }),
+        case("hitting sets", Params { engine: HittingSet::default().into(), ..plain(Quality::None) }),
         Case { heights: singles(speckled), ..case("speckled", plain(Quality::Balanced)) },
         Case { heights: singles(sprinkled), ..case("sprinkled", plain(Quality::None)) },
         Case { heights: singles(speckled), ..case("trimmed", Params { trim: 2, ..plain(Quality::Fast) }) },

@@ -1,36 +1,29 @@
 //! Heights of their own: which ones there are, and where.
 
 use crate::base::Tile;
-use crate::base::exact::{self, MAX_HEIGHT};
+use crate::base::exact;
 use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::Vertex;
-
-/// Heights are multiples of a power of two that is this share of the tolerance or down to half of it: finer ones save nothing, and
-/// short numbers keep exact tests quick and files small.
-const FINENESS: f64 = 1.0 / 1024.0;
+use crate::kernel::quantum::Quantum;
 
 /// How vertices are fitted: they stand on any place of the lattice, near the ground.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fitting {
     tolerance: f64,
-    quantum: f64,
+    quantum: Quantum,
 }
 
 impl Fitting {
     /// For a tolerance that is a normal number.
     pub(super) fn new(tolerance: f64) -> Fitting {
-        // The exponent alone: the largest power of two up to the tolerance.
-        let power = f64::from_bits(tolerance.to_bits() & (0x7ff << 52));
-        Fitting { tolerance, quantum: power * FINENESS }
+        Fitting { tolerance, quantum: Quantum::new(tolerance) }
     }
 
     /// A vertex, `rise` tolerances higher and rounded: `None` where no height is near. Also says by how much it rose.
     pub(super) fn raised(&self, from: Vertex, rise: f32) -> Option<(Vertex, f32)> {
-        let wanted = from.height + f64::from(rise) * self.tolerance;
-        // What is added makes a zero of either sign the positive one.
-        let height = (wanted / self.quantum).round() * self.quantum + 0.0;
+        let height = self.quantum.round(from.height + f64::from(rise) * self.tolerance)?;
         let rise = ((height - from.height) / self.tolerance) as f32;
-        (height.abs() <= MAX_HEIGHT).then_some((Vertex { height, ..from }, rise))
+        Some((Vertex { height, ..from }, rise))
     }
 
     /// The vertex some tolerances higher, as it comes.

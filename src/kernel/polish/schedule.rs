@@ -111,6 +111,9 @@ impl Schedule {
     /// Sweeps until nothing goes; all rows.
     pub const ALL: u32 = u32::MAX;
 
+    /// Removal alone: vertices go whose hole triangles within the tolerance fill.
+    pub const REMOVAL: Schedule = Schedule { passes: 0, ..Schedule::BALANCED };
+
     const FAST: Schedule = Schedule {
         sweeps: 1,
         moves: 1,

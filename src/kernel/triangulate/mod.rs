@@ -3,13 +3,14 @@
 //! In come the samples of a [`Tile`] and a [`Domain`]; out goes a [`TileMesh`] whose surface is within the tolerance at
 //! every sample the domain's ground covers. Engines do no I/O, never assume that the ground is a rectangle, and know
 //! nothing of other tiles. `feasible` answers whether a triangle may be used; `cuts` is the greedy cuts engine, `insertion`
-//! the greedy insertion engine. `registry` lists the engines; `progressive` is what those have in common that can end at a
+//! the greedy insertion engine, `hitting_set` the one of hitting sets. `registry` lists the engines; `progressive` is what those have in common that can end at a
 //! budget.
 
 #[cfg(test)]
 pub(crate) mod conformance;
 pub mod cuts;
 pub mod feasible;
+pub mod hitting_set;
 pub mod insertion;
 pub mod progressive;
 pub mod registry;

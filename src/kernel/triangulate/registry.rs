@@ -4,6 +4,7 @@ use std::ops::Deref;
 
 use super::Engine;
 use super::cuts::GreedyCuts;
+use super::hitting_set::HittingSet;
 use super::insertion::GreedyInsertion;
 
 /// Makes [`EngineChoice`] of the engines' types. Each is plain data, its options, and has default ones.
@@ -46,6 +47,8 @@ engines! {
     GreedyCuts,
     /// Inserts the farthest sample, again and again.
     GreedyInsertion,
+    /// Covers the samples with squares that a plane fits, and joins them.
+    HittingSet,
 }
 
 impl Default for EngineChoice {

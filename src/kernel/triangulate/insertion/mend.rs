@@ -6,7 +6,6 @@
 
 use std::collections::HashSet;
 
-use super::first::loop_edges;
 use super::refine::{FreeRim, Refinement, Split};
 use super::surface::Site;
 use super::topology::{next, prev};
@@ -73,11 +72,7 @@ fn mend(
         return Ok((0, Vec::new()));
     }
     let scratch = scratch.of::<Scratch>();
-    scratch.surface.clear();
-    std::mem::swap(&mut scratch.surface.vertices, &mut mesh.vertices);
-    scratch.surface.topology.load(&mesh.triangles, scratch.surface.vertices.len(), &loop_edges(task.domain));
-    mesh.clear();
-    let mut refinement = scratch.refine(InsertionOptions::default(), task);
+    let mut refinement = scratch.refine_mesh(InsertionOptions::default(), task, mesh);
     refinement.free_rim = free_rim;
     let left = refinement.mend(&tester)?;
     let splits = std::mem::take(&mut refinement.splits);

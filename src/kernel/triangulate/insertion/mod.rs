@@ -3,7 +3,7 @@
 //!
 //! In come a tile and the loops around its ground; out goes a mesh within the tolerance. `topology` is triangles apart
 //! from places, `surface` puts them in the plane, `first` triangulates the loops, whose edges are locked. `scan` finds a
-//! triangle's candidate, `candidates` keeps them in a heap, `refine` inserts, `mend` inserts where edges stray; `progressive` inserts in an order that
+//! triangle's candidate, `candidates` keeps them in a heap, `refine` inserts, `mend` inserts where edges stray, `seeded` where others have begun; `progressive` inserts in an order that
 //! a whole raster can agree on. `data_dependent` swaps edges by the data
 //! (algorithm IV) where [`Swap`] says so, and
 //! `importance` has the other measures of section 3. The paper's algorithms I and II are oracles in the tests.
@@ -17,6 +17,7 @@ mod options;
 mod progressive;
 mod refine;
 mod scan;
+mod seeded;
 mod squares;
 mod surface;
 mod topology;
@@ -39,6 +40,7 @@ use crate::base::mesh::{Domain, TileMesh};
 pub use self::mend::{mend_part, mend_tile};
 pub use self::options::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 pub use self::refine::{Split, Step};
+pub(super) use self::seeded::{Rim, delaunay, refine};
 
 #[cfg(test)]
 mod tests;
@@ -236,5 +238,28 @@ impl GreedyInsertion {
         let steps = refinement.steps.take();
         refinement.finish(mesh);
         Ok(steps.unwrap_or_default())
+    }
+
+    /// Franklin's top-down algorithm, for comparisons with it, as Silva, Mitchell & Kaufman 1995 (section 4) describe it: from
+    /// two triangles over the whole tile, rounds in which every triangle gets its own farthest sample as a vertex, as long as
+    /// one is farther than the tolerance. They do not say which local condition swaps an edge: [`InsertionOptions::swap`]
+    /// does; selection and measure are of no account. A mesh for one tile alone, as that of
+    /// [`GreedyInsertion::triangulate_alone`].
+    ///
+    /// # Errors
+    /// [`Cancelled`], with a mesh of no use.
+    pub fn triangulate_by_turns(
+        &self,
+        task: &Task<'_>,
+        scratch: &mut Scratch,
+        mesh: &mut TileMesh,
+    ) -> Result<(), Cancelled> {
+        let options = InsertionOptions { swap: self.options.swap, ..InsertionOptions::default() };
+        let mut refinement = scratch.begin(options, task, task.domain, mesh);
+        refinement.free_rim = FreeRim::All;
+        refinement.scan_all()?;
+        refinement.run_by_turns()?;
+        refinement.finish(mesh);
+        Ok(())
     }
 }

@@ -141,6 +141,20 @@ impl Refinement<'_> {
         Ok(())
     }
 
+    /// Rounds over the triangles that there are, in the order of their numbers: each of them, as it has become by its turn,
+    /// gets its own candidate as a vertex, if it has one.
+    pub(super) fn run_by_turns(&mut self) -> Result<(), Cancelled> {
+        while !self.candidates.triangles().is_empty() {
+            self.cancel.check()?;
+            for t in 0..self.surface.topology.len() {
+                if let Some(candidate) = self.candidates.get(t) {
+                    self.insert(t, candidate.sample);
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// All candidates from a score on, best first, none twice.
     pub(super) fn select(&self, threshold: f64, into: &mut Vec<(Candidate, u32)>) {
         let all = || self.candidates.triangles().iter().filter_map(|&t| self.candidates.get(t).map(|c| (c, t)));

@@ -5,6 +5,8 @@ mod oracles;
 use proptest::prelude::*;
 
 use super::*;
+use crate::base::control::CancelToken;
+use crate::base::exact::MAX_TOLERANCE;
 use crate::base::lattice::in_circle;
 use crate::base::{Heights, Tile};
 use crate::kernel::triangulate::conformance::{check, conformance, rim, tile, tolerances, triangulate};
@@ -52,6 +54,22 @@ proptest! {
         let third = triangulate(&GreedyInsertion::default(), &tile, &rim.domain, tolerance, Feasibility::Weak);
         prop_assert_eq!(&oracles::algorithm_ii(&tile, &rim.domain, tolerance), &third);
         prop_assert_eq!(&oracles::algorithm_i(&tile, &rim.domain, tolerance), &third);
+    }
+
+    /// Franklin's rounds, from two triangles, against the same without anything kept.
+    #[test]
+    fn rounds_by_turns_agree(
+        size in (2usize..20, 2usize..20), seed in any::<u64>(), kind in 0u8..4, tolerance in tolerances(),
+    ) {
+        let tile = in_thousandths(&tile(size.0, size.1, seed, kind));
+        let corners = rim(&tile, MAX_TOLERANCE).domain;
+        let (cancel, mut mesh) = (CancelToken::default(), TileMesh::default());
+        let task = Task {
+            tile: &tile, domain: &corners, tolerance, feasibility: Feasibility::Weak, max_stray: f64::INFINITY,
+            cancel: &cancel,
+        };
+        GreedyInsertion::default().triangulate_by_turns(&task, &mut Scratch::default(), &mut mesh).unwrap();
+        prop_assert_eq!(&oracles::by_turns(&tile, &corners, tolerance), &mesh);
     }
 
     /// Delaunay but for the locked edges: no vertex is strictly inside a circle, unless a locked edge hides it. On a

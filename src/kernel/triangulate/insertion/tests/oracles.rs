@@ -1,4 +1,4 @@
-//! Algorithms I and II of the paper (sections 4.1 and 4.2), small and slow: what algorithm III must agree with.
+//! Algorithms I and II of the paper (sections 4.1 and 4.2), small and slow: what algorithm III must agree with. And Franklin's.
 
 use super::super::first;
 use super::super::scan::Scan;
@@ -34,6 +34,22 @@ pub(super) fn algorithm_ii(tile: &Tile, domain: &Domain, tolerance: f64) -> Tile
     oracle.into_mesh()
 }
 
+/// Franklin's rounds: every triangle that there is when a round begins, in turn, is searched for its farthest sample.
+pub(super) fn by_turns(tile: &Tile, domain: &Domain, tolerance: f64) -> TileMesh {
+    let mut oracle = Oracle::new(tile, domain, tolerance);
+    loop {
+        let (before, samples) = (oracle.surface.vertices.len(), tile.width() * tile.height());
+        for t in 0..oracle.surface.topology.len() {
+            let error = |sample| if oracle.holds(t, oracle.place(sample)) { oracle.error_in(t, sample) } else { -1.0 };
+            let errors: Vec<f64> = (0..samples).map(error).collect();
+            oracle.best(&errors).map(|best| oracle.insert(best));
+        }
+        if oracle.surface.vertices.len() == before {
+            return oracle.into_mesh();
+        }
+    }
+}
+
 struct Oracle<'a> {
     tile: &'a Tile,
     tolerance: f64,
@@ -64,6 +80,11 @@ impl Oracle<'_> {
             Site::Edge(e) => e / 3,
             Site::Triangle(t) => t,
         };
+        self.error_in(t, sample)
+    }
+
+    fn error_in(&self, t: u32, sample: usize) -> f64 {
+        let p = self.place(sample);
         let [a, b, c] = self.surface.corners(t);
         let (column, row) = (sample % self.tile.width(), sample / self.tile.width());
         let height = self.tile.at(column, row);
