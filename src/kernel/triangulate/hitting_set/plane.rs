@@ -174,7 +174,8 @@ impl Basis {
 
 /// The plane of least maximum error over a rectangle of samples, from column and row of the first to those of the last; or four of
 /// them that no plane is within the tolerance of, which [`excludes_planes`] confirms exactly. The plane is off by rounding, and is
-/// to be tested: where the tolerance is the least error or next to it, it may fail all the same.
+/// to be tested: where the tolerance is the least error or next to it, it may fail all the same. Where fewer than four samples have a
+/// height it is level.
 ///
 /// # Panics
 /// If a sample is outside the tile.
@@ -199,7 +200,7 @@ pub(super) fn least(tile: &Tile, tolerance: f64, region: Region) -> Result<Plane
     let mut first = [Sample::default(); 4];
     let mut known = 0;
     while known < 4 {
-        let Some(sample) = walk.next().filter(|_| walk.rounds() == 0) else {
+        let Some(sample) = walk.next().filter(|_| walk.passed <= walk.count) else {
             return Ok(walk.level(first[0].z));
         };
         first[known] = sample;
@@ -210,9 +211,9 @@ pub(super) fn least(tile: &Tile, tolerance: f64, region: Region) -> Result<Plane
         return Err(basis.certificate());
     }
     // All samples in turn, until each has been within the error of one and the same basis.
-    let mut settled = walk.step();
+    let mut settled = walk.passed;
     while let Some(sample) = walk.next() {
-        if walk.step() - settled > walk.count || exchanges == MOST_EXCHANGES {
+        if walk.passed - settled > walk.count || exchanges == MOST_EXCHANGES {
             break;
         }
         reach = reach.max(sample.z.abs());
@@ -223,7 +224,7 @@ pub(super) fn least(tile: &Tile, tolerance: f64, region: Region) -> Result<Plane
         // What is not larger is the rounding of places that lie almost on a line.
         if exchanged.error > basis.error {
             basis = exchanged;
-            (settled, exchanges) = (walk.step(), exchanges + 1);
+            (settled, exchanges) = (walk.passed, exchanges + 1);
             if basis.excludes_planes(tile, tolerance) {
                 return Err(basis.certificate());
             }
@@ -259,15 +260,6 @@ impl<'a> Walk<'a> {
         }
         let base = tile.at(region.first.0, region.first.1);
         Walk { tile, region, width, count, stride: stride % count, index: SEED % count, passed: 0, base }
-    }
-
-    fn step(&self) -> usize {
-        self.passed
-    }
-
-    /// How often all samples have been passed before the last one.
-    fn rounds(&self) -> usize {
-        (self.passed - 1) / self.count
     }
 
     fn level(&self, constant: f64) -> Plane {
