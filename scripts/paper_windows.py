@@ -3,7 +3,7 @@
 docs/hitting-set.md and plots beside it.
 
 Runs examples/silva_agarwal, one process for every window and method. The rasters are those of the data folder
-(TERRABITE_DATA, else ../shared/data) that miss no sample; of the two of the Moon the smaller one, a part of the other.
+(TERRABITE_DATA, else ../shared/data) that miss no sample; of the two of the Moon the smaller one.
 """
 
 import math
@@ -37,7 +37,7 @@ NAMES = {
     "sp-b-sliding": "SP-B, sliding squares",
     "stitched-disjoint": "stitched, squares apart",
     "stitched-shared": "stitched, shared corners",
-    "hitting-set": "hitting set, as the engine",
+    "hitting-set": "hitting set",
     "cuts-polished": "cuts, balanced",
     "insertion-polished": "insertion, balanced",
     "hitting-set-polished": "hitting set, balanced",
@@ -170,7 +170,7 @@ def goals_table(runs):
 
     def row(method, other):
         ratios = [triangles(run, method) / triangles(run, other) for run in runs.values()]
-        return [f"{NAMES[method]} to {NAMES[other]}", *(f"{r:.2f}" for r in ratios), f"{mean(ratios):.3f}"]
+        return [f"{NAMES[method]} ÷ {NAMES[other]}", *(f"{r:.2f}" for r in ratios), f"{mean(ratios):.3f}"]
 
     return table(["ratio of triangles", *runs, "mean"], [row(*pair) for pair in against])
 

@@ -3,6 +3,7 @@
 
 use terrabite::base::Tile;
 use terrabite::base::exact::within;
+use terrabite::kernel::triangulate::hitting_set::excludes_planes;
 
 /// Column and row.
 pub(crate) type At = (i32, i32);
@@ -52,16 +53,10 @@ impl Samples<'_> {
         !within(&terms, 2 * i64::from(k - i), self.tolerance)
     }
 
-    /// Whether four samples prove that no plane is within the tolerance of them: their heights, added with the weights that
-    /// make every plane's sum 0, come to more than the tolerance allows.
-    pub(crate) fn refute(&self, [a, b, c, d]: [At; 4]) -> bool {
-        let weights = [orient(b, c, d), -orient(a, c, d), orient(a, b, d), -orient(a, b, c)];
-        let scale: i64 = weights.iter().map(|w| w.abs()).sum();
-        let mut terms = [(0, 0.0); 4];
-        for ((term, weight), sample) in terms.iter_mut().zip(weights).zip([a, b, c, d]) {
-            *term = (weight, self.height(sample));
-        }
-        scale > 0 && !within(&terms, scale, self.tolerance)
+    /// Whether four samples prove that no plane is within the tolerance of them, exactly.
+    pub(crate) fn refute(&self, samples: [At; 4]) -> bool {
+        let certificate = samples.map(|(column, row)| (column as usize, row as usize));
+        excludes_planes(self.tile, self.tolerance, &certificate)
     }
 
     /// Four of these samples that no plane is within the tolerance of, or none. The first three are not on one line.
