@@ -1,8 +1,9 @@
 //! The planar bichromatic partition (the paper's section 1): triangles that hold every blue point and no red one, by
 //! [reweighting](super::reweighting).
 //!
-//! Elements are all triangles with corners at blue points that no red point is in, down to segments and single points: O(n³) of
-//! n blue points, where the paper has O((m + n)²⁺ᵟ) that are found with range searching. This is for small sets.
+//! Elements are all triangles with corners at blue points that no red point is in, down to segments and single points:
+//! O(n³) of n blue points, where the paper has O((m + n)²⁺ᵟ) that are found with range searching. This is for small
+//! sets.
 
 use super::reweighting::{self, Elements};
 use crate::base::lattice::{Point, orient};
@@ -10,8 +11,8 @@ use crate::base::lattice::{Point, orient};
 /// A partition, and the search that it comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Partition {
-    /// Triangles with corners at blue points, perhaps with all of them on a line or at one place. Those of different groups are
-    /// disjoint, those of one group share sides at the most.
+    /// Triangles with corners at blue points, perhaps with all of them on a line or at one place. Those of different
+    /// groups are disjoint, those of one group share sides at the most.
     pub triangles: Vec<[Point; 3]>,
     /// The cover that was found first, whose triangles may overlap.
     pub cover: Vec<[Point; 3]>,
@@ -22,8 +23,9 @@ pub struct Partition {
 /// Finds triangles that hold all blue points and no red one; `None` where a blue point and a red one are at one place. The
 /// coordinates of two points differ by less than 2²⁰. The same seed gives the same triangles.
 ///
-/// The cover is made disjoint as the paper's Lemma 2.2 has it, with points in the place of an arrangement: those that a triangle
-/// of the cover holds and none before it are divided by the sides of the ones before, and the hull of each group is triangulated.
+/// The cover is made disjoint as the paper's Lemma 2.2 has it, with points in the place of an arrangement: those that a
+/// triangle of the cover holds and none before it are divided by the sides of the ones before, and the hull of each
+/// group is triangulated.
 pub fn partition(blue: &[Point], red: &[Point], seed: u64) -> Option<Partition> {
     let triangles = valid_triangles(blue, red);
     let system = Triangles { triangles: &triangles, blue };
@@ -70,8 +72,8 @@ fn holds([a, b, c]: &[Point; 3], p: Point) -> bool {
     sides.iter().all(|&side| side >= 0) && within(p.x, [a.x, b.x, c.x]) && within(p.y, [a.y, b.y, c.y])
 }
 
-/// Divides points outside of a triangle into groups that are each on the outer side of one line, so that the hulls of groups are apart from it, and
-/// from one another.
+/// Divides points outside of a triangle into groups that are each on the outer side of one line, so that the hulls of
+/// groups are apart from it, and from one another.
 fn outside(triangle: &[Point; 3], mut points: Vec<Point>) -> Vec<Vec<Point>> {
     let mut groups = Vec::new();
     let mut split = |points: Vec<Point>, is_beyond: &dyn Fn(Point) -> bool| -> Vec<Point> {

@@ -1,13 +1,14 @@
 //! Hitting sets (Agarwal & Desikan 1997): the samples are divided into squares that a plane fits, and these are stitched.
 //!
-//! `plane` is the linear programme that finds a square's plane, or four samples that no plane fits; `squares` divides a tile by a
-//! quadtree, `sliding` covers it with squares at any place. `shared` puts one vertex where squares meet, `reconcile` finds
-//! heights for these. The engine makes a constrained Delaunay triangulation of them over the loops of a domain, inserts samples where the
-//! exact test fails, and merges: vertices go whose hole triangles within the tolerance fill. So a mesh is within the tolerance
-//! whatever the squares were.
+//! `plane` is the linear programme that finds a square's plane, or four samples that no plane fits; `squares` divides a
+//! tile by a quadtree, `sliding` covers it with squares at any place. `shared` puts one vertex where squares meet,
+//! `reconcile` finds heights for these. The engine makes a constrained Delaunay triangulation of them over the loops of
+//! a domain, inserts samples where the exact test fails, and merges: vertices go whose hole triangles within the
+//! tolerance fill. So a mesh is within the tolerance whatever the squares were.
 //!
-//! `literal` is the paper's own stitching, for comparisons; `reweighting` its search for a hitting set in any set system
-//! (section 4), `bichromatic` another problem that it solves (section 1). Method, departures and figures: docs/hitting-set.md.
+//! `literal` is the paper's own stitching, for comparisons; `reweighting` its search for a hitting set in any set
+//! system (section 4), `bichromatic` another problem that it solves (section 1). Method, departures and figures:
+//! docs/hitting-set.md.
 
 pub mod bichromatic;
 mod literal;
@@ -71,8 +72,9 @@ pub struct HittingSetOptions {
 
 /// The engine of hitting sets.
 ///
-/// Squares are those of one plane each (SP-A), found from the samples alone: loops, points and straying bind what is made of them. Cost: expected
-/// O(n log n) for n samples, close to O(n); with sliding squares a plane for every sample and every size tried.
+/// Squares are those of one plane each (SP-A), found from the samples alone: loops, points and straying bind what is
+/// made of them. Cost: expected O(n log n) for n samples, close to O(n); with sliding squares a plane for every sample
+/// and every size tried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(transparent)]
 pub struct HittingSet {
@@ -96,8 +98,9 @@ impl Engine for HittingSet {
         Capabilities { points: true, channels: false, goals: false }
     }
 
-    /// Insertion takes the most, with the vertices it begins with; merging follows. Of sliding squares there is one for every sample
-    /// before one is chosen: 72 bytes, 17 of their order, and those chosen, a quarter of all at the most, in a list that doubles.
+    /// Insertion takes the most, with the vertices it begins with; merging follows. Of sliding squares there is one for
+    /// every sample before one is chosen: 72 bytes, 17 of their order, and those chosen, a quarter of all at the most,
+    /// in a list that doubles.
     fn bytes_per_sample(&self) -> u64 {
         match self.options.squares {
             Squares::Nested => 112,

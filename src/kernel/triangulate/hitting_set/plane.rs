@@ -1,15 +1,18 @@
 //! The plane of least maximum error over the samples of a rectangle, as a linear programme.
 //!
-//! Its unknowns are the plane's three coefficients and its error t, which is to be least. Samples are added one by one, in an
-//! order as good as random, and the optimum changes only with one that is farther than t: it is then among those that decide it
-//! (Seidel 1990). Where Seidel solves a programme of one variable fewer, the new sample here takes the place of that one of the
-//! four that decide which leaves the largest t (the basis exchange of Sharir & Welzl 1992), and samples are gone through in turn
-//! until all are within t. As t only grows, a subset that no plane fits is told as soon as four of its samples say so, and these
-//! are the proof.
+//! Its unknowns are the plane's three coefficients and its error t, which is to be least. Samples are added one by one,
+//! in an order as good as random, and the optimum changes only with one that is farther than t: it is then among those
+//! that decide it (Seidel 1990). Where Seidel solves a programme of one variable fewer, the new sample here takes the
+//! place of that one of the four that decide which leaves the largest t (the basis exchange of Sharir & Welzl 1992),
+//! and samples are gone through in turn until all are within t. As t only grows, a subset that no plane fits is told as
+//! soon as four of its samples say so, and these are the proof.
 
 use crate::base::Tile;
 use crate::base::exact;
 use crate::base::lattice::{Point, orient};
+
+#[cfg(test)]
+mod tests;
 
 /// A rectangle of samples: columns and rows from the first to the last, both among them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,9 +69,9 @@ pub type Certificate = [(usize, usize); 4];
 
 /// Whether no plane is within the tolerance (the limits, where samples have weights) of four samples, exactly.
 ///
-/// Four places depend on each other by Σ wᵢ = 0 and Σ wᵢ·pᵢ = 0, with areas as weights. A plane's heights there sum up to 0 with
-/// them, so its errors sum up to Σ wᵢ·zᵢ, and one of them is more than its limit if that is more than Σ |wᵢ| · limitᵢ. By Farkas'
-/// lemma no plane fits only then. Where all places are on a line the same holds for three of them.
+/// Four places depend on each other by Σ wᵢ = 0 and Σ wᵢ·pᵢ = 0, with areas as weights. A plane's heights there sum up
+/// to 0 with them, so its errors sum up to Σ wᵢ·zᵢ, and one of them is more than its limit if that is more than Σ |wᵢ|
+/// · limitᵢ. By Farkas' lemma no plane fits only then. Where all places are on a line the same holds for three of them.
 pub fn excludes_planes(tile: &Tile, tolerance: f64, samples: &Certificate) -> bool {
     let at = |i: usize| Point { x: samples[i].0 as i32, y: samples[i].1 as i32 };
     let area = |i, j, k| orient(at(i), at(j), at(k));
@@ -102,8 +105,9 @@ fn exceeds_limits(tile: &Tile, tolerance: f64, samples: &Certificate, weights: [
     })
 }
 
-/// A sample as the programme sees it: its place is moved by less than a millionth of a cell, so that no three are on a line and
-/// every four decide a plane. What that does to heights is below the rounding of heights, and proofs are made without it.
+/// A sample as the programme sees it: its place is moved by less than a millionth of a cell, so that no three are on a
+/// line and every four decide a plane. What that does to heights is below the rounding of heights, and proofs are made
+/// without it.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sample {
     x: f64,
@@ -172,9 +176,10 @@ impl Basis {
     }
 }
 
-/// The plane of least maximum error over a rectangle of samples, from column and row of the first to those of the last; or four of
-/// them that no plane is within the tolerance of, which [`excludes_planes`] confirms exactly. The plane is off by rounding, and is
-/// to be tested: where the tolerance is the least error or next to it, it may fail all the same.
+/// The plane of least maximum error over a rectangle of samples, from column and row of the first to those of the last;
+/// or four of them that no plane is within the tolerance of, which [`excludes_planes`] confirms exactly. The plane is
+/// off by rounding, and is to be tested: where the tolerance is the least error or next to it, it may fail all the
+/// same. Where fewer than four samples have a height it is level.
 ///
 /// # Panics
 /// If a sample is outside the tile.
@@ -199,7 +204,7 @@ pub(super) fn least(tile: &Tile, tolerance: f64, region: Region) -> Result<Plane
     let mut first = [Sample::default(); 4];
     let mut known = 0;
     while known < 4 {
-        let Some(sample) = walk.next().filter(|_| walk.rounds() == 0) else {
+        let Some(sample) = walk.next().filter(|_| walk.passed <= walk.count) else {
             return Ok(walk.level(first[0].z));
         };
         first[known] = sample;
@@ -210,9 +215,9 @@ pub(super) fn least(tile: &Tile, tolerance: f64, region: Region) -> Result<Plane
         return Err(basis.certificate());
     }
     // All samples in turn, until each has been within the error of one and the same basis.
-    let mut settled = walk.step();
+    let mut settled = walk.passed;
     while let Some(sample) = walk.next() {
-        if walk.step() - settled > walk.count || exchanges == MOST_EXCHANGES {
+        if walk.passed - settled > walk.count || exchanges == MOST_EXCHANGES {
             break;
         }
         reach = reach.max(sample.z.abs());
@@ -223,7 +228,7 @@ pub(super) fn least(tile: &Tile, tolerance: f64, region: Region) -> Result<Plane
         // What is not larger is the rounding of places that lie almost on a line.
         if exchanged.error > basis.error {
             basis = exchanged;
-            (settled, exchanges) = (walk.step(), exchanges + 1);
+            (settled, exchanges) = (walk.passed, exchanges + 1);
             if basis.excludes_planes(tile, tolerance) {
                 return Err(basis.certificate());
             }
@@ -259,15 +264,6 @@ impl<'a> Walk<'a> {
         }
         let base = tile.at(region.first.0, region.first.1);
         Walk { tile, region, width, count, stride: stride % count, index: SEED % count, passed: 0, base }
-    }
-
-    fn step(&self) -> usize {
-        self.passed
-    }
-
-    /// How often all samples have been passed before the last one.
-    fn rounds(&self) -> usize {
-        (self.passed - 1) / self.count
     }
 
     fn level(&self, constant: f64) -> Plane {
@@ -325,110 +321,4 @@ fn moves(x: u32, y: u32) -> [f64; 2] {
     hash ^= hash >> 15;
     const UNIT: f64 = 1.0 / (1u64 << 35) as f64;
     [f64::from((hash & 0xffff) as i32 - 0x8000) * UNIT, f64::from((hash >> 16) as i32 - 0x8000) * UNIT]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::base::Heights;
-    use crate::kernel::triangulate::conformance;
-    use proptest::prelude::*;
-
-    /// The least maximum error as the largest that four samples, or three on a line, enforce: by brute force, in units of
-    /// nothing but doubles.
-    fn naive(tile: &Tile) -> f64 {
-        let samples: Vec<(usize, usize)> =
-            (0..tile.height()).flat_map(|row| (0..tile.width()).map(move |column| (column, row))).collect();
-        let mut largest = 0.0f64;
-        for (i, &a) in samples.iter().enumerate() {
-            for (j, &b) in samples.iter().enumerate().skip(i + 1) {
-                for (k, &c) in samples.iter().enumerate().skip(j + 1) {
-                    for &d in &samples[k + 1..] {
-                        let at = |p: (usize, usize)| Point { x: p.0 as i32, y: p.1 as i32 };
-                        let w = [
-                            orient(at(b), at(c), at(d)),
-                            -orient(at(a), at(c), at(d)),
-                            orient(at(a), at(b), at(d)),
-                            -orient(at(a), at(b), at(c)),
-                        ];
-                        let scale: i64 = w.iter().map(|w| w.abs()).sum();
-                        let sum: f64 = w.iter().zip([a, b, c, d]).map(|(&w, p)| w as f64 * tile.at(p.0, p.1)).sum();
-                        if scale > 0 {
-                            largest = largest.max(sum.abs() / scale as f64);
-                        }
-                    }
-                }
-            }
-        }
-        largest
-    }
-
-    fn whole(tile: &Tile) -> Region {
-        Region { first: (0, 0), last: (tile.width() - 1, tile.height() - 1) }
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(150))]
-
-        #[test]
-        fn the_plane_has_the_least_error(size in (2usize..6, 2usize..6), seed in any::<u64>(), kind in 0u8..4) {
-            let tile = conformance::tile(size.0, size.1, seed, kind);
-            let least_error = naive(&tile);
-            let Ok(plane) = least(&tile, f64::INFINITY, whole(&tile)) else { panic!("anything fits") };
-            let samples = (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
-            let error = samples.map(|p| (plane.at(p) - tile.at(p.0, p.1)).abs()).fold(0.0, f64::max);
-            prop_assert!((error - least_error).abs() <= 1e-4 * (1.0 + least_error), "{} for {}", error, least_error);
-        }
-
-        /// Exactly at the least error a plane fits, and below it four samples say that none does.
-        #[test]
-        fn what_does_not_fit_has_a_proof(
-            size in (2usize..6, 2usize..6), seed in any::<u64>(), kind in 0u8..3, share in 0.01f64..2.0,
-        ) {
-            let tile = conformance::tile(size.0, size.1, seed, kind);
-            let least_error = naive(&tile);
-            let tolerance = least_error * share;
-            match least(&tile, tolerance, whole(&tile)) {
-                Err(certificate) => {
-                    prop_assert!(excludes_planes(&tile, tolerance, &certificate));
-                    prop_assert!(least_error > tolerance);
-                }
-                Ok(_) => prop_assert!(least_error <= tolerance * (1.0 + 1e-3), "{} for {}", tolerance, least_error),
-            }
-        }
-
-        #[test]
-        fn a_line_of_samples_is_held_to_a_line(len in 3usize..9, seed in any::<u64>(), upright in any::<bool>()) {
-            let (width, height) = if upright { (1, len) } else { (len, 1) };
-            let tile = conformance::tile(width, height, seed, 0);
-            let z = |i: usize| if upright { tile.at(0, i) } else { tile.at(i, 0) };
-            let mut least_error = 0.0f64;
-            for i in 0..len { for j in i + 1..len { for k in j + 1..len {
-                let (a, b) = ((k - j) as f64, (j - i) as f64);
-                least_error = least_error.max((a * z(i) + b * z(k) - (a + b) * z(j)).abs() / (2.0 * (a + b)));
-            } } }
-            for (tolerance, fits) in [(least_error * 1.001 + 1e-9, true), (least_error * 0.999, least_error == 0.0)] {
-                let fit = least(&tile, tolerance, whole(&tile));
-                prop_assert_eq!(fit.is_ok(), fits, "{:?}", fit);
-            }
-        }
-    }
-
-    #[test]
-    fn weights_bind_where_they_are_large() {
-        let tile = Tile::from_heights(3, 3, Heights::F64(vec![0.0, 0.0, 0.0, 0.0, 8.0, 0.0, 0.0, 0.0, 0.0]));
-        let fits = |weight: f64, tolerance: f64| {
-            let mut weights = vec![1.0; 9];
-            weights[4] = weight;
-            let tile = tile.clone().with_weights(weights);
-            match least(&tile, tolerance, whole(&tile)) {
-                Ok(_) => true,
-                Err(certificate) => !excludes_planes(&tile, tolerance, &certificate),
-            }
-        };
-        // The middle is 8 above the mean of opposite corners: 8 = t + t ÷ weight.
-        assert!(fits(1.0, 4.01) && !fits(1.0, 3.99));
-        assert!(fits(0.25, 1.61) && !fits(0.25, 1.59));
-        assert!(fits(0.0, 0.1) && fits(4.0, 6.41) && !fits(4.0, 6.39));
-    }
 }

@@ -37,13 +37,13 @@ pub struct HittingSet {
     pub iterations: usize,
 }
 
-/// Finds elements that cover every point: O(c log c) of them, where c is the size of the fewest that do; `None` where a point is
-/// in no element. The same seed gives the same set.
+/// Finds elements that cover every point: O(c log c) of them, where c is the size of the fewest that do; `None` where a
+/// point is in no element. The same seed gives the same set.
 ///
-/// For a given c elements are drawn with probabilities proportional to their weights, all 1 at first. If a point is covered by
-/// none that was drawn, and the elements that cover it weigh less than 1/2c of all, these are doubled. Where c elements cover all points, there
-/// are at most [`most_successful`] such iterations; after that c was too small. Cost: elements
-/// × iterations, and what it costs to find a point that the elements drawn miss, as often.
+/// For a given c elements are drawn with probabilities proportional to their weights, all 1 at first. If a point is
+/// covered by none that was drawn, and the elements that cover it weigh less than 1/2c of all, these are doubled. Where
+/// c elements cover all points, there are at most [`most_successful`] such iterations; after that c was too small.
+/// Cost: elements × iterations, and what it costs to find a point that the elements drawn miss, as often.
 pub fn hitting_set(system: &impl Elements, seed: u64) -> Option<HittingSet> {
     let all: Vec<usize> = (0..system.elements()).collect();
     if system.missed_by(&all).is_some() {
@@ -69,8 +69,8 @@ pub fn hitting_set(system: &impl Elements, seed: u64) -> Option<HittingSet> {
     }
 }
 
-/// The most iterations in which weights are doubled, where c of n elements cover all points: 4c·log₂(n/c). Each time the weight of
-/// all grows by less than the share 1/2c, and one of the c doubles.
+/// The most iterations in which weights are doubled, where c of n elements cover all points: 4c·log₂(n/c). Each time
+/// the weight of all grows by less than the share 1/2c, and one of the c doubles.
 pub fn most_successful(believed: usize, elements: usize) -> usize {
     let (c, n) = (believed as f64, elements as f64);
     (4.0 * c * (n / c).log2().max(1.0)).floor() as usize

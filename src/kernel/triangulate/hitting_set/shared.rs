@@ -85,10 +85,10 @@ impl Slope {
     }
 }
 
-/// A vertex for every cell at which corners of squares meet, inside the tile and on its ground: at that of the cell's samples which is
-/// least far from all planes that meet there. With [`Corners::Free`] its height is half-way between these, where that is within the
-/// sample's limit; else it is the sample's. Squares of one sample may be left out of the list. Memory: 6 bytes a sample, and the
-/// vertices.
+/// A vertex for every cell at which corners of squares meet, inside the tile and on its ground: at that of the cell's
+/// samples which is least far from all planes that meet there. With [`Corners::Free`] its height is half-way between
+/// these, where that is within the sample's limit; else it is the sample's. Squares of one sample may be left out of
+/// the list. Memory: 6 bytes a sample, and the vertices.
 pub(super) fn corners(tile: &Tile, tolerance: f64, squares: &[Square], corners: Corners) -> Vec<Vertex> {
     let map = Map::new(tile, squares);
     let quantum = Quantum::of(tolerance).filter(|_| corners == Corners::Free);

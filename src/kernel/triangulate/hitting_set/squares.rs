@@ -81,14 +81,15 @@ pub struct Partition {
 
 impl Partition {
     /// The size of the simplicial partition as the paper's Table 1 has it (SP-A with [`Corners::Free`], SP-B with
-    /// [`Corners::Samples`]): two triangles for every square, and one for a subset that is one sample wide, which any triangle
-    /// with an edge along it covers.
+    /// [`Corners::Samples`]): two triangles for every square, and one for a subset that is one sample wide, which any
+    /// triangle with an edge along it covers.
     pub fn triangles(&self) -> usize {
         2 * self.squares.len() - self.counts.thin - self.counts.single
     }
 }
 
-/// Divides a tile into canonical subsets. With [`Squares::Sliding`] squares may overlap: a sample belongs to the one chosen first.
+/// Divides a tile into canonical subsets. With [`Squares::Sliding`] squares may overlap: a sample belongs to the one
+/// chosen first.
 ///
 /// # Errors
 /// [`Cancelled`].
@@ -145,8 +146,9 @@ impl<'a> Finder<'a> {
         Partition { squares, counts: Counts { thin, single, ..self.counts } }
     }
 
-    /// The largest valid nodes of a quadtree over the tile, whose sides are powers of two: of these the ones that are wanted. Cost: O(n log n) expected for n
-    /// samples, and close to O(n), as large nodes are mostly refused by few samples.
+    /// The largest valid nodes of a quadtree over the tile, whose sides are powers of two: of these the ones that are
+    /// wanted. Cost: O(n log n) expected for n samples, and close to O(n), as large nodes are mostly refused by few
+    /// samples.
     pub(super) fn nested(
         &mut self,
         sides: Sides,
@@ -196,8 +198,8 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// The square on a plane, its heights rounded, if it passes the exact test. A plane that rounding of heights spoils may still
-    /// be that of the samples at the corners.
+    /// The square on a plane, its heights rounded, if it passes the exact test. A plane that rounding of heights spoils
+    /// may still be that of the samples at the corners.
     fn on_plane(&mut self, region: Region, plane: &Plane) -> Option<Square> {
         let heights = region.corners().map(|place| self.quantum.and_then(|quantum| quantum.round(plane.at(place))));
         let rounded = match heights {
@@ -217,8 +219,8 @@ impl<'a> Finder<'a> {
         Square { first: region.first, last: region.last, heights, falling: true }
     }
 
-    /// The square if its samples are within their limits of it, exactly, with either diagonal. Where samples are missing nothing
-    /// is tested: no mesh is made of such a square as it is.
+    /// The square if its samples are within their limits of it, exactly, with either diagonal. Where samples are
+    /// missing nothing is tested: no mesh is made of such a square as it is.
     fn tested(&self, square: Square) -> Option<Square> {
         if !self.tile.validity().is_whole() {
             return Some(square);

@@ -8,9 +8,9 @@ use crate::base::control::Cancelled;
 use crate::base::handed_over::{DENSE, clear, make_room};
 use crate::base::mesh::{Domain, TileMesh, Vertex};
 
-/// Triangulates the ground of a domain with further vertices inside it: Delaunay but for the edges of loops. Vertices off the ground, on
-/// an edge of a loop or where there is a vertex are left out. Neighbours in the list should be near one another. Nothing is said of
-/// errors.
+/// Triangulates the ground of a domain with further vertices inside it: Delaunay but for the edges of loops. Vertices
+/// off the ground, on an edge of a loop or where there is a vertex are left out. Neighbours in the list should be near
+/// one another. Nothing is said of errors.
 pub(in crate::kernel::triangulate) fn delaunay(
     domain: &Domain,
     inside: impl Iterator<Item = Vertex>,
@@ -51,8 +51,8 @@ pub(in crate::kernel::triangulate) enum Rim {
     Free,
 }
 
-/// Inserts samples into the mesh of a task's ground until every triangle is within the tolerance, the farthest first. Vertices stay, new
-/// ones follow. Those at samples are to be within the samples' limits already.
+/// Inserts samples into the mesh of a task's ground until every triangle is within the tolerance, the farthest first.
+/// Vertices stay, new ones follow. Those at samples are to be within the samples' limits already.
 ///
 /// # Errors
 /// [`Cancelled`], with a mesh of no use.
