@@ -85,8 +85,8 @@ impl Command {
         match self {
             Command::Simplify(args) => args.mesh.quiet,
             Command::Plan(args) => args.mesh.quiet,
-            Command::Run(args) => args.quiet,
-            Command::Merge(args) => args.quiet,
+            Command::Run(args) => args.process.quiet,
+            Command::Merge(args) => args.process.quiet,
             Command::Verify(args) => args.quiet,
             Command::Convert(args) => args.quiet,
             Command::Preview(args) => args.quiet,

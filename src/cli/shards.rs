@@ -41,26 +41,14 @@ pub(crate) struct PlanArgs {
 /// order, as far as the chunks are there that they need; exit code 6 says that tiles wait for other processes.
 #[derive(Debug, clap::Args)]
 pub(crate) struct RunArgs {
-    /// The folder of the run
-    #[arg(value_name = "WORK")]
-    work: PathBuf,
     /// Which part of how many, such as 3/64
     #[arg(long, value_name = "N/OF", value_parser = values::shard, default_value = "1/1")]
     shard: Shard,
     /// This pass alone, counted from 1: all processes must be done with the one before
     #[arg(long, value_name = "N", value_parser = values::pass)]
     pass: Option<usize>,
-    /// The raster, where it is called otherwise on this machine
-    #[arg(long, value_name = "PATH")]
-    raster: Option<PathBuf>,
     #[command(flatten)]
-    machine: MachineArgs,
-    /// Print nothing but errors
-    #[arg(long, short, conflicts_with = "json")]
-    pub(super) quiet: bool,
-    /// Print the report as JSON
-    #[arg(long)]
-    json: bool,
+    pub(super) process: ProcessArgs,
 }
 
 /// Put the mesh of a run together whose tiles are all there
@@ -68,21 +56,28 @@ pub(crate) struct RunArgs {
 /// Where tiles are missing they are listed, and the exit code is 6.
 #[derive(Debug, clap::Args)]
 pub(crate) struct MergeArgs {
-    /// The folder of the run
-    #[arg(value_name = "WORK")]
-    work: PathBuf,
     /// The mesh, in the format that the run was laid out for
-    #[arg(value_name = "OUTPUT")]
+    #[arg(value_name = "OUTPUT", index = 2)]
     output: PathBuf,
-    /// The raster, where it is called otherwise on this machine
-    #[arg(long, value_name = "PATH")]
-    raster: Option<PathBuf>,
     /// Keep the folder of the run, with all its tiles, when the mesh is there
     #[arg(long)]
     keep_work_dir: bool,
     /// Replace an existing output
     #[arg(long)]
     overwrite: bool,
+    #[command(flatten)]
+    pub(super) process: ProcessArgs,
+}
+
+/// What every process of a run has that has been laid out.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ProcessArgs {
+    /// The folder of the run
+    #[arg(value_name = "WORK", index = 1)]
+    work: PathBuf,
+    /// The raster, where it is called otherwise on this machine
+    #[arg(long, value_name = "PATH")]
+    raster: Option<PathBuf>,
     #[command(flatten)]
     machine: MachineArgs,
     /// Print nothing but errors
@@ -121,28 +116,28 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<ExitCode, Failure> {
 
 /// Does `run`.
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
-    let planned = Planned::of(&args.work, args.raster.as_deref())?;
-    let bars = Bars::new(args.quiet);
-    let mut request = planned.request(&args.work, &without_a_name(planned.format));
-    args.machine.apply(&mut request);
+    let process = &args.process;
+    let planned = Planned::of(process)?;
+    let bars = Bars::new(process.quiet);
+    let request = planned.request(process, &without_a_name(planned.format));
     let report = work(&request, args.shard, args.pass, &bars.control()).map_err(|error| planned.explain(error))?;
     drop(bars);
     let report = ShardReport { warnings: warnings::take(), ..report };
-    print::told(&report, &report.warnings, || report.lines(), args.json, args.quiet)?;
+    print::told(&report, &report.warnings, || report.lines(), process.json, process.quiet)?;
     Ok(if report.waiting() > 0 { ExitCode::from(WAITING) } else { ExitCode::SUCCESS })
 }
 
 /// Does `merge`.
 pub(crate) fn merge_all(args: &MergeArgs) -> Result<ExitCode, Failure> {
-    let planned = Planned::of(&args.work, args.raster.as_deref())?;
+    let process = &args.process;
+    let planned = Planned::of(process)?;
     planned.must_be_format_of(&args.output)?;
-    let bars = Bars::new(args.quiet);
+    let bars = Bars::new(process.quiet);
     let (overwrite, keep_work_dir) = (args.overwrite, args.keep_work_dir);
-    let mut request = Request { overwrite, keep_work_dir, ..planned.request(&args.work, &args.output) };
-    args.machine.apply(&mut request);
+    let request = Request { overwrite, keep_work_dir, ..planned.request(process, &args.output) };
     let report = merge(&request, &bars.control()).map_err(|error| planned.explain(error))?;
     drop(bars);
-    tell(report, args.json, args.quiet)
+    tell(report, process.json, process.quiet)
 }
 
 /// The words of this command, after the program's name.
@@ -165,7 +160,7 @@ struct Planned {
 }
 
 impl Planned {
-    fn of(work: &Path, raster: Option<&Path>) -> Result<Planned, Failure> {
+    fn of(ProcessArgs { work, raster, .. }: &ProcessArgs) -> Result<Planned, Failure> {
         let command = PlannedCommand::of(work).map_err(|error| of_shards(error.into()))?;
         let mut mesh = super::planned_mesh(&command.words).ok_or_else(|| {
             let message = format!("{}: expected the words of a plan, found others", work.display());
@@ -173,7 +168,7 @@ impl Planned {
         })?;
         mesh.resolve(&command.folder);
         if let Some(raster) = raster {
-            mesh.input = raster.to_path_buf();
+            mesh.input.clone_from(raster);
         }
         let format = mesh.format(None)?;
         let asked = mesh.asked(format);
@@ -181,8 +176,11 @@ impl Planned {
         Ok(Planned { mesh, format, asked })
     }
 
-    fn request(&self, work: &Path, output: &Path) -> Request<'static> {
-        Request { work_dir: Some(work.to_path_buf()), ..self.mesh.request(self.asked.features(), self.format, output) }
+    fn request(&self, process: &ProcessArgs, output: &Path) -> Request<'static> {
+        let mut request = self.mesh.request(self.asked.features(), self.format, output);
+        request.work_dir = Some(process.work.clone());
+        process.machine.apply(&mut request);
+        request
     }
 
     fn explain(&self, error: RunError) -> Failure {

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::coordinates::origin;
 use super::report::SCHEMA;
-use super::{IN_MEMORY, RunError, Warned, make};
+use super::{IN_MEMORY, RunError, Warned, prepare};
 use crate::base::channels::{Channel, Number};
 use crate::base::control::{Control, Stage};
 use crate::base::external::{Scratch, Store, StoreWriter};
@@ -130,8 +130,8 @@ pub fn convert_mesh(
 
 /// The format of the output, which takes what is asked of it.
 fn target(request: &ConvertRequest) -> Result<&'static Format, RunError> {
-    let target = make::format_of(&request.output, request.format)?;
-    make::check_options(&request.output, request.sink.asked(), target)?;
+    let target = prepare::format_of(&request.output, request.format)?;
+    prepare::check_options(&request.output, request.sink.asked(), target)?;
     Ok(target)
 }
 

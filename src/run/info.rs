@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::inputs::{open, open_importance};
 use super::look::look;
-use super::make::all_cores;
+use super::prepare::all_cores;
 use super::report::SCHEMA;
 use super::{Input, Request, RunError, Warned};
 use crate::base::channels::ChannelBands;

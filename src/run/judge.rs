@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::inputs::{open, open_importance};
 use super::look::look;
-use super::make::all_cores;
+use super::prepare::all_cores;
 use super::report::SCHEMA;
 use super::threads::start_threads;
 use super::{Attributes, Input, RunError, Warned};

@@ -5,28 +5,21 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::attributes::Ranged;
-use super::coordinates::{Written, fits_single, is_single};
-use super::inputs::{Inputs, Points};
+use super::inputs::Points;
 use super::look::look;
+use super::prepare::{Purpose, Run, first_look, titles};
 use super::report::{Needs, Report, Seconds, Sources, WorkDirState};
 use super::resume::{Kept, finished};
-use super::threads::start_threads;
 use super::{Coordinates, IN_MEMORY, InMemory, Request, RunError, Warned, provenance};
-use crate::base::channels::{Channel, ChannelBands, Number};
 use crate::base::control::Control;
-use crate::base::features::Feature;
 use crate::base::staged::StagedFile;
 use crate::base::warning::{Warning, WarningCode};
-use crate::base::{Band, Texture, channels_of};
-use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions, height_range, may_have_holes};
-use crate::formats::{
-    self, ArraySink, Arrays, Attributes, Base, FORMATS, Format, Header, Setup, Sink, SinkError, SinkOption,
-};
+use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions};
+use crate::formats::{ArraySink, Arrays, Attributes, FORMATS, Header, Setup, Sink};
 use crate::job::normals::NormalSource;
-use crate::job::plan::{
-    DENSEST, DiskUse, Estimate, Expected, Load, Plan, check_disk, default_budget, estimate, probe, probe_field,
-};
-use crate::job::{Error, Params, Pass, VertexHeights, grid, passes, rules, triangulate, triangulate_into};
+use crate::job::plan::{DENSEST, DiskUse, Estimate, Expected, check_disk, estimate, probe, probe_field};
+use crate::job::work_dir::WorkDir;
+use crate::job::{Error, Pass, grid, passes, triangulate, triangulate_into};
 use crate::kernel::measure::ErrorStats;
 
 /// Does [`super::simplify`].
@@ -81,172 +74,7 @@ pub(super) fn plan(request: &Request<'_>, control: &Control<'_>) -> Result<Needs
     Ok(Needs { warnings: warned.take(), ..needs })
 }
 
-/// What a run is prepared for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Purpose {
-    /// To be made, output and all.
-    Make,
-    /// To be told what it needs.
-    Plan,
-    /// To be made in part: tiles, no output.
-    Share,
-    /// To be put together from tiles that are there.
-    Merge,
-}
-
-impl Purpose {
-    /// Whether there is an output.
-    fn writes(self) -> bool {
-        matches!(self, Purpose::Make | Purpose::Merge)
-    }
-}
-
-/// A run, as asked for and as planned.
-pub(super) struct Run<'a> {
-    purpose: Purpose,
-    pub(super) request: &'a Request<'a>,
-    format: &'static Format,
-    pub(super) inputs: Inputs,
-    plan: Plan,
-    /// The threads that the plan is for.
-    pub(super) pool: rayon::ThreadPool,
-    written: Written,
-    /// The image over the mesh.
-    texture: Option<Texture>,
-    /// What decides the mesh: what was asked for, less what writing loses, and the points.
-    pub(super) params: Params,
-    pub(super) warned: &'a Warned<'a>,
-    pub(super) control: &'a Control<'a>,
-}
-
-/// The format of an output: the one that is asked for, else that of its extension.
-pub(super) fn format_of(output: &Path, asked: Option<&'static Format>) -> Result<&'static Format, RunError> {
-    if let Some(format) = asked {
-        return Ok(format);
-    }
-    formats::by_extension(output).ok_or_else(|| RunError::Format {
-        path: output.to_path_buf(),
-        known: FORMATS.iter().flat_map(|f| f.extensions).map(|e| format!(".{e}")).collect::<Vec<_>>().join(", "),
-        found: output.extension().map_or("none".to_string(), |e| format!(".{}", e.display())),
-    })
-}
-
-/// Refuses options that the format does not take.
-pub(super) fn check_options(
-    output: &Path,
-    mut asked: impl Iterator<Item = SinkOption>,
-    format: &'static Format,
-) -> Result<(), RunError> {
-    let Some(option) = asked.find(|option| !format.options.contains(option)) else { return Ok(()) };
-    let (path, formats) = (output.to_path_buf(), titles(option));
-    Err(RunError::FormatOption { path, format: format.title, option, formats })
-}
-
-/// The formats that take an option.
-fn titles(option: SinkOption) -> String {
-    FORMATS.iter().filter(|f| f.options.contains(&option)).map(|f| f.title).collect::<Vec<_>>().join(", ")
-}
-
-/// Refuses attributes in double precision for a format that has none.
-fn check_attributes(
-    request: &Request<'_>,
-    format: &'static Format,
-    attributes: Option<&ChannelBands>,
-) -> Result<(), RunError> {
-    let channels = attributes.map_or(Vec::new(), |attributes| channels_of(&attributes.bands));
-    match channels.into_iter().find(|c| format.attributes == Attributes::Single && c.number == Number::F64) {
-        None => Ok(()),
-        Some(Channel { name, .. }) => {
-            let path = request.output.clone();
-            Err(SinkError::DoubleAttribute { path, format: format.title, name }.into())
-        }
-    }
-}
-
-/// Refuses a floor that is not below all heights.
-fn check_floor(request: &Request<'_>, band: &Band, control: &Control<'_>) -> Result<(), RunError> {
-    let Some(Base::Height(floor)) = request.sink.base else { return Ok(()) };
-    let lowest = height_range(band, control)?.min;
-    if floor < lowest {
-        return Ok(());
-    }
-    let path = request.output.clone();
-    let expected = format!("a floor below the lowest height, which is {lowest}");
-    Err(SinkError::Unfit { path, expected, found: format!("one at {floor}") }.into())
-}
-
-impl<'a> Run<'a> {
-    /// Opens what is read and decides what is done. Nothing watches the inputs, and no output need be writable, where the run
-    /// is only planned.
-    pub(super) fn prepare(
-        request: &'a Request<'a>,
-        purpose: Purpose,
-        warned: &'a Warned<'a>,
-        control: &'a Control<'a>,
-    ) -> Result<Run<'a>, RunError> {
-        let format = format_of(&request.output, request.format)?;
-        let further = request.further_options();
-        check_options(&request.output, request.sink.asked().chain(further), format)?;
-        let features = request.features();
-        rules::check(features)?;
-        let inputs = Inputs::open(request, purpose != Purpose::Plan, warned, &control.cancel)?;
-        let Inputs { band, attributes, importance, points, .. } = &inputs;
-        if is_single(request.coordinates, format)
-            && (!fits_single(band) || request.params.heights == VertexHeights::Fitted)
-        {
-            rules::check(features.with(Feature::RoundedToSingle))?;
-        }
-        check_attributes(request, format, attributes.as_ref())?;
-        let load = Load {
-            band,
-            importance: importance.as_ref(),
-            channels: attributes.as_ref().map_or(&[], |a| &a.bands),
-            grid: grid(band.width(), band.height(), &request.params)?,
-            params: &request.params,
-            points: points.as_ref().map_or(0, |p| p.set.len()),
-            holes: request.fill_voids > 0 && may_have_holes(band),
-            solid: request.sink.base.is_some(),
-            normals: request.normals.is_some(),
-        };
-        let wanted = request.threads.map_or_else(all_cores, usize::from);
-        let plan = Plan::new(request.memory.unwrap_or_else(default_budget), &load, wanted)?;
-        bound_cache(plan.cache_bytes);
-        let coordinates = &request.coordinates;
-        let is_plain = !coordinates.local && !is_single(*coordinates, format) && coordinates.z_scale == 1.0;
-        if purpose.writes() && !is_plain {
-            // Finding out what is lost may take long, so an output that cannot be written is found first.
-            first_look(request)?;
-        }
-        let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
-        let pool = start_threads(plan.threads)?;
-        let written = pool.install(|| Written::find(request, format, band, importance.as_ref(), is_flat, control))?;
-        let params = Params {
-            tolerance: written.tolerance,
-            goal: written.goal,
-            points: points.as_ref().map(|p| p.set.clone()),
-            ..request.params.clone()
-        };
-        if purpose.writes() {
-            check_floor(request, band, control)?;
-        }
-        let texture = if purpose.writes() { texture(request, band)? } else { None };
-        Ok(Run { purpose, request, format, inputs, plan, pool, written, texture, params, warned, control })
-    }
-
-    pub(super) fn band(&self) -> &Band {
-        &self.inputs.band
-    }
-
-    /// The attributes and their ranges, where there are some; finding the ranges may read the whole raster.
-    pub(super) fn ranged(&self) -> Result<Option<Ranged<'_>>, Error> {
-        let find = |bands| Ranged::find(self.band(), bands, self.control);
-        Ok(self.inputs.attributes.as_ref().map(find).transpose()?)
-    }
-
-    pub(super) fn named(&self, ranged: Option<&Ranged<'_>>) -> Vec<(&'static str, String)> {
-        provenance::named(self.request, &self.params, self.band(), ranged)
-    }
-
+impl Run<'_> {
     /// What the run will need, and what its work dir has of it.
     fn plan_only(&self) -> Result<Needs, RunError> {
         let ranged = self.ranged()?;
@@ -306,11 +134,7 @@ impl<'a> Run<'a> {
             first_look(self.request)?;
         }
         let ranged = self.ranged()?;
-        let Inputs { importance, watches, .. } = &self.inputs;
-        let open = |dir: &PathBuf| {
-            let named = self.named(ranged.as_ref());
-            Kept::open(dir, self.band(), importance.as_ref(), watches, named)
-        };
+        let open = |dir: &PathBuf| self.kept(|job| WorkDir::open(dir, job), ranged.as_ref());
         let kept = self.request.work_dir.as_ref().map(open).transpose()?;
         match (self.make(start, ranged.as_ref(), kept.as_ref()), kept) {
             (Ok(report), None) => Ok(report),
@@ -491,33 +315,3 @@ impl<'a> Run<'a> {
         Ok(check(self.needs(ranged.as_ref())?.estimate)?)
     }
 }
-
-/// The image that is to lie over the mesh, cut to the raster.
-#[cfg(feature = "gdal")]
-fn texture(request: &Request<'_>, band: &Band) -> Result<Option<Texture>, RunError> {
-    let Some(texture) = &request.texture else { return Ok(None) };
-    Ok(Some(crate::raster::drape(&texture.path, band.extent(), band.crs_definition(), texture.size)?))
-}
-
-#[cfg(not(feature = "gdal"))]
-fn texture(_: &Request<'_>, _: &Band) -> Result<Option<Texture>, RunError> {
-    Ok(None)
-}
-
-/// Finds an output that cannot be written. A work dir may have one of its own there.
-fn first_look(request: &Request<'_>) -> Result<(), RunError> {
-    let overwrite = request.overwrite || request.work_dir.is_some();
-    Ok(StagedFile::check(&request.output, overwrite, &request.inputs())?)
-}
-
-pub(super) fn all_cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-#[cfg(feature = "gdal")]
-fn bound_cache(bytes: u64) {
-    crate::raster::bound_gdal_cache(bytes);
-}
-
-#[cfg(not(feature = "gdal"))]
-fn bound_cache(_: u64) {}

@@ -20,6 +20,7 @@ mod inputs;
 mod judge;
 mod look;
 mod make;
+mod prepare;
 mod provenance;
 pub mod report;
 mod request;

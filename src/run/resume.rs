@@ -40,30 +40,9 @@ pub(super) struct Kept {
 }
 
 impl Kept {
-    /// The work dir of a job with these parameters, by name. `watches` look at the raster, and at the importance raster
-    /// where there is one.
+    /// The work dir of a job with these parameters, by name, as `open` gives it. `watches` look at the raster, and at the importance
+    /// raster where there is one.
     pub(super) fn open(
-        dir: &Path,
-        band: &Band,
-        importance: Option<&Band>,
-        watches: &[Box<dyn Watch>],
-        parameters: Vec<(&'static str, String)>,
-    ) -> Result<Kept, RunError> {
-        Kept::of(|job| WorkDir::open(dir, job), band, importance, watches, parameters)
-    }
-
-    /// The same of a run that is laid out there, for one shard of many.
-    pub(super) fn join(
-        dir: &Path,
-        band: &Band,
-        importance: Option<&Band>,
-        watches: &[Box<dyn Watch>],
-        parameters: Vec<(&'static str, String)>,
-    ) -> Result<Kept, RunError> {
-        Kept::of(|job| WorkDir::join(dir, job), band, importance, watches, parameters)
-    }
-
-    fn of(
         open: impl FnOnce(&Job) -> Result<WorkDir, WorkDirError>,
         band: &Band,
         importance: Option<&Band>,

@@ -6,7 +6,8 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::attributes::Ranged;
-use super::make::{Purpose, Run, merge as make_merged};
+use super::make::merge as make_merged;
+use super::prepare::{Purpose, Run};
 use super::report::{Needs, Report, SCHEMA};
 use super::resume::Kept;
 use super::{Request, RunError, Warned};
@@ -15,7 +16,7 @@ use crate::base::warning::Warnings;
 use crate::field::Field;
 use crate::job::shards::{Shard, Share, make_share, merge as merge_chunks, rounds};
 use crate::job::update::{TakenOver, take_over};
-use crate::job::work_dir::{PlannedCommand, WorkDirError};
+use crate::job::work_dir::{PlannedCommand, WorkDir, WorkDirError};
 use crate::job::{Error, Job, Mesh, Params, Pass, PassName, passes, rules};
 
 /// A run that has been laid out for shards.
@@ -115,8 +116,7 @@ pub fn lay_out(
     let (needs, taken_over) = run.pool.install(|| -> Result<_, RunError> {
         let ranged = run.ranged()?;
         let needs = run.needs(ranged.as_ref())?;
-        let (importance, watches) = (run.inputs.importance.as_ref(), &run.inputs.watches);
-        let kept = Kept::open(dir, run.band(), importance, watches, run.named(ranged.as_ref()))?;
+        let kept = run.kept(|job| WorkDir::open(dir, job), ranged.as_ref())?;
         let failed = |source| WorkDirError::Io { path: kept.path().to_path_buf(), source };
         let taken_over = earlier.map(|earlier| run.take_over(earlier, ranged.as_ref(), &kept)).transpose()?;
         let folder = std::env::current_dir().map_err(failed)?;
@@ -191,8 +191,7 @@ impl Run<'_> {
     fn work(&self, shard: Shard, pass: Option<usize>) -> Result<Vec<PassShare>, RunError> {
         let ranged = self.ranged()?;
         let dir = self.request.work_dir.as_ref().expect("a work dir");
-        let (importance, watches) = (self.inputs.importance.as_ref(), &self.inputs.watches);
-        let kept = Kept::join(dir, self.band(), importance, watches, self.named(ranged.as_ref()))?;
+        let kept = self.kept(|job| WorkDir::join(dir, job), ranged.as_ref())?;
         // Nothing is staged that would have to be removed.
         let field = self.field(ranged.as_ref(), &dir.join("nothing"))?;
         let job = Job::new(&field, &self.params, self.control)?;
@@ -209,7 +208,7 @@ impl Run<'_> {
             Ok(PassShare { pass: number + 1, share })
         });
         let made: Result<Vec<PassShare>, Error> = shares.collect();
-        let unchanged = || watches.iter().try_for_each(|watch| watch.check());
+        let unchanged = || self.inputs.watches.iter().try_for_each(|watch| watch.check());
         let made = made.and_then(|shares| Ok(unchanged().map(|()| shares)?));
         made.map_err(|error| kept.explain(error))
     }
