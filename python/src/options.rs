@@ -13,6 +13,7 @@ use terrabite::job::{EngineChoice, Goal, Params, Quality, VertexHeights};
 use terrabite::kernel::polish::Tuning;
 use terrabite::kernel::triangulate::Feasibility;
 use terrabite::kernel::triangulate::cuts::GreedyCuts;
+use terrabite::kernel::triangulate::hitting_set::{Corners, HittingSet, HittingSetOptions, Squares, Stitching};
 use terrabite::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
 };
@@ -51,6 +52,9 @@ pub(crate) struct Options<'py> {
     fraction: Option<f64>,
     measure: Option<String>,
     smoothing: Option<f64>,
+    squares: Option<String>,
+    corners: Option<String>,
+    stitching: Option<String>,
     access: String,
     memory: Option<u64>,
     threads: Option<usize>,
@@ -200,6 +204,10 @@ impl Options<'_> {
             (Feature::MaxStray, self.max_stray.is_some_and(f64::is_finite)),
             (Feature::StrongFeasibility, feasibility == Feasibility::Strong),
             (Feature::CutOrder, self.cuts.is_some()),
+            (Feature::Squares, self.squares.is_some()),
+            (Feature::SampledCorners, self.corners.as_deref() == Some("samples")),
+            (Feature::FreeCorners, self.corners.as_deref() == Some("free")),
+            (Feature::Stitching, self.stitching.is_some()),
             (Feature::DelaunaySwap, swap("delaunay")),
             (Feature::DataDependentSwap, swap("data-dependent")),
             (Feature::QualityThreshold, self.quality_threshold.is_some()),
@@ -218,10 +226,26 @@ impl Options<'_> {
     }
 
     fn engine(&self, asked: FeatureSet) -> PyResult<EngineChoice> {
-        let (cuts, insertion) = (self.cuts()?, self.insertion()?);
-        let engine = chosen("engine", self.engine.as_ref(), &[("greedy-cuts", true), ("greedy-insertion", false)])?;
-        let by_cuts = engine.unwrap_or_else(|| matches!(default_engine(asked), EngineChoice::GreedyCuts(_)));
-        Ok(if by_cuts { cuts.into() } else { insertion.into() })
+        let (cuts, insertion, hitting_set) = (self.cuts()?, self.insertion()?, self.hitting_set()?);
+        let engines: [EngineChoice; 3] = [cuts.into(), insertion.into(), hitting_set.into()];
+        let named = engines.map(|engine| (engine.name(), engine));
+        let usual = default_engine(asked).name();
+        let usual = engines.into_iter().find(|engine| engine.name() == usual).expect("one of them");
+        Ok(chosen("engine", self.engine.as_ref(), &named)?.unwrap_or(usual))
+    }
+
+    fn hitting_set(&self) -> PyResult<HittingSet> {
+        let usual = HittingSetOptions::default();
+        let squares = [("nested", Squares::Nested), ("sliding", Squares::Sliding)];
+        let corners = [("samples", Corners::Samples), ("free", Corners::Free)];
+        let stitchings = [("shared", Stitching::Shared), ("merged", Stitching::Merged)];
+        Ok(HittingSet {
+            options: HittingSetOptions {
+                squares: chosen("squares", self.squares.as_ref(), &squares)?.unwrap_or(usual.squares),
+                corners: chosen("corners", self.corners.as_ref(), &corners)?.unwrap_or(usual.corners),
+                stitching: chosen("stitching", self.stitching.as_ref(), &stitchings)?.unwrap_or(usual.stitching),
+            },
+        })
     }
 
     fn cuts(&self) -> PyResult<GreedyCuts> {

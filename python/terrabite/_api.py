@@ -7,6 +7,8 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 from . import _arrays, _facts, _rasters, _terrabite
 from ._tin import TIN, Flag, Verdict
 
@@ -53,7 +55,7 @@ def simplify(
     attribute_weight: float | None = None,
     importance: Raster | None = None,
     points: Any = None,
-    engine: Literal["greedy-cuts", "greedy-insertion"] | None = None,
+    engine: Literal["greedy-cuts", "greedy-insertion", "hitting-set"] | None = None,
     cuts: Literal["plain", "improved"] | None = None,
     swap: Literal["delaunay", "data-dependent"] | None = None,
     quality_threshold: float | None = None,
@@ -63,6 +65,9 @@ def simplify(
     fraction: float | None = None,
     measure: Literal["local-error", "curvature", "global-error", "product"] | None = None,
     smoothing: float | None = None,
+    squares: Literal["nested", "sliding"] | None = None,
+    corners: Literal["samples", "free"] | None = None,
+    stitching: Literal["shared", "merged"] | None = None,
     access: Literal["auto", "windows", "decode"] = "auto",
     memory: int | None = None,
     threads: int | None = None,
@@ -126,6 +131,9 @@ def simplify(
         fraction: Fractional: candidates with at least this share of the largest error.
         measure: What makes a sample important that is beyond the tolerance.
         smoothing: Curvature and product: the standard deviation of the Gaussian, in cells.
+        squares: Hitting set: which squares of samples are tried.
+        corners: Hitting set: what heights vertices have where squares meet.
+        stitching: Hitting set: how squares become a mesh.
         access: How samples are read: as suits, in windows, or decoded into a temporary file first.
         memory: The most memory to use, in bytes, apart from the raster and the mesh; a quarter of the machine's and at most 2 GiB
             by default.
@@ -181,6 +189,9 @@ def simplify(
         "fraction": fraction,
         "measure": measure,
         "smoothing": smoothing,
+        "squares": squares,
+        "corners": corners,
+        "stitching": stitching,
         "access": access,
         "memory": memory,
         "threads": threads,
@@ -338,6 +349,12 @@ def _bands(
     beside = _facts.View(window=view.window, bbox=view.bbox)
     arrays = None
     if named is not None:
+        if not named:
+            raise ValueError("attributes: expected one array or more, found none")
+        shape = np.shape(values)
+        for name, array in named.items():
+            if np.shape(array) != shape:
+                raise ValueError(f"attributes: expected arrays of the shape {shape}, found {np.shape(array)} for {name}")
         arrays = [
             _arrays.band_of(array, _facts.Facts(name=name, size=(0, 0), dtypes=[], description=name), beside)
             for name, array in named.items()

@@ -67,24 +67,37 @@ def words(nodata: object) -> list[str]:
     return [repr(number)]
 
 
-def polygons(cutline: Any) -> list[list[list[tuple[float, float]]]]:
+Rings = list[list[tuple[float, float]]]
+
+
+def polygons(cutline: Any) -> list[Rings]:
     """The rings of polygons: of geometries of GeoJSON, of what has them as ``__geo_interface__``, or of a sequence of those."""
     if cutline is None:
+        return []
+    found = _rings(cutline)
+    if not found:
+        raise ValueError("cutline: expected polygons, found none")
+    return found
+
+
+def _rings(cutline: Any) -> list[Rings]:
+    if cutline is None:
+        # A feature without a geometry.
         return []
     shape = getattr(cutline, "__geo_interface__", cutline)
     if not isinstance(shape, Mapping):
         if isinstance(shape, str) or not isinstance(shape, Iterable):
             raise TypeError("cutline: expected polygons as GeoJSON has them, or with __geo_interface__")
-        return [polygon for part in shape for polygon in polygons(part)]
+        return [polygon for part in shape for polygon in _rings(part)]
     kind = shape.get("type")
     if kind == "Polygon":
         return [[[(float(place[0]), float(place[1])) for place in ring] for ring in shape["coordinates"]]]
     if kind == "MultiPolygon":
-        return [one for part in shape["coordinates"] for one in polygons({"type": "Polygon", "coordinates": part})]
+        return [one for part in shape["coordinates"] for one in _rings({"type": "Polygon", "coordinates": part})]
     if kind == "Feature":
-        return polygons(shape["geometry"])
+        return _rings(shape["geometry"])
     if kind in ("FeatureCollection", "GeometryCollection"):
-        return polygons(shape["features" if kind == "FeatureCollection" else "geometries"])
+        return _rings(shape["features" if kind == "FeatureCollection" else "geometries"])
     raise ValueError(f"cutline: expected polygons, found {kind}")
 
 

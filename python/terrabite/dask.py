@@ -82,7 +82,11 @@ def run(
     dask = _distributed()
     if shards < 1:
         raise ValueError(f"shards: expected 1 or more, found {shards}")
-    folder = Path(work).resolve()
+    if in_flight is not None and in_flight < 1:
+        raise ValueError(f"in_flight: expected 1 or more, found {in_flight}")
+    if isinstance(options, str) or isinstance(merge_options, str):
+        raise TypeError("options: expected a sequence of words, found text")
+    folder = Path(work).absolute()
     plan = _plan(folder)
     (folder / "logs").mkdir(exist_ok=True)
     _must_be(command, plan["program"], "here")
@@ -122,7 +126,8 @@ def _plan(folder: Path) -> dict[str, Any]:
     if not path.is_file():
         raise FileNotFoundError(f"{folder}: expected a folder in which a run is laid out; terrabite plan does so")
     plan = json.loads(path.read_text())
-    assert isinstance(plan, dict)
+    if not isinstance(plan, dict) or not isinstance(plan.get("passes"), int) or not isinstance(plan.get("program"), str):
+        raise ValueError(f"{path}: expected the plan of a run, found something else")
     return plan
 
 
@@ -202,9 +207,11 @@ def _must_be(command: str, program: str, where: str) -> None:
 
 
 def _reason(said: str, code: int) -> str:
-    """The last line that a process has said, or how it ended."""
-    lines = [line for line in said.splitlines() if line.strip()]
-    return lines[-1] if lines else f"exit code {code}"
+    """What a process says of its failure, or how it ended."""
+    if code == WAITING:
+        return "it waits for chunks of the pass before, which have been lost"
+    errors = [line for line in said.splitlines() if line.startswith("error:")]
+    return errors[-1] if errors else f"exit code {code}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -86,6 +86,11 @@ def test_what_makes_no_sense_is_refused(tmp_path: Path, capsys: pytest.CaptureFi
     assert "terrabite plan does so" in capsys.readouterr().err
     assert tb_dask.main([*words, "0"]) == 1
     assert "expected 1 or more, found 0" in capsys.readouterr().err
+    (tmp_path / "plan.json").write_text("[]")
+    assert tb_dask.main([*words, "2"]) == 1
+    assert "expected the plan of a run" in capsys.readouterr().err
+    with pytest.raises(TypeError, match="sequence of words"):
+        tb_dask.run(tmp_path, "tin.ply", scheduler="tcp://127.0.0.1:1", shards=1, options="--memory 1GiB")
 
 
 def test_stopping_ends_the_processes(command: Path, tmp_path: Path, cluster: Cluster) -> None:
@@ -97,7 +102,10 @@ def test_stopping_ends_the_processes(command: Path, tmp_path: Path, cluster: Clu
     slow.chmod(0o755)
     (work / "plan.json").write_text(f'{{"program": "{version}", "passes": 1, "words": [], "folder": "/"}}')
     words = [str(work), "tin.ply", "--scheduler", cluster.address, "--shards", "1", "--command", str(slow)]
-    process = subprocess.Popen([sys.executable, "-m", "terrabite.dask", *words], stderr=subprocess.PIPE, text=True)
+    # What runs in the background of a shell ignores interrupts, and so do its children.
+    listens = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    program = f"{listens}; from terrabite.dask import main; sys.exit(main())"
+    process = subprocess.Popen([sys.executable, "-c", program, *words], stderr=subprocess.PIPE, text=True)
     log = work / "logs" / "pass-1-shard-1-of-1.log"
     while not log.exists():
         assert process.poll() is None

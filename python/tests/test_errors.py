@@ -76,6 +76,17 @@ def test_messages_begin_with_the_option(dem):
         assert str(refused.value).startswith(f"{[*options][-1]}: ")
 
 
+def test_attributes_and_polygons_that_are_none(dem):
+    with pytest.raises(ValueError, match="attributes: expected arrays of the shape"):
+        tb.simplify(dem, 1, attributes={"red": dem[:5]})
+    with pytest.raises(ValueError, match="attributes: expected one array or more"):
+        tb.simplify(dem, 1, attributes={})
+    nothing = ([], {"type": "FeatureCollection", "features": []}, {"type": "Feature", "geometry": None})
+    for cutline in nothing:
+        with pytest.raises(ValueError, match="cutline: expected polygons, found none"):
+            tb.simplify(dem, 1, cutline=cutline)
+
+
 def test_data_that_cannot_be_meshed(dem):
     with pytest.raises(tb.RasterError, match="no ground"):
         tb.simplify(np.full((9, 9), np.nan), 1)

@@ -259,6 +259,7 @@ fn of_scratch(scratch: &ScratchError, error: &dyn std::fmt::Display) -> Failure 
 fn kept(dir: &Path, fate: &Fate) -> String {
     let (dir, way_out) = (dir.display(), "delete that folder, or restore the input");
     match fate {
+        Fate::Damaged => format!("terrabite run {dir} --pass 1, and the passes after it, make it again"),
         Fate::Incomplete { pass } => {
             format!("terrabite run {dir} --pass {pass} makes them, once the passes before are there")
         }
@@ -342,8 +343,9 @@ impl From<WorkDirError> for Failure {
         let failure = Failure::new(&error);
         match error {
             WorkDirError::OtherJob { .. } | WorkDirError::Manifest { .. } => {
-                failure.hint("choose another --work-dir, or delete this one")
+                failure.hint("restore what differs, or choose another --work-dir")
             }
+            WorkDirError::NoEarlier { .. } => failure.hint("choose another --update"),
             WorkDirError::NotPlanned { .. } => failure.hint("terrabite plan lays one out"),
             WorkDirError::OtherProgram { .. } => {
                 failure.hint("use that version, or lay the run out in another folder with this one")

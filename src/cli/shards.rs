@@ -11,7 +11,7 @@ use super::progress::Bars;
 use super::simplify::tell;
 use super::{Failure, output_format, print, values, warnings};
 use crate::base::features::Feature;
-use crate::formats::{self, FORMATS, Format};
+use crate::formats::{self, Format};
 use crate::job::shards::Shard;
 use crate::job::update::TakenOver;
 use crate::job::work_dir::PlannedCommand;
@@ -190,16 +190,15 @@ impl Planned {
     /// What a format loses has been taken from the tolerance of all tiles.
     fn must_be_format_of(&self, output: &Path) -> Result<(), Failure> {
         output_format::of(output, Some(self.format.name), output_format::MESHES)?;
-        let of_name = formats::by_extension(output).unwrap_or(FORMATS[0]);
-        if of_name.name == self.format.name {
-            return Ok(());
+        let (name, ending) = (output.display(), self.format.extensions[0]);
+        let expected = format!("the format that the run was laid out for, {}", self.format.title);
+        match formats::by_extension(output) {
+            Some(of_name) if of_name.name == self.format.name => Ok(()),
+            Some(of_name) => Err(Failure::usage(format!("{name}: expected {expected}, found {}", of_name.title))
+                .hint(&format!("name the output .{ending}, or plan another run with --format {}", of_name.name))),
+            None => Err(Failure::usage(format!("{name}: expected a name of {expected}, found no such extension"))
+                .hint(&format!("name the output .{ending}"))),
         }
-        let (output, expected, found) = (output.display(), self.format.title, of_name.title);
-        let message = format!("{output}: expected the format that the run was laid out for, {expected}, found {found}");
-        Err(Failure::usage(message).hint(&format!(
-            "name the output .{}, or plan another run with --format {}",
-            self.format.extensions[0], of_name.name
-        )))
     }
 }
 

@@ -8,7 +8,7 @@
 use std::fmt;
 use std::ops::Range;
 
-use super::passes::{Gathered, Job, Pass, gather, run_pass};
+use super::passes::{Gathered, Job, Pass, gather, must_be_of_samples, run_pass};
 use super::spool::{Chunks, Spool};
 use super::triangulate::must_have_ground;
 use super::{Error, MakeSpool, Mesh, Params};
@@ -60,7 +60,8 @@ pub struct Share {
 }
 
 /// Makes what can be made of a shard's tiles in a pass, on the threads of the current rayon pool: those whose needed chunks are
-/// there. `number` is the pass's among [`Job::passes`], from 0.
+/// there. `number` is the pass's among [`Job::passes`], from 0. Where the raster's files are not those that the work dir was made for
+/// ([`Spool::check_samples`]), the samples of all chunks that are needed are compared first.
 ///
 /// Memory: that of [`run_pass`], and a number for each tile of the shard.
 ///
@@ -76,7 +77,16 @@ pub fn make_share(job: &Job<'_>, number: usize, shard: Shard, make_spool: &MakeS
     let out = make_spool(&pass)?;
     let inputs = pass.needs().map(|_| make_spool(&passes[number - 1])).transpose()?;
     let mut share = Share { tiles: tiles.len() as u64, ..Share::default() };
-    for run in ready(&pass, tiles, inputs.as_ref())? {
+    let runs = ready(&pass, tiles, inputs.as_ref())?;
+    if let Some(inputs) = inputs.as_ref().filter(|inputs| inputs.check_samples()) {
+        // The raster may have changed since the pass before: then its chunks do not go with what is made now.
+        let mut needed: Vec<usize> =
+            runs.iter().flat_map(|run| run.tiles.clone()).flat_map(|tile| pass.needed(tile)).collect();
+        needed.sort_unstable();
+        needed.dedup();
+        must_be_of_samples(job, &passes[number - 1], inputs, &needed)?;
+    }
+    for run in runs {
         share.waiting += run.waiting_before;
         let count = run.tiles.len() as u64;
         let inputs = inputs.as_ref().map(|spool| spool as &dyn Chunks);
@@ -128,6 +138,14 @@ pub struct MissingTiles {
     pub tiles: Vec<TileId>,
 }
 
+impl Gathered {
+    /// What is missing of a pass of this number.
+    fn missing_of(self, number: usize, pass: Pass) -> MissingTiles {
+        let tiles = self.first_missing.into_iter().map(|tile| pass.grid().tile(tile)).collect();
+        MissingTiles { pass: number, missing: self.missing, of: pass.grid().len(), tiles }
+    }
+}
+
 fn named(tiles: &[TileId], missing: usize) -> String {
     let places = tiles.iter().map(|TileId { column, row }| format!("column {column} row {row}"));
     let rest = (missing > tiles.len()).then(|| "…".to_string());
@@ -143,7 +161,7 @@ pub fn rounds<'a>(job: &Job<'a>) -> Vec<(Job<'a>, usize)> {
 
 /// Puts the mesh of a job together from chunks that others have made, on the threads of the current rayon pool.
 ///
-/// Reads every chunk of the last pass once. Memory: a chunk for each busy thread.
+/// Reads every chunk of the last pass once, and with trimming those of the first. Memory: a chunk for each busy thread.
 ///
 /// # Errors
 /// [`Error::Missing`], also where the passes with short links have to be made; or another [`Error`].
@@ -168,17 +186,19 @@ fn merge_passes(job: &Job<'_>, before: usize, make_spool: &MakeSpool<'_>) -> Res
     let passes = job.passes();
     let last = passes[passes.len() - 1];
     let spool = make_spool(&last)?;
-    let Gathered { missing, first_missing, astray, bare } = gather(job, &last, &spool)?;
-    if missing > 0 {
-        let (pass, of) = (before + passes.len(), last.grid().len());
-        let tiles = first_missing.into_iter().map(|tile| last.grid().tile(tile)).collect();
-        return Err(MissingTiles { pass, missing, of, tiles }.into());
+    let gathered = gather(job, &last, &spool)?;
+    if gathered.missing > 0 {
+        return Err(gathered.missing_of(before + passes.len(), last).into());
     }
+    let Gathered { astray, bare, .. } = gathered;
     if astray > 0 && job.with_short_links().is_some() {
         return Ok(None);
     }
     if job.params.trim > 0 && passes.len() > 1 {
         let first = gather(job, &passes[0], &make_spool(&passes[0])?)?;
+        if first.missing > 0 {
+            return Err(first.missing_of(before + 1, passes[0]).into());
+        }
         assert_eq!(bare, first.bare, "bare samples, and samples that have been trimmed");
     }
     must_have_ground(job, &spool, &last)?;

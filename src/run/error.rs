@@ -161,6 +161,8 @@ pub enum Fate {
         /// The pass.
         pass: usize,
     },
+    /// One of them is damaged.
+    Damaged,
     /// They were made from an input that has changed since; by name the files that differ, as far as they are known.
     Outdated(Vec<String>),
 }

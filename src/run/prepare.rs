@@ -13,7 +13,7 @@ use crate::base::control::Control;
 use crate::base::features::Feature;
 use crate::base::staged::StagedFile;
 use crate::base::{Band, Texture, channels_of};
-use crate::field::{height_range, may_have_holes};
+use crate::field::{may_have_holes, searched_range};
 use crate::formats::{self, Attributes, Base, FORMATS, Format, SinkError, SinkOption};
 use crate::job::plan::{Load, Plan, default_budget};
 use crate::job::work_dir::{self, WorkDir, WorkDirError};
@@ -104,7 +104,7 @@ fn check_attributes(
 /// Refuses a floor that is not below all heights.
 fn check_floor(request: &Request<'_>, band: &Band, control: &Control<'_>) -> Result<(), RunError> {
     let Some(Base::Height(floor)) = request.sink.base else { return Ok(()) };
-    let lowest = height_range(band, control)?.min;
+    let lowest = searched_range(band, control)?.min;
     if floor < lowest {
         return Ok(());
     }

@@ -155,6 +155,8 @@ fn the_plan_is_what_counts() {
     scene.run("1/1", &[]).succeeds();
     let glb = scene.folder.at("tin.glb");
     terrabite(["merge", &scene.work(), &glb]).fails(2, &["laid out for, PLY", "found GLB", "--format glb"]);
+    terrabite(["merge", &scene.work(), &scene.folder.at("tin")])
+        .fails(2, &["a name of the format", "name the output .ply"]);
     // The same run goes on; another one is refused, and so is what only one process can find out.
     scene.plan(&["--quality", "none", "--local"]).succeeds();
     scene.plan(&["--quality", "none"]).succeeds();
@@ -244,4 +246,43 @@ fn a_changed_raster_takes_over_what_no_change_concerns() {
     assert!(found >= 20 && made >= 20, "{made} {found}");
     fs::remove_dir_all(old).unwrap();
     Scene { expected, ..scene }.merges();
+}
+
+/// Chunks of the old raster and of the new one never become one mesh.
+#[test]
+fn a_raster_that_changes_between_passes_is_refused() {
+    let scene = Scene::new(&[]);
+    scene.run("1/1", &["--pass", "1"]).succeeds();
+    let raised = |column, row| ground(column, row) + if (column, row) == (40, 250) { 9.0 } else { 0.0 };
+    dem().heights(raised).write(&scene.folder, "dem.tif");
+    for shard in ["1/1", "1/2", "2/2"] {
+        scene.run(shard, &["--pass", "2"]).fails(1, &["dem.tif: the raster has changed", "checksum"]);
+    }
+    // As it was, at another time.
+    dem().write(&scene.folder, "dem.tif");
+    for pass in ["2", "3", "4"] {
+        scene.run("1/1", &["--pass", pass]).succeeds();
+    }
+    scene.merges();
+}
+
+#[test]
+fn where_the_rim_is_trimmed_chunks_of_the_first_pass_are_needed_to_the_end() {
+    let folder = Folder::new();
+    let with_void =
+        |column, row| if (60..90).contains(&column) && (60..90).contains(&row) { -9999.0 } else { ground(column, row) };
+    let dem = dem().heights(with_void).nodata(-9999.0).write(&folder, "dem.tif");
+    let (work, tin) = (folder.at("work"), folder.at("tin.ply"));
+    terrabite([["plan", &dem, &work, "--trim", "2"].as_slice(), &OPTIONS].concat()).succeeds();
+    terrabite(["run", &work]).succeeds();
+    fs::remove_file(folder.join("work/chunks/0/1.chunk")).unwrap();
+    terrabite(["merge", &work, &tin]).fails(WAITING, &["tiles of pass 1", "missing: column 1 row 0;", "--pass 1"]);
+    terrabite(["run", &work, "--pass", "1"]).succeeds();
+    terrabite(["merge", &work, &tin]).succeeds();
+    // A damaged one is found by whoever needs it, and the message says what makes it again.
+    terrabite([["plan", &dem, &work].as_slice(), &OPTIONS].concat()).succeeds();
+    terrabite(["run", &work, "--pass", "1"]).succeeds();
+    fs::copy(folder.join("work/chunks/0/1.chunk"), folder.join("work/chunks/0/0.chunk")).unwrap();
+    terrabite(["run", &work, "--pass", "2"]).fails(1, &["damaged", "--pass 1, and the passes after it, make it again"]);
+    terrabite(["run", &work]).succeeds();
 }

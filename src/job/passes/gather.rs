@@ -72,6 +72,28 @@ pub(in crate::job) fn same_samples(
     Ok(())
 }
 
+/// Makes sure that chunks of a pass were made from the samples that their tiles have now, on the threads of the current rayon pool.
+///
+/// # Errors
+/// [`Error`]: the raster has changed, or a chunk cannot be read.
+pub(in crate::job) fn must_be_of_samples(
+    job: &Job<'_>,
+    pass: &Pass,
+    spool: &Spool,
+    tiles: &[usize],
+) -> Result<(), Error> {
+    let workspaces = Pool::default();
+    tiles.par_iter().try_for_each(|&tile| {
+        job.control.cancel.check()?;
+        workspaces.with(|shared: &mut Workspace| {
+            spool.read(tile, &mut shared.chunk, &mut shared.encoded)?;
+            shared.check_samples(job.field, pass.grid.place(tile).window)?;
+            shared.hand_over();
+            Ok::<(), Error>(())
+        })
+    })
+}
+
 /// Looks through all chunks of a pass on the threads of the current rayon pool, so that the spool knows them. Reads each once,
 /// and the samples of its tile where [`Spool::check_samples`] asks for that.
 ///

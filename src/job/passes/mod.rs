@@ -23,7 +23,7 @@ mod tiles;
 mod workspace;
 
 pub use clocks::TileTimes;
-pub(super) use gather::{Gathered, gather, same_samples};
+pub(super) use gather::{Gathered, gather, must_be_of_samples, same_samples};
 pub(super) use survey::{End, check_corners, error_needs, lowest};
 pub(super) use tiles::TileMaker;
 

@@ -43,6 +43,12 @@ pub enum WorkDirError {
         /// The folder, which may be missing.
         dir: PathBuf,
     },
+    /// There is no work dir of an earlier run.
+    #[error("{}: expected the work dir of an earlier run, found none", dir.display())]
+    NoEarlier {
+        /// The folder, which may be missing.
+        dir: PathBuf,
+    },
     /// Another version of the program laid out the run.
     #[error("{}: expected a run laid out by {expected}, found one by {found}", path.display())]
     OtherProgram {

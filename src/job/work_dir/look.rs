@@ -46,8 +46,8 @@ impl Finished {
         let chunks = dir.join(CHUNKS);
         let of_pass = |pass: PassName| count(&chunks.join(folder_of(Links::Fewest, pass)), stamp);
         let all = PassName::ALL.map(of_pass);
-        let [(tiles, _), (seams, _), (down, _), (across, _)] = all;
-        Ok(Finished { tiles, seams, crossings: down + across, bytes: all.iter().map(|(_, bytes)| bytes).sum() })
+        let [(tiles, _), (seams, _), (across, _), (down, _)] = all;
+        Ok(Finished { tiles, seams, crossings: across + down, bytes: all.iter().map(|(_, bytes)| bytes).sum() })
     }
 }
 

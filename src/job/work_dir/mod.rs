@@ -155,7 +155,8 @@ impl WorkDir {
         Ok(WorkDir { dir, manifest, same_samples, lock: None })
     }
 
-    /// The chunks of an earlier run of the same job on another state of its raster, to be read. Nothing is locked there.
+    /// The chunks of an earlier run of the same job on another state of its raster, to be read. Nothing is locked
+    /// there; nameless temporary files are made.
     ///
     /// # Errors
     /// [`WorkDirError`]: no work dir, or one of a run with other parameters, or of a raster of another size or kind.
@@ -163,7 +164,7 @@ impl WorkDir {
         let path = Manifest::path(dir);
         let text = match std::fs::read_to_string(&path) {
             Err(e) if e.kind() == ErrorKind::NotFound => {
-                return Err(WorkDirError::NotPlanned { dir: dir.to_path_buf() });
+                return Err(WorkDirError::NoEarlier { dir: dir.to_path_buf() });
             }
             other => other.map_err(failed(&path))?,
         };

@@ -1,7 +1,7 @@
 //! The plane of least maximum error over the samples of a rectangle, as a linear programme.
 //!
 //! Its unknowns are the plane's three coefficients and its error t, which is to be least. Samples are added one by one,
-//! in an order as good as random, and the optimum changes only with one that is farther than t: it is then among those
+//! in a fixed order that scatters them, and the optimum changes only with one that is farther than t: it is then among those
 //! that decide it (Seidel 1990). Where Seidel solves a programme of one variable fewer, the new sample here takes the
 //! place of that one of the four that decide which leaves the largest t (the basis exchange of Sharir & Welzl 1992),
 //! and samples are gone through in turn until all are within t. As t only grows, a subset that no plane fits is told as
@@ -198,7 +198,7 @@ const MOST_EXCHANGES: u32 = 1000;
 const NOISE: f64 = 1e-10;
 
 /// The plane of least maximum error over those samples of a region that have a height, or a proof that none is within the
-/// tolerance. Cost: expected linear in the samples for a plane, and mostly far less for a proof.
+/// tolerance. Cost: measured close to linear in the samples for a plane, and mostly far less for a proof.
 pub(super) fn least(tile: &Tile, tolerance: f64, region: Region) -> Result<Plane, Certificate> {
     let mut walk = Walk::new(tile, region);
     let mut first = [Sample::default(); 4];
@@ -238,7 +238,7 @@ pub(super) fn least(tile: &Tile, tolerance: f64, region: Region) -> Result<Plane
     Ok(Plane { constant, slope: [across, down], ..walk.level(0.0) })
 }
 
-/// The samples of a region in an order as good as random, the same for every region of a size: steps of about the golden
+/// The samples of a region in an order that scatters them, the same for every region of a size: steps of about the golden
 /// section of their number.
 struct Walk<'a> {
     tile: &'a Tile,

@@ -69,7 +69,8 @@ pub fn hitting_set(system: &impl Elements, seed: u64) -> Option<HittingSet> {
     }
 }
 
-/// The most iterations in which weights are doubled, where c of n elements cover all points: 4c·log₂(n/c). Each time
+/// The most iterations in which weights are doubled, where c of n elements cover all points: 4c·log₂(n/c), and 4c where that is
+/// more. Each time
 /// the weight of all grows by less than the share 1/2c, and one of the c doubles.
 pub fn most_successful(believed: usize, elements: usize) -> usize {
     let (c, n) = (believed as f64, elements as f64);

@@ -12,8 +12,8 @@ use crate::base::control::{CancelToken, Cancelled};
 /// Squares between two looks at the cancellation token.
 const SQUARES_BETWEEN_CHECKS: u32 = 64;
 
-/// The largest valid squares of a tile as elements that cover its samples: one at every sample as its upper left
-/// corner, and so one within which lies each valid square. For [`hitting_set`](super::reweighting::hitting_set).
+/// Large valid squares of a tile as elements that cover its samples, one at every sample as its upper left corner. With free
+/// heights it is the largest there, and each valid square lies within one. For [`hitting_set`](super::reweighting::hitting_set).
 #[derive(Debug, Clone)]
 pub struct LargestSquares {
     width: usize,
@@ -77,8 +77,7 @@ fn samples(square: &Square, width: usize) -> impl Iterator<Item = usize> + use<>
 
 /// Chooses squares until every sample is in one: always that which holds the most samples that are in none (the greedy
 /// cover of the paper's section 5); of equal ones the first by row and column. Returns those of them that are wanted.
-/// The candidates are the largest valid square at every sample as its upper left corner; every other valid square is
-/// part of one.
+/// The candidates are those of [`largest`].
 ///
 /// Cost: a plane for every sample and size tried, about three times the samples of a square each.
 pub(super) fn cover(
@@ -115,8 +114,8 @@ pub(super) fn cover(
     Ok(chosen)
 }
 
-/// The largest valid square at every sample as its upper left corner, by rows. What is valid has valid parts, so a
-/// square is at most one larger than the one before it on its diagonal, less one.
+/// A large valid square at every sample as its upper left corner, by rows: with free heights the largest, as what is valid has
+/// valid parts; with corners at samples the one that doubling and halving finds, though a larger one may be valid.
 fn largest(finder: &mut Finder<'_>, cancel: &CancelToken) -> Result<Vec<Square>, Cancelled> {
     let (width, height) = (finder.tile.width(), finder.tile.height());
     let mut found = Vec::with_capacity(width * height);
