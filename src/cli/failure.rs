@@ -343,7 +343,7 @@ impl From<WorkDirError> for Failure {
         let failure = Failure::new(&error);
         match error {
             WorkDirError::OtherJob { .. } | WorkDirError::Manifest { .. } => {
-                failure.hint("restore what differs, or choose another --work-dir")
+                failure.hint("restore what differs, choose another --work-dir, or delete this one")
             }
             WorkDirError::NoEarlier { .. } => failure.hint("choose another --update"),
             WorkDirError::NotPlanned { .. } => failure.hint("terrabite plan lays one out"),
