@@ -105,10 +105,10 @@ def test_stopping_ends_the_processes(command: Path, tmp_path: Path, cluster: Clu
     # What runs in the background of a shell ignores interrupts, and so do its children.
     listens = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)"
     program = f"{listens}; from terrabite.dask import main; sys.exit(main())"
-    process = subprocess.Popen([sys.executable, "-c", program, *words], stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen([sys.executable, "-c", program, *words], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
     log = work / "logs" / "pass-1-shard-1-of-1.log"
     while not log.exists():
-        assert process.poll() is None
+        assert process.poll() is None, process.communicate()
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=20)

@@ -109,7 +109,7 @@ def test_data_that_cannot_be_meshed(dem):
 def test_options_have_the_names_and_defaults_of_the_command(command):
     """Those that are not there are for files: where they go, what is printed, and layers that GDAL's vector library reads."""
     of_files = {
-        "input", "output", "overwrite", "quiet", "json", "dry-run", "work-dir", "help", "format", "ascii", "precision",
+        "input", "output", "overwrite", "quiet", "json", "dry-run", "work-dir", "keep-work-dir", "help", "format", "ascii", "precision",
         "local", "z-scale", "normals", "texture", "texture-size", "base-height", "base-depth", "mesh-compression",
         "ogr-geometry", "cutline-layer", "points-layer", "bbox-crs", "importance-band", "importance-oo", "image",
     }
