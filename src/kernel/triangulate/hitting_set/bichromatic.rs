@@ -1,5 +1,5 @@
 //! The planar bichromatic partition (the paper's section 1): triangles that hold every blue point and no red one, by
-//! [reweighting](super::reweighting).
+//! [`super::reweighting`].
 //!
 //! Elements are all triangles with corners at blue points that no red point is in, down to segments and single points:
 //! O(n³) of n blue points, where the paper has O((m + n)²⁺ᵟ) that are found with range searching. This is for small
