@@ -213,6 +213,7 @@ impl From<RunError> for Failure {
             RunError::Loss { single: true, .. } => failure.hint("--precision double loses less, in a format that has it: PLY, OBJ, VTP, UGRID"),
             RunError::Loss { .. } => failure.hint("--z-scale 1 loses nothing"),
             RunError::NotInShards(NotInShards(feature)) => shards::refused(feature, Failure { code: 2, ..failure }),
+            RunError::NoWorkDir => failure,
             RunError::NoSuchPass { .. } => Failure { code: 2, ..failure }.hint("choose another --pass"),
             RunError::Threads { .. } => failure.hint("choose fewer with --threads"),
             RunError::Scratch(ScratchError::Cancelled(stopped)) | RunError::Mesh(ReadError::Cancelled(stopped)) => stopped.into(),

@@ -52,6 +52,16 @@ pub enum Error {
     /// Features that do not go together: all conflicts.
     #[error(transparent)]
     Incompatible(#[from] Incompatible),
+    /// Chunks of the first pass and of the last do not belong together: they were not made from the same samples, or in the same run.
+    #[error(
+        "expected {trimmed} samples left uncovered, as the first pass has them, found {bare} in the last: chunks of different runs"
+    )]
+    Unlike {
+        /// Samples that the first pass has left uncovered.
+        trimmed: u64,
+        /// Those that the last has.
+        bare: u64,
+    },
     /// Tiles that others have to make before the mesh can be put together.
     #[error(transparent)]
     Missing(#[from] MissingTiles),

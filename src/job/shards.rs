@@ -199,7 +199,9 @@ fn merge_passes(job: &Job<'_>, before: usize, make_spool: &MakeSpool<'_>) -> Res
         if first.missing > 0 {
             return Err(first.missing_of(before + 1, passes[0]).into());
         }
-        assert_eq!(bare, first.bare, "bare samples, and samples that have been trimmed");
+        if bare != first.bare {
+            return Err(Error::Unlike { trimmed: first.bare, bare });
+        }
     }
     must_have_ground(job, &spool, &last)?;
     Ok(Some(Mesh::of(job, spool, &last)))

@@ -101,6 +101,9 @@ pub enum RunError {
     /// A run that is made in shards has to do without a goal.
     #[error(transparent)]
     NotInShards(#[from] NotInShards),
+    /// A run in shards is laid out in a work dir.
+    #[error("expected a request that names a work dir, found none")]
+    NoWorkDir,
     /// The job has no such pass.
     #[error("expected a pass from 1 to {passes}, found {pass}")]
     NoSuchPass {
@@ -161,7 +164,7 @@ pub enum Fate {
         /// The pass.
         pass: usize,
     },
-    /// One of them is damaged.
+    /// One of them is damaged, or of another run.
     Damaged,
     /// They were made from an input that has changed since; by name the files that differ, as far as they are known.
     Outdated(Vec<String>),

@@ -197,7 +197,7 @@ impl Run<'_> {
         kept: Option<&Kept>,
     ) -> Result<Report, Error> {
         let (request, params) = (self.request, &self.params);
-        let field = self.field(ranged, partial)?;
+        let field = if self.needs_samples(kept) { self.field(ranged, partial)? } else { self.field_of_no_use(ranged)? };
         let opened = Instant::now();
         let mesh = match kept {
             Some(kept) if self.purpose == Purpose::Merge => kept.merge(&field, params, self.control)?,
@@ -233,23 +233,40 @@ impl Run<'_> {
         Ok(Report::new(&sources, &field, params, self.plan, &summary, seconds, &mesh))
     }
 
+    /// Whether any sample is read once everything is open: chunks that are there already have to be compared with them only where
+    /// nothing else proves that the raster is the same.
+    fn needs_samples(&self, kept: Option<&Kept>) -> bool {
+        let is_proved = kept.is_some_and(|kept| kept.dir().has_same_samples());
+        self.purpose != Purpose::Merge || self.request.normals.is_some() || !is_proved
+    }
+
+    /// The samples where nobody reads them: nothing is decoded, and no void is looked for.
+    fn field_of_no_use(&self, ranged: Option<&Ranged<'_>>) -> Result<Field, Error> {
+        let temp_dir = self.params.temp_dir.clone();
+        self.opened(ranged, &FieldOptions { temp_dir, choice: Choice::Windows, maps_files: false })
+    }
+
+    fn opened(&self, ranged: Option<&Ranged<'_>>, options: &FieldOptions) -> Result<Field, Error> {
+        let (band, importance) = (self.band(), self.inputs.importance.as_ref());
+        Ok(match ranged {
+            None => Field::open_with_importance(band, importance, options, self.control)?,
+            Some(ranged) => ranged.open(band, options, self.control)?,
+        })
+    }
+
     /// The samples, readable, with voids filled.
     pub(super) fn field(&self, ranged: Option<&Ranged<'_>>, partial: &Path) -> Result<Field, Error> {
         let (request, temp_dir) = (self.request, &self.params.temp_dir);
         let maps_files = request.guard.is_some();
         let options = FieldOptions { temp_dir: temp_dir.clone(), choice: request.access, maps_files };
-        let (band, importance) = (self.band(), self.inputs.importance.as_ref());
-        let field = match ranged {
-            None => Field::open_with_importance(band, importance, &options, self.control)?,
-            Some(ranged) => ranged.open(band, &options, self.control)?,
-        };
-        let field = field.watched(Arc::clone(&self.inputs.watches));
+        let field = self.opened(ranged, &options)?.watched(Arc::clone(&self.inputs.watches));
         let in_place = |f: &&Field| *f.access() == Access::InPlace;
         // Attributes are bands of the same file.
         let mapped = [field.each().find(in_place).map(|_| &field), field.importance().filter(in_place)];
         let mapped: Vec<PathBuf> = mapped.into_iter().flatten().map(|f| f.name().to_path_buf()).collect();
         if let Some(guard) = request.guard.filter(|_| !mapped.is_empty()) {
-            guard(&mapped, partial).map_err(|source| FieldError::Map { path: band.path().to_path_buf(), source })?;
+            guard(&mapped, partial)
+                .map_err(|source| FieldError::Map { path: self.band().path().to_path_buf(), source })?;
         }
         if request.fill_voids == 0 {
             return Ok(field);
@@ -296,6 +313,10 @@ impl Run<'_> {
     /// Refuses what the disks cannot hold: `output_folder` is that of the output, if it is a file. A few tiles are only tried
     /// where the densest mesh would not fit.
     fn check_disks(&self, output_folder: Option<&Path>, kept: Option<&Kept>) -> Result<(), Error> {
+        if self.purpose == Purpose::Merge {
+            // All tiles are there, and how large the mesh is they say: the output's disk tells if it is too small.
+            return Ok(());
+        }
         let temp_dir = self.params.temp_dir.as_path();
         let (tiles, there) = kept.map_or((temp_dir, 0), |kept| (kept.path(), kept.chunk_bytes()));
         let check = |estimate: Estimate| {

@@ -98,7 +98,7 @@ impl Kept {
     /// A run that did not get through, and what becomes of its finished tiles.
     pub(super) fn explain(self, error: Error) -> RunError {
         let fate = match &error {
-            Error::Spool(SpoolError::Damaged { .. }) => Fate::Damaged,
+            Error::Spool(SpoolError::Damaged { .. }) | Error::Unlike { .. } => Fate::Damaged,
             Error::Missing(missing) => Fate::Incomplete { pass: missing.pass },
             _ if !self.dir.has_chunks() => return error.into(),
             Error::Raster(error) | Error::Field(FieldError::Raster(error)) if error.is_change() => {

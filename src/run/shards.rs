@@ -91,27 +91,24 @@ fn name(pass: PassName) -> &'static str {
     }
 }
 
-/// Lays a run out in [`Request::work_dir`], for shards that follow a command, whose words after the program's name are given, in the current folder: finds out what it will need, and writes what
-/// [`work`] and [`merge`] go by. [`Request::output`] gives the format alone. Laid out again, it keeps the tiles that are there.
+/// Lays a run out in [`Request::work_dir`]: finds out what it will need, and writes what [`work`] and [`merge`] go by.
+/// [`Request::output`] gives the format alone. Laid out again, it keeps the tiles that are there. `words` are those of the command
+/// that asks for it, after the program's name, with names of files relative to the current folder: other processes follow them.
 ///
 /// `earlier` is the work dir of an earlier run with the same parameters, when the raster had other samples in places: tiles are
 /// taken over from it that no change concerns ([`crate::job::update`]). That reads all samples, once for each pass.
 ///
 /// # Errors
-/// [`RunError`]; a goal is refused ([`rules::check_shards`]).
-///
-/// # Panics
-/// If the request names no work dir.
+/// [`RunError`]; a goal is refused ([`rules::check_shards`]), and so is a request without a work dir.
 pub fn lay_out(
     request: &Request<'_>,
     words: Vec<String>,
     earlier: Option<&Path>,
     control: &Control<'_>,
 ) -> Result<Layout, RunError> {
-    rules::check_shards(request.features())?;
+    let dir = check(request)?;
     let warned = Warned::new(control);
     let run = Run::prepare(request, Purpose::Share, &warned, control)?;
-    let dir = request.work_dir.as_ref().expect("a work dir");
     let passes = passes(run.band().width(), run.band().height(), &run.params)?;
     let (needs, taken_over) = run.pool.install(|| -> Result<_, RunError> {
         let ranged = run.ranged()?;
@@ -139,26 +136,22 @@ pub fn lay_out(
 /// chunks of others: [`ShardReport::waiting`].
 ///
 /// Any number of processes may be at it at once, on one machine or on many, also at the same shard. Memory and time are those of a
-/// run's; the raster is opened, and looked at as a whole where the request asks for what needs that (single precision, filled
-/// voids, attributes).
+/// run's; the raster is opened, and read as a whole where its blocks are strips or on another machine, and where the request asks
+/// for what needs that (single precision, filled voids, attributes).
 ///
 /// # Errors
 /// [`RunError`]; chunks that were finished by then are kept.
-///
-/// # Panics
-/// If the request names no work dir.
 pub fn work(
     request: &Request<'_>,
     shard: Shard,
     pass: Option<usize>,
     control: &Control<'_>,
 ) -> Result<ShardReport, RunError> {
-    rules::check_shards(request.features())?;
+    let dir = check(request)?;
     let start = Instant::now();
     let warned = Warned::new(control);
     let run = Run::prepare(request, Purpose::Share, &warned, control)?;
-    let passes = run.pool.install(|| run.work(shard, pass))?;
-    let dir = request.work_dir.as_ref().expect("a work dir");
+    let passes = run.pool.install(|| run.work(dir, shard, pass))?;
     Ok(ShardReport {
         schema: SCHEMA,
         work_dir: dir.display().to_string(),
@@ -176,8 +169,14 @@ pub fn work(
 /// [`RunError`]; where tiles are missing, [`Error::Missing`] within. Nothing is left under the output's name then, and the work
 /// dir stays.
 pub fn merge(request: &Request<'_>, control: &Control<'_>) -> Result<Report, RunError> {
-    rules::check_shards(request.features())?;
+    check(request)?;
     make_merged(request, control)
+}
+
+/// The work dir of a request for a run in shards, if it can be one.
+fn check<'a>(request: &'a Request<'_>) -> Result<&'a Path, RunError> {
+    rules::check_shards(request.features())?;
+    request.work_dir.as_deref().ok_or(RunError::NoWorkDir)
 }
 
 impl Run<'_> {
@@ -188,9 +187,8 @@ impl Run<'_> {
         Ok(take_over(&job, &|pass| earlier.spool(pass), &|pass| kept.spool(pass))?)
     }
 
-    fn work(&self, shard: Shard, pass: Option<usize>) -> Result<Vec<PassShare>, RunError> {
+    fn work(&self, dir: &Path, shard: Shard, pass: Option<usize>) -> Result<Vec<PassShare>, RunError> {
         let ranged = self.ranged()?;
-        let dir = self.request.work_dir.as_ref().expect("a work dir");
         let kept = self.kept(|job| WorkDir::join(dir, job), ranged.as_ref())?;
         // Nothing is staged that would have to be removed.
         let field = self.field(ranged.as_ref(), &dir.join("nothing"))?;

@@ -237,6 +237,11 @@ impl WorkDir {
         staged_output::has_committed(&self.dir, output)
     }
 
+    /// Whether it is known without a look at any sample that the rasters have those of when it was made.
+    pub fn has_same_samples(&self) -> bool {
+        self.same_samples
+    }
+
     /// The files of the rasters, as they were when the work dir was made.
     pub fn files(&self) -> &Files {
         &self.manifest.files

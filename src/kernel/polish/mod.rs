@@ -113,7 +113,7 @@ pub struct Tuning {
     pub schedule: Option<Schedule>,
     /// Degrees, from 0 to 60. No triangle is made whose smallest angle, seen from above with square cells, is below this
     /// and below the smallest one of the triangles that make room for it. So triangles that were sharper at the start may
-    /// stay. 0 asks for nothing; `None` is what the effort asks for ([`Effort::min_angle`]).
+    /// stay. 0 allows any angle; `None` takes the floor of the effort, [`Effort::min_angle`].
     pub min_angle: Option<f64>,
     /// Makes edges pass the strong test, even if the task asks for weak feasibility only; edges that were there before may
     /// stay. (A strong task is never polished otherwise.)

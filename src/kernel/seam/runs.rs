@@ -33,7 +33,7 @@ impl Hold {
 
 /// Short links are this part of a tile's side at most.
 const SHORT: usize = 4;
-/// Between links of so many cells the samples beside a line can always be meshed as they ask for.
+/// The longest link, in cells, beside which every sample can be meshed within the limit on straying.
 const ALWAYS_SHORT: usize = 2;
 
 /// Finds the vertices over straight runs of a tile's samples.

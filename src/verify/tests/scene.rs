@@ -230,7 +230,7 @@ pub(super) fn write_raster<T: GdalType + Copy>(
     path
 }
 
-/// Judges a file; the raster passes by so many rows at a time, where that is said.
+/// Judges a file. `rows` is how many rows of the raster are read at a time; `None` leaves that to the verifier.
 pub(super) fn judge_file(
     raster: &Band,
     mesh: &Path,

@@ -203,7 +203,7 @@ mod tests {
             let fewest = fewest(&blue, &red).expect("blue points alone");
             let c = partition.search.believed as f64;
             prop_assert!(partition.cover.len() >= fewest);
-            prop_assert!(partition.search.believed <= 8 * fewest);
+            prop_assert!(partition.search.believed < 2 * fewest);
             prop_assert!(partition.cover.len() as f64 <= (4.0 * c * (c + 1.0).log2()).ceil());
             // Triangles that meet are of one group, and have two corners in common or one.
             for (i, s) in partition.triangles.iter().enumerate() {
