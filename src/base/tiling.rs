@@ -235,10 +235,24 @@ impl TileGrid {
     }
 }
 
+/// The middles of even parts of so many things; of no more parts than that.
+pub fn spread(count: usize, parts: usize) -> impl Iterator<Item = usize> {
+    let parts = count.min(parts);
+    (0..parts).map(move |i| (2 * i + 1) * count / (2 * parts))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn middles_are_different_and_inside() {
+        assert_eq!(spread(1, 3).collect::<Vec<_>>(), [0]);
+        assert_eq!(spread(2, 3).collect::<Vec<_>>(), [0, 1]);
+        assert_eq!(spread(3, 3).collect::<Vec<_>>(), [0, 1, 2]);
+        assert_eq!(spread(100, 3).collect::<Vec<_>>(), [16, 50, 83]);
+    }
 
     proptest! {
         #[test]

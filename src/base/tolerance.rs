@@ -10,6 +10,7 @@ use super::exact::MAX_TOLERANCE;
 pub struct Tolerance {
     asked: f64,
     kept: f64,
+    lost: f64,
 }
 
 impl Tolerance {
@@ -18,17 +19,29 @@ impl Tolerance {
 
     /// A tolerance that is kept as it is asked for. The number may be anything: [`Tolerance::is_usable`] judges it.
     pub const fn new(asked: f64) -> Tolerance {
-        Tolerance { asked, kept: asked }
+        Tolerance { asked, kept: asked, lost: 0.0 }
     }
 
     /// The same with less kept of it: `loss` is the largest error that comes on top of the mesh's own, at least 0. What is
     /// kept and the loss are together no more than what was kept before, whatever the rounding. Where the loss is larger
     /// than that, 0 is kept. An open tolerance stays open, and no loss changes nothing.
     pub fn less(self, loss: f64) -> Tolerance {
-        if loss == 0.0 || self.is_open() {
+        if loss == 0.0 {
             return self;
         }
-        Tolerance { kept: (self.kept - loss).next_down().max(0.0), ..self }
+        let kept = if self.is_open() { self.kept } else { (self.kept - loss).next_down().max(0.0) };
+        let lost = if self.lost == 0.0 { loss } else { (self.lost + loss).next_up() };
+        Tolerance { kept, lost, ..self }
+    }
+
+    /// Another tolerance that loses as much.
+    pub fn at(self, asked: f64) -> Tolerance {
+        Tolerance::new(asked).less(self.lost)
+    }
+
+    /// What of any tolerance is not kept.
+    pub fn lost(&self) -> f64 {
+        self.lost
     }
 
     /// What was asked for; infinite where the tolerance is open.
@@ -70,7 +83,9 @@ mod tests {
 
     #[test]
     fn there_is_an_end_to_tolerances() {
-        assert_eq!(Tolerance::OPEN.less(1.0), Tolerance::OPEN);
+        let open = Tolerance::OPEN.less(1.0);
+        assert_eq!((open.asked(), open.kept()), (f64::INFINITY, MAX_TOLERANCE));
+        assert_eq!(open.at(3.0), Tolerance::new(3.0).less(1.0));
         assert!(Tolerance::OPEN.is_open() && Tolerance::OPEN.is_usable());
         assert_eq!(Tolerance::OPEN.kept(), MAX_TOLERANCE);
         assert_eq!(Tolerance::new(1e300).kept(), MAX_TOLERANCE);

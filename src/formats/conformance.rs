@@ -25,7 +25,9 @@ struct Read {
 
 fn write(format: &Format, path: &Path, given: &Given) -> Result<(), SinkError> {
     let staged = StagedFile::create(path, false, &[])?;
-    let mut sink = (format.sink)(staged, setup(given.header.clone(), f64::INFINITY))?;
+    // That is told with the contents.
+    let header = Header { tolerance: None, ..given.header.clone() };
+    let mut sink = (format.sink)(staged, setup(header, f64::INFINITY))?;
     feed(sink.as_mut(), given, usize::MAX)?;
     sink.finish()
 }
@@ -49,6 +51,7 @@ fn feed(sink: &mut dyn Sink, given: &Given, calls: usize) -> Result<(), SinkErro
         triangles,
         attributes: &attributes,
         has_normals: false,
+        tolerance: given.header.tolerance,
         bounds: needs.bounds.then_some(bounds),
     })?;
     for (first, batch) in (0..).step_by(given.batch).zip(given.vertices.chunks(given.batch)) {

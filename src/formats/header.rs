@@ -1,5 +1,6 @@
 //! What a mesh file says of itself beside its vertices and triangles, as data: each format words it for itself.
 
+use super::Contents;
 use crate::base::{CoordinateFrame, Metres, Window};
 
 /// What a mesh was made from, where it lies on the map, how its coordinates are written, and what was asked for.
@@ -20,12 +21,20 @@ pub struct Header {
     pub frame: CoordinateFrame,
     /// The part of the raster that was simplified, where it is not the whole.
     pub window: Option<Window>,
-    /// The tolerance that was asked for, in the unit of the heights; `None` where there was none, but a budget for instance.
+    /// The tolerance that the mesh keeps to, in the unit of the heights; `None` where there is none, but a budget that insertion
+    /// stopped at for instance.
     pub tolerance: Option<f64>,
     /// What else was asked for and decides the mesh, in a fixed order.
     pub options: Vec<RunOption>,
     /// Further lines.
     pub notes: Vec<String>,
+}
+
+impl Header {
+    /// Adds what is known only when the mesh is there.
+    pub(super) fn complete(&mut self, contents: &Contents<'_>) {
+        self.tolerance = contents.tolerance.or(self.tolerance);
+    }
 }
 
 /// A coordinate reference system, as far as it is known.

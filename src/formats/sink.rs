@@ -17,6 +17,8 @@ pub struct Contents<'a> {
     pub attributes: &'a [Channel],
     /// Whether the last three attributes are `nx`, `ny` and `nz`, the unit normal in the coordinates of the file, upwards.
     pub has_normals: bool,
+    /// The tolerance, where it was not known when the sink was made: it takes the place of the header's.
+    pub tolerance: Option<f64>,
     /// Between what the vertices lie; `None` unless asked for ([`Needs::bounds`]), or where there are none.
     pub bounds: Option<Bounds>,
 }

@@ -223,9 +223,26 @@ fn what_does_not_keep_channels_is_not_given_any() {
     let run =
         triangulate(&field, &Params { quality: Quality::Fast, ..delaunay(Params::new(1.0)) }, &Control::default());
     assert!(matches!(run, Err(Error::Incompatible(_))), "{run:?}");
-    let goal = Goal { max_points: Some(100), ..Goal::default() };
-    let run = triangulate(&field, &delaunay(Params { goal, ..Params::new(1.0) }), &Control::default());
-    assert!(matches!(run, Err(Error::Incompatible(_))), "{run:?}");
+}
+
+#[test]
+fn a_budget_is_kept_with_channels() {
+    let folder = testing::folder();
+    striped(&folder);
+    let raster = testing::band(&folder.path().join("dem.tif"), 1);
+    let colours = colours().open(raster.path());
+    let ranges = find_ranges(&raster, &colours, &Control::default()).expect("ranges");
+    let field = Field::open_extended(&raster, &FieldOptions::default(), &colours, &ranges, &Control::default());
+    let goal = Goal { max_points: Some(400), ..Goal::default() };
+    let params = delaunay(Params { goal, ..Params::new(f64::INFINITY) });
+    let field = field.expect("a field");
+    let mesh = triangulate(&field, &params, &Control::default()).expect("a mesh");
+    let search = mesh.outcome().and_then(|outcome| outcome.search).expect("a search");
+    assert!(search.share.is_some_and(|share| share <= 1.0) && search.tolerance > 0.0, "{search:?}");
+    let alone = Params { goal: Goal::default(), ..delaunay(Params::new(search.tolerance)) };
+    let alone = triangulate(&field, &alone, &Control::default()).expect("a mesh").figures().expect("figures");
+    assert_eq!(alone, mesh.figures().expect("figures"));
+    assert_eq!(alone.vertices as f64 / 400.0, search.share.expect("a budget"));
 }
 
 #[test]

@@ -205,7 +205,7 @@ proptest! {
             cost = Cost { points: cost.points + t.cost.points, triangles: cost.triangles + t.cost.triangles };
             squares += t.squares;
         }
-        let end = End { cut, lowest, outcome: Outcome { ended_by: None, threshold: 0.0 }, survey_bytes: 0 };
+        let end = End { cut, lowest, outcome: Outcome { ended_by: None, threshold: 0.0, search: None }, survey_bytes: 0 };
         job.end = Some(end);
         let (mut found, mut errors) = (Cost::default(), crate::kernel::measure::ErrorStats::default());
         for index in 0..grid.len() {

@@ -1,7 +1,7 @@
 //! The finished mesh: chunks on disk, and how they are handed to a sink.
 
-use super::{Error, Job, Outcome, Pass, TileTimes};
-use crate::base::GeoTransform;
+use super::{Error, Figures, Job, Outcome, Pass, TileTimes};
+use crate::base::{GeoTransform, Tolerance};
 use crate::base::channels::{Channel, Number};
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
@@ -23,7 +23,7 @@ pub struct Mesh {
     pub(super) chunks: TileGrid,
     pub(super) geo_transform: GeoTransform,
     pub(super) channels: Vec<Channel>,
-    pub(super) max_error: f64,
+    pub(super) tolerance: Tolerance,
     pub(super) error_scale: f64,
     pub(super) outcome: Option<Outcome>,
     pub(super) times: TileTimes,
@@ -59,7 +59,7 @@ impl Mesh {
             chunks: last.grid(),
             geo_transform: field.geo_transform(),
             channels: field.channels().to_vec(),
-            max_error: if params.tolerance.is_open() { f64::INFINITY } else { kept },
+            tolerance: params.tolerance,
             error_scale: end.map_or(kept, |end| end.scale(job)),
             outcome: end.map(|end| end.outcome),
             times: TileTimes::default(),
@@ -77,9 +77,20 @@ impl Mesh {
         &self.channels
     }
 
-    /// The tolerance it keeps; infinite where a goal left it open.
-    pub fn max_error(&self) -> f64 {
-        self.max_error
+    /// The tolerance it keeps: what was asked for, or what was found for a goal; open where insertion stopped at one.
+    pub fn tolerance(&self) -> Tolerance {
+        self.tolerance
+    }
+
+    /// What it comes to. Reads every chunk.
+    ///
+    /// # Errors
+    /// [`Error`]: a chunk cannot be read.
+    pub(super) fn figures(&self) -> Result<Figures, Error> {
+        let Summary { vertices, triangles, mut errors, .. } = self.count()?;
+        self.chunks().try_for_each(|chunk| chunk.map(|chunk| errors.add(&chunk.errors)))?;
+        let largest = errors.extended.map_or(errors.weighted_max, |extended| extended.max);
+        Ok(Figures { vertices, triangles, rms: errors.rms(), largest })
     }
 
     /// What percentiles of errors are to be taken by ([`ErrorStats::percentile`]): the tolerance, or under a goal that left
@@ -150,7 +161,8 @@ impl Mesh {
         let bounds = if needs.bounds { self.bounds(control)? } else { None };
         let has_normals = normals.is_some();
         let attributes = self.attributes(has_normals);
-        sink.begin(&Contents { vertices, triangles, attributes: &attributes, has_normals, bounds })?;
+        let tolerance = Some(self.tolerance.asked()).filter(|asked| asked.is_finite());
+        sink.begin(&Contents { vertices, triangles, attributes: &attributes, has_normals, tolerance, bounds })?;
         self.write_vertices(sink.as_mut(), normals, &mut summary, control)?;
         self.write_triangles(sink.as_mut(), needs.corners, control)?;
         may_finish()?;

@@ -15,6 +15,7 @@ mod passes;
 pub mod plan;
 mod quality;
 pub mod rules;
+mod search;
 pub mod shards;
 #[cfg(test)]
 mod sink_tests;
@@ -34,6 +35,7 @@ pub use plan::{
     BudgetTooSmall, DiskTooSmall, DiskUse, Expected, Load, Plan, check_disk, default_budget, probe, probe_field,
 };
 pub use quality::Quality;
+pub use search::{Figures, Searched, Store};
 pub use triangulate::{MakeSpool, triangulate, triangulate_into};
 
 #[cfg(test)]

@@ -32,7 +32,7 @@ pub struct Params {
     pub heights: VertexHeights,
     /// What is chosen of polishing beside that.
     pub tuning: Tuning,
-    /// What ends the refinement beside the tolerance. Only for engines that refine ([`super::rules`]).
+    /// What ends the refinement beside the tolerance.
     pub goal: Goal,
     /// A tile's side in cells; 0 makes one tile of the whole raster.
     pub tile: usize,
@@ -113,6 +113,12 @@ impl Params {
             schedule.check()?;
         }
         Ok(rules::check(self.features().and(FeatureSet::of_field(field)))?)
+    }
+
+    /// Whether a tolerance is looked for whose mesh meets the goal, as insertion by itself cannot stop at it in order; with
+    /// the features of a field ([`FeatureSet::of_field`]).
+    pub fn is_searched(&self, field: FeatureSet) -> bool {
+        !self.goal.is_none() && !rules::stops_in_order(self.features().and(field))
     }
 
     /// How far the surface may stray, with all features of a run.

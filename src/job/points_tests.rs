@@ -116,7 +116,7 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
         chunks: grid,
         geo_transform,
         channels: Vec::new(),
-        max_error: params.tolerance.kept(),
+        tolerance: params.tolerance,
         error_scale: params.tolerance.kept(),
         outcome: None,
         times,

@@ -94,6 +94,31 @@ const OF_INSERTION: &[Feature] = &[
     Feature::Smoothing,
 ];
 
+/// What keeps greedy insertion from stopping at a goal by itself, one sample after the other in the order of a whole raster:
+/// what follows insertion, what comes before it with a tolerance of its own, other engines, other orders, other errors.
+const OUT_OF_ORDER: &[&[Feature]] = &[
+    ALL_POLISHING,
+    CUTS,
+    HITTING_SETS,
+    ATTRIBUTES,
+    &[
+        Feature::Trim,
+        Feature::FilledVoids,
+        Feature::MaxStray,
+        Feature::FractionalSelection,
+        Feature::ConstantSelection,
+        Feature::Fraction,
+        Feature::GlobalErrorMeasure,
+        Feature::SmoothedMeasure,
+        Feature::Smoothing,
+    ],
+];
+
+/// Whether a goal is met by insertion that stops in order. If not, a tolerance is looked for ([`crate::job::search`]).
+pub(super) fn stops_in_order(features: FeatureSet) -> bool {
+    OUT_OF_ORDER.iter().all(|some| features.among(some).is_empty())
+}
+
 const fn exclude(features: &'static [Feature], others: &'static [Feature], why: &'static str) -> Rule {
     Rule { features, relation: Relation::Excludes(others), why, scope: Scope::Run }
 }
@@ -108,33 +133,6 @@ const fn everywhere(rule: Rule) -> Rule {
 
 /// All rules. Where a feature is given up, so is what is part of it: each rule says so by itself.
 pub const RULES: &[Rule] = &[
-    exclude(
-        GOALS,
-        ALL_POLISHING,
-        "polishing changes how many vertices there are, and their errors, after insertion has met the goal",
-    ),
-    exclude(
-        GOALS,
-        &[Feature::Trim],
-        "the rim is simplified before insertion begins, when the error to end at is not known yet",
-    ),
-    exclude(GOALS, &[Feature::FilledVoids], "filled voids have no errors to count"),
-    exclude(GOALS, &[Feature::MaxStray], "what keeps to it needs samples beyond those that meet the goal"),
-    exclude(
-        GOALS,
-        &[
-            Feature::FractionalSelection,
-            Feature::ConstantSelection,
-            Feature::Fraction,
-            Feature::GlobalErrorMeasure,
-            Feature::SmoothedMeasure,
-            Feature::Smoothing,
-        ],
-        "a goal is met by inserting samples one at a time, the one with the largest error first",
-    ),
-    exclude(GOALS, HITTING_SETS, "squares are made for one tolerance and cannot stop at a goal"),
-    exclude(GOALS, CUTS, "greedy cuts make their triangles once and for all and cannot stop at a goal"),
-    exclude(ATTRIBUTES, GOALS, "the order of insertions in a whole raster is that of vertical errors"),
     exclude(ATTRIBUTES, ALL_POLISHING, "polishing tests heights alone"),
     exclude(ATTRIBUTES, &[Feature::FilledVoids], "filled voids have no attribute values"),
     exclude(
@@ -196,7 +194,7 @@ pub const RULES: &[Rule] = &[
 
 /// A feature that a run made in shards has to do without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("{0} cannot be had of a run that is made in shards: where all tiles end is known to one process alone")]
+#[error("{0} cannot be had of a run that is made in shards: what all tiles come to decides what becomes of each")]
 pub struct NotInShards(pub Feature);
 
 /// Makes sure that a run with these features can be made in shards.
@@ -407,9 +405,10 @@ const MAX_STRAY: f64 = 1.5;
 
 /// The engine where none is named, once it is known whether meshes are polished: greedy cuts with an order of theirs, or
 /// alone, where they are the fastest; greedy insertion for polishing, which comes to fewer triangles from there, and
-/// sooner, and where a feature excludes greedy cuts.
+/// sooner; for goals, which it meets exactly; and where a feature excludes greedy cuts.
 pub fn default_engine(features: FeatureSet) -> EngineChoice {
-    let by_cuts = features.has(Feature::CutOrder) || !features.has(Feature::Polishing);
+    let is_alone = !features.has(Feature::Polishing) && features.among(GOALS).is_empty();
+    let by_cuts = features.has(Feature::CutOrder) || is_alone;
     if by_cuts && !excluded(features, Feature::GreedyCuts) {
         return GreedyCuts::PLAIN.into();
     }

@@ -1,20 +1,34 @@
 //! All passes over all tiles: from a field to a mesh.
 
 use super::passes::{Job, Pass, PassResult, run_pass};
+use std::path::Path;
+
+use super::search::{self, Store};
 use super::spool::{Chunks, Spool, SpoolError};
 use super::{Error, Mesh, Params};
 use crate::base::control::Control;
+use crate::base::features::FeatureSet;
 use crate::field::Field;
 
 /// Triangulates a field on the threads of the current rayon pool.
 ///
 /// Memory: one workspace per busy thread (a tile's samples, its front and its mesh), whatever the size of the field.
-/// Temporary disk: about 20 bytes per triangle, and 2 KiB per tile for the histogram of its errors.
+/// Temporary disk: about 20 bytes per triangle, and 2 KiB per tile for the histogram of its errors. Under a goal that a
+/// tolerance is looked for ([`Params::is_searched`]) whole runs are made, about two, and the disk holds two meshes.
 ///
 /// # Errors
 /// [`Error`]; nothing is left behind.
 pub fn triangulate(field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
-    triangulate_into(&|pass| Spool::new(&params.temp_dir, pass.grid().len()), field, params, control)
+    triangulate_into(&Temporary(&params.temp_dir), field, params, control)
+}
+
+/// Keeps chunks in temporary files.
+struct Temporary<'a>(&'a Path);
+
+impl Store for Temporary<'_> {
+    fn spool(&self, _: Option<f64>, pass: &Pass) -> Result<Spool, SpoolError> {
+        Spool::new(self.0, pass.grid().len())
+    }
 }
 
 /// Makes the spool for a pass.
@@ -28,6 +42,19 @@ pub type MakeSpool<'a> = dyn Fn(&Pass) -> Result<Spool, SpoolError> + 'a;
 /// # Panics
 /// If a spool is for another number of tiles.
 pub fn triangulate_into(
+    store: &dyn Store,
+    field: &Field,
+    params: &Params,
+    control: &Control<'_>,
+) -> Result<Mesh, Error> {
+    if params.is_searched(FeatureSet::of_field(field)) {
+        return search::triangulate(store, field, params, control);
+    }
+    run_to_the_end(&|pass| store.spool(None, pass), field, params, control)
+}
+
+/// One run: all passes, and all of them again with short links, if edges stray.
+pub(super) fn run_to_the_end(
     make_spool: &MakeSpool<'_>,
     field: &Field,
     params: &Params,

@@ -264,7 +264,7 @@ impl Conversion {
         control.progress.begin(Stage::Write, steps, 0);
         let bounds = self.bounds.filter(|_| needs.bounds);
         let has_normals = self.has_normals;
-        sink.begin(&Contents { vertices, triangles, attributes: &self.kept, has_normals, bounds })?;
+        sink.begin(&Contents { vertices, triangles, attributes: &self.kept, has_normals, tolerance: None, bounds })?;
         let scratch = Scratch::new(request.temp_dir.as_deref(), control.cancel.clone());
         let store = self.write_vertices(sink.as_mut(), reader, needs.corners.then_some(&scratch), control)?;
         write_triangles(sink.as_mut(), reader, store, control)?;

@@ -101,7 +101,8 @@ impl Run<'_> {
             }
         };
         let goal = &self.params.goal;
-        let by_budget = goal.most_triangles().is_some() && goal.max_rms.is_none() && self.params.tolerance.is_open();
+        let is_budget = goal.most_triangles().is_some() && goal.max_rms.is_none() && self.params.tolerance.is_open();
+        let by_budget = is_budget && expected.tolerance.is_none();
         let found_by = if by_budget { "by the budget" } else { "at a few tiles" };
         Ok(Needs::new(found_by, self.estimate(expected), self.plan))
     }
@@ -184,6 +185,7 @@ impl Run<'_> {
         let sink = Box::new(ArraySink::new(&self.request.output, arrays));
         let report = self.make_into(sink, Path::new(""), start, ranged.as_ref(), None)?;
         let header = provenance::header(self.request, self.band(), &self.written, ranged.as_ref());
+        let header = Header { tolerance: report.tolerance, ..header };
         Ok((Report { output: String::new(), format: IN_MEMORY, ..report }, header))
     }
 
@@ -201,7 +203,7 @@ impl Run<'_> {
         let opened = Instant::now();
         let mesh = match kept {
             Some(kept) if self.purpose == Purpose::Merge => kept.merge(&field, params, self.control)?,
-            Some(kept) => triangulate_into(&|pass| kept.spool(pass), &field, params, self.control)?,
+            Some(kept) => triangulate_into(kept, &field, params, self.control)?,
             None => triangulate(&field, params, self.control)?,
         };
         let unchanged = || self.inputs.watches.iter().try_for_each(|watch| watch.check());

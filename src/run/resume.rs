@@ -9,7 +9,7 @@ use crate::base::{Band, Files, RasterError, Watch, identity};
 use crate::field::FieldError;
 use crate::job::spool::{Spool, SpoolError};
 use crate::job::work_dir::{Finished, Job, WorkDir, WorkDirError};
-use crate::job::{Error, Pass};
+use crate::job::{Error, Figures, Pass, Store};
 
 /// What a work dir belongs to.
 fn job(
@@ -115,5 +115,26 @@ impl Kept {
             _ => Fate::Continue,
         };
         RunError::Kept { error: Box::new(error), dir: self.dir.path().to_path_buf(), fate }
+    }
+}
+
+impl Store for Kept {
+    fn spool(&self, trial: Option<f64>, pass: &Pass) -> Result<Spool, SpoolError> {
+        match trial {
+            None => self.dir.spool(pass),
+            Some(tolerance) => self.dir.trial_spool(tolerance, pass),
+        }
+    }
+
+    fn recall(&self, way: &str, tolerance: f64) -> Result<Option<Figures>, Error> {
+        Ok(self.dir.recall_trial(way, tolerance)?)
+    }
+
+    fn note(&self, way: &str, tolerance: f64, figures: &Figures) -> Result<(), Error> {
+        Ok(self.dir.note_trial(way, tolerance, figures)?)
+    }
+
+    fn forget(&self, trial: f64) -> Result<(), Error> {
+        Ok(self.dir.forget_trial(trial)?)
     }
 }

@@ -301,16 +301,14 @@ fn messages_name_options_as_they_are_given() {
         "--attributes cannot be combined with --quality balanced: polishing tests heights alone; use --quality none"
     );
     let said = message(&[
-        (Feature::RmsGoal, "--max-rms"),
+        (Feature::Attributes, "--attributes"),
         (Feature::Polishing, "--quality best"),
         (Feature::MinAngle, "--min-angle"),
         (Feature::PolishingNumbers, "--polish-yield"),
         (Feature::PolishingNumbers, "--polish-steps"),
     ]);
     assert!(said.starts_with(
-        "--max-rms cannot be combined with --quality best, --min-angle, --polish-yield and --polish-steps: "
+        "--attributes cannot be combined with --quality best, --min-angle, --polish-yield and --polish-steps: "
     ));
     assert!(said.ends_with("; use --quality none and remove --min-angle, --polish-yield and --polish-steps"), "{said}");
-    let said = message(&[(Feature::Attributes, "--attributes"), (Feature::VertexBudget, "--max-points")]);
-    assert!(said.ends_with("; use --max-error instead of --max-points"), "{said}");
 }

@@ -54,6 +54,7 @@ impl ObjSink {
 
 impl Sink for ObjSink {
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        self.header.complete(contents);
         FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
         let Contents { vertices, triangles, has_normals, .. } = *contents;
         self.has_normals = has_normals;

@@ -33,6 +33,7 @@ impl Sms2dmSink {
 
 impl Sink for Sms2dmSink {
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        self.header.complete(contents);
         FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
         let Contents { vertices, triangles, .. } = contents;
         let mut head = format!("MESH2D\n# mesh of {vertices} nodes and {triangles} elements\n");

@@ -145,6 +145,7 @@ fn field_data(lines: &[String]) -> String {
 
 impl Sink for VtpSink {
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        self.header.complete(contents);
         FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
         let scalars = contents.attributes.len() - if contents.has_normals { 3 } else { 0 };
         let attributes = &contents.attributes[..scalars];

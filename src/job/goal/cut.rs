@@ -100,7 +100,7 @@ fn low_bits(shift: u32) -> u64 {
 }
 
 fn outcome(ended_by: Option<Budget>, threshold: f64) -> Outcome {
-    Outcome { ended_by, threshold }
+    Outcome { ended_by, threshold, search: None }
 }
 
 /// The sums of all insertions whose rank begins with `prefix`, by its next digit.

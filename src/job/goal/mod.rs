@@ -1,7 +1,8 @@
 //! When to stop (the paper's GOAL_MET), for a whole raster of tiles.
 //!
 //! A budget of vertices or triangles, or a root mean square, is one for all tiles, and none of them can tell by itself
-//! when it is met. So tiles are gone over twice. First every tile tells how its insertion would go ([`Curves`]); then
+//! when it is met. Where meshes are polished, or made by an engine that cannot stop, a tolerance is looked for
+//! ([`crate::job::search`]). Where insertion makes them one sample at a time and nothing follows, it stops in order: tiles are gone over twice. First every tile tells how its insertion would go ([`Curves`]); then
 //! the place where all of them together have to stop is found ([`find_cut`]); then every tile goes as far as that. An
 //! insertion's place among all is its [`crate::kernel::triangulate::progressive::Key`]. Rims are nested
 //! ([`crate::kernel::seam::levels`]), so a tile can begin before anybody knows a tolerance.
@@ -15,6 +16,8 @@ mod tests;
 pub(super) use curves::{Cost, Curves, Told};
 pub(super) use cut::find_cut;
 pub(super) use floor::Floor;
+
+use super::search::Searched;
 
 /// What ends the refinement beside the tolerance. Qualities (`max_rms`, and the tolerance) are to be reached, all that
 /// are given; budgets end the refinement before that if need be, and are never exceeded.
@@ -39,6 +42,13 @@ impl Goal {
         self.max_points.map(|most| most.saturating_mul(2)).into_iter().chain(self.max_triangles).min()
     }
 
+    /// The share of the budget that so much spends, of the one that is spent the most.
+    pub(super) fn share(&self, vertices: u64, triangles: u64) -> Option<f64> {
+        let share = |most: Option<u64>, count: u64| most.map(|most| count as f64 / most as f64);
+        let shares = [share(self.max_points, vertices), share(self.max_triangles, triangles)];
+        shares.into_iter().flatten().reduce(f64::max)
+    }
+
     /// What of this decides the bytes of a tile, as text.
     pub(super) fn named(&self) -> String {
         format!("{:?}, {:?}, {:?}", self.max_points, self.max_triangles, self.max_rms)
@@ -50,8 +60,10 @@ impl Goal {
 pub struct Outcome {
     /// The budget that ended it before the qualities that were asked for were reached.
     pub ended_by: Option<Budget>,
-    /// The error of the last insertion: what the threshold for all tiles came to.
+    /// The error of the last insertion, what the threshold for all tiles came to; or the tolerance that was found.
     pub threshold: f64,
+    /// How the tolerance was found; null where insertion stopped by itself.
+    pub search: Option<Searched>,
 }
 
 /// A budget.

@@ -153,16 +153,19 @@ fn points_are_vertices_under_any_goal() {
     assert!(matches!(refused, Err(Error::Goal(small)) if small.smallest == corners + 4), "{refused:?}");
 }
 
+/// What does not stop at a goal by itself has a tolerance looked for.
 #[test]
-fn only_insertion_one_by_one_can_end_at_a_goal() {
-    let field = Field::from_heights(5, 5, crate::base::Heights::F64(vec![0.0; 25])).expect("a field");
-    let goal = Goal { max_points: Some(10), ..Goal::default() };
+fn other_engines_and_orders_keep_to_a_budget_too() {
+    let field = Field::from_heights(60, 50, crate::base::Heights::F64(terrain(3, 60, 50))).expect("a field");
+    let goal = Goal { max_points: Some(250), ..Goal::default() };
     let engine = EngineChoice::GreedyCuts(GreedyCuts::PLAIN);
-    let cuts = Params { engine, goal, quality: Quality::None, ..Params::new(1.0) };
-    let refused = triangulate(&field, &cuts, &Control::default());
-    assert!(matches!(refused, Err(Error::Incompatible(_))), "{refused:?}");
+    let cuts = Params { engine, goal, quality: Quality::None, ..Params::new(f64::INFINITY) };
     let options = InsertionOptions { selection: Selection::Constant, ..InsertionOptions::default() };
-    let passes = Params { engine: EngineChoice::GreedyInsertion(GreedyInsertion { options }), ..cuts };
-    let refused = triangulate(&field, &passes, &Control::default());
-    assert!(matches!(refused, Err(Error::Incompatible(_))), "{refused:?}");
+    let passes = Params { engine: EngineChoice::GreedyInsertion(GreedyInsertion { options }), ..cuts.clone() };
+    for params in [cuts, passes] {
+        let mesh = triangulate(&field, &params, &Control::default()).expect("a mesh");
+        let outcome = mesh.outcome().expect("a goal");
+        let share = outcome.search.and_then(|search| search.share).expect("a search");
+        assert!(outcome.ended_by == Some(Budget::MaxPoints) && (0.9..=1.0).contains(&share), "{outcome:?}");
+    }
 }

@@ -23,6 +23,7 @@ mod tiles;
 mod workspace;
 
 pub use clocks::TileTimes;
+pub(super) use pool::Pool;
 pub(super) use gather::{Gathered, gather, must_be_of_samples, same_samples};
 pub(super) use survey::{End, check_corners, error_needs, lowest};
 pub(super) use tiles::TileMaker;
@@ -32,7 +33,6 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use self::clocks::Clocks;
-use self::pool::Pool;
 use self::seams::{SeamMaker, Way};
 use self::workspace::Workspace;
 use super::order::in_cache_order;

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 /// once, and they are reused, last in first out, while their memory is warm. The lock is held to take one out and to
 /// put it back, once per tile.
 #[derive(Debug)]
-pub(super) struct Pool<T> {
+pub(in crate::job) struct Pool<T> {
     idle: Mutex<Vec<T>>,
 }
 
@@ -18,7 +18,7 @@ impl<T> Default for Pool<T> {
 
 impl<T: Default> Pool<T> {
     /// Lends one to `work`. It is put back only if `work` returns: after a panic it is dropped.
-    pub(super) fn with<R>(&self, work: impl FnOnce(&mut T) -> R) -> R {
+    pub(in crate::job) fn with<R>(&self, work: impl FnOnce(&mut T) -> R) -> R {
         let lock = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         let taken = lock().pop();
         let mut lent = taken.unwrap_or_default();

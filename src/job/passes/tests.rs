@@ -11,7 +11,7 @@ use super::{Job, Pass, PassResult, run_pass};
 use crate::base::control::Control;
 use crate::job::nodata_tests::scene;
 use crate::job::spool::{Chunk, Chunks, Spool, SpoolError};
-use crate::job::{Goal, Params, Quality, triangulate_into};
+use crate::job::{Goal, Params, Quality, Store, triangulate_into};
 use crate::testing::cases;
 
 fn folder(dir: &Path, pass: &Pass) -> PathBuf {
@@ -61,6 +61,14 @@ fn ranges(len: usize, cuts: &[usize], order: u64) -> Vec<Range<usize>> {
     ranges
 }
 
+struct InFolder<'a>(&'a Path);
+
+impl Store for InFolder<'_> {
+    fn spool(&self, _: Option<f64>, pass: &Pass) -> Result<Spool, SpoolError> {
+        Ok(spool(self.0, pass))
+    }
+}
+
 proptest! {
     #![proptest_config(cases(16, 400))]
 
@@ -85,7 +93,7 @@ proptest! {
         let folder = tempfile::tempdir().expect("a folder");
         let (one, merged) = (folder.path().join("one"), folder.path().join("merged"));
         [&one, &merged].iter().for_each(|dir| fs::create_dir(dir).expect("made"));
-        let Ok(whole) = triangulate_into(&|pass| Ok(spool(&one, pass)), &field, &params, &control) else {
+        let Ok(whole) = triangulate_into(&InFolder(&one), &field, &params, &control) else {
             // No ground.
             return Ok(());
         };
@@ -120,7 +128,7 @@ proptest! {
         attempt = of_all.again(&last);
         }
 
-        let put_together = triangulate_into(&|pass| Ok(spool(&merged, pass)), &field, &params, &control).expect("found");
+        let put_together = triangulate_into(&InFolder(&merged), &field, &params, &control).expect("found");
         prop_assert_eq!(put_together.tiles_found(), whole.grid().len() as u64);
         let chunks = |mesh: &crate::job::Mesh| mesh.chunks().map(|c| c.expect("a chunk")).collect::<Vec<_>>();
         prop_assert_eq!(chunks(&put_together), chunks(&whole));

@@ -31,6 +31,27 @@ pub(in crate::job) struct TileMaker {
     pub(in crate::job) told: Vec<Told>,
 }
 
+/// What a tile comes to that is made by itself.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::job) struct Probed {
+    pub(in crate::job) samples: u64,
+    pub(in crate::job) cells: u64,
+    pub(in crate::job) vertices: u64,
+    pub(in crate::job) triangles: u64,
+    /// The sum of the squares of errors, and of how many; zeros where nobody wanted them.
+    pub(in crate::job) squares: f64,
+    pub(in crate::job) measured: u64,
+}
+
+/// What the heights of a tile's samples are like.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::job) struct Looked {
+    /// From the least to the greatest.
+    pub(in crate::job) span: f64,
+    /// Whether all are whole numbers.
+    pub(in crate::job) are_whole: bool,
+}
+
 impl Maker for TileMaker {
     fn shared(&mut self) -> &mut Workspace {
         &mut self.shared
@@ -73,9 +94,7 @@ impl TileMaker {
             }
             return ErrorStats { trimmed: self.trimmed, shape: Some(Box::new(seen)), ..ErrorStats::default() };
         }
-        let may_be_bare = params.trim > 0 && !self.shared.tile.validity().is_whole();
-        let bare = if may_be_bare { Bare::Strip(params.trim) } else { Bare::Nothing };
-        let mut errors = measure(&self.shared.tile, &self.mesh, bound, place, bare);
+        let mut errors = measure(&self.shared.tile, &self.mesh, bound, place, self.bare(run.job));
         errors.heights = Some(HeightStats::of(&self.shared.tile));
         assert_eq!(errors.trimmed, self.trimmed, "bare samples of the tile at {:?}", place.origin());
         // Whoever has no time for polishing has none for looking at it.
@@ -91,15 +110,49 @@ impl TileMaker {
         errors
     }
 
-    /// Triangulates one tile and returns how many samples and triangles it has.
-    pub(in crate::job) fn probe(&mut self, job: &Job<'_>, place: &TilePlace) -> Result<(usize, usize), Error> {
-        // As if it were a raster of its own.
+    /// Makes one tile as if it were a raster of its own, and tells what it comes to. Errors are measured if they are wanted.
+    pub(in crate::job) fn probe(
+        &mut self,
+        job: &Job<'_>,
+        place: &TilePlace,
+        wants_errors: bool,
+    ) -> Result<Probed, Error> {
         let place = TilePlace { last_column: true, last_row: true, ..*place };
         self.shared.load(job.field, place.window)?;
         let mut rim = self.rim(job, &place)?;
         self.cut(job, &mut rim)?;
         self.polish(job, &rim)?;
-        Ok((self.shared.tile.width() * self.shared.tile.height(), self.mesh.triangles.len()))
+        let (width, height) = (place.window.width as u64, place.window.height as u64);
+        let mut probed = Probed {
+            samples: width * height,
+            cells: (width - 1) * (height - 1),
+            vertices: self.mesh.vertices.len() as u64,
+            triangles: self.mesh.triangles.len() as u64,
+            squares: 0.0,
+            measured: 0,
+        };
+        if wants_errors {
+            let bound = Bound::Within(job.params.tolerance.kept());
+            let errors = measure(&self.shared.tile, &self.mesh, bound, &place, self.bare(job));
+            (probed.squares, probed.measured) = (errors.squares, errors.samples);
+        }
+        Ok(probed)
+    }
+
+    /// Looks at the heights of a tile's samples.
+    pub(in crate::job) fn look(&mut self, job: &Job<'_>, place: &TilePlace) -> Result<Looked, Error> {
+        self.shared.load(job.field, place.window)?;
+        let heights = HeightStats::of(&self.shared.tile).all();
+        let tile = &self.shared.tile;
+        let mut places = (0..tile.height()).flat_map(|row| (0..tile.width()).map(move |column| (column, row)));
+        let are_whole = places.all(|(column, row)| tile.at(column, row).fract() == 0.0);
+        Ok(Looked { span: (heights.max - heights.min).max(0.0), are_whole })
+    }
+
+    /// What of the ground the mesh of the tile that is loaded may leave bare.
+    fn bare(&self, job: &Job<'_>) -> Bare {
+        let may_be_bare = job.params.trim > 0 && !self.shared.tile.validity().is_whole();
+        if may_be_bare { Bare::Strip(job.params.trim) } else { Bare::Nothing }
     }
 
     /// The rim of the tile that is loaded, and the points inside it.

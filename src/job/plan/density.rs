@@ -3,11 +3,12 @@
 use crate::base::Band;
 use crate::base::control::Control;
 use crate::base::features::FeatureSet;
-use crate::base::tiling::{TileGrid, TileId};
+use crate::base::tiling::{TileGrid, TileId, spread};
 use crate::field::{Choice, Field, FieldOptions};
 use crate::job::goal::{Curves, Floor, find_cut};
 use crate::job::passes::{Job, Links, TileMaker, check_corners, error_needs, grid, lowest};
 use crate::job::spool::SpoolError;
+use crate::job::search::{self, Expectation};
 use crate::job::{Error, Goal, Params};
 use crate::kernel::triangulate::Progressive;
 
@@ -19,15 +20,17 @@ const TRIED: usize = 3;
 pub struct Expected {
     /// Samples of the raster for each triangle of the mesh.
     pub samples_per_triangle: f64,
-    /// Bytes of temporary disk for what tiles tell of their insertions; 0 without a goal.
+    /// Bytes of temporary disk for what tiles tell of their insertions; 0 without a goal, or where a tolerance is looked for.
     pub survey_bytes: u64,
+    /// The tolerance at which the first run will be made that looks for one; else none.
+    pub tolerance: Option<f64>,
 }
 
 impl Expected {
     /// What no run over a field exceeds: where every sample is a vertex.
     pub fn densest(samples_per_triangle: f64, samples: u64, params: &Params) -> Expected {
         let told = if params.goal.is_none() { 0 } else { told_of(samples) };
-        Expected { samples_per_triangle, survey_bytes: told.saturating_mul(Curves::BYTES) }
+        Expected { samples_per_triangle, survey_bytes: told.saturating_mul(Curves::BYTES), tolerance: None }
     }
 }
 
@@ -40,7 +43,8 @@ fn told_of(samples: u64) -> u64 {
 ///
 /// - a tolerance: up to nine tiles, spread evenly over the raster, are made; with points (which are left out there: they may
 ///   lie in bridged holes, and anywhere) two triangles more for each;
-/// - a budget: it is the answer, and nothing is read;
+/// - a goal that a tolerance is looked for: that is begun, at a few tiles;
+/// - a budget that insertion stops at: it is the answer, and nothing is read;
 /// - a root mean square, alone or beside those: up to nine tiles tell of their insertions, and end together where the mean
 ///   over them is reached, as all tiles will. Where others are rougher, the truth lies elsewhere.
 ///
@@ -67,9 +71,13 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
     params.check(field)?;
     let grid = grid(field.width(), field.height(), params)?;
     let samples = field.width() as f64 * field.height() as f64;
+    let features = FeatureSet::of_field(field);
+    if params.is_searched(features) {
+        return searched(field, params, samples, control);
+    }
     let goal = Goal { max_rms: params.goal.max_rms, ..Goal::default() };
     let few = Params { points: None, goal, ..params.clone() };
-    let max_stray = params.straying(params.features().and(FeatureSet::of_field(field)));
+    let max_stray = params.straying(params.features().and(features));
     let job =
         Job { field, params: &few, max_stray, links: Links::Fewest, grid, polishes_seams: false, control, end: None };
     let rates = match params.engine.progressive() {
@@ -90,10 +98,20 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
     };
     // Where the tiles that were tried have no ground, it is as if they had one triangle.
     let samples_per_triangle = samples / triangles.min(2.0 * samples).max(1.0);
-    Ok(Expected { samples_per_triangle, survey_bytes: told.saturating_mul(Curves::BYTES) })
+    Ok(Expected { samples_per_triangle, survey_bytes: told.saturating_mul(Curves::BYTES), tolerance: None })
 }
 
 /// Triangles, and insertions told of, for each sample.
+/// What the first run of a search will come to.
+fn searched(field: &Field, params: &Params, samples: f64, control: &Control<'_>) -> Result<Expected, Error> {
+    let few = Params { points: None, ..params.clone() };
+    let Expectation { tolerance, figures } = search::expect(field, &few, control)?;
+    let most = params.goal.most_triangles().map_or(2.0 * samples, |most| most as f64);
+    let triangles = figures.map_or(most, |figures| (figures.triangles as f64).min(most));
+    let samples_per_triangle = samples / triangles.max(1.0);
+    Ok(Expected { samples_per_triangle, survey_bytes: 0, tolerance: Some(tolerance) })
+}
+
 #[derive(Debug, Clone, Copy, Default)]
 struct Rates {
     triangles: f64,
@@ -101,7 +119,7 @@ struct Rates {
 }
 
 fn tried(grid: TileGrid) -> impl Iterator<Item = TileId> {
-    spread(grid.rows()).flat_map(move |row| spread(grid.columns()).map(move |column| TileId { column, row }))
+    spread(grid.rows(), TRIED).flat_map(move |row| spread(grid.columns(), TRIED).map(move |column| TileId { column, row }))
 }
 
 /// Makes a few tiles.
@@ -109,9 +127,9 @@ fn made(job: &Job<'_>) -> Result<Rates, Error> {
     let mut maker = TileMaker::default();
     let (mut samples, mut triangles) = (0, 0);
     for id in tried(job.grid) {
-        let counted = maker.probe(job, &job.grid.place_of(id))?;
-        samples += counted.0;
-        triangles += counted.1;
+        let probed = maker.probe(job, &job.grid.place_of(id), false)?;
+        samples += probed.samples;
+        triangles += probed.triangles;
     }
     Ok(Rates { triangles: triangles.max(1) as f64 / samples as f64, told: 0.0 })
 }
@@ -157,23 +175,4 @@ fn most_told(goal: &Goal, grid: TileGrid) -> u64 {
         share.min(most).min(grid.place(index).window.len() as u64)
     };
     (0..grid.len()).map(of_tile).sum()
-}
-
-/// Up to [`TRIED`] places in the middle of even parts.
-fn spread(count: usize) -> impl Iterator<Item = usize> {
-    let tried = count.min(TRIED);
-    (0..tried).map(move |i| (2 * i + 1) * count / (2 * tried))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn places_are_different_and_inside() {
-        assert_eq!(spread(1).collect::<Vec<_>>(), [0]);
-        assert_eq!(spread(2).collect::<Vec<_>>(), [0, 1]);
-        assert_eq!(spread(3).collect::<Vec<_>>(), [0, 1, 2]);
-        assert_eq!(spread(100).collect::<Vec<_>>(), [16, 50, 83]);
-    }
 }

@@ -56,13 +56,13 @@ fn no_rule_is_about_itself_or_said_twice() {
 
 #[test]
 fn all_conflicts_are_reported_at_once_in_words() {
-    let wanted = [Feature::TriangleBudget, Feature::Trim, Feature::Polishing, Feature::MinAngle, Feature::Shape];
+    let wanted = [Feature::Points, Feature::CutOrder, Feature::GreedyCuts, Feature::HittingSet, Feature::AttributeWeight];
     let Err(incompatible) = check(wanted.into_iter().collect()) else { panic!("refused") };
     let lines: Vec<String> = incompatible.to_string().lines().map(str::to_string).collect();
     let begins = [
-        "a budget of triangles cannot be combined with polishing and a smallest angle: polishing changes",
-        "a budget of triangles cannot be combined with trimming: the rim",
-        "a measure of shape requires data-dependent swapping: only",
+        "given points cannot be combined with greedy cuts and an order of cuts: greedy cuts",
+        "greedy cuts and an order of cuts cannot be combined with hitting sets: a tile",
+        "weights of attributes requires attributes: it is",
     ];
     assert_eq!(lines.len(), begins.len(), "{lines:?}");
     for (line, begin) in lines.iter().zip(begins) {
@@ -81,7 +81,7 @@ fn what_is_given_up_anyway_is_not_asked_to_have_more() {
     assert_eq!(fitted.len(), 1);
     assert_eq!(fitted[0].way_out, WayOut::GiveUpThose);
     // Where what is required does not go with the rest, it is not suggested.
-    let weight = conflicts(&[Feature::RmsGoal, Feature::AttributeWeight]);
+    let weight = conflicts(&[Feature::GreedyCuts, Feature::AttributeWeight]);
     assert_eq!(weight.len(), 1);
     assert_eq!(weight[0].way_out, WayOut::GiveUpThese);
 }
@@ -89,18 +89,28 @@ fn what_is_given_up_anyway_is_not_asked_to_have_more() {
 #[test]
 fn defaults_go_with_what_is_asked_for() {
     let quality = |feature: Feature| default_quality(FeatureSet::default().with(feature));
-    for feature in [Feature::VertexBudget, Feature::RmsGoal, Feature::Attributes, Feature::Image] {
+    for feature in [Feature::Attributes, Feature::Image] {
         assert_eq!(quality(feature), Quality::None, "{feature}");
     }
-    for feature in [Feature::Importance, Feature::FittedHeights, Feature::Points, Feature::Trim] {
+    for feature in [Feature::VertexBudget, Feature::RmsGoal, Feature::Importance, Feature::FittedHeights, Feature::Points, Feature::Trim] {
         assert_eq!(quality(feature), Quality::default(), "{feature}");
     }
     let by_cuts = |features: &[Feature]| {
         matches!(default_engine(features.iter().copied().collect()), EngineChoice::GreedyCuts(_))
     };
     assert!(by_cuts(&[]) && by_cuts(&[Feature::CutOrder]) && by_cuts(&[Feature::CutOrder, Feature::Polishing]));
+    assert!(!by_cuts(&[Feature::TriangleBudget]) && by_cuts(&[Feature::TriangleBudget, Feature::CutOrder]));
     assert!(!by_cuts(&[Feature::Polishing]) && !by_cuts(&[Feature::Points]) && !by_cuts(&[Feature::Attributes]));
     assert!(!by_cuts(&[Feature::Fit, Feature::CutOrder]));
+}
+
+#[test]
+fn insertion_stops_in_order_where_nothing_is_in_the_way() {
+    let stops = |features: &[Feature]| stops_in_order(features.iter().copied().collect());
+    assert!(stops(&[Feature::TriangleBudget]) && stops(&[Feature::RmsGoal, Feature::Points, Feature::Importance]));
+    for feature in [Feature::Polishing, Feature::Trim, Feature::FilledVoids, Feature::Attributes, Feature::GreedyCuts] {
+        assert!(!stops(&[Feature::TriangleBudget, feature]), "{feature}");
+    }
 }
 
 /// What the rules say of engines is what engines say of themselves.

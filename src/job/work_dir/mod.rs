@@ -10,6 +10,8 @@
 //! | `chunks/ROW/COLUMN.chunk` | finished tiles, checksummed, each renamed into place after it was synced |
 //! | `chunks/PASS/ROW/COLUMN.chunk` | the same of each pass that follows the first, where there are some |
 //! | `chunks/short-PASS/ROW/COLUMN.chunk` | the same of a run that is made again with short links |
+//! | `chunks/at-TOLERANCE/…` | the same of the runs that a search for a tolerance makes |
+//! | `trials.json` | what such a search has found out ([`crate::job::Store`]) |
 //! | `plan.json` | the command, where the run is made in shards ([`crate::job::shards`]) |
 //! | `short-links` | there once it is known that such a run has to be made again with short links |
 //! | `logs` | what the processes of shards have said, where somebody keeps that; it goes with the rest |
@@ -37,6 +39,7 @@ mod lock;
 mod look;
 mod manifest;
 mod staged_output;
+mod trials;
 
 pub use error::{Difference, WorkDirError};
 pub use layout::PlannedCommand;
@@ -48,9 +51,8 @@ use std::path::{Path, PathBuf};
 use crate::base::Files;
 use crate::base::faults::{self, Point};
 use crate::base::{durable, private_file};
-use crate::job::passes::{Links, folder_of};
 use crate::job::spool::{Spool, SpoolError};
-use crate::job::{Pass, PassName};
+use crate::job::Pass;
 use lock::Lock;
 use manifest::Manifest;
 
@@ -204,14 +206,21 @@ impl WorkDir {
     /// # Errors
     /// [`SpoolError::Kept`].
     pub fn spool(&self, pass: &Pass) -> Result<Spool, SpoolError> {
+        self.spool_in(&self.dir.join(CHUNKS), pass)
+    }
+
+    /// The same in a folder for chunks, which may be that for all or one in it.
+    fn spool_in(&self, folder: &Path, pass: &Pass) -> Result<Spool, SpoolError> {
         let chunks = self.dir.join(CHUNKS);
-        match durable::create_private_dir(&chunks) {
-            Err(source) if source.kind() != ErrorKind::AlreadyExists => {
-                return Err(SpoolError::Kept { path: chunks, source });
+        for dir in [chunks.as_path(), folder] {
+            match durable::create_private_dir(dir) {
+                Err(source) if source.kind() != ErrorKind::AlreadyExists => {
+                    return Err(SpoolError::Kept { path: dir.to_path_buf(), source });
+                }
+                _ => {}
             }
-            _ => {}
         }
-        let (dir, grid) = (chunks.join(pass.folder()), pass.grid());
+        let (dir, grid) = (folder.join(pass.folder()), pass.grid());
         Spool::kept(&dir, grid.columns(), grid.len(), self.manifest.stamp(), !self.same_samples)
     }
 
@@ -254,12 +263,7 @@ impl WorkDir {
 
     /// What the finished tiles in it take on disk; a look at every one.
     pub fn chunk_bytes(&self) -> u64 {
-        let entries = |dir: &Path| dir.read_dir().into_iter().flatten().flatten();
-        let passes = || PassName::ALL.into_iter();
-        let folders =
-            [Links::Fewest, Links::Short].into_iter().flat_map(|l| passes().map(move |pass| folder_of(l, pass)));
-        let rows = folders.flat_map(|folder| entries(&self.dir.join(CHUNKS).join(folder)));
-        rows.flat_map(|row| entries(&row.path())).map(size_of_chunk).sum()
+        chunk_bytes(&self.dir.join(CHUNKS))
     }
 
     /// The job is done: removes what the work dir keeps, and the folder if it was made for this and holds nothing else.
@@ -323,10 +327,14 @@ impl Drop for WorkDir {
     }
 }
 
-/// What a finished tile takes; a folder, and what a killed run has left of a tile, nothing.
-fn size_of_chunk(entry: std::fs::DirEntry) -> u64 {
-    let is_chunk = entry.path().extension().is_some_and(|e| e == "chunk");
-    entry.metadata().map_or(0, |m| if is_chunk && m.is_file() { m.len() } else { 0 })
+/// What the finished tiles in a folder take; what a killed run has left of a tile, nothing.
+fn chunk_bytes(dir: &Path) -> u64 {
+    let bytes = |entry: std::fs::DirEntry| match entry.metadata() {
+        Ok(found) if found.is_dir() => chunk_bytes(&entry.path()),
+        Ok(found) if found.is_file() && entry.path().extension().is_some_and(|e| e == "chunk") => found.len(),
+        _ => 0,
+    };
+    dir.read_dir().into_iter().flatten().flatten().map(bytes).sum()
 }
 
 /// Makes the folder; false if it is there, unless it was made by a process that was killed before it came to note so.
@@ -344,9 +352,10 @@ fn make(dir: &Path) -> Result<bool, WorkDirError> {
 }
 
 /// The files in a work dir that are written more than once, or that a kill may leave unfinished.
-fn notes(dir: &Path) -> [PathBuf; 4] {
-    let [staged, command, again] = [staged_output::NAME, layout::COMMAND, layout::AGAIN].map(|name| dir.join(name));
-    [Manifest::path(dir), staged, command, again]
+fn notes(dir: &Path) -> [PathBuf; 5] {
+    let names = [staged_output::NAME, layout::COMMAND, layout::AGAIN, trials::TRIALS];
+    let [staged, command, again, trials] = names.map(|name| dir.join(name));
+    [Manifest::path(dir), staged, command, again, trials]
 }
 
 /// What was kept for a job that continues it, and whether the samples are known to be the same.

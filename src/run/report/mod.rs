@@ -77,7 +77,7 @@ pub struct Report {
     pub triangles: u64,
     pub vertices: u64,
     pub samples_per_triangle: f64,
-    /// What was asked for; null where only a budget was given.
+    /// What the mesh keeps to: what was asked for, or what was found for a goal; null where insertion stopped at a budget.
     pub tolerance: Option<f64>,
     /// Null where the tolerance is all that was asked for.
     pub goal: Option<GoalReport>,
@@ -317,7 +317,7 @@ impl Report {
             triangles: summary.triangles,
             vertices: summary.vertices,
             samples_per_triangle: errors.samples as f64 / summary.triangles as f64,
-            tolerance: Some(params.tolerance.asked()).filter(|t| t.is_finite()),
+            tolerance: Some(mesh.tolerance().asked()).filter(|t| t.is_finite()),
             goal: mesh.outcome().map(|outcome| GoalReport::new(params, outcome)),
             engine: params.engine,
             quality: params.quality,

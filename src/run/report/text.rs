@@ -9,7 +9,7 @@ use super::{
 use crate::base::decimal::Decimal;
 use crate::base::{PointCounts, Reference};
 use crate::field::Access;
-use crate::job::Budget;
+use crate::job::{Budget, Searched};
 use crate::job::plan::{Estimate, Plan};
 use crate::job::work_dir::Finished;
 use crate::kernel::triangulate::Feasibility;
@@ -181,6 +181,9 @@ impl PointsReport {
 impl GoalReport {
     /// `vertices` and `triangles` are what the mesh has.
     fn line(&self, vertices: u64, triangles: u64) -> String {
+        if let Some(search) = &self.outcome.search {
+            return self.searched(search, vertices, triangles);
+        }
         let (what, used, most) = match self.outcome.ended_by {
             None => return format!("reached with all errors above {} inserted", self.outcome.threshold),
             Some(Budget::MaxPoints) => ("vertices", vertices, self.goal.max_points),
@@ -193,6 +196,28 @@ impl GoalReport {
             most - used,
             self.outcome.threshold
         )
+    }
+}
+
+impl GoalReport {
+    /// What a search for a tolerance came to.
+    fn searched(&self, search: &Searched, vertices: u64, triangles: u64) -> String {
+        let runs = if search.runs == 1 { "1 run" } else { &format!("{} runs", search.runs) };
+        let found = format!("tolerance {} found in {runs}", search.tolerance);
+        let Some(budget) = self.outcome.ended_by else { return format!("reached: {found}") };
+        let (what, used, most, beyond) = match budget {
+            Budget::MaxPoints => ("vertices", vertices, self.goal.max_points, search.exceeded_vertices),
+            Budget::MaxTriangles => ("triangles", triangles, self.goal.max_triangles, search.exceeded_triangles),
+        };
+        let most = most.unwrap_or(used);
+        let share = 100.0 * used as f64 / most.max(1) as f64;
+        let beyond = match (search.exceeded_at, beyond) {
+            (Some(at), Some(beyond)) if share < 97.0 => format!("; at {at} there would be {}", grouped(beyond)),
+            _ => String::new(),
+        };
+        let short = if self.fell_short() { "; the quality that was asked for is not reached" } else { "" };
+        let (used, most) = (grouped(used), grouped(most));
+        format!("ended by the budget: {used} of {most} {what}, {share:.1} %; {found}{beyond}{short}")
     }
 }
 

@@ -75,6 +75,7 @@ impl Compressed {
     }
 
     pub(super) fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        self.header.complete(contents);
         FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
         self.layout = Layout::new(self.output.path(), contents, self.texture.is_some())?;
         Ok(())

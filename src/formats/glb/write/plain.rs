@@ -40,6 +40,7 @@ impl Plain {
     }
 
     pub(super) fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        self.header.complete(contents);
         let path = self.output.path();
         FORMAT.limits.check(FORMAT.title, path, contents)?;
         self.layout = Layout::new(path, contents, self.texture.is_some())?;

@@ -73,6 +73,7 @@ impl LandXmlSink {
 
 impl Sink for LandXmlSink {
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        self.header.complete(contents);
         FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
         (self.vertices, self.triangles) = (contents.vertices, contents.triangles);
         let head = head::head(&self.header);

@@ -116,6 +116,7 @@ impl Sink for OgrSink {
     }
 
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        self.setup.header.complete(contents);
         FORMAT.limits.check(FORMAT.title, self.staged.path(), contents)?;
         self.check(contents.attributes)?;
         let temp_dir = self.setup.temp_dir.as_deref();

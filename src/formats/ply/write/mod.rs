@@ -120,6 +120,7 @@ impl PlySink {
 
 impl Sink for PlySink {
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        self.header.complete(contents);
         let Contents { vertices, triangles, attributes, .. } = *contents;
         FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
         let encoding = if self.is_text { "ascii" } else { "binary_little_endian" };

@@ -67,6 +67,7 @@ impl UgridSink {
 
 impl Sink for UgridSink {
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        self.header.complete(contents);
         FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
         if contents.vertices == 0 || contents.triangles == 0 {
             // In NetCDF, a dimension of 0 is one that has no end.

@@ -1,0 +1,138 @@
+//! What has been measured at tolerances, and where a quantity may be expected to come to a number.
+
+use super::figures::{Figures, Quantity};
+
+/// Figures of meshes by their tolerances, ascending.
+#[derive(Debug, Default)]
+pub(super) struct Curve {
+    points: Vec<(f64, Figures)>,
+}
+
+/// How far beyond all that has been measured one guess goes, as a factor.
+const STEP: f64 = 4.0;
+
+/// Counts at tolerances closer than this, as a share, say more of chance than of the tolerance.
+const NOISE: f64 = 0.01;
+
+/// How far a line leads beyond two measurements, as a share of what is sought.
+const CLOSE: f64 = 0.2;
+
+impl Curve {
+    pub(super) fn add(&mut self, tolerance: f64, figures: Figures) {
+        let at = self.points.partition_point(|(t, _)| *t < tolerance);
+        self.points.insert(at, (tolerance, figures));
+    }
+
+    /// The least tolerance at which something has been measured.
+    pub(super) fn least(&self) -> Option<f64> {
+        self.points.first().map(|(tolerance, _)| *tolerance)
+    }
+
+    pub(super) fn at(&self, tolerance: f64) -> Option<&Figures> {
+        self.points.iter().find(|(t, _)| *t == tolerance).map(|(_, figures)| figures)
+    }
+
+    /// Whether something has been measured at a tolerance that is off by no more than a share.
+    pub(super) fn has_near(&self, tolerance: f64, share: f64) -> bool {
+        self.points.iter().any(|(t, _)| (t - tolerance).abs() <= share * tolerance)
+    }
+
+    /// The two neighbours between which a quantity comes to a target: with their tolerances and the quantity there.
+    pub(super) fn around(&self, quantity: Quantity, target: f64) -> Option<[(f64, f64); 2]> {
+        let values = self.points.iter().map(|(t, figures)| (*t, quantity.of(figures)));
+        let values: Vec<(f64, f64)> = values.collect();
+        // Counts are not monotone: the last crossing is on the side of fewer triangles.
+        let pair = values.windows(2).rev().find(|pair| pair[0].1 < target && target <= pair[1].1)?;
+        Some([pair[0], pair[1]])
+    }
+
+    /// The tolerance whose quantity is the nearest to a target, and that quantity.
+    pub(super) fn nearest(&self, quantity: Quantity, target: f64) -> Option<(f64, f64)> {
+        let off = |(_, figures): &(f64, Figures)| (quantity.of(figures) / target - 1.0).abs();
+        let nearest = self.points.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        Some((nearest.0, quantity.of(&nearest.1)))
+    }
+
+    /// Whether enough has been measured so near to a target that it says where that is.
+    pub(super) fn leads_to(&self, quantity: Quantity, target: f64) -> bool {
+        if self.around(quantity, target).is_some() {
+            return true;
+        }
+        let Some((near, value)) = self.nearest(quantity, target) else { return false };
+        let is_far = |(far, _): (f64, &Figures)| (far - near).abs() > NOISE * near;
+        (target / value - 1.0).abs() < CLOSE && self.neighbour(near).is_some_and(is_far)
+    }
+
+    /// Where a quantity may come to a target: by the line between two measurements, or in proportion where there is one.
+    /// `None` without any.
+    pub(super) fn guess(&self, quantity: Quantity, target: f64) -> Option<f64> {
+        if let Some([low, high]) = self.around(quantity, target) {
+            return Some(low.0 + (high.0 - low.0) * ((target - low.1) / (high.1 - low.1)));
+        }
+        let (near, value) = self.nearest(quantity, target)?;
+        let far = self.neighbour(near);
+        let by_line = far.and_then(|(far, figures)| {
+            let slope = (quantity.of(figures) - value) / (far - near);
+            (slope > 0.0).then(|| near + (target - value) / slope)
+        });
+        let in_proportion = if value > 0.0 { near * (target / value) } else { near * STEP };
+        Some(by_line.unwrap_or(in_proportion).clamp(near / STEP, near * STEP))
+    }
+
+    /// What may come of a tolerance, likewise: inverse counts and errors lie on lines.
+    pub(super) fn estimate(&self, tolerance: f64) -> Option<Figures> {
+        let off = |point: &&(f64, Figures)| (point.0 - tolerance).abs();
+        let near = *self.points.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let far = self.neighbour(near.0);
+        let value = |of: &dyn Fn(&Figures) -> f64| {
+            let value = of(&near.1);
+            let in_proportion = if near.0 > 0.0 { value * (tolerance / near.0) } else { value };
+            let by_line = far.map(|(far, figures)| value + (of(figures) - value) / (far - near.0) * (tolerance - near.0));
+            by_line.filter(|line| *line > 0.0).unwrap_or(in_proportion)
+        };
+        let count = |of: fn(&Figures) -> u64| (1.0 / value(&|figures| 1.0 / of(figures).max(1) as f64)).round() as u64;
+        let (vertices, triangles) = (count(|figures| figures.vertices), count(|figures| figures.triangles));
+        Some(Figures { vertices, triangles, rms: value(&|figures| figures.rms), largest: near.1.largest })
+    }
+
+    /// The measurement next to one at a tolerance.
+    fn neighbour(&self, tolerance: f64) -> Option<(f64, &Figures)> {
+        let others = self.points.iter().filter(|(t, _)| *t != tolerance);
+        let nearest = others.min_by(|a, b| (a.0 - tolerance).abs().total_cmp(&(b.0 - tolerance).abs()))?;
+        Some((nearest.0, &nearest.1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::Goal;
+
+    fn curve(points: &[(f64, u64)]) -> Curve {
+        let mut curve = Curve::default();
+        for &(tolerance, triangles) in points {
+            curve.add(tolerance, Figures { triangles, ..Figures::default() });
+        }
+        curve
+    }
+
+    fn budget(most: u64) -> Quantity {
+        Quantity::budget(&Goal { max_triangles: Some(most), ..Goal::default() }).unwrap()
+    }
+
+    #[test]
+    fn half_the_triangles_are_expected_at_twice_the_tolerance() {
+        assert_eq!(curve(&[(2.0, 1000)]).guess(budget(500), 1.0), Some(4.0));
+        assert_eq!(curve(&[(2.0, 1000)]).guess(budget(10), 1.0), Some(8.0));
+        assert_eq!(curve(&[(4.0, 500), (2.0, 1000)]).guess(budget(750), 1.0), Some(2.0 + 2.0 / 3.0));
+        assert_eq!(curve(&[(2.0, 1000), (4.0, 500)]).estimate(8.0).map(|figures| figures.triangles), Some(250));
+        assert_eq!(curve(&[]).guess(budget(5), 1.0), None);
+    }
+
+    #[test]
+    fn what_rises_with_the_tolerance_leads_nowhere() {
+        // More triangles at the larger tolerance: a line would lead the wrong way.
+        let odd = curve(&[(2.0, 1000), (2.1, 1001)]);
+        assert!(odd.guess(budget(500), 1.0).unwrap() > 3.0);
+    }
+}
