@@ -1,4 +1,4 @@
-//! `simplify`: when to stop, and how far it came.
+//! `simplify`: what a mesh is to come to.
 
 use super::combinations::Asked;
 use super::values;
@@ -12,14 +12,13 @@ pub(super) struct GoalArgs {
     /// The largest vertical distance allowed between mesh and samples, in the units of the heights; 0 is exact
     #[arg(long, help_heading = "Mesh", value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     pub(super) max_error: Option<f64>,
-    /// The root mean square of the distances to reach, by greedy insertion alone
+    /// The root mean square of the distances to reach, with as few triangles as --quality comes to
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "E", value_parser = values::max_error, allow_hyphen_values = true)]
     max_rms: Option<f64>,
-    /// A budget of vertices: the smallest error that they allow. By greedy insertion alone, without polishing, as with
-    /// --max-triangles and --max-rms
+    /// A budget of vertices, never exceeded: a tolerance is looked for whose mesh spends it
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "N", value_parser = values::count)]
     max_points: Option<u64>,
-    /// A budget of triangles: the smallest error that they allow, without polishing
+    /// A budget of triangles, never exceeded: a tolerance is looked for whose mesh spends it, in about two runs
     #[arg(long, help_heading = "Mesh", value_name = "N", value_parser = values::count)]
     max_triangles: Option<u64>,
 }

@@ -35,7 +35,7 @@ pub(crate) struct MeshArgs {
     /// Test triangles at the samples under them (weak), or also where their edges cross the grid (strong)
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_enum, default_value_t = FeasibilityArg::Weak)]
     feasibility: FeasibilityArg,
-    /// How much work goes into fewer triangles [default: balanced; none under --max-points, --max-triangles, --max-rms]
+    /// How much work goes into fewer triangles [default: balanced]
     #[arg(long, help_heading = "Mesh", value_enum)]
     quality: Option<QualityArg>,
     /// The heights of vertices that polishing has moved: those of samples, or fitted to the samples around them

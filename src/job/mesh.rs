@@ -1,7 +1,6 @@
 //! The finished mesh: chunks on disk, and how they are handed to a sink.
 
 use super::{Error, Figures, Job, Outcome, Pass, TileTimes};
-use crate::base::{GeoTransform, Tolerance};
 use crate::base::channels::{Channel, Number};
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
@@ -9,6 +8,7 @@ use crate::base::handed_over::{DENSE_BYTES, clear, make_room};
 use crate::base::lattice::STEPS;
 use crate::base::mesh::Vertex;
 use crate::base::tiling::{TileGrid, TileId};
+use crate::base::{GeoTransform, Tolerance};
 use crate::formats::{Bounds, Contents, Sink};
 use crate::job::normals::{Maker, NAMES, NormalSource};
 use crate::job::spool::{Chunk, Ids, Spool};

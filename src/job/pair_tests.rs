@@ -131,7 +131,9 @@ impl Scene {
         let quality = if set.has(Feature::Polishing) { Quality::Balanced } else { Quality::None };
         let usual = rules::default_max_stray(set, quality);
         let max_stray = Some(if set.has(Feature::MaxStray) { 1.0 } else { usual }).filter(|limit| limit.is_finite());
-        let options = VerifyOptions { max_error: TOLERANCE, max_stray, importance, temp_dir: Some(self.temp_dir()) };
+        // Budgets are large enough, but a root mean square may be reached with larger errors.
+        let max_error = mesh.tolerance().asked().min(TOLERANCE);
+        let options = VerifyOptions { max_error, max_stray, importance, temp_dir: Some(self.temp_dir()) };
         let ground = GroundOptions {
             fill_holes: if set.has(Feature::FilledVoids) { FILL_HOLES } else { 0 },
             trim: if set.has(Feature::Trim) { TRIM } else { 0 },

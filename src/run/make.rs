@@ -104,11 +104,16 @@ impl Run<'_> {
         let is_budget = goal.most_triangles().is_some() && goal.max_rms.is_none() && self.params.tolerance.is_open();
         let by_budget = is_budget && expected.tolerance.is_none();
         let found_by = if by_budget { "by the budget" } else { "at a few tiles" };
-        Ok(Needs::new(found_by, self.estimate(expected), self.plan))
+        Ok(Needs::new(found_by, &expected, self.estimate(expected), self.plan))
     }
 
     fn estimate(&self, expected: Expected) -> Estimate {
-        let (band, density) = (self.band(), expected.samples_per_triangle);
+        let band = self.band();
+        let searches = self.params.is_searched(self.request.features());
+        // No run of a search is far beyond the budget.
+        let most =
+            self.params.goal.most_triangles().filter(|_| searches).map_or(f64::INFINITY, |most| 2.0 * most as f64);
+        let density = expected.samples_per_triangle.max(band.samples() as f64 / most);
         let heights = estimate(band, self.inputs.importance.as_ref(), density, self.format);
         let once = match &self.inputs.attributes {
             None => heights,
@@ -117,7 +122,9 @@ impl Run<'_> {
         // A tile too long is told of later.
         let (tiles, passes) = grid(band.width(), band.height(), &self.params)
             .map_or((1, 1), |grid| (grid.len() as u64, self.params.passes(grid)));
-        let kept = if self.request.work_dir.is_some() { passes } else { passes.min(2) };
+        let (kept, of_best) = if self.request.work_dir.is_some() { (passes, passes) } else { (passes.min(2), 1) };
+        // A search keeps its best run beside the one that is being made.
+        let kept = if searches { kept + of_best } else { kept };
         Estimate { survey_bytes: expected.survey_bytes, ..once.with_tiles(tiles, kept) }
     }
 

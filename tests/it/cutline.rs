@@ -104,8 +104,8 @@ fn goals_are_for_what_is_inside() {
         let (samples, most) = (told["samples"].as_u64().unwrap(), told["error"]["max"].as_f64().unwrap() + 1e-9);
         assert!(samples <= inside && samples + 20 >= inside, "{samples} of {inside}");
         match goal[0] {
-            "--max-points" => assert_eq!(told["vertices"], 900),
-            "--max-triangles" => assert!((1499..=1500).contains(&told["triangles"].as_u64().unwrap()), "{told}"),
+            "--max-points" => assert!((700..=900).contains(&told["vertices"].as_u64().unwrap()), "{told}"),
+            "--max-triangles" => assert!((1300..=1500).contains(&told["triangles"].as_u64().unwrap()), "{told}"),
             _ => assert!(told["error"]["rms"].as_f64().unwrap() <= 0.8, "{told}"),
         }
         let verify = ["verify", &dem, &tin, "--max-error", &most.to_string(), "--cutline", &cutline];

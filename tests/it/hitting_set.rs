@@ -34,7 +34,6 @@ fn options_of_others_are_usage_errors() {
         assert!(!std::path::Path::new(&tin).exists());
     };
     let engine = ["--engine", "hitting-set"];
-    fails(&[&engine[..], &["--max-points", "9"]].concat(), &["--max-points", "use --engine greedy-insertion"]);
     fails(&[&engine[..], &["--max-error", "1", "--swap", "delaunay"]].concat(), &["--swap delaunay", "hitting-set"]);
     fails(
         &[&engine[..], &["--max-error", "1", "--corners", "free"]].concat(),

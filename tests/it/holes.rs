@@ -145,7 +145,6 @@ fn what_it_does_not_go_with() {
         terrabite(command.iter().chain(options))
     };
     run(&["--attributes", "2"]).fails(2, &["--fill-holes", "--attributes"]);
-    run(&["--max-points", "100"]).fails(2, &["--fill-holes", "--max-points"]);
     let command = ["simplify", &dem, &tin, "--max-error", "3", "--fill-holes", "few"];
     terrabite(command).fails(2, &["whole number"]);
     assert_eq!(folder.names(), ["dem.tif"]);

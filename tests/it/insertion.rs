@@ -60,12 +60,10 @@ fn options_that_mean_nothing_are_usage_errors() {
     let cuts = ["--engine", "greedy-cuts", "--max-error", "1"];
     let cuts = |more: &[&'static str]| cuts.iter().copied().chain(more.iter().copied()).collect::<Vec<_>>();
     fails(&cuts(&["--swap", "delaunay"]), &["--swap", "--engine greedy-insertion"]);
-    fails(&cuts(&["--max-points", "9"]), &["greedy cuts", "--engine greedy-insertion"]);
     fails(
         &["--max-error", "1", "--quality", "none", "--heights", "fitted"],
         &["--heights fitted requires --quality fast, balanced or best", "use --quality balanced"],
     );
-    fails(&["--max-points", "9", "--quality", "fast"], &["quality fast", "--quality none"]);
     for untuned in [["--min-angle", "9"], ["--polish-rounds", "3"], ["--polish-edges", "strong"]] {
         let none = ["--max-error", "1", "--quality", "none"];
         fails(
@@ -101,11 +99,9 @@ fn options_that_mean_nothing_are_usage_errors() {
     fails(&with(&["--max-error", "1", "--fraction", "0.5"]), &["--fraction", "--selection fractional"]);
     fails(&with(&["--max-error", "1", "--smoothing", "2"]), &["--smoothing", "--measure"]);
     fails(&with(&["--max-error", "1", "--quality-threshold", "2"]), &["from 0 to 1"]);
-    fails(
-        &with(&["--max-points", "100", "--selection", "constant"]),
-        &["--max-points cannot be combined with --selection constant: ", "; remove --selection constant"],
-    );
-    fails(&with(&["--max-points", "3"]), &["at least 4 vertices", "found 3", "--tile"]);
+    for quality in ["none", "balanced"] {
+        fails(&["--max-points", "3", "--quality", quality], &["at least 4 vertices", "found 3", "--tile"]);
+    }
     fails(&with(&["--max-triangles", "many"]), &["many", "--max-triangles"]);
     fails(&with(&[]), &["--max-error", "--max-points"]);
 }
@@ -114,14 +110,46 @@ fn options_that_mean_nothing_are_usage_errors() {
 fn a_budget_is_spent_and_never_exceeded() {
     let folder = Folder::new();
     let (dem, tin) = (Dem::new(90, 70).write(&folder, "dem.tif"), folder.at("tin.ply"));
-    let report = simplified(&dem, &tin, &["--max-points", "200", "--tile", "32"], 0);
+    let report = simplified(&dem, &tin, &["--max-points", "200", "--tile", "32", "--quality", "none"], 0);
     assert_eq!((report["vertices"].as_u64(), report["tolerance"].as_f64()), (Some(200), None), "{report}");
     assert_eq!(report["goal"]["ended_by"], "max-points");
     verified(&dem, &tin, report["error"]["max"].as_f64().unwrap() + 1e-9);
     let header = String::from_utf8_lossy(&std::fs::read(&tin).unwrap()).into_owned();
     assert!(header.contains("comment max_points 200\n") && !header.contains("max_error"));
-    let report = simplified(&dem, &tin, &["--max-triangles", "301", "--tile", "32"], 0);
+    let report = simplified(&dem, &tin, &["--max-triangles", "301", "--tile", "32", "--quality", "none"], 0);
     assert!((299..=301).contains(&report["triangles"].as_u64().unwrap()), "{report}");
+}
+
+/// With polishing, by engines that cannot stop, with a trimmed rim: the mesh is the one that the tolerance makes that is found.
+#[test]
+fn a_budget_has_its_tolerance_looked_for() {
+    let folder = Folder::new();
+    let (dem, tin, other) = (Dem::new(120, 90).write(&folder, "dem.tif"), folder.at("tin.ply"), folder.at("other.ply"));
+    let report = |to: &str, options: &[&str]| {
+        let all = ["simplify", &dem, to, "--tile", "40", "--overwrite", "--json"];
+        terrabite(all.iter().chain(options)).succeeds().json()
+    };
+    for options in [
+        &["--max-points", "300"][..],
+        &["--max-triangles", "600", "--quality", "fast", "--heights", "fitted"],
+        &["--max-triangles", "900", "--quality", "none", "--engine", "greedy-cuts"],
+        &["--max-triangles", "600", "--trim", "2", "--format", "glb"],
+        &["--max-rms", "1.5"],
+    ] {
+        let told = report(&tin, options);
+        let (tolerance, search) = (told["tolerance"].as_f64().expect("a tolerance"), &told["goal"]["search"]);
+        assert_eq!(search["tolerance"].as_f64(), Some(tolerance), "{told}");
+        assert!(search["share"].as_f64().is_none_or(|share| (0.9..=1.0).contains(&share)), "{told}");
+        assert!(told["error"]["rms"].as_f64().unwrap() <= 1.5 || options[0] != "--max-rms", "{told}");
+        verified(&dem, &tin, tolerance);
+        let (alone, asked) = (&options[2..], tolerance.to_string());
+        report(&other, &[alone, &["--max-error", &asked]].concat());
+        let [found, expected] =
+            [&tin, &other].map(|path| String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned());
+        let goal = format!("comment {} {}\n", options[0][2..].replace('-', "_"), options[1]);
+        assert!(found.replace(&goal, "") == expected || options.contains(&"glb"), "{options:?}");
+        assert!(found.contains(&format!("max_error {tolerance}\n")) || options.contains(&"glb"), "{options:?}");
+    }
 }
 
 #[test]
@@ -139,7 +167,8 @@ fn a_quality_is_reached_or_the_exit_code_tells() {
     let told = terrabite(
         ["simplify", &dem, &tin, "--overwrite", "--max-error", "0.5", "--max-points", "100"].iter().chain(&INSERTION),
     );
-    assert!(told.out.contains("100 of 100 vertices") && told.err.contains("warning"), "{told:#?}");
+    assert!(told.out.contains(" of 100 vertices") && told.err.contains("warning"), "{told:#?}");
+    assert!(told.out.contains("; the quality that was asked for is not reached"), "{told:#?}");
 }
 
 /// A lake over a corner of tiles, an island in it, and a strip of tiles with nothing at all.
@@ -155,7 +184,7 @@ fn goals_are_reached_where_samples_are_missing() {
     let tin = folder.at("tin.ply");
     let gaps = (0..90 * 110).filter(|i| lake(i % 90, i / 90) == -9999.0).count() as u64;
     let run = |goal: &[&str], code| {
-        let report = simplified(&dem, &tin, &[goal, &["--tile", "32"]].concat(), code);
+        let report = simplified(&dem, &tin, &[goal, &["--tile", "32", "--quality", "none"]].concat(), code);
         assert_eq!(report["missing_samples"], gaps);
         assert_eq!(report["samples"], 90 * 110 - gaps);
         verified(&dem, &tin, report["error"]["max"].as_f64().unwrap() + 1e-9);
@@ -168,8 +197,37 @@ fn goals_are_reached_where_samples_are_missing() {
     run(&["--max-error", "2", "--max-points", "6000"], 0);
     verified(&dem, &tin, 2.0);
     assert_eq!(run(&["--max-error", "0.1", "--max-points", "400"], 5)["goal"]["reached"], false);
-    let small = ["simplify", &dem, &tin, "--overwrite", "--max-points", "20", "--tile", "32"];
-    terrabite(small).fails(2, &["at least", "found 20", "outlines", "--tile"]);
+    for quality in ["none", "balanced"] {
+        let small = ["simplify", &dem, &tin, "--overwrite", "--max-points", "20", "--tile", "32", "--quality", quality];
+        terrabite(small).fails(2, &["at least", "found 20", "outlines", "--tile"]);
+    }
+    let polished = simplified(&dem, &tin, &["--max-points", "500", "--tile", "32"], 0);
+    assert!((450..=500).contains(&polished["vertices"].as_u64().unwrap()), "{polished}");
+    verified(&dem, &tin, polished["tolerance"].as_f64().unwrap());
+    assert_eq!(simplified(&dem, &tin, &["--max-error", "0.1", "--max-points", "500"], 5)["goal"]["reached"], false);
+}
+
+/// Killed while it is on its first run, on a later one, and again: it goes on where it was, and its folder holds nothing then.
+#[test]
+fn a_stopped_search_continues() {
+    let folder = Folder::new();
+    let dem = Dem::new(90, 70).write(&folder, "dem.tif");
+    let [whole, tin, work] = ["whole.ply", "tin.ply", "work"].map(|name| folder.at(name));
+    let goal = ["--max-triangles", "400", "--tile", "32", "--quality", "balanced"];
+    let report = simplified(&dem, &whole, &goal, 0);
+    let runs = report["goal"]["search"]["runs"].as_u64().unwrap();
+    assert!(runs > 1, "{report}");
+    let kept = ["simplify", &dem, &tin, "--work-dir", &work, "--threads", "1", "--json"];
+    let kept: Vec<&str> = kept.iter().chain(&INSERTION).chain(&goal).copied().collect();
+    for tiles in ["3", "21", "29", "7"] {
+        terrabite_with_fault(&format!("kill:tile-begun:{tiles}"), &kept);
+    }
+    let told = terrabite(kept.iter().chain(&["--dry-run"])).succeeds();
+    assert!(told.json()["work_dir"]["finished"]["runs"].as_u64().is_some_and(|made| made < runs), "{told:#?}");
+    let report = terrabite(&kept).succeeds().json();
+    assert!(report["tiles_found"].as_u64().is_some_and(|found| found > 0), "{report}");
+    assert_eq!(std::fs::read(whole).unwrap(), std::fs::read(tin).unwrap());
+    assert!(!std::path::Path::new(&work).exists());
 }
 
 /// The survey is made again, the finished tiles are not.
@@ -178,7 +236,7 @@ fn a_stopped_run_under_a_goal_continues() {
     let folder = Folder::new();
     let dem = Dem::new(90, 70).write(&folder, "dem.tif");
     let [whole, tin, work] = ["whole.ply", "tin.ply", "work"].map(|name| folder.at(name));
-    let goal = ["--max-points", "300", "--tile", "32"];
+    let goal = ["--max-points", "300", "--tile", "32", "--quality", "none"];
     simplified(&dem, &whole, &goal, 0);
     let kept = ["simplify", &dem, &tin, "--work-dir", &work, "--threads", "1", "--json"];
     let kept: Vec<&str> = kept.iter().chain(&INSERTION).chain(&goal).copied().collect();

@@ -121,8 +121,6 @@ fn cells_that_are_none_are_refused() {
         let refused = terrabite(command(&dem, &tin, &["--trim", wrong]));
         refused.fails(2, &["--trim", "expected a whole number of cells, from 0 to 1000"]);
     }
-    let goal = ["simplify", &dem, &tin, "--max-points", "100", "--trim", "2"];
-    terrabite(goal).fails(2, &["--max-points cannot be combined with --trim: ", "; remove --trim\n"]);
 }
 
 /// Nothing is missing: the raster's own rim stays.

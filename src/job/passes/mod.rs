@@ -23,10 +23,10 @@ mod tiles;
 mod workspace;
 
 pub use clocks::TileTimes;
-pub(super) use pool::Pool;
 pub(super) use gather::{Gathered, gather, must_be_of_samples, same_samples};
+pub(super) use pool::Pool;
 pub(super) use survey::{End, check_corners, error_needs, lowest};
-pub(super) use tiles::TileMaker;
+pub(super) use tiles::{Looked, TileMaker};
 
 use std::ops::Range;
 

@@ -46,8 +46,8 @@ pub(in crate::job) struct Probed {
 /// What the heights of a tile's samples are like.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::job) struct Looked {
-    /// From the least to the greatest.
-    pub(in crate::job) span: f64,
+    /// From the least to the greatest; none where less than a quarter is ground.
+    pub(in crate::job) span: Option<f64>,
     /// Whether all are whole numbers.
     pub(in crate::job) are_whole: bool,
 }
@@ -144,9 +144,14 @@ impl TileMaker {
         self.shared.load(job.field, place.window)?;
         let heights = HeightStats::of(&self.shared.tile).all();
         let tile = &self.shared.tile;
-        let mut places = (0..tile.height()).flat_map(|row| (0..tile.width()).map(move |column| (column, row)));
-        let are_whole = places.all(|(column, row)| tile.at(column, row).fract() == 0.0);
-        Ok(Looked { span: (heights.max - heights.min).max(0.0), are_whole })
+        let places = || (0..tile.height()).flat_map(|row| (0..tile.width()).map(move |column| (column, row)));
+        let are_whole = places().all(|(column, row)| tile.at(column, row).fract() == 0.0);
+        let validity = tile.validity();
+        let is_ground = |(column, row)| validity.is_ground(column as i32, row as i32);
+        let ground =
+            if validity.is_whole() { places().count() } else { places().filter(|&place| is_ground(place)).count() };
+        let span = (4 * ground >= tile.width() * tile.height()).then_some(heights.max - heights.min);
+        Ok(Looked { span, are_whole })
     }
 
     /// What of the ground the mesh of the tile that is loaded may leave bare.

@@ -1,14 +1,16 @@
 //! What a run will come to, found at a few of its tiles: for estimates of disks, before it begins.
 
+use std::time::Instant;
+
 use crate::base::Band;
 use crate::base::control::Control;
 use crate::base::features::FeatureSet;
 use crate::base::tiling::{TileGrid, TileId, spread};
 use crate::field::{Choice, Field, FieldOptions};
 use crate::job::goal::{Curves, Floor, find_cut};
-use crate::job::passes::{Job, Links, TileMaker, check_corners, error_needs, grid, lowest};
-use crate::job::spool::SpoolError;
+use crate::job::passes::{self, Job, Links, TileMaker, check_corners, error_needs, grid, lowest};
 use crate::job::search::{self, Expectation};
+use crate::job::spool::SpoolError;
 use crate::job::{Error, Goal, Params};
 use crate::kernel::triangulate::Progressive;
 
@@ -24,13 +26,26 @@ pub struct Expected {
     pub survey_bytes: u64,
     /// The tolerance at which the first run will be made that looks for one; else none.
     pub tolerance: Option<f64>,
+    /// Seconds of all threads together, as this machine took for the tiles that were made; none where none were.
+    pub thread_seconds: Option<f64>,
 }
+
+/// How many times as long as the tiles of the first pass a run takes with those that follow.
+const LATER_PASSES: f64 = 1.35;
+
+/// How many runs a search makes, mostly.
+const RUNS: f64 = 2.0;
 
 impl Expected {
     /// What no run over a field exceeds: where every sample is a vertex.
     pub fn densest(samples_per_triangle: f64, samples: u64, params: &Params) -> Expected {
         let told = if params.goal.is_none() { 0 } else { told_of(samples) };
-        Expected { samples_per_triangle, survey_bytes: told.saturating_mul(Curves::BYTES), tolerance: None }
+        Expected::of(samples_per_triangle, told)
+    }
+
+    fn of(samples_per_triangle: f64, told: u64) -> Expected {
+        let survey_bytes = told.saturating_mul(Curves::BYTES);
+        Expected { samples_per_triangle, survey_bytes, tolerance: None, thread_seconds: None }
     }
 }
 
@@ -98,40 +113,47 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
     };
     // Where the tiles that were tried have no ground, it is as if they had one triangle.
     let samples_per_triangle = samples / triangles.min(2.0 * samples).max(1.0);
-    Ok(Expected { samples_per_triangle, survey_bytes: told.saturating_mul(Curves::BYTES), tolerance: None })
+    let later = if passes::polishes_seams(params.quality, max_stray) { LATER_PASSES } else { 1.0 };
+    let seconds = rates.filter(|rates| rates.seconds > 0.0).map(|rates| rates.seconds * samples * later);
+    Ok(Expected { thread_seconds: seconds, ..Expected::of(samples_per_triangle, told) })
 }
 
 /// Triangles, and insertions told of, for each sample.
 /// What the first run of a search will come to.
 fn searched(field: &Field, params: &Params, samples: f64, control: &Control<'_>) -> Result<Expected, Error> {
     let few = Params { points: None, ..params.clone() };
-    let Expectation { tolerance, figures } = search::expect(field, &few, control)?;
+    let Expectation { tolerance, figures, seconds, run_seconds } = search::expect(field, &few, control)?;
     let most = params.goal.most_triangles().map_or(2.0 * samples, |most| most as f64);
     let triangles = figures.map_or(most, |figures| (figures.triangles as f64).min(most));
     let samples_per_triangle = samples / triangles.max(1.0);
-    Ok(Expected { samples_per_triangle, survey_bytes: 0, tolerance: Some(tolerance) })
+    let thread_seconds = run_seconds.map(|run| seconds + RUNS * LATER_PASSES * run);
+    Ok(Expected { tolerance: Some(tolerance), thread_seconds, ..Expected::of(samples_per_triangle, 0) })
 }
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Rates {
     triangles: f64,
     told: f64,
+    /// Seconds of a thread.
+    seconds: f64,
 }
 
 fn tried(grid: TileGrid) -> impl Iterator<Item = TileId> {
-    spread(grid.rows(), TRIED).flat_map(move |row| spread(grid.columns(), TRIED).map(move |column| TileId { column, row }))
+    spread(grid.rows(), TRIED)
+        .flat_map(move |row| spread(grid.columns(), TRIED).map(move |column| TileId { column, row }))
 }
 
 /// Makes a few tiles.
 fn made(job: &Job<'_>) -> Result<Rates, Error> {
     let mut maker = TileMaker::default();
-    let (mut samples, mut triangles) = (0, 0);
+    let (mut samples, mut triangles, start) = (0, 0, Instant::now());
     for id in tried(job.grid) {
         let probed = maker.probe(job, &job.grid.place_of(id), false)?;
         samples += probed.samples;
         triangles += probed.triangles;
     }
-    Ok(Rates { triangles: triangles.max(1) as f64 / samples as f64, told: 0.0 })
+    let seconds = start.elapsed().as_secs_f64() / samples as f64;
+    Ok(Rates { triangles: triangles.max(1) as f64 / samples as f64, told: 0.0, seconds })
 }
 
 /// Has a few tiles tell of their insertions, and finds where they end together.
@@ -158,7 +180,7 @@ fn surveyed(job: &Job<'_>, engine: &dyn Progressive) -> Result<Rates, Error> {
             true
         })
         .map_err(failed)?;
-    Ok(Rates { triangles: triangles.max(1) as f64 / samples as f64, told: told as f64 / samples as f64 })
+    Ok(Rates { triangles: triangles.max(1) as f64 / samples as f64, told: told as f64 / samples as f64, seconds: 0.0 })
 }
 
 /// How many insertions tiles tell of at the most, about, before the [`Floor`] stops them: where tiles are alike, each goes as

@@ -10,6 +10,7 @@
 
 use super::stages::{samples_bytes, thread_bytes, writing_bytes};
 use crate::base::Band;
+use crate::base::features::Feature;
 use crate::base::tiling::TileGrid;
 use crate::job::Params;
 
@@ -82,6 +83,13 @@ impl<'a> Load<'a> {
     }
 
     /// The heights, the weights, the channels.
+    /// Whether there is a goal that insertion stops at.
+    pub(super) fn stops_in_order(&self) -> bool {
+        let voids = self.holes.then_some(Feature::FilledVoids);
+        let attributes = (!self.channels.is_empty()).then_some(Feature::Attributes);
+        !self.params.goal.is_none() && !self.params.is_searched(voids.into_iter().chain(attributes).collect())
+    }
+
     pub(super) fn bands(&self) -> impl Iterator<Item = &'a Band> {
         std::iter::once(self.band).chain(self.importance).chain(self.channels)
     }
@@ -171,7 +179,7 @@ impl<'a> Reckoning<'a> {
         // Blocks of bands that are interleaved are decoded together.
         let blocks: u64 = load.bands().map(block_bytes).sum();
         let cacheable = load.bands().map(cacheable_bytes).sum();
-        let goal = if load.params.goal.is_none() { 0 } else { GOAL };
+        let goal = if load.stops_in_order() { GOAL } else { 0 };
         let base = BASE + load.points as u64 * BYTES_PER_POINT + cutline + goal;
         Reckoning { load, base, cacheable, per_thread: BESIDE + cutline + BLOCK_COPIES * blocks }
     }

@@ -81,7 +81,7 @@ fn stage_bytes(load: &Load<'_>) -> u64 {
     let params = load.params;
     // Of a channel a chunk has its values at vertices, and has them encoded.
     let values = 8 * load.channels.len() as u64;
-    let goal = if params.goal.is_none() { 0 } else { GOAL };
+    let goal = if load.stops_in_order() { GOAL } else { 0 };
     let trimming = if params.trim > 0 { TRIMMING } else { 0 };
     let polishing = if params.quality == Quality::None { 0 } else { POLISHING };
     let gathering = if params.passes(load.grid) > 1 { GATHERING } else { 0 };

@@ -17,10 +17,29 @@ const NOISE: f64 = 0.01;
 /// How far a line leads beyond two measurements, as a share of what is sought.
 const CLOSE: f64 = 0.2;
 
+/// How steep a line may be: measurements on either side of a jump say little of what lies beyond.
+fn within_reason(step: f64, in_proportion: f64) -> f64 {
+    let (least, most) = (LEAST * in_proportion, MOST * in_proportion);
+    step.clamp(least.min(most), least.max(most))
+}
+
+/// How long steps are in general, beside those in proportion.
+const LEAST: f64 = 0.6;
+const MOST: f64 = 1.7;
+
 impl Curve {
     pub(super) fn add(&mut self, tolerance: f64, figures: Figures) {
         let at = self.points.partition_point(|(t, _)| *t < tolerance);
         self.points.insert(at, (tolerance, figures));
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// The largest error of all.
+    pub(super) fn largest(&self) -> f64 {
+        self.points.iter().map(|(_, figures)| figures.largest).fold(0.0, f64::max)
     }
 
     /// The least tolerance at which something has been measured.
@@ -46,10 +65,12 @@ impl Curve {
         Some([pair[0], pair[1]])
     }
 
-    /// The tolerance whose quantity is the nearest to a target, and that quantity.
+    /// The tolerance whose quantity is the nearest to a target, and that quantity. Of several, the farthest on the way there.
     pub(super) fn nearest(&self, quantity: Quantity, target: f64) -> Option<(f64, f64)> {
         let off = |(_, figures): &(f64, Figures)| (quantity.of(figures) / target - 1.0).abs();
-        let nearest = self.points.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let (first, last) = (self.points.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?, self.points.iter().rev());
+        let last = last.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let nearest = if quantity.of(&first.1) < target { last } else { first };
         Some((nearest.0, quantity.of(&nearest.1)))
     }
 
@@ -67,7 +88,13 @@ impl Curve {
     /// `None` without any.
     pub(super) fn guess(&self, quantity: Quantity, target: f64) -> Option<f64> {
         if let Some([low, high]) = self.around(quantity, target) {
-            return Some(low.0 + (high.0 - low.0) * ((target - low.1) / (high.1 - low.1)));
+            let by_line = low.0 + (high.0 - low.0) * ((target - low.1) / (high.1 - low.1));
+            if high.0 <= STEP * low.0 {
+                return Some(by_line);
+            }
+            // Far apart the line leads too far: what comes to the coarsest mesh changes no more.
+            let in_proportion = if low.0 > 0.0 { low.0 * (target / low.1) } else { by_line / (STEP * STEP) };
+            return Some((by_line * in_proportion).sqrt().clamp(low.0, by_line));
         }
         let (near, value) = self.nearest(quantity, target)?;
         let far = self.neighbour(near);
@@ -75,8 +102,9 @@ impl Curve {
             let slope = (quantity.of(figures) - value) / (far - near);
             (slope > 0.0).then(|| near + (target - value) / slope)
         });
-        let in_proportion = if value > 0.0 { near * (target / value) } else { near * STEP };
-        Some(by_line.unwrap_or(in_proportion).clamp(near / STEP, near * STEP))
+        let step = if value > 0.0 { near * (target / value - 1.0) } else { near * STEP };
+        let guess = near + by_line.map_or(step, |line| within_reason(line - near, step));
+        Some(guess.clamp(near / STEP, near * STEP))
     }
 
     /// What may come of a tolerance, likewise: inverse counts and errors lie on lines.
@@ -87,7 +115,8 @@ impl Curve {
         let value = |of: &dyn Fn(&Figures) -> f64| {
             let value = of(&near.1);
             let in_proportion = if near.0 > 0.0 { value * (tolerance / near.0) } else { value };
-            let by_line = far.map(|(far, figures)| value + (of(figures) - value) / (far - near.0) * (tolerance - near.0));
+            let by_line =
+                far.map(|(far, figures)| value + (of(figures) - value) / (far - near.0) * (tolerance - near.0));
             by_line.filter(|line| *line > 0.0).unwrap_or(in_proportion)
         };
         let count = |of: fn(&Figures) -> u64| (1.0 / value(&|figures| 1.0 / of(figures).max(1) as f64)).round() as u64;
@@ -127,6 +156,14 @@ mod tests {
         assert_eq!(curve(&[(4.0, 500), (2.0, 1000)]).guess(budget(750), 1.0), Some(2.0 + 2.0 / 3.0));
         assert_eq!(curve(&[(2.0, 1000), (4.0, 500)]).estimate(8.0).map(|figures| figures.triangles), Some(250));
         assert_eq!(curve(&[]).guess(budget(5), 1.0), None);
+    }
+
+    /// Heights that are whole numbers: below a half, tolerances are all the same.
+    #[test]
+    fn a_plateau_is_left() {
+        let flat = curve(&[(0.1, 1000), (0.4, 1000)]);
+        assert_eq!(flat.guess(budget(500), 1.0), Some(0.8));
+        assert_eq!(flat.guess(budget(2000), 1.0), Some(0.05));
     }
 
     #[test]

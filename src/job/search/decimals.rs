@@ -37,7 +37,10 @@ mod tests {
     fn four_digits() {
         assert_eq!([tidy(12.3456), tidy(1.0), tidy(0.000123456), tidy(0.0)], [12.35, 1.0, 0.0001235, 0.0]);
         assert_eq!([next_above(1.0), next_above(9.999), next_above(0.5)], [1.001, 10.0, 0.5001]);
-        assert_eq!([next_below(1.0), next_below(1.001), next_below(0.9999), next_below(1.0005)], [0.9999, 1.0, 0.9998, 1.0]);
+        assert_eq!(
+            [next_below(1.0), next_below(1.001), next_below(0.9999), next_below(1.0005)],
+            [0.9999, 1.0, 0.9998, 1.0]
+        );
         assert_eq!([next_above(1e300), next_below(1e-300)], [1.001e300, 9.999e-301]);
     }
 }

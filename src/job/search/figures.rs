@@ -58,7 +58,8 @@ impl Quantity {
     }
 
     pub(super) fn of(&self, figures: &Figures) -> f64 {
-        let times = |most: Option<u64>, count: u64| most.map_or(f64::INFINITY, |most| most as f64 / count.max(1) as f64);
+        let times =
+            |most: Option<u64>, count: u64| most.map_or(f64::INFINITY, |most| most as f64 / count.max(1) as f64);
         match *self {
             Quantity::Budget { points, triangles } => {
                 times(points, figures.vertices).min(times(triangles, figures.triangles))

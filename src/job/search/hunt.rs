@@ -22,6 +22,9 @@ pub(super) trait Bench {
     /// A tolerance to begin with, where nothing is known.
     fn start(&self) -> f64;
 
+    /// From the least height to the greatest, about.
+    fn span(&self) -> f64;
+
     /// What heights are multiples of, if they are: counts jump where the tolerance is a multiple, too.
     fn step(&self) -> Option<f64>;
 }
@@ -67,8 +70,12 @@ enum Verdict {
 /// More runs than ever were needed.
 const MOST_RUNS: usize = 8;
 
-/// How often a preview is tried for one guess.
+/// How often a preview is tried for one guess, and in all.
 const MOST_PREVIEWS: usize = 8;
+const MOST_PREVIEWS_IN_ALL: usize = 12;
+
+/// Errors are not larger than from the least height to the greatest; weights may make them so, or heights that nobody has seen.
+const BEYOND: f64 = 4.0;
 
 /// At so many steps of the heights counts jump.
 const LARGE_STEPS: f64 = 3.0;
@@ -176,8 +183,7 @@ impl<'a> Hunt<'a> {
             self.bench.keep(self.best.map(|(best, _)| best))?;
             match verdict {
                 Verdict::Meets => break,
-                Verdict::TooFine if !self.aim.is_within(&figures) && figures.largest <= tolerance / 2.0 => {
-                    // A larger tolerance changes nothing.
+                Verdict::TooFine if self.is_coarsest(tolerance, &figures) && !self.aim.is_within(&figures) => {
                     return match self.best {
                         Some(_) => Ok(self.found(runs)),
                         None => Err(self.aim.too_small(&figures).into()),
@@ -192,6 +198,17 @@ impl<'a> Hunt<'a> {
             }
         }
         Ok(self.found(runs))
+    }
+
+    /// Whether a larger tolerance changes nothing: this one exceeds all errors there can be.
+    fn is_coarsest(&self, tolerance: f64, figures: &Figures) -> bool {
+        figures.largest <= tolerance / 2.0 && tolerance >= tidy(BEYOND * self.bench.span())
+    }
+
+    /// A tolerance that exceeds all errors there can be, as far as is known.
+    fn largest_of_use(&self) -> f64 {
+        let largest = self.runs().largest().max(self.bench.span());
+        if largest > 0.0 { BEYOND * largest } else { f64::INFINITY }
     }
 
     fn found(&self, runs: usize) -> Found {
@@ -212,8 +229,10 @@ impl<'a> Hunt<'a> {
         if !self.aim.is_within(&figures) {
             return;
         }
-        let reaches = |tolerance, figures: &Figures| self.aim.asks_for_quality() && self.aim.is_reached(tolerance, figures);
-        let is_better = |(other, before): &(f64, Figures)| match (reaches(tolerance, &figures), reaches(*other, before)) {
+        let reaches =
+            |tolerance, figures: &Figures| self.aim.asks_for_quality() && self.aim.is_reached(tolerance, figures);
+        let is_better = |(other, before): &(f64, Figures)| match (reaches(tolerance, &figures), reaches(*other, before))
+        {
             (true, true) => figures.triangles < before.triangles,
             (false, false) => tolerance < *other,
             (reaches, _) => reaches,
@@ -239,8 +258,8 @@ impl<'a> Hunt<'a> {
             Some(budget) => budget,
             None => quality,
         };
-        let guess = if guess == self.aim.coarsest { guess } else { tidy(guess) }.max(self.aim.finest);
-        Ok(self.untried(guess))
+        let guess = if guess == self.aim.coarsest { guess } else { tidy(guess.min(self.largest_of_use())) };
+        Ok(self.untried(guess.max(self.aim.finest)))
     }
 
     /// A tolerance near a guess that can bring something new.
@@ -286,7 +305,7 @@ impl<'a> Hunt<'a> {
         let near = self.bench.previews()[way].near;
         let mut tolerance = self.aim.finest;
         for tries in 0..MOST_PREVIEWS {
-            let guess = self.guess(way, quantity, target)?;
+            let guess = self.guess(way, quantity, target)?.min(self.largest_of_use());
             let least = self.curves[way].least();
             // Smaller tolerances lead nowhere, or not soon.
             let is_endless = tries >= 3 && least.is_some_and(|least| guess < 0.6 * least);
@@ -295,7 +314,7 @@ impl<'a> Hunt<'a> {
             if !has_step && self.curves[way].has_near(tolerance, near) {
                 break;
             }
-            if self.curves[way].at(tolerance).is_some() {
+            if self.curves[way].at(tolerance).is_some() || self.curves[way].len() >= MOST_PREVIEWS_IN_ALL {
                 break;
             }
             let figures = self.bench.preview(way, tolerance)?;

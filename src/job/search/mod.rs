@@ -13,11 +13,13 @@ mod curve;
 mod decimals;
 mod figures;
 mod hunt;
+mod sample;
 #[cfg(test)]
 mod tests;
 mod tiles;
 
 pub use figures::Figures;
+pub(super) use tiles::RUN;
 
 use self::hunt::{Aim, Hunt};
 use self::tiles::Tiles;
@@ -67,6 +69,9 @@ pub(super) struct Expectation {
     pub(super) tolerance: f64,
     /// What its mesh may come to.
     pub(super) figures: Option<Figures>,
+    /// Seconds of all threads together that a few tiles took, and what the first pass of a run may take, where that is known.
+    pub(super) seconds: f64,
+    pub(super) run_seconds: Option<f64>,
 }
 
 /// A run that ended between two tolerances.
@@ -120,7 +125,8 @@ pub(super) fn expect(field: &Field, params: &Params, control: &Control<'_>) -> R
     let job = Job::new(field, params, control)?;
     let mut tiles = Tiles::new(&job, None)?;
     let (tolerance, figures) = Hunt::new(&mut tiles, aim(params)).expect()?;
-    Ok(Expectation { tolerance, figures })
+    let (seconds, run_seconds) = tiles.seconds();
+    Ok(Expectation { tolerance, figures, seconds, run_seconds })
 }
 
 fn aim(params: &Params) -> Aim {

@@ -56,6 +56,10 @@ impl Bench for Made {
         3.0
     }
 
+    fn span(&self) -> f64 {
+        1e6
+    }
+
     fn step(&self) -> Option<f64> {
         (self.jump > 0.0).then_some(1.0)
     }
@@ -155,6 +159,9 @@ fn a_budget_that_nothing_keeps_to_is_told() {
         fn start(&self) -> f64 {
             1.0
         }
+        fn span(&self) -> f64 {
+            5.0
+        }
         fn step(&self) -> Option<f64> {
             None
         }
@@ -188,12 +195,15 @@ fn the_mesh_is_that_of_a_run_with_the_tolerance() {
         let (one, three) = (on(1), on(3));
         assert!(chunks(&one) == chunks(&three), "{goal:?}");
         let search = one.outcome().and_then(|outcome| outcome.search).expect("a search");
-        let alone = Params { goal: Goal::default(), tolerance: params.tolerance.at(search.tolerance), ..params.clone() };
+        let alone =
+            Params { goal: Goal::default(), tolerance: params.tolerance.at(search.tolerance), ..params.clone() };
         assert!(chunks(&make(&field, &alone, &Control::default()).expect("a mesh")) == chunks(&one), "{goal:?}");
         certify_weighted(width, height, &heights, None, &alone);
         let figures = one.figures().expect("figures");
         assert!(goal.max_points.is_none_or(|most| figures.vertices <= most && figures.vertices * 100 >= most * 97));
-        assert!(goal.max_triangles.is_none_or(|most| figures.triangles <= most && figures.triangles * 100 >= most * 97));
+        assert!(
+            goal.max_triangles.is_none_or(|most| figures.triangles <= most && figures.triangles * 100 >= most * 97)
+        );
         assert!(goal.max_rms.is_none_or(|rms| figures.rms <= rms && figures.rms >= 0.97 * rms));
     }
 }

@@ -1,42 +1,47 @@
 //! A search's runs, and a few tiles by which they are foreseen.
 
-use rayon::prelude::*;
+use std::time::Instant;
 
 use super::Store;
 use super::curve::Curve;
 use super::figures::Figures;
 use super::hunt::{Bench, Preview};
-use crate::base::control::Stage;
-use crate::base::tiling::{TileGrid, TileId, spread};
+use super::sample::{Sample, for_each};
 use crate::job::passes::{Job, Pool, TileMaker, TileTimes};
 use crate::job::triangulate::run_to_the_end;
 use crate::job::{Error, Goal, Mesh, Params, Quality};
 
-/// One of so many tiles is polished beforehand.
-const ONE_OF: usize = 8;
-/// With fewer tiles none is: a run is little more.
+/// With fewer tiles none is polished beforehand: a run is little more.
 const FEW: usize = 4;
-/// No more tiles than this are polished, or triangulated.
-const MOST: [usize; 2] = [256, 1024];
 
 /// What runs make, and what a few tiles foretell.
 pub(super) struct Tiles<'a> {
     job: &'a Job<'a>,
     /// None where no run is made.
     store: Option<&'a dyn Store>,
-    few: Vec<TileId>,
-    many: Vec<TileId>,
+    sample: Sample,
     ways: Vec<Way>,
     previews: Vec<Preview>,
     /// What many tiles came to.
     of_many: Curve,
     start: f64,
-    step: Option<f64>,
     makers: Pool<TileMaker>,
     /// Meshes of runs, by their tolerances.
     meshes: Vec<(f64, Mesh)>,
+    /// Of all runs together.
     times: TileTimes,
+    found: u64,
     spool_bytes: u64,
+    /// Seconds of all threads together for tiles that were tried; and for all tiles, as the last took that were polished.
+    seconds: f64,
+    run_seconds: Option<f64>,
+}
+
+/// Which tiles are tried.
+#[derive(Debug, Clone, Copy)]
+enum Which {
+    Few,
+    Many,
 }
 
 /// A way to foretell what a run comes to.
@@ -61,45 +66,41 @@ impl Way {
 }
 
 /// What whole runs are called.
-const RUN: &str = "run";
+pub(in crate::job) const RUN: &str = "run";
 
 impl<'a> Tiles<'a> {
     /// Looks at the heights of a few tiles.
     pub(super) fn new(job: &'a Job<'a>, store: Option<&'a dyn Store>) -> Result<Tiles<'a>, Error> {
         let Job { params, grid, .. } = *job;
-        let [few, many] = [(grid.len() / ONE_OF).clamp(1, MOST[0]), grid.len().min(MOST[1])];
-        let [few, many] = [few, many].map(|most| sample(grid, most));
-        let mut ways = Vec::new();
-        if few.len() < many.len() {
-            ways.push((Way::Few, Preview { near: 0.15, bias: 1.0 }));
-        }
-        ways.push((Way::Many, Preview { near: 0.08, bias: polished_share(params.quality) }));
-        if params.quality != Quality::None && grid.len() >= FEW {
-            ways.push((Way::Polished, Preview { near: 0.04, bias: 1.0 }));
-        }
-        let (ways, previews) = ways.into_iter().unzip();
-        let mut tiles = Tiles {
+        let makers = Pool::default();
+        let sample = Sample::look(job, &makers)?;
+        let ways = [
+            (Way::Few, Preview { near: 0.15, bias: 1.0 }, sample.few.len() < sample.many.len()),
+            (Way::Many, Preview { near: 0.08, bias: polished_share(params.quality) }, true),
+            (Way::Polished, Preview { near: 0.04, bias: 1.0 }, params.quality != Quality::None && grid.len() >= FEW),
+        ];
+        // Without ground nothing is known before the first run.
+        let ways = ways.into_iter().filter(|(_, _, pays)| *pays && !sample.many.is_empty());
+        let (ways, previews) = ways.map(|(way, preview, _)| (way, preview)).unzip();
+        let asked = Some(params.tolerance.asked()).filter(|asked| asked.is_finite());
+        let start = params.goal.max_rms.map(|rms| 2.5 * rms).or(asked).filter(|&start| start > 0.0);
+        let start = start.or((sample.span > 0.0).then_some(sample.span / 64.0)).unwrap_or(1.0);
+        Ok(Tiles {
             job,
             store,
-            few,
-            many,
+            sample,
             ways,
             previews,
             of_many: Curve::default(),
-            start: 1.0,
-            step: None,
-            makers: Pool::default(),
+            start,
+            makers,
             meshes: Vec::new(),
             times: TileTimes::default(),
+            found: 0,
             spool_bytes: 0,
-        };
-        let heights = tiles.each(&tiles.few, |maker, job, id| maker.look(job, &job.grid.place_of(id)))?;
-        let span = heights.iter().map(|h| h.span).fold(0.0, f64::max);
-        let goal = params.goal.max_rms.map(|rms| 2.5 * rms);
-        let asked = Some(params.tolerance.asked()).filter(|asked| asked.is_finite());
-        tiles.start = goal.or(asked).filter(|&t| t > 0.0).or((span > 0.0).then_some(span / 64.0)).unwrap_or(1.0);
-        tiles.step = heights.iter().all(|h| h.are_whole).then_some(1.0);
-        Ok(tiles)
+            seconds: 0.0,
+            run_seconds: None,
+        })
     }
 
     /// The mesh of a run that was made, here or in an earlier process.
@@ -108,7 +109,14 @@ impl<'a> Tiles<'a> {
             Some(at) => self.meshes.swap_remove(at).1,
             None => self.make(tolerance)?,
         };
-        Ok(Mesh { times: self.times, spool_bytes: self.spool_bytes.max(mesh.spool_bytes), ..mesh })
+        let spool_bytes = self.spool_bytes.max(mesh.spool_bytes);
+        Ok(Mesh { times: self.times, found: self.found, spool_bytes, ..mesh })
+    }
+
+    /// Seconds of all threads together: what the tiles took that were tried, and what the first pass of a run may take, where
+    /// it is known.
+    pub(super) fn seconds(&self) -> (f64, Option<f64>) {
+        (self.seconds, self.run_seconds)
     }
 
     /// Makes a run at a tolerance.
@@ -120,6 +128,7 @@ impl<'a> Tiles<'a> {
         let held: u64 = self.meshes.iter().map(|(_, mesh)| mesh.spool.bytes()).sum();
         self.spool_bytes = self.spool_bytes.max(held + mesh.spool_bytes);
         self.times = self.times.plus(mesh.times);
+        self.found += mesh.found;
         Ok(mesh)
     }
 
@@ -129,41 +138,28 @@ impl<'a> Tiles<'a> {
         Params { tolerance: params.tolerance.at(tolerance), goal: Goal::default(), ..params.clone() }
     }
 
-    /// Does something with each of some tiles, in parallel.
-    fn each<T: Send>(
-        &self,
-        tiles: &[TileId],
-        work: impl Fn(&mut TileMaker, &Job<'_>, TileId) -> Result<T, Error> + Sync,
-    ) -> Result<Vec<T>, Error> {
-        let Job { control, grid, .. } = *self.job;
-        let samples = tiles.iter().map(|&id| grid.window(id).len() as u64).sum();
-        control.progress.begin(Stage::Survey, tiles.len() as u64, samples);
-        let all = tiles.par_iter().map(|&id| {
-            control.cancel.check()?;
-            let done = self.makers.with(|maker| work(maker, self.job, id))?;
-            control.progress.step(Stage::Survey, grid.window(id).len() as u64);
-            Ok(done)
-        });
-        let all: Result<Vec<T>, Error> = all.collect();
-        control.progress.end(Stage::Survey);
-        all
-    }
-
     /// What tiles come to, with or without polishing, scaled to the whole raster.
-    fn made(&self, tiles: &[TileId], polished: bool, tolerance: f64) -> Result<Figures, Error> {
+    fn made(&mut self, tiles: Which, polished: bool, tolerance: f64) -> Result<Figures, Error> {
         let (params, job) = (self.at(tolerance), *self.job);
         let wants_errors = job.params.goal.max_rms.is_some();
         let (params, max_stray) = match polished {
             false => (Params { quality: Quality::None, ..params }, f64::INFINITY),
             true => (params, job.max_stray),
         };
-        let tried = self.each(tiles, |maker, job, id| {
+        let tiles = match tiles {
+            Which::Few => &self.sample.few,
+            Which::Many => &self.sample.many,
+        };
+        let tried = for_each(&job, &self.makers, tiles, |maker, job, id| {
             let alone = Job { params: &params, max_stray, polishes_seams: false, ..*job };
-            maker.probe(&alone, &job.grid.place_of(id), wants_errors)
+            let start = Instant::now();
+            let probed = maker.probe(&alone, &job.grid.place_of(id), wants_errors)?;
+            Ok((probed, start.elapsed().as_secs_f64()))
         })?;
+        let seconds: f64 = tried.iter().map(|(_, seconds)| seconds).sum();
         let (mut cells, mut sum) = (0, Figures::default());
         let (mut squares, mut samples) = (0.0, 0);
-        for tile in &tried {
+        for (tile, _) in &tried {
             cells += tile.cells;
             sum.vertices += tile.vertices;
             sum.triangles += tile.triangles;
@@ -171,6 +167,9 @@ impl<'a> Tiles<'a> {
             samples += tile.measured;
         }
         let all = (job.field.width() as f64 - 1.0) * (job.field.height() as f64 - 1.0);
+        self.seconds += seconds;
+        let is_run = polished || job.params.quality == Quality::None;
+        self.run_seconds = is_run.then_some(seconds * (all / cells as f64)).or(self.run_seconds);
         let rms = if samples == 0 { 0.0 } else { (squares / samples as f64).sqrt() };
         Ok(Figures { rms, ..sum.scaled(all / cells as f64) })
     }
@@ -178,11 +177,11 @@ impl<'a> Tiles<'a> {
     /// What a tolerance comes to in some way.
     fn try_way(&mut self, way: Way, tolerance: f64) -> Result<Figures, Error> {
         match way {
-            Way::Few => self.made(&self.few, false, tolerance),
-            Way::Many => self.made(&self.many, false, tolerance),
+            Way::Few => self.made(Which::Few, false, tolerance),
+            Way::Many => self.made(Which::Many, false, tolerance),
             Way::Polished => {
-                let of_engine = self.made(&self.few, false, tolerance)?;
-                let polished = self.made(&self.few, true, tolerance)?;
+                let of_engine = self.made(Which::Few, false, tolerance)?;
+                let polished = self.made(Which::Few, true, tolerance)?;
                 let many = self.of_many.estimate(tolerance).unwrap_or(of_engine);
                 Ok(polished.in_proportion(&of_engine, &many))
             }
@@ -242,8 +241,12 @@ impl Bench for Tiles<'_> {
         self.start
     }
 
+    fn span(&self) -> f64 {
+        self.sample.span
+    }
+
     fn step(&self) -> Option<f64> {
-        self.step
+        self.sample.step
     }
 }
 
@@ -255,13 +258,4 @@ fn polished_share(quality: Quality) -> f64 {
         Quality::Balanced => 0.32,
         Quality::Best => 0.3,
     }
-}
-
-/// No more tiles than so many, spread evenly over a raster.
-fn sample(grid: TileGrid, most: usize) -> Vec<TileId> {
-    let rows = (most * grid.rows() / grid.columns()).isqrt().clamp(1, grid.rows());
-    let columns = (most / rows).clamp(1, grid.columns());
-    spread(grid.rows(), rows)
-        .flat_map(|row| spread(grid.columns(), columns).map(move |column| TileId { column, row }))
-        .collect()
 }

@@ -5,7 +5,7 @@ use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::manifest::Manifest;
-use super::{CHUNKS, Job, WorkDirError, failed, must_be_empty};
+use super::{CHUNKS, Job, WorkDirError, failed, must_be_empty, trials};
 use crate::job::PassName;
 use crate::job::passes::{Links, folder_of};
 
@@ -18,6 +18,8 @@ pub struct Finished {
     pub seams: u64,
     /// Tiles of the last two passes, over crossings with seams.
     pub crossings: u64,
+    /// Whole runs of a search for a tolerance.
+    pub runs: u64,
     /// What all of them take on disk.
     pub bytes: u64,
 }
@@ -47,7 +49,8 @@ impl Finished {
         let of_pass = |pass: PassName| count(&chunks.join(folder_of(Links::Fewest, pass)), stamp);
         let all = PassName::ALL.map(of_pass);
         let [(tiles, _), (seams, _), (across, _), (down, _)] = all;
-        Ok(Finished { tiles, seams, crossings: across + down, bytes: all.iter().map(|(_, bytes)| bytes).sum() })
+        let bytes = all.iter().map(|(_, bytes)| bytes).sum::<u64>() + trials::bytes(&chunks);
+        Ok(Finished { tiles, seams, crossings: across + down, runs: trials::runs(dir), bytes })
     }
 }
 

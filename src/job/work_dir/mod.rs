@@ -51,8 +51,8 @@ use std::path::{Path, PathBuf};
 use crate::base::Files;
 use crate::base::faults::{self, Point};
 use crate::base::{durable, private_file};
-use crate::job::spool::{Spool, SpoolError};
 use crate::job::Pass;
+use crate::job::spool::{Spool, SpoolError};
 use lock::Lock;
 use manifest::Manifest;
 

@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::{CHUNKS, WorkDir, WorkDirError, failed};
+use super::{CHUNKS, WorkDir, WorkDirError, chunk_bytes, failed};
 use crate::base::durable;
 use crate::base::private_file::PrivateFile;
+use crate::job::search::RUN;
 use crate::job::spool::{Spool, SpoolError};
 use crate::job::{Figures, Pass};
 
@@ -34,6 +35,26 @@ fn read(path: &Path) -> io::Result<Vec<Trial>> {
         Ok(text) => Ok(serde_json::from_slice(&text).unwrap_or_default()),
     }
 }
+
+/// How many whole runs have been noted in a work dir.
+pub(super) fn runs(dir: &Path) -> u64 {
+    let all = read(&dir.join(TRIALS)).unwrap_or_default();
+    all.iter().filter(|trial| trial.way == RUN).count() as u64
+}
+
+/// What the chunks of runs take on disk.
+pub(super) fn bytes(chunks: &Path) -> u64 {
+    let runs = chunks
+        .read_dir()
+        .into_iter()
+        .flatten()
+        .flatten()
+        .filter(|entry| entry.file_name().to_str().is_some_and(|name| name.starts_with(FOLDER)));
+    runs.map(|entry| chunk_bytes(&entry.path())).sum()
+}
+
+/// How the names of folders begin that have the chunks of runs.
+const FOLDER: &str = "at-";
 
 impl WorkDir {
     /// What has been noted of a tolerance that was tried in some way. Nothing where the raster may have changed since: then
@@ -97,6 +118,6 @@ impl WorkDir {
 
     /// The folder of the chunks of a search's run.
     fn trial(&self, tolerance: f64) -> PathBuf {
-        self.dir.join(CHUNKS).join(format!("at-{tolerance:e}"))
+        self.dir.join(CHUNKS).join(format!("{FOLDER}{tolerance:e}"))
     }
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::SCHEMA;
 use crate::base::warning::Warnings;
-use crate::job::plan::{Estimate, Plan};
+use crate::job::plan::{Estimate, Expected, Plan};
 use crate::job::work_dir::Finished;
 
 /// What a run will need, before it begins.
@@ -15,6 +15,10 @@ pub struct Needs {
     /// How the density was found, in words.
     #[serde(skip)]
     pub found_by: &'static str,
+    /// The tolerance that a search for one will begin at; null where none is looked for.
+    pub tolerance: Option<f64>,
+    /// Seconds of all threads together, as this machine took for the tiles that were tried; null where none were made.
+    pub thread_seconds: Option<f64>,
     /// The disk.
     pub estimate: Estimate,
     /// The memory.
@@ -39,7 +43,9 @@ pub struct WorkDirState {
 }
 
 impl Needs {
-    pub(in crate::run) fn new(found_by: &'static str, estimate: Estimate, memory: Plan) -> Needs {
-        Needs { schema: SCHEMA, found_by, estimate, memory, work_dir: None, warnings: Warnings::default() }
+    pub(in crate::run) fn new(found_by: &'static str, expected: &Expected, estimate: Estimate, memory: Plan) -> Needs {
+        let Expected { tolerance, thread_seconds, .. } = *expected;
+        let warnings = Warnings::default();
+        Needs { schema: SCHEMA, found_by, tolerance, thread_seconds, estimate, memory, work_dir: None, warnings }
     }
 }

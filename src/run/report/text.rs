@@ -9,9 +9,9 @@ use super::{
 use crate::base::decimal::Decimal;
 use crate::base::{PointCounts, Reference};
 use crate::field::Access;
-use crate::job::{Budget, Searched};
 use crate::job::plan::{Estimate, Plan};
 use crate::job::work_dir::Finished;
+use crate::job::{Budget, Searched};
 use crate::kernel::triangulate::Feasibility;
 use crate::run::ConvertReport;
 
@@ -123,8 +123,11 @@ impl Needs {
         let Estimate { field_bytes, spool_bytes, survey_bytes, output_bytes, samples_per_triangle } = self.estimate;
         let temporary = field_bytes.saturating_add(spool_bytes).saturating_add(survey_bytes);
         let Plan { budget_bytes, threads, needed_bytes, .. } = self.memory;
-        let mut lines = vec![
-            ("density", format!("about {samples_per_triangle:.1} samples per triangle, {}", self.found_by)),
+        let mut lines =
+            vec![("density", format!("about {samples_per_triangle:.1} samples per triangle, {}", self.found_by))];
+        lines.extend(self.tolerance.map(|tolerance| ("tolerance", format!("looked for, from about {tolerance} on"))));
+        lines.extend(self.thread_seconds.map(|seconds| ("time", about(seconds, threads))));
+        lines.extend([
             (
                 "memory",
                 format!(
@@ -136,19 +139,33 @@ impl Needs {
             ),
             ("disk", format!("{} of temporary files", BinaryBytes(temporary))),
             ("output", format!("about {}", BinaryBytes(output_bytes))),
-        ];
+        ]);
         lines.extend(self.work_dir.as_ref().map(|state| ("work dir", state.line())));
         lines
     }
 }
 
+/// About how long so many seconds of threads are on the clock.
+fn about(seconds: f64, threads: usize) -> String {
+    let clock = seconds / threads.max(1) as f64;
+    let said = match clock {
+        s if s < 90.0 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    };
+    format!("about {said} with {} here", counted(threads as u64, "thread"))
+}
+
 impl WorkDirState {
     fn line(&self) -> String {
-        let Finished { tiles, seams, crossings, bytes } = self.finished;
+        let Finished { tiles, seams, crossings, runs, bytes } = self.finished;
         let kept = match bytes {
             0 => String::new(),
             bytes => format!("; {} are kept", BinaryBytes(bytes)),
         };
+        if runs > 0 {
+            return format!("{} of the search finished{kept}", counted(runs, "run"));
+        }
         let second = match self.seams {
             0 => String::new(),
             all => format!(", {seams} of {all} in the second pass"),

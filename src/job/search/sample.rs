@@ -1,0 +1,90 @@
+//! Which tiles are tried before a run, and what their heights are like.
+
+use rayon::prelude::*;
+
+use crate::base::control::Stage;
+use crate::base::tiling::{TileGrid, TileId, spread};
+use crate::job::Error;
+use crate::job::passes::{Job, Looked, Pool, TileMaker};
+
+/// One of so many tiles is among the few.
+const ONE_OF: usize = 8;
+/// No more tiles than this are among the few, or the many.
+const MOST: [usize; 2] = [256, 1024];
+
+/// Tiles with a good share of ground, spread evenly over a raster.
+#[derive(Debug)]
+pub(super) struct Sample {
+    /// One of eight.
+    pub(super) few: Vec<TileId>,
+    /// All, where there are not too many.
+    pub(super) many: Vec<TileId>,
+    /// From the least height to the greatest of a tile, at the most.
+    pub(super) span: f64,
+    /// What heights are multiples of: 1, where all are whole numbers.
+    pub(super) step: Option<f64>,
+}
+
+impl Sample {
+    /// Loads up to 1024 tiles.
+    pub(super) fn look(job: &Job<'_>, makers: &Pool<TileMaker>) -> Result<Sample, Error> {
+        let grid = job.grid;
+        let all = evenly(grid, grid.len().min(MOST[1]));
+        let looked = for_each(job, makers, &all, |maker, job, id| maker.look(job, &grid.place_of(id)))?;
+        let is_ground = |(_, looked): &(&TileId, &Looked)| looked.span.is_some();
+        let many: Vec<TileId> = all.iter().zip(&looked).filter(is_ground).map(|(id, _)| *id).collect();
+        let wanted = (grid.len() / ONE_OF).clamp(1, MOST[0]);
+        let mut few = evenly(grid, wanted);
+        few.retain(|id| many.contains(id));
+        if 2 * few.len() < wanted {
+            few = many.iter().copied().step_by(many.len().div_ceil(wanted).max(1)).collect();
+        }
+        let span = looked.iter().filter_map(|looked| looked.span).fold(0.0, f64::max);
+        let step = looked.iter().all(|looked| looked.are_whole).then_some(1.0);
+        Ok(Sample { few, many, span, step })
+    }
+}
+
+/// Does something with each of some tiles, in parallel; what comes of it is in their order.
+pub(super) fn for_each<T: Send>(
+    job: &Job<'_>,
+    makers: &Pool<TileMaker>,
+    tiles: &[TileId],
+    work: impl Fn(&mut TileMaker, &Job<'_>, TileId) -> Result<T, Error> + Sync,
+) -> Result<Vec<T>, Error> {
+    let Job { control, grid, .. } = *job;
+    let samples = tiles.iter().map(|&id| grid.window(id).len() as u64).sum();
+    control.progress.begin(Stage::Survey, tiles.len() as u64, samples);
+    let all = tiles.par_iter().map(|&id| {
+        control.cancel.check()?;
+        let done = makers.with(|maker| work(maker, job, id))?;
+        control.progress.step(Stage::Survey, grid.window(id).len() as u64);
+        Ok(done)
+    });
+    let all: Result<Vec<T>, Error> = all.collect();
+    control.progress.end(Stage::Survey);
+    all
+}
+
+/// No more tiles than so many, spread evenly over a raster.
+fn evenly(grid: TileGrid, most: usize) -> Vec<TileId> {
+    let rows = (most * grid.rows() / grid.columns()).isqrt().clamp(1, grid.rows().min(most));
+    let columns = (most / rows).clamp(1, grid.columns());
+    spread(grid.rows(), rows)
+        .flat_map(|row| spread(grid.columns(), columns).map(move |column| TileId { column, row }))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_are_spread() {
+        let of = |width, height, most| evenly(TileGrid::new(width, height, 10), most).len();
+        assert_eq!(
+            [of(101, 101, 1), of(101, 101, 100), of(101, 101, 12), of(1001, 11, 12), of(11, 1001, 12)],
+            [1, 100, 12, 12, 12]
+        );
+    }
+}
