@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 import bench_against
+import bench_budgets
 import bench_looks
 from bench import DATA, described, environment, peer
 from bench_common import (
@@ -61,9 +62,17 @@ def main():
         help=f"only how meshes look along seams and the rim, by default balanced ones of '{bench_looks.CASES}'; "
         f"another quality is {'; '.join(bench_looks.ONE_TILE)}",
     )
+    parser.add_argument(
+        "--budgets", nargs="?", const=bench_budgets.CASES, metavar="CASES",
+        help=f"only what budgets of triangles come to, by default '{bench_budgets.CASES}'",
+    )
     arguments = parser.parse_args()
     wanted = chosen(arguments)
     WORK.mkdir(parents=True, exist_ok=True)
+    if arguments.budgets is not None:
+        print("\n".join(machine()))
+        bench_budgets.report(arguments.budgets, arguments)
+        return
     if arguments.looks is not None:
         print("\n".join(machine()))
         bench_looks.report(arguments.looks, {q: LOOKS[q] for q in wanted}, arguments)

@@ -97,7 +97,7 @@ def simplify(
         max_rms: The root mean square of the distances to reach.
         max_points: A budget of vertices.
         max_triangles: A budget of triangles.
-        quality: How much work goes into fewer triangles: balanced, unless there is a budget.
+        quality: How much work goes into fewer triangles: balanced by default.
         heights: Whether vertices that polishing moves have the heights of samples, or heights fitted to those around them.
         min_angle: The smallest angle, in degrees, of triangles that polishing makes, unless they replace sharper ones.
         max_stray: How far the surface may stray between samples, in tolerances; ``inf`` for no limit.

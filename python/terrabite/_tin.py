@@ -71,7 +71,7 @@ class TIN:
 
     @property
     def tolerance(self) -> float | None:
-        """The ``max_error`` that was asked for; None where only a budget was."""
+        """The tolerance that the mesh keeps to: ``max_error``, or what was found for a budget."""
         tolerance: float | None = self._report["tolerance"]
         return tolerance
 

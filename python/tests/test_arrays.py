@@ -34,6 +34,16 @@ def test_a_mesh_is_within_the_tolerance_and_covers_all(dem):
     assert doubled.min() > 0 and doubled.sum() / 2 == (dem.shape[0] - 1) * (dem.shape[1] - 1)
 
 
+@pytest.mark.parametrize("quality", ["balanced", "none"])
+def test_a_budget_is_kept_and_its_tolerance_said(dem, quality):
+    tin = tb.simplify(dem, max_triangles=500, quality=quality)
+    assert 450 <= len(tin.triangles) <= 500
+    assert (tin.tolerance is None) == (quality == "none")
+    if tin.tolerance is not None:
+        assert tb.verify(dem, tin, max_error=tin.tolerance).passed
+        assert same(tin, tb.simplify(dem, max_error=tin.tolerance))
+
+
 @pytest.mark.parametrize("dtype", DTYPES)
 def test_every_type_is_read_as_it_is(dem, dtype):
     small = np.round(dem / 4).astype(dtype)

@@ -36,8 +36,6 @@ import terrabite as tb
         {"max_error": 1, "nodata": "high"},
         {"max_error": 1, "transform": (0, 1, 0)},
         {"max_error": 1, "transform": (0, 1, 0), "crs": "EPSG:32633"},
-        {"max_triangles": 100, "quality": "balanced"},
-        {"max_triangles": 100, "trim": 1},
         {"max_error": 1, "engine": "greedy-cuts", "swap": "data-dependent"},
         {"max_error": 1, "shape": "smallest-angle"},
         {"max_error": 1, "attribute_weight": 0.5},

@@ -136,7 +136,7 @@ fn a_jump_that_a_budget_lies_in_is_found_from_both_sides() {
     let found = Hunt::new(&mut bench, aim(triangles(most), f64::INFINITY)).finish().expect("found");
     assert_eq!(found.tolerance, 1.0);
     let (low, beyond) = found.beyond.expect("a tolerance that exceeds the budget");
-    assert!(low < 1.0 && low >= 0.999 && beyond.triangles > most, "{found:?}");
+    assert!((0.999..1.0).contains(&low) && beyond.triangles > most, "{found:?}");
     assert!(found.runs <= 3, "{:?}", bench.runs);
 }
 
