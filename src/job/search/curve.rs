@@ -17,6 +17,9 @@ const NOISE: f64 = 0.01;
 /// How far a line leads beyond two measurements, as a share of what is sought.
 const CLOSE: f64 = 0.2;
 
+/// Measurements whose tolerances differ by a larger factor are far apart.
+const FAR: f64 = 2.0;
+
 /// How steep a line may be: measurements on either side of a jump say little of what lies beyond.
 fn within_reason(step: f64, in_proportion: f64) -> f64 {
     let (least, most) = (LEAST * in_proportion, MOST * in_proportion);
@@ -88,13 +91,7 @@ impl Curve {
     /// `None` without any.
     pub(super) fn guess(&self, quantity: Quantity, target: f64) -> Option<f64> {
         if let Some([low, high]) = self.around(quantity, target) {
-            let by_line = low.0 + (high.0 - low.0) * ((target - low.1) / (high.1 - low.1));
-            if high.0 <= STEP * low.0 {
-                return Some(by_line);
-            }
-            // Far apart the line leads too far: what comes to the coarsest mesh changes no more.
-            let in_proportion = if low.0 > 0.0 { low.0 * (target / low.1) } else { by_line / (STEP * STEP) };
-            return Some((by_line * in_proportion).sqrt().clamp(low.0, by_line));
+            return Some(self.between(quantity, target, [low, high]));
         }
         let (near, value) = self.nearest(quantity, target)?;
         let far = self.neighbour(near);
@@ -105,6 +102,25 @@ impl Curve {
         let step = if value > 0.0 { near * (target / value - 1.0) } else { near * STEP };
         let guess = near + by_line.map_or(step, |line| within_reason(line - near, step));
         Some(guess.clamp(near / STEP, near * STEP))
+    }
+
+    /// Where between two measurements: on the line through them, and on those through each and the next beyond it. A curve that
+    /// bends one way lies between the first and the others.
+    fn between(&self, quantity: Quantity, target: f64, [low, high]: [(f64, f64); 2]) -> f64 {
+        let on_line = |a: (f64, f64), b: (f64, f64)| a.0 + (b.0 - a.0) * ((target - a.1) / (b.1 - a.1));
+        let chord = on_line(low, high);
+        if high.0 > FAR * low.0 {
+            // Far apart nothing is known of the bend.
+            let in_proportion = if low.0 > 0.0 { low.0 * (target / low.1) } else { chord / (STEP * STEP) };
+            return (chord * in_proportion).sqrt().clamp(low.0, high.0);
+        }
+        let value = |point: &(f64, Figures)| (point.0, quantity.of(&point.1));
+        let before = self.points.iter().rev().map(value).find(|point| point.0 < low.0 && point.1 < low.1);
+        let after = self.points.iter().map(value).find(|point| point.0 > high.0 && point.1 > high.1);
+        let lines = [before.map(|before| on_line(before, low)), after.map(|after| on_line(high, after))];
+        let lines = lines.into_iter().flatten().map(|line| line.clamp(low.0, high.0));
+        let (sum, count) = lines.fold((0.0, 0.0), |(sum, count), line| (sum + line, count + 1.0));
+        if count > 0.0 { (chord + sum / count) / 2.0 } else { chord }
     }
 
     /// What may come of a tolerance, likewise: inverse counts and errors lie on lines.
@@ -147,6 +163,16 @@ mod tests {
 
     fn budget(most: u64) -> Quantity {
         Quantity::budget(&Goal { max_triangles: Some(most), ..Goal::default() }).unwrap()
+    }
+
+    /// A steep curve: the line alone would creep up to the target from one side.
+    #[test]
+    fn a_bend_is_taken_into_account() {
+        let steep = curve(&[(1.773, 7165), (1.892, 5702), (2.216, 2657)]);
+        let guess = steep.guess(budget(4925), 1.0).unwrap();
+        assert!((1.95..1.975).contains(&guess), "{guess}");
+        let wide = curve(&[(2.091, 40418), (8.364, 2)]);
+        assert!(wide.guess(budget(14000), 1.0).unwrap() > 3.0);
     }
 
     #[test]
