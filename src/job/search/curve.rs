@@ -112,7 +112,8 @@ impl Curve {
         if high.0 > FAR * low.0 {
             // Far apart nothing is known of the bend.
             let in_proportion = if low.0 > 0.0 { low.0 * (target / low.1) } else { chord / (STEP * STEP) };
-            return (chord * in_proportion).sqrt().clamp(low.0, high.0);
+            let is_between = low.0 < in_proportion && in_proportion < high.0;
+            return if is_between { (chord * in_proportion).sqrt() } else { chord };
         }
         let value = |point: &(f64, Figures)| (point.0, quantity.of(&point.1));
         let before = self.points.iter().rev().map(value).find(|point| point.0 < low.0 && point.1 < low.1);
