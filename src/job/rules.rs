@@ -135,13 +135,12 @@ pub const RULES: &[Rule] = &[
     exclude(GOALS, HITTING_SETS, "squares are made for one tolerance and cannot stop at a goal"),
     exclude(GOALS, CUTS, "greedy cuts make their triangles once and for all and cannot stop at a goal"),
     exclude(ATTRIBUTES, GOALS, "the order of insertions in a whole raster is that of vertical errors"),
-    exclude(ATTRIBUTES, ALL_POLISHING, "polishing tests heights alone"),
-    exclude(ATTRIBUTES, &[Feature::FilledVoids], "filled voids have no attribute values"),
     exclude(
         ATTRIBUTES,
-        &[Feature::MaxStray],
-        "passes over the seams of tiles keep to it, and these know heights alone",
+        &[Feature::FittedHeights],
+        "fitted heights stand between samples, too, where there are no attribute values",
     ),
+    exclude(ATTRIBUTES, &[Feature::FilledVoids], "filled voids have no attribute values"),
     exclude(ATTRIBUTES, CUTS, "greedy cuts bound no errors in attributes"),
     exclude(ATTRIBUTES, HITTING_SETS, "hitting sets bound no errors in attributes"),
     everywhere(exclude(

@@ -1,10 +1,12 @@
 //! How far a triangle is from its samples, in numbers that can be minimised.
 //!
-//! With t = |error| · weight / tolerance, the energy of a sample is max(0, t − 0.97)² + 10⁻⁴·t⁴: violations count, and a little
+//! With t = |error| · weight / tolerance, or where there are channels the larger one of |error| / tolerance and the weighted
+//! error / tolerance, the energy of a sample is max(0, t − 0.97)² + 10⁻⁴·t⁴: violations count, and a little
 //! what may become one. With strong feasibility an edge counts as one more sample, where it is farthest from the grid's
 //! surface. Summed in single precision, in lanes and in one fixed order, so that every machine steers alike.
 //! It only steers: what is kept has passed the exact test.
 
+use super::channels::ChannelScan;
 use super::lanes::{Kernel, LANES, Lanes, run};
 use super::net::{Fit, NONE};
 use super::witnesses::Witnesses;
@@ -14,10 +16,10 @@ use crate::base::{Heights, Tile};
 use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::feasible::{Plane, Spans, Tester};
 
-const INDEX: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+pub(super) const INDEX: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 /// Which of the lanes count, by how many samples are left of a row: factors, as branches would undo the lanes.
-const COUNTS: [[f32; LANES]; LANES + 1] = {
+pub(super) const COUNTS: [[f32; LANES]; LANES + 1] = {
     let mut counts = [[0.0; LANES]; LANES + 1];
     let mut left = 0;
     while left <= LANES {
@@ -98,14 +100,14 @@ impl<'a> Meter<'a> {
     /// Remembers where a triangle is worst, if that is known.
     pub(super) fn note(&self, fit: Fit, witnesses: &mut Witnesses) {
         if fit.place != NONE {
-            witnesses.note(fit.place as usize, self.tile, self.per_tolerance);
+            witnesses.note(fit.place as usize, self);
         }
     }
 
     /// Makes a place a witness, if it is a sample.
     pub(super) fn call(&self, at: Point, witnesses: &mut Witnesses) {
         if let Some((column, row)) = at.sample() {
-            witnesses.note(row * self.tile.width + column, self.tile, self.per_tolerance);
+            witnesses.note(row * self.tile.width + column, self);
         }
     }
 
@@ -126,6 +128,12 @@ impl<'a> Meter<'a> {
             stride,
         };
         let weights = &self.tile.weights[..];
+        if let Some(error) = &self.tile.channel_error {
+            return match &self.tile.heights {
+                Heights::F32(heights) => run(ChannelScan::new(frame, self.tile, heights, error, [a, b, c])),
+                Heights::F64(heights) => run(ChannelScan::new(frame, self.tile, heights, error, [a, b, c])),
+            };
+        }
         match &self.tile.heights {
             Heights::F32(heights) => run(Scan::<_, false> { frame, heights, weights }),
             Heights::F64(heights) if weights.is_empty() => run(Scan::<_, false> { frame, heights, weights }),
@@ -167,15 +175,26 @@ impl Sample for f64 {
     }
 }
 
-struct Frame {
+/// A triangle that is measured.
+pub(super) struct Frame {
     spans: Spans,
-    plane: Plane,
+    pub(super) plane: Plane,
     height_of_a: f64,
     width: usize,
-    per_tolerance: f64,
+    pub(super) per_tolerance: f64,
     limit: f32,
     /// From one row that is read to the next: a power of two.
     stride: i32,
+}
+
+/// Samples of a row.
+#[derive(Clone, Copy)]
+pub(super) struct Run {
+    /// The place of the first one in the tile.
+    pub(super) index: usize,
+    pub(super) count: usize,
+    /// Where the first one is.
+    pub(super) first: Point,
 }
 
 struct Scan<'a, H, const WEIGHTED: bool> {
@@ -187,7 +206,7 @@ struct Scan<'a, H, const WEIGHTED: bool> {
 
 /// The triangle along a row of samples, in tolerances above the reference.
 #[derive(Clone, Copy)]
-struct Line<H> {
+pub(super) struct Line<H> {
     start: f32,
     step: f32,
     reference: H,
@@ -195,43 +214,52 @@ struct Line<H> {
 
 /// Sums by lanes.
 #[derive(Clone, Copy)]
-struct Sums<E> {
+pub(super) struct Sums<E> {
     energy: E,
     worst: E,
     /// The bits of where a lane's worst is, less the lane.
     place: E,
 }
 
-impl<H: Sample, const WEIGHTED: bool> Kernel for Scan<'_, H, WEIGHTED> {
-    type Output = Fit;
+/// The errors of samples by rows: of the heights, or whatever else counts.
+pub(super) trait Rows<H: Sample> {
+    fn frame(&self) -> &Frame;
 
+    /// Adds those of a row, in whole lanes. Those past the end do not count, and the tile has room for them
+    /// ([`crate::base::PADDING`]).
+    fn row<L: Lanes>(&self, run: Run, line: Line<H>, sums: Sums<L::Eight>, on: L) -> Sums<L::Eight>;
+
+    /// How the triangle fits its samples.
     #[inline(always)]
-    fn run<L: Lanes>(self, on: L) -> Fit {
-        let Frame { spans, plane, .. } = &self.frame;
-        let reference = H::of(self.frame.height_of_a);
-        let offset = self.frame.height_of_a - reference.to_f64();
-        let per_tolerance = self.frame.per_tolerance;
+    fn measure<L: Lanes>(&self, on: L) -> Fit {
+        let frame = self.frame();
+        let Frame { spans, plane, .. } = frame;
+        let reference = H::of(frame.height_of_a);
+        let offset = frame.height_of_a - reference.to_f64();
+        let per_tolerance = frame.per_tolerance;
         let mut sums = Sums { energy: on.all(0.0), worst: on.all(0.0), place: on.all(0.0) };
         let (gradient, origin) = (plane.gradient(), plane.origin());
         let [across, down] = gradient.map(|g| g * per_tolerance);
         let offset = offset * per_tolerance;
         let step = (across * f64::from(STEPS)) as f32;
-        let stride = self.frame.stride;
+        let stride = frame.stride;
         let mut until_look = ROWS_BETWEEN_LOOKS;
         'halves: for half in spans.halves() {
             let mut row = next_multiple(half.first, stride);
             while row <= half.last {
                 let (first, last) = half.columns(row);
                 if first <= last {
-                    let index = row as usize * self.frame.width + first as usize;
-                    let (x, y) = (f64::from(first * STEPS - origin.x), f64::from(row * STEPS - origin.y));
+                    let index = row as usize * frame.width + first as usize;
+                    let at = Point::of_sample(first, row);
+                    let (x, y) = (f64::from(at.x - origin.x), f64::from(at.y - origin.y));
                     let start = (across * x + down * y + offset) as f32;
-                    sums = self.row(index, (last - first + 1) as usize, Line { start, step, reference }, sums, on);
+                    let run = Run { index, count: (last - first + 1) as usize, first: at };
+                    sums = self.row(run, Line { start, step, reference }, sums, on);
                 }
                 row += stride;
                 until_look -= 1;
                 if until_look == 0 {
-                    if on.total(sums.energy) > self.frame.limit {
+                    if on.total(sums.energy) > frame.limit {
                         break 'halves;
                     }
                     until_look = ROWS_BETWEEN_LOOKS;
@@ -249,6 +277,15 @@ impl<H: Sample, const WEIGHTED: bool> Kernel for Scan<'_, H, WEIGHTED> {
     }
 }
 
+impl<H: Sample, const WEIGHTED: bool> Kernel for Scan<'_, H, WEIGHTED> {
+    type Output = Fit;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, on: L) -> Fit {
+        self.measure(on)
+    }
+}
+
 /// The next row that is a multiple of a stride.
 #[inline(always)]
 fn next_multiple(row: i32, stride: i32) -> i32 {
@@ -259,28 +296,20 @@ fn next_multiple(row: i32, stride: i32) -> i32 {
 /// place.
 const NOWHERE: u32 = f32::MAX.to_bits();
 
-impl<H: Sample, const WEIGHTED: bool> Scan<'_, H, WEIGHTED> {
-    /// Whole lanes; those past the end do not count, and the tile has room for them ([`crate::base::PADDING`]).
+impl<H: Sample, const WEIGHTED: bool> Rows<H> for Scan<'_, H, WEIGHTED> {
     #[inline(always)]
-    fn row<L: Lanes>(
-        &self,
-        index: usize,
-        count: usize,
-        line: Line<H>,
-        mut sums: Sums<L::Eight>,
-        on: L,
-    ) -> Sums<L::Eight> {
-        let row = Row {
-            per_tolerance: on.all(self.frame.per_tolerance as f32),
-            pull: on.all(PULL * self.frame.stride as f32),
-            start: on.all(line.start),
-            step: on.all(line.step),
-            reference: line.reference,
-        };
+    fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
+    #[inline(always)]
+    fn row<L: Lanes>(&self, run: Run, line: Line<H>, mut sums: Sums<L::Eight>, on: L) -> Sums<L::Eight> {
+        let Run { index, count, .. } = run;
+        let row = Row::new(&self.frame, line, on);
         let samples = index..index + count.next_multiple_of(LANES);
         let lanes = self.heights[samples.clone()].as_chunks::<LANES>().0;
         let weights = if WEIGHTED { self.weights[samples].as_chunks::<LANES>().0 } else { &[] };
-        let mut place = index.min(NOWHERE as usize) as u32;
+        let mut place = place_of(index);
         let (last, whole) = lanes.split_last().expect("a row is not empty");
         let mut at = on.of(INDEX);
         for (i, lane) in whole.iter().enumerate() {
@@ -301,19 +330,36 @@ impl<H: Sample, const WEIGHTED: bool> Scan<'_, H, WEIGHTED> {
     }
 }
 
+/// The place of a sample, as far as places go.
+#[inline(always)]
+pub(super) fn place_of(index: usize) -> u32 {
+    index.min(NOWHERE as usize) as u32
+}
+
 /// A [`Line`] in lanes.
-struct Row<E, H> {
+pub(super) struct Row<E, H> {
     per_tolerance: E,
-    pull: E,
+    pub(super) pull: E,
     start: E,
     step: E,
     reference: H,
 }
 
 impl<E, H: Sample> Row<E, H> {
+    #[inline(always)]
+    pub(super) fn new<L: Lanes<Eight = E>>(frame: &Frame, line: Line<H>, on: L) -> Self {
+        Row {
+            per_tolerance: on.all(frame.per_tolerance as f32),
+            pull: on.all(PULL * frame.stride as f32),
+            start: on.all(line.start),
+            step: on.all(line.step),
+            reference: line.reference,
+        }
+    }
+
     /// How far eight samples are from the triangle.
     #[inline(always)]
-    fn errors<L: Lanes<Eight = E>>(&self, lane: &[H; LANES], at: E, on: L) -> E
+    pub(super) fn errors<L: Lanes<Eight = E>>(&self, lane: &[H; LANES], at: E, on: L) -> E
     where
         E: Copy,
     {
@@ -326,7 +372,7 @@ impl<E, H: Sample> Row<E, H> {
 impl<E: Copy> Sums<E> {
     /// Adds eight errors; the first sample's is at `place`.
     #[inline(always)]
-    fn add<L: Lanes<Eight = E>>(&mut self, t: E, pull: E, place: u32, on: L) {
+    pub(super) fn add<L: Lanes<Eight = E>>(&mut self, t: E, pull: E, place: u32, on: L) {
         self.energy = on.add(self.energy, energies(on, t, pull));
         self.place = on.if_greater(t, self.worst, on.all(f32::from_bits(place)), self.place);
         self.worst = on.max(t, self.worst);

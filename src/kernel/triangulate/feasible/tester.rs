@@ -3,9 +3,11 @@
 use std::cell::Cell;
 use std::ops::{Add, Mul, Sub};
 
+use super::channels::ChannelRows;
 use super::stray::{self, Side};
 use super::weighted::WeightedRows;
 use super::{Plane, Spans, edge};
+use crate::base::channels::ChannelError;
 use crate::base::lattice::{MAX_SPAN, Point};
 use crate::base::mesh::Vertex;
 use crate::base::{Heights, PADDING, Tile};
@@ -22,7 +24,8 @@ pub struct Tester<'a> {
 
 impl<'a> Tester<'a> {
     /// A tester for one tile; `tolerance` is at least 0. Where the tile has weights, what is within the tolerance is error
-    /// × weight: every sample is held to [`Tile::limit`].
+    /// × weight: every sample is held to [`Tile::limit`]. Where it has channels, triangles have their corners on samples, and
+    /// the weighted error of every sample is held to [`ChannelError::limit`] as well, in doubles.
     pub fn new(tile: &'a Tile, tolerance: f64, feasibility: Feasibility) -> Tester<'a> {
         Tester { tile, tolerance, feasibility, max_stray: stray::Limit::new(f64::INFINITY, tolerance) }
     }
@@ -81,6 +84,20 @@ impl<'a> Tester<'a> {
             Heights::F64(heights) => arch.dispatch(AllRows(PlainRows::new(scan, heights, a.height))),
         };
         debug_assert_eq!(within, scan.violation.get().is_none());
+        match &self.tile.channel_error {
+            Some(error) if within => self.violation_in_channels(scan, error, [a, b, c]),
+            _ => scan.violation.get(),
+        }
+    }
+
+    /// The same of the weighted error, once heights are within the tolerance.
+    #[inline(never)]
+    fn violation_in_channels(&self, scan: &Scan, error: &ChannelError, corners: [Vertex; 3]) -> Option<Point> {
+        let (arch, tile) = (pulp::Arch::new(), self.tile);
+        match &tile.heights {
+            Heights::F32(heights) => arch.dispatch(AllRows(ChannelRows::new(scan, (tile, heights), error, corners))),
+            Heights::F64(heights) => arch.dispatch(AllRows(ChannelRows::new(scan, (tile, heights), error, corners))),
+        };
         scan.violation.get()
     }
 
