@@ -34,6 +34,8 @@ mod star;
 mod witnesses;
 
 #[cfg(test)]
+mod channel_tests;
+#[cfg(test)]
 mod part_tests;
 #[cfg(test)]
 mod tests;

@@ -7,9 +7,9 @@
 //!
 //! [`Surfaces::weighted`]: super::Surfaces::weighted
 
+use super::RowShares;
 use super::surfaces::weighted_at;
 use super::tester::{LANES, Rows, Scan};
-use super::RowShares;
 use crate::base::Tile;
 use crate::base::channels::ChannelError;
 use crate::base::lattice::Point;
