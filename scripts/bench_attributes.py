@@ -72,24 +72,29 @@ def picture(name, is_image):
     note(f"an orthophoto over {heights}")
     colours, both = (WORK / f"attributes-{heights.stem}{end}" for end in ("-colours.tif", ".vrt"))
     dem = gdal.Open(str(heights))
-    bands = orthophoto(dem.ReadAsArray().astype(float), dem.GetRasterBand(1).GetNoDataValue())
-    options = ["PHOTOMETRIC=RGB", "TILED=YES"]
-    out = gdal.GetDriverByName("GTiff").Create(str(colours), dem.RasterXSize, dem.RasterYSize, 3, gdal.GDT_Byte, options)
-    out.SetGeoTransform(dem.GetGeoTransform())
-    out.SetProjection(dem.GetProjection())
+    width, height, nodata = dem.RasterXSize, dem.RasterYSize, dem.GetRasterBand(1).GetNoDataValue()
+    bands = orthophoto(dem.ReadAsArray().astype(float), nodata)
+    out = gdal.GetDriverByName("GTiff").Create(str(colours), width, height, 3, gdal.GDT_Byte, ["PHOTOMETRIC=RGB", "TILED=YES"])
     for number, band in enumerate(bands, 1):
         out.GetRasterBand(number).WriteArray(band)
     out = None
     if is_image:
         return colours
-    vrt = gdal.BuildVRT(str(both), [str(heights)] + [str(colours)] * 3, separate=True)
+    vrt = gdal.GetDriverByName("VRT").Create(str(both), width, height, 0)
+    if transform := dem.GetGeoTransform(can_return_null=True):
+        vrt.SetGeoTransform(transform)
+        vrt.SetProjection(dem.GetProjection())
+    sources = [(heights, 1), (colours, 1), (colours, 2), (colours, 3)]
+    for number, (path, source) in enumerate(sources, 1):
+        vrt.AddBand(dem.GetRasterBand(1).DataType if number == 1 else gdal.GDT_Byte)
+        band = vrt.GetRasterBand(number)
+        xml = f"<SimpleSource><SourceFilename>{path.resolve()}</SourceFilename><SourceBand>{source}</SourceBand></SimpleSource>"
+        band.SetMetadataItem("source_0", xml, "new_vrt_sources")
+        if number == 1 and nodata is not None:
+            band.SetNoDataValue(nodata)
+        if number > 1:
+            band.SetColorInterpretation([gdal.GCI_RedBand, gdal.GCI_GreenBand, gdal.GCI_BlueBand][number - 2])
     vrt = None
-    # Each input of a VRT like this brings its first band: the others are named.
-    text = both.read_text()
-    for number in (3, 4):
-        before, after = text.split(f'band="{number}"')
-        text = before + f'band="{number}"' + after.replace("<SourceBand>1</SourceBand>", f"<SourceBand>{number - 1}</SourceBand>", 1)
-    both.write_text(text)
     return both
 
 

@@ -71,16 +71,19 @@ impl<H: Sample> Rows<H> for ChannelScan<'_, H> {
                 at = on.add(at, on.all(LANES as f32));
             }
             for (scale, values) in self.error.scales().iter().zip(&self.tile.channels) {
-                let [a, b, c] = self.corners.map(|sample| values[sample]);
+                let [a, b, c] = at_corners(values, self.corners);
                 // What it counts, in tolerances.
                 let scale = scale * self.frame.per_tolerance;
                 let (above_a, step) = shares.line([(b - a) * scale, (c - a) * scale]);
                 let (above_a, step) = (on.all(above_a as f32), on.all(step as f32));
                 let mut at = start;
                 for (errors, lane) in errors.iter_mut().zip(values[samples.clone()].as_chunks::<LANES>().0) {
-                    let values: [f32; LANES] = std::array::from_fn(|i| ((lane[i] - a) * scale) as f32);
+                    let mut above = [0.0; LANES];
+                    for (above, value) in above.iter_mut().zip(lane) {
+                        *above = ((value - a) * scale) as f32;
+                    }
                     let surface = on.add(above_a, on.mul(step, at));
-                    *errors = on.add(*errors, on.abs(on.sub(surface, on.of(values))));
+                    *errors = on.add(*errors, on.abs(on.sub(surface, on.of(above))));
                     at = on.add(at, on.all(LANES as f32));
                 }
             }
@@ -96,19 +99,25 @@ impl<H: Sample> Rows<H> for ChannelScan<'_, H> {
     }
 }
 
+/// A channel's values at three samples. (Maps of arrays are not always inlined.)
+#[inline(always)]
+fn at_corners(values: &[f64], [a, b, c]: [usize; 3]) -> [f64; 3] {
+    [values[a], values[b], values[c]]
+}
+
 /// The weighted error at one sample under a triangle, from its weights (the lattice's orientations) there; 0 at a corner.
 #[inline(never)]
 pub(super) fn weighted_at(
     tile: &Tile,
     error: &ChannelError,
     sample: usize,
-    corners: [Vertex; 3],
-    weights: [f64; 3],
+    [a, b, c]: [Vertex; 3],
+    [wa, wb, wc]: [f64; 3],
 ) -> f64 {
-    let ([wa, wb, wc], places) = (weights, corners.map(|v| tile.sample_of_vertex(v)));
-    let off =
-        |[a, b, c]: [f64; 3], value: f64| (wa * (a - value) + wb * (b - value) + wc * (c - value)) / (wa + wb + wc);
-    let channels = tile.channels.iter().map(|values| off(places.map(|place| values[place]), values[sample]));
+    let places = [tile.sample_of_vertex(a), tile.sample_of_vertex(b), tile.sample_of_vertex(c)];
+    let inverse = 1.0 / (wa + wb + wc);
+    let off = |[a, b, c]: [f64; 3], value: f64| (wa * (a - value) + wb * (b - value) + wc * (c - value)) * inverse;
+    let channels = tile.channels.iter().map(|values| off(at_corners(values, places), values[sample]));
     let (column, row) = (sample % tile.width, sample / tile.width);
-    error.weighted(off(corners.map(|v| v.height), tile.at(column, row)), channels)
+    error.weighted(off([a.height, b.height, c.height], tile.at(column, row)), channels)
 }

@@ -87,11 +87,18 @@ impl<H: Copy + Into<f64>> Rows for ChannelRows<'_, H> {
             let mut errors = [[0.0; LANES]; BLOCK / LANES];
             let lanes = &mut errors[..len.div_ceil(LANES)];
             let samples = index + done..index + done + len.next_multiple_of(LANES);
-            let heights = self.corners.map(|v| v.height);
-            add(lanes, self.error.scale_z(), &self.heights[samples.clone()], heights, &shares, done);
+            let [a, b, c] = self.corners;
+            add(
+                lanes,
+                self.error.scale_z(),
+                &self.heights[samples.clone()],
+                [a.height, b.height, c.height],
+                &shares,
+                done,
+            );
             for (&scale, values) in self.error.scales().iter().zip(&self.tile.channels) {
-                let at_corners = self.samples.map(|sample| values[sample]);
-                add(lanes, scale, &values[samples.clone()], at_corners, &shares, done);
+                let [a, b, c] = self.samples;
+                add(lanes, scale, &values[samples.clone()], [values[a], values[b], values[c]], &shares, done);
             }
             let errors = &errors.as_flattened()[..len];
             let all_within = errors.iter().fold(true, |all, &error| all & (error <= self.limit));

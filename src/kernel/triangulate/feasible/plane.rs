@@ -130,8 +130,8 @@ impl RowShares {
     #[inline(always)]
     pub(crate) fn new(plane: &Plane, first: Point) -> RowShares {
         let [a, b, c] = plane.corners.map(|v| v.at);
-        let step = [c.y - a.y, a.y - b.y].map(|down| f64::from(down) * plane.inverse * f64::from(STEPS));
-        RowShares { first: plane.shares(first), step }
+        let step = |down: i32| f64::from(down) * plane.inverse * f64::from(STEPS);
+        RowShares { first: plane.shares(first), step: [step(c.y - a.y), step(a.y - b.y)] }
     }
 
     /// A value that rises by so much from a to b and from a to c: by how much it is above a at the first sample, and what it
