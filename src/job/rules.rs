@@ -343,7 +343,15 @@ impl fmt::Display for Incompatible {
 /// [`Incompatible`], with all conflicts. A feature that is to be given up for one of them is not reported again for what
 /// it requires.
 pub fn check(features: FeatureSet) -> Result<(), Incompatible> {
-    check_for(Scope::Run, features)
+    check_foreseeing(features, FeatureSet::default())
+}
+
+/// The same before it is known whether a run has some features more: no way out adds what does not go with them.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_foreseeing(features: FeatureSet, possible: FeatureSet) -> Result<(), Incompatible> {
+    check_for(Scope::Run, features, possible)
 }
 
 /// Makes sure that features go together where samples are read and errors judged, but no mesh is made.
@@ -351,10 +359,10 @@ pub fn check(features: FeatureSet) -> Result<(), Incompatible> {
 /// # Errors
 /// As [`check`].
 pub fn check_samples(features: FeatureSet) -> Result<(), Incompatible> {
-    check_for(Scope::Samples, features)
+    check_for(Scope::Samples, features, FeatureSet::default())
 }
 
-fn check_for(scope: Scope, features: FeatureSet) -> Result<(), Incompatible> {
+fn check_for(scope: Scope, features: FeatureSet, possible: FeatureSet) -> Result<(), Incompatible> {
     let rules = RULES.iter().filter(|rule| scope == Scope::Run || rule.scope == scope);
     let mut conflicts: Vec<Conflict> = rules.filter_map(|rule| rule.broken_by(features)).collect();
     let given_up: FeatureSet = conflicts.iter().flat_map(Conflict::given_up).copied().collect();
@@ -363,7 +371,7 @@ fn check_for(scope: Scope, features: FeatureSet) -> Result<(), Incompatible> {
         let WayOut::Add(needed) = conflict.way_out else { return true };
         conflict.these.retain(|&feature| !given_up.has(feature));
         match rest.with(needed) {
-            more if !more.is_contradictory() => rest = more,
+            more if !more.and(possible).is_contradictory() => rest = more,
             _ => conflict.way_out = WayOut::GiveUpThese,
         }
         !conflict.these.is_empty()
