@@ -12,7 +12,7 @@ use super::surfaces::weighted_at;
 use super::tester::{LANES, Rows, Scan};
 use crate::base::Tile;
 use crate::base::channels::ChannelError;
-use crate::base::lattice::Point;
+use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::Vertex;
 
 /// Samples of a row that are looked at together: their errors fit into registers or next to them.
@@ -75,12 +75,8 @@ impl<H: Copy + Into<f64>> Rows for ChannelRows<'_, H> {
 
     #[inline(always)]
     fn within(&self, row: i32) -> bool {
-        let (first, last) = self.scan.spans.columns(row);
-        if first > last {
-            return true;
-        }
-        let shares = RowShares::new(&self.scan.plane, Point::of_sample(first, row));
-        let (index, count) = (row as usize * self.scan.width + first as usize, (last - first + 1) as usize);
+        let Some((at, index, count)) = self.scan.samples(row) else { return true };
+        let shares = RowShares::new(&self.scan.plane, at);
         let mut done = 0;
         while done < count {
             let len = (count - done).min(BLOCK);
@@ -102,7 +98,7 @@ impl<H: Copy + Into<f64>> Rows for ChannelRows<'_, H> {
             }
             let errors = &errors.as_flattened()[..len];
             let all_within = errors.iter().fold(true, |all, &error| all & (error <= self.limit));
-            if !all_within && !self.within_in_doubt(errors, first + done as i32, row) {
+            if !all_within && !self.within_in_doubt(errors, at.x / STEPS + done as i32, row) {
                 return false;
             }
             done += len;

@@ -293,6 +293,14 @@ struct Limits<R> {
 }
 
 impl Scan {
+    /// The samples of a row, if there are some: where the first one is, its place in the tile, and how many there are.
+    #[inline(always)]
+    pub(super) fn samples(&self, row: i32) -> Option<(Point, usize, usize)> {
+        let (first, last) = self.spans.columns(row);
+        let index = || row as usize * self.width + first as usize;
+        (first <= last).then(|| (Point::of_sample(first, row), index(), (last - first + 1) as usize))
+    }
+
     #[inline(always)]
     fn row<R: Real>(&self, heights: &[R], row: i32, offset: f64, limits: Limits<R>) -> bool {
         let (first, last) = self.spans.columns(row);
