@@ -114,7 +114,7 @@ fn measures() -> impl Strategy<Value = Measure> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(testing::cases(48, 1000))]
 
     #[test]
     fn what_is_written_passes_the_verifier(

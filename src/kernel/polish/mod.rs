@@ -143,7 +143,7 @@ pub struct Scratch {
 /// The domain's vertices, points and loops stay as they are. Other vertices are removed, moved and renumbered; with
 /// sampled heights every one of them stands on a sample and has its height, with fitted ones those that have moved have
 /// heights and places of their own ([`Heights`]). Every triangle that was not there before passes
-/// the exact weak test, and every edge that was not there before keeps [`Task::max_stray`]. With strong feasibility, every edge that was not there before also passes the strong test;
+/// the exact weak test and, where the tile has channels, that of their weighted error, and every edge that was not there before keeps [`Task::max_stray`]. With strong feasibility, every edge that was not there before also passes the strong test;
 /// `mesh.relaxed` does not grow, and is never more than the triangles that have an edge which fails it. The same mesh and
 /// task give the same result, always and everywhere.
 ///
@@ -154,7 +154,8 @@ pub struct Scratch {
 /// [`Cancelled`], with a mesh of no use.
 ///
 /// # Panics
-/// If the mesh does not keep the contract, or the schedule its ranges ([`Schedule::check`]).
+/// If the mesh does not keep the contract, or the schedule its ranges ([`Schedule::check`]); where the tile has channels, if
+/// heights are to be fitted.
 pub fn polish(task: &Task<'_>, options: &Options, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
     scratch.net.load(task.domain, mesh);
     scratch.polish(task, options, Visit::All, mesh)
@@ -210,6 +211,8 @@ impl Scratch {
         let strict = Task { feasibility, ..*task };
         let mut judge = Judge::new(&strict);
         judge.angles = Angles::at_least(tuning.min_angle.unwrap_or(options.effort.min_angle()));
+        let has_channels = task.tile.channel_error.is_some();
+        assert!(!has_channels || options.heights == Heights::Sampled, "fitted heights of a tile with channels");
         judge.fitting = (options.heights == Heights::Fitted).then(|| Fitting::new(task.tolerance));
         self.order.reset(&self.net);
         self.work(&schedule, visit, &mut judge)?;
