@@ -7,7 +7,7 @@ use crate::base::mesh::TileMesh;
 use crate::base::tiling::TilePlace;
 use crate::kernel::triangulate::feasible::{Spans, Surfaces};
 
-/// The largest weighted error ([`ChannelError::weighted`]) over a set of samples.
+/// The largest weighted error ([`ChannelError::weighted`](crate::base::channels::ChannelError::weighted)) over a set of samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct WeightedStats {
     /// The error.
