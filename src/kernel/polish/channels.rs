@@ -3,9 +3,9 @@
 //! A sample is within the tolerance if its height is, and so is its weighted error
 //! ([`ChannelError::weighted`]). So what is measured of it is the larger one of the two.
 
-use super::energy::{COUNTS, Frame, INDEX, Line, Row, Rows, Run, Sample, Sums, place_of};
 use super::lanes::{Kernel, LANES, Lanes};
 use super::net::Fit;
+use super::scan::{COUNTS, Frame, INDEX, Line, Row, Rows, Run, Sample, Sums, place_of};
 use crate::base::Tile;
 use crate::base::channels::ChannelError;
 use crate::base::mesh::Vertex;
