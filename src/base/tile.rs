@@ -22,7 +22,7 @@ pub struct Tile {
     pub(crate) height: usize,
     /// [`PADDING`] values more than there are samples.
     pub(crate) heights: Heights,
-    /// The values of the channels, each row by row as the heights are, without padding. Empty where there is none.
+    /// The values of the channels, each row by row as the heights are, with [`PADDING`]. Empty where there is none.
     pub(crate) channels: Vec<Vec<f64>>,
     /// What an error in the channels counts; `None` where there are none.
     pub(crate) channel_error: Option<Arc<ChannelError>>,
@@ -109,8 +109,10 @@ impl Tile {
     /// # Panics
     /// If a channel is not as long as the tile has samples, there are more or fewer than the error is for, or the tile
     /// has weights.
-    pub fn with_channels(self, channels: Vec<Vec<f64>>, error: ChannelError) -> Tile {
-        assert!(channels.iter().all(|c| c.len() == self.width * self.height), "lengths of channels");
+    pub fn with_channels(self, mut channels: Vec<Vec<f64>>, error: ChannelError) -> Tile {
+        let len = self.width * self.height;
+        assert!(channels.iter().all(|c| c.len() == len), "lengths of channels");
+        channels.iter_mut().for_each(|values| _ = padded(values, len));
         assert_eq!(channels.len(), error.scales().len(), "channels of the error");
         assert!(!self.is_weighted(), "channels beside weights");
         Tile { channels, channel_error: Some(Arc::new(error)), ..self }
@@ -166,9 +168,17 @@ impl Tile {
     /// # Panics
     /// If the vertex does not lie on a sample of the tile.
     pub fn channel_at_vertex(&self, channel: usize, vertex: Vertex) -> f64 {
+        self.channels[channel][self.sample_of_vertex(vertex)]
+    }
+
+    /// The place of a vertex's sample in the tile: row · width + column.
+    ///
+    /// # Panics
+    /// If the vertex does not lie on a sample of the tile.
+    pub(crate) fn sample_of_vertex(&self, vertex: Vertex) -> usize {
         let sample = vertex.at.sample().filter(|&(column, row)| column < self.width && row < self.height);
         let (column, row) = sample.unwrap_or_else(|| panic!("{vertex:?} of a tile with channels lies on no sample"));
-        self.channel_at(channel, column, row)
+        row * self.width + column
     }
 
     /// Whether errors weigh differently from sample to sample.
@@ -204,7 +214,7 @@ impl Tile {
             Heights::F32(v) => hasher.update(bytemuck::cast_slice(&v[..len])),
             Heights::F64(v) => hasher.update(bytemuck::cast_slice(&v[..len])),
         }
-        self.channels.iter().for_each(|values| hasher.update(bytemuck::cast_slice(values)));
+        self.channels.iter().for_each(|values| hasher.update(bytemuck::cast_slice(&values[..len])));
         if self.is_weighted() {
             hasher.update(bytemuck::cast_slice(&self.weights[..len]));
         }

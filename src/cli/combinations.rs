@@ -100,6 +100,8 @@ pub(super) const BY_FORMAT: &str = "the format ";
 pub(super) struct Asked {
     /// Features, and the options by which they are asked for. A feature may be there more than once.
     given: Vec<(Feature, String)>,
+    /// Features that it may turn out to have once the raster is open.
+    possible: FeatureSet,
 }
 
 impl Asked {
@@ -120,12 +122,17 @@ impl Asked {
         self.given.push((feature, option.into()));
     }
 
+    /// Notes a feature that it may turn out to have.
+    pub(super) fn foresee(&mut self, feature: Feature) {
+        self.possible = self.possible.with(feature);
+    }
+
     /// Makes sure that all of it goes together in a run.
     ///
     /// # Errors
     /// Exit code 2, with all conflicts, one a line.
     pub(super) fn check(&self) -> Result<(), Failure> {
-        rules::check(self.features()).map_err(|conflicts| self.refuse(&conflicts))
+        rules::check_foreseeing(self.features(), self.possible).map_err(|conflicts| self.refuse(&conflicts))
     }
 
     /// Makes sure that all of it goes together where samples are read and errors judged.

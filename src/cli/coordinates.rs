@@ -37,10 +37,16 @@ impl CoordinateArgs {
         if !self.coordinates().scales_exactly() {
             asked.add_by(Feature::InexactScale, format!("--z-scale {}", self.z_scale));
         }
-        if fitted && self.precision == Some(PrecisionArg::Float) {
-            asked.add_by(Feature::RoundedToSingle, "--precision float");
-        } else if let Some(format) = single.filter(|_| fitted) {
-            asked.add_by(Feature::RoundedToSingle, format!("{BY_FORMAT}{format}, whose numbers are single"));
+        let by = match (self.precision, single) {
+            (Some(PrecisionArg::Float), _) => Some("--precision float".to_string()),
+            (_, Some(format)) => Some(format!("{BY_FORMAT}{format}, whose numbers are single")),
+            _ => None,
+        };
+        match by {
+            Some(option) if fitted => asked.add_by(Feature::RoundedToSingle, option),
+            // The raster's heights may need them, too.
+            Some(_) => asked.foresee(Feature::RoundedToSingle),
+            None => {}
         }
     }
 

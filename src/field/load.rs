@@ -116,6 +116,7 @@ impl Field {
                 field.load_values(window, values, stored, Missing::RefusedWhere(validity))
             })?;
         }
+        tile.channels.iter_mut().for_each(|values| _ = padded(values, window.len()));
         tile.channel_error = self.channels.as_ref().map(|c| c.error.clone());
         Ok(())
     }

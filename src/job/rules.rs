@@ -133,13 +133,12 @@ const fn everywhere(rule: Rule) -> Rule {
 
 /// All rules. Where a feature is given up, so is what is part of it: each rule says so by itself.
 pub const RULES: &[Rule] = &[
-    exclude(ATTRIBUTES, ALL_POLISHING, "polishing tests heights alone"),
-    exclude(ATTRIBUTES, &[Feature::FilledVoids], "filled voids have no attribute values"),
     exclude(
         ATTRIBUTES,
-        &[Feature::MaxStray],
-        "passes over the seams of tiles keep to it, and these know heights alone",
+        &[Feature::FittedHeights],
+        "fitted heights stand between samples, too, where there are no attribute values",
     ),
+    exclude(ATTRIBUTES, &[Feature::FilledVoids], "filled voids have no attribute values"),
     exclude(ATTRIBUTES, CUTS, "greedy cuts bound no errors in attributes"),
     exclude(ATTRIBUTES, HITTING_SETS, "hitting sets bound no errors in attributes"),
     everywhere(exclude(
@@ -342,7 +341,15 @@ impl fmt::Display for Incompatible {
 /// [`Incompatible`], with all conflicts. A feature that is to be given up for one of them is not reported again for what
 /// it requires.
 pub fn check(features: FeatureSet) -> Result<(), Incompatible> {
-    check_for(Scope::Run, features)
+    check_foreseeing(features, FeatureSet::default())
+}
+
+/// The same before it is known whether a run has some features more: no way out adds what does not go with them.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_foreseeing(features: FeatureSet, possible: FeatureSet) -> Result<(), Incompatible> {
+    check_for(Scope::Run, features, possible)
 }
 
 /// Makes sure that features go together where samples are read and errors judged, but no mesh is made.
@@ -350,10 +357,10 @@ pub fn check(features: FeatureSet) -> Result<(), Incompatible> {
 /// # Errors
 /// As [`check`].
 pub fn check_samples(features: FeatureSet) -> Result<(), Incompatible> {
-    check_for(Scope::Samples, features)
+    check_for(Scope::Samples, features, FeatureSet::default())
 }
 
-fn check_for(scope: Scope, features: FeatureSet) -> Result<(), Incompatible> {
+fn check_for(scope: Scope, features: FeatureSet, possible: FeatureSet) -> Result<(), Incompatible> {
     let rules = RULES.iter().filter(|rule| scope == Scope::Run || rule.scope == scope);
     let mut conflicts: Vec<Conflict> = rules.filter_map(|rule| rule.broken_by(features)).collect();
     let given_up: FeatureSet = conflicts.iter().flat_map(Conflict::given_up).copied().collect();
@@ -362,7 +369,7 @@ fn check_for(scope: Scope, features: FeatureSet) -> Result<(), Incompatible> {
         let WayOut::Add(needed) = conflict.way_out else { return true };
         conflict.these.retain(|&feature| !given_up.has(feature));
         match rest.with(needed) {
-            more if !more.is_contradictory() => rest = more,
+            more if !more.and(possible).is_contradictory() => rest = more,
             _ => conflict.way_out = WayOut::GiveUpThese,
         }
         !conflict.these.is_empty()

@@ -20,7 +20,7 @@ fn coloured_hills() -> Dem {
 const COLOURS: [&str; 4] = ["--max-error", "4", "--attributes", "2,3,4"];
 const INSERTION: [&str; 6] = ["--engine", "greedy-insertion", "--tile", "32", "--quality", "none"];
 
-/// `simplify` with colours, and the engine that keeps them, which is the default then.
+/// `simplify` with colours, and the engine that keeps them, which is the default then, as is polishing.
 fn simplify<'a>(dem: &'a str, tin: &'a str, options: &[&'a str]) -> Vec<&'a str> {
     ["simplify", dem, tin, "--overwrite", "--json"]
         .iter()
@@ -56,7 +56,7 @@ fn colours_come_along() {
         assert!(judged <= 4.0 && (judged - measured).abs() < 1e-9, "{judged}, {measured}");
     }
     // Heights alone need fewer vertices, and such a mesh has the colours of none.
-    let with = terrabite(simplify(&dem, &tin, &[])).succeeds().json()["vertices"].as_u64();
+    let with = terrabite(simplify(&dem, &tin, &["--quality", "none"])).succeeds().json()["vertices"].as_u64();
     let heights = ["simplify", &dem, &tin, "--max-error", "4", "--overwrite", "--json"];
     let without = terrabite(heights.iter().chain(&INSERTION)).succeeds().json()["vertices"].as_u64();
     assert!(without < with, "{without:?}, {with:?}");
@@ -68,12 +68,13 @@ fn a_planar_image_becomes_a_flat_mesh_with_its_colours() {
     let folder = Folder::new();
     let image = coloured_hills().bands(3).write(&folder, "image.tif");
     let tin = folder.at("tin.ply");
-    for swap in ["delaunay", "data-dependent"] {
-        let planar =
-            ["simplify", &image, &tin, "--max-error", "10", "--image", "--swap", swap, "--overwrite", "--json"];
-        let report = terrabite(planar.iter().chain(&INSERTION)).succeeds().json();
+    for (swap, quality, most) in
+        [("delaunay", "none", 4000), ("data-dependent", "none", 4000), ("delaunay", "balanced", 2000)]
+    {
+        let planar = ["simplify", &image, &tin, "--max-error", "10", "--image", "--swap", swap, "--quality", quality];
+        let report = terrabite(planar.iter().chain(&["--tile", "32", "--overwrite", "--json"])).succeeds().json();
         assert_eq!(report["error"]["max"], 0.0);
-        assert!(report["vertices"].as_u64() < Some(4000), "{report}");
+        assert!(report["vertices"].as_u64() < Some(most), "{report}");
         let verdict = terrabite(["verify", &image, &tin, "--max-error", "10", "--image"]).succeeds();
         assert!(verdict.out.contains("max error of heights and attributes"), "{verdict:#?}");
         assert_eq!(terrabite(["verify", &image, &tin, "--max-error", "1", "--image"]).code, Some(1));
@@ -136,17 +137,51 @@ fn points_may_stand_beside_channels() {
 }
 
 #[test]
-fn weights_goals_and_polishing_do_not_stand_beside_channels() {
+fn weights_and_fitted_heights_do_not_stand_beside_channels() {
     let folder = Folder::new();
     let (dem, tin) = (coloured_hills().write(&folder, "dem.tif"), folder.at("tin.ply"));
     terrabite(simplify(&dem, &tin, &["--importance", &dem])).fails(2, &["--importance", "--attributes"]);
     terrabite(["verify", &dem, &tin, "--importance", &dem, "--max-error", "1", "--image"])
         .fails(2, &["--importance", "--image"]);
-    for goal in ["--max-points", "--max-triangles", "--max-rms"] {
-        terrabite(simplify(&dem, &tin, &[goal, "100"])).fails(2, &["--attributes", goal]);
-    }
-    terrabite(simplify(&dem, &tin, &["--quality", "fast"])).fails(2, &["--attributes", "--quality none"]);
+    let why = "there are no attribute values";
+    terrabite(simplify(&dem, &tin, &["--heights", "fitted"]))
+        .fails(2, &["--attributes", why, "remove --heights fitted"]);
     assert_eq!(folder.names(), ["dem.tif"]);
+}
+
+/// The tolerance that is found bounds heights and colours.
+#[test]
+fn a_budget_is_kept_with_colours() {
+    let folder = Folder::new();
+    let (dem, tin) = (coloured_hills().write(&folder, "dem.tif"), folder.at("tin.ply"));
+    let colours = ["--attributes", "2,3,4", "--attribute-weight", "0.5"];
+    let simplify = ["simplify", &dem, &tin, "--max-triangles", "1500", "--tile", "32", "--json"];
+    let told = terrabite(simplify.iter().chain(&colours)).succeeds().json();
+    assert!((1400..=1500).contains(&told["triangles"].as_u64().unwrap()), "{told}");
+    let verify = ["verify", &dem, &tin, "--max-error", &told["tolerance"].to_string()];
+    terrabite(verify.iter().chain(&colours)).succeeds();
+}
+
+/// By every quality, in tiles whose sides are polished, too, where that is worth it.
+#[test]
+fn meshes_with_colours_are_polished() {
+    let folder = Folder::new();
+    let (dem, tin) = (coloured_hills().write(&folder, "dem.tif"), folder.at("tin.ply"));
+    let mut triangles = Vec::new();
+    for quality in ["none", "fast", "balanced", "best"] {
+        let options = ["--quality", quality, "--min-angle", "5", "--polish-edges", "weak", "--max-stray", "2"];
+        let options = if quality == "none" { &options[..2] } else { &options[..] };
+        let report = terrabite(simplify(&dem, &tin, options)).succeeds().json();
+        let verify = ["verify", &dem, &tin, "--json"].into_iter().chain(COLOURS);
+        let straying = if quality == "none" { &[][..] } else { &["--max-stray", "2"] };
+        let verdict = terrabite(verify.chain(straying.iter().copied())).succeeds().json();
+        let judged = verdict["attributes"]["worst"]["error"].as_f64().unwrap();
+        let measured = report["attributes"]["max_error"].as_f64().unwrap();
+        assert!(judged <= 4.0 && (judged - measured).abs() < 1e-9, "{quality}: {judged}, {measured}");
+        triangles.push(report["triangles"].as_u64().unwrap());
+    }
+    let [none, fast, balanced, best] = triangles[..] else { panic!("{triangles:?}") };
+    assert!(10 * fast < 6 * none && 2 * balanced < none && 2 * best < none, "{triangles:?}");
 }
 
 /// Three bands of bytes, all of them this.

@@ -294,21 +294,24 @@ fn each_feature_has_its_option() {
 
 #[test]
 fn messages_name_options_as_they_are_given() {
-    let asked = |line: &[(Feature, &str)]| Asked { given: line.iter().map(|(f, o)| (*f, o.to_string())).collect() };
+    let asked = |line: &[(Feature, &str)]| Asked {
+        given: line.iter().map(|(f, o)| (*f, o.to_string())).collect(),
+        ..Asked::default()
+    };
     let message = |line: &[(Feature, &str)]| asked(line).check().expect_err("refused").message().to_string();
     assert_eq!(
-        message(&[(Feature::Attributes, "--attributes"), (Feature::Polishing, "--quality balanced")]),
-        "--attributes cannot be combined with --quality balanced: polishing tests heights alone; use --quality none"
+        message(&[
+            (Feature::StrongFeasibility, "--feasibility strong"),
+            (Feature::WeakPolishEdges, "--polish-edges weak")
+        ]),
+        "--feasibility strong cannot be combined with --polish-edges weak: polishing would undo what strong feasibility asks \
+         for; remove --polish-edges weak"
     );
     let said = message(&[
-        (Feature::Attributes, "--attributes"),
-        (Feature::Polishing, "--quality best"),
         (Feature::MinAngle, "--min-angle"),
         (Feature::PolishingNumbers, "--polish-yield"),
         (Feature::PolishingNumbers, "--polish-steps"),
     ]);
-    assert!(said.starts_with(
-        "--attributes cannot be combined with --quality best, --min-angle, --polish-yield and --polish-steps: "
-    ));
-    assert!(said.ends_with("; use --quality none and remove --min-angle, --polish-yield and --polish-steps"), "{said}");
+    assert!(said.starts_with("--min-angle, --polish-yield and --polish-steps each require --quality "), "{said}");
+    assert!(said.ends_with("; use --quality balanced"), "{said}");
 }

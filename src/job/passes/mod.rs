@@ -36,13 +36,13 @@ use self::clocks::Clocks;
 use self::seams::{SeamMaker, Way};
 use self::workspace::Workspace;
 use super::order::in_cache_order;
-use super::spool::{Chunks, Spool};
+use super::spool::{Chunk, Chunks, Spool};
 use super::{Error, Params, Quality};
-use crate::base::Window;
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
 use crate::base::features::FeatureSet;
 use crate::base::tiling::{TileGrid, TileId, TilePlace, TileTooLong};
+use crate::base::{Tile, Window};
 use crate::field::Field;
 use crate::kernel::seam::Sides;
 
@@ -388,6 +388,14 @@ trait Maker: Default + Send {
 }
 
 impl Run<'_> {
+    /// Gives the vertices of a chunk of the mesh their channels. Chunks that another pass reads go without: it has the samples.
+    fn set_attributes(&self, chunk: &mut Chunk, tile: &Tile) {
+        if self.later.is_empty() {
+            let names = self.job.field.channels().iter().map(|c| c.name.as_str());
+            chunk.set_attributes(names, |channel, vertex| tile.channel_at_vertex(channel, vertex));
+        }
+    }
+
     fn tiles<M: Maker>(&self, tiles: Range<usize>, out: &Spool) -> Result<PassResult, Error> {
         let (Job { control, .. }, stage) = (self.job, self.pass.stage());
         let samples = tiles.clone().map(|tile| self.pass.grid.place(tile).owned_samples()).sum();

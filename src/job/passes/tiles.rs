@@ -12,7 +12,7 @@ use crate::base::{Tile, Window};
 use crate::job::goal::Told;
 use crate::job::{Error, Quality, quality};
 use crate::kernel::boundary;
-use crate::kernel::measure::{Bare, Bound, ErrorStats, HeightStats, measure, shape};
+use crate::kernel::measure::{Bare, Bound, ErrorStats, HeightStats, measure, measure_weighted, shape};
 use crate::kernel::polish::{self, count_relaxed};
 use crate::kernel::seam::{MinLink, Rim};
 use crate::kernel::triangulate::insertion::mend_tile;
@@ -73,16 +73,15 @@ impl Maker for TileMaker {
         clocks.spool.time(|| {
             let Workspace { tile, chunk, .. } = &mut self.shared;
             chunk.fill(place.index, &rim, &mut self.mesh, errors, tile.checksum());
-            let names = job.field.channels().iter().map(|c| c.name.as_str());
-            chunk.set_attributes(names, |channel, vertex| tile.channel_at_vertex(channel, vertex));
+            run.set_attributes(chunk, tile);
         });
         Ok(())
     }
 }
 
 impl TileMaker {
-    /// Measures the mesh, and looks at its shape. If other passes follow, only at the shape of what they will not change: the
-    /// last of them measures every sample.
+    /// Measures the mesh, and looks at its shape. If other passes follow, only at the shape and the weighted error of what they
+    /// will not change: the last of them measures the height of every sample.
     fn measure(&mut self, run: &Run<'_>, place: &TilePlace, bound: Bound) -> ErrorStats {
         let params = run.job.params;
         if !run.later.is_empty() {
@@ -92,7 +91,10 @@ impl TileMaker {
             if self.mesh.relaxed > 0 {
                 self.mesh.relaxed = count_relaxed(&self.shared.tile, &self.mesh, params.tolerance.kept(), settles);
             }
-            return ErrorStats { trimmed: self.trimmed, shape: Some(Box::new(seen)), ..ErrorStats::default() };
+            let (tile, tolerance) = (&self.shared.tile, params.tolerance.kept());
+            let extended = measure_weighted(tile, &self.mesh, tolerance, place, settles);
+            let (trimmed, shape) = (self.trimmed, Some(Box::new(seen)));
+            return ErrorStats { trimmed, shape, extended, ..ErrorStats::default() };
         }
         let mut errors = measure(&self.shared.tile, &self.mesh, bound, place, self.bare(run.job));
         errors.heights = Some(HeightStats::of(&self.shared.tile));

@@ -109,13 +109,15 @@ fn a_thread_takes_what_is_reckoned() {
     let usual = InsertionOptions::default();
     let goal = Goal { max_rms: Some(1e-9), ..Goal::default() };
     let doubles = Band::of_doubles("dem", (SIDE, SIDE), (0..SIDE * SIDE).map(rough).collect()).expect("a band");
+    let channels = || vec![singles(rough), singles(|i| rough(2 * i))];
     let cases = [
         case("plain", plain(Quality::None)),
         case("balanced", plain(Quality::Balanced)),
         case("fitted", Params { heights: VertexHeights::Fitted, ..plain(Quality::Balanced) }),
         Case { heights: doubles, ..case("doubles", plain(Quality::Balanced)) },
         Case { weights: Some(singles(|_| 1.0)), ..case("weights", plain(Quality::Fast)) },
-        Case { channels: vec![singles(rough), singles(|i| rough(2 * i))], ..case("channels", plain(Quality::None)) },
+        Case { channels: channels(), ..case("channels", plain(Quality::None)) },
+        Case { channels: channels(), ..case("channels, polished", plain(Quality::Balanced)) },
         case("goal", Params { goal, quality: Quality::None, ..Params::new(f64::INFINITY) }),
         case(
             "data-dependent",

@@ -76,7 +76,7 @@ fn all_conflicts_are_reported_at_once_in_words() {
 #[test]
 fn what_is_given_up_anyway_is_not_asked_to_have_more() {
     let conflicts = |wanted: &[Feature]| check(wanted.iter().copied().collect()).expect_err("refused").conflicts;
-    // The circle of before: fitted heights wanted polishing, and attributes wanted none.
+    // Fitted heights want polishing; but attributes want no fitted heights.
     let fitted = conflicts(&[Feature::Attributes, Feature::FittedHeights]);
     assert_eq!(fitted.len(), 1);
     assert_eq!(fitted[0].way_out, WayOut::GiveUpThose);
@@ -89,12 +89,11 @@ fn what_is_given_up_anyway_is_not_asked_to_have_more() {
 #[test]
 fn defaults_go_with_what_is_asked_for() {
     let quality = |feature: Feature| default_quality(FeatureSet::default().with(feature));
-    for feature in [Feature::Attributes, Feature::Image] {
-        assert_eq!(quality(feature), Quality::None, "{feature}");
-    }
     for feature in [
         Feature::VertexBudget,
         Feature::RmsGoal,
+        Feature::Attributes,
+        Feature::Image,
         Feature::Importance,
         Feature::FittedHeights,
         Feature::Points,

@@ -11,7 +11,7 @@ mod weighted;
 
 pub use heights::{Extent, HeightStats};
 pub use shape::{ANGLES, OVERSHOOTS, ShapeStats, shape};
-pub use weighted::WeightedStats;
+pub use weighted::{WeightedStats, measure_weighted};
 
 use std::ops::RangeInclusive;
 
@@ -90,11 +90,7 @@ impl ErrorStats {
             (self.max, self.worst) = (other.max, other.worst);
         }
         self.weighted_max = self.weighted_max.max(other.weighted_max);
-        if let Some(extended) = other.extended
-            && self.extended.is_none_or(|w| extended.max > w.max)
-        {
-            self.extended = Some(extended);
-        }
+        self.extended = WeightedStats::larger(self.extended, other.extended);
         if let Some(other) = &other.shape {
             self.shape.get_or_insert_default().add(other);
         }
@@ -147,6 +143,16 @@ pub enum Bound {
     Scale(f64),
 }
 
+impl Bound {
+    /// The most that an error may be.
+    fn tolerance(self) -> f64 {
+        match self {
+            Bound::Within(tolerance) => tolerance,
+            Bound::Scale(_) => MAX_TOLERANCE,
+        }
+    }
+}
+
 impl From<f64> for Bound {
     fn from(tolerance: f64) -> Self {
         Bound::Within(tolerance)
@@ -175,10 +181,27 @@ pub enum Bare {
 /// farther than its limit (the tolerance, or [`Tile::limit`]) from its triangle, or its weighted error is larger: an engine
 /// is broken, and its mesh must not be written. With channels, if a vertex does not lie on a sample.
 pub fn measure(tile: &Tile, mesh: &TileMesh, bound: impl Into<Bound>, place: &TilePlace, bare: Bare) -> ErrorStats {
-    let (tolerance, scale) = match bound.into() {
-        Bound::Within(tolerance) => (tolerance, tolerance),
-        Bound::Scale(scale) => (MAX_TOLERANCE, scale),
-    };
+    let bound = bound.into();
+    let stats = measure_heights(tile, mesh, bound, place, bare);
+    let owned = if tile.validity.is_whole() { place.owned() } else { (tile.width, tile.height) };
+    let extended = weighted::over_owned(tile, mesh, place.origin(), owned).map(|found| found.within(bound));
+    ErrorStats { extended, ..stats }
+}
+
+/// The same of the heights alone, whatever channels there are. Vertices may lie anywhere.
+///
+/// # Panics
+/// As [`measure`].
+pub fn measure_heights(
+    tile: &Tile,
+    mesh: &TileMesh,
+    bound: impl Into<Bound>,
+    place: &TilePlace,
+    bare: Bare,
+) -> ErrorStats {
+    let bound = bound.into();
+    let (Bound::Within(scale) | Bound::Scale(scale)) = bound;
+    let tolerance = bound.tolerance();
     let (owned, origin) = (place.owned(), place.origin());
     assert_eq!(
         (place.window.width, place.window.height),
@@ -216,12 +239,6 @@ pub fn measure(tile: &Tile, mesh: &TileMesh, bound: impl Into<Bound>, place: &Ti
         stats.weighted_max = stats.max;
         let (max, worst) = (stats.max, stats.worst);
         assert!(max <= tolerance, "error {max} at sample {worst:?}, {tolerance} is allowed");
-    }
-    if let Some(error) = &tile.channel_error {
-        let found = weighted::measure_weighted(tile, error, mesh, origin, owned);
-        let (max, worst) = (found.max, found.worst);
-        assert!(max <= tolerance, "weighted error {max} at sample {worst:?}, {tolerance} is allowed");
-        stats.extended = Some(found);
     }
     stats
 }

@@ -1,11 +1,13 @@
 //! The weighted error of heights and channels together, measured.
 
+use super::Bound;
 use crate::base::Tile;
-use crate::base::channels::ChannelError;
+use crate::base::lattice::Point;
 use crate::base::mesh::TileMesh;
+use crate::base::tiling::TilePlace;
 use crate::kernel::triangulate::feasible::{Spans, Surfaces};
 
-/// The largest weighted error ([`ChannelError::weighted`]) over a set of samples.
+/// The largest weighted error ([`ChannelError::weighted`](crate::base::channels::ChannelError::weighted)) over a set of samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct WeightedStats {
     /// The error.
@@ -14,28 +16,87 @@ pub struct WeightedStats {
     pub worst: (u64, u64),
 }
 
-/// Measures over the samples in the first `owned` columns and rows, each triangle again; where samples are missing over
-/// all of the tile, those on edges more than once.
-pub(super) fn measure_weighted(
+impl WeightedStats {
+    /// The one with the larger error; of equal ones the first.
+    pub fn larger(first: Option<WeightedStats>, second: Option<WeightedStats>) -> Option<WeightedStats> {
+        match (first, second) {
+            (Some(a), Some(b)) => Some(if b.max > a.max { b } else { a }),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// The same, once it is within what is known of errors.
+    ///
+    /// # Panics
+    /// If it is not: an engine is broken.
+    pub(super) fn within(self, bound: Bound) -> WeightedStats {
+        let (WeightedStats { max, worst }, tolerance) = (self, bound.tolerance());
+        assert!(max <= tolerance, "weighted error {max} at sample {worst:?}, {tolerance} is allowed");
+        self
+    }
+}
+
+/// Measures the triangles that are wanted of a tile at this place, over all of their samples, each triangle again. `None` where
+/// there are no channels.
+///
+/// # Panics
+/// If a weighted error is larger than the tolerance: an engine is broken, and its mesh must not be written. If a vertex of such a
+/// triangle does not lie on a sample.
+pub fn measure_weighted(
     tile: &Tile,
-    error: &ChannelError,
+    mesh: &TileMesh,
+    tolerance: f64,
+    place: &TilePlace,
+    wanted: impl Fn([Point; 3]) -> bool,
+) -> Option<WeightedStats> {
+    let columns = |spans: &Spans, row: i32| spans.columns(row);
+    let found = over(tile, mesh, place.origin(), (tile.width, tile.height), wanted, columns);
+    found.map(|found| found.within(Bound::Within(tolerance)))
+}
+
+/// Measures over the samples in the first `owned` columns and rows; where samples are missing, those on edges more than once.
+pub(super) fn over_owned(
+    tile: &Tile,
     mesh: &TileMesh,
     origin: (u64, u64),
     owned: (usize, usize),
-) -> WeightedStats {
-    let mut stats = WeightedStats { max: 0.0, worst: origin };
+) -> Option<WeightedStats> {
     let (right_rim, lower_rim) = (tile.width as i32 - 1, tile.height as i32 - 1);
     let is_whole = tile.validity.is_whole();
-    let owned = if is_whole { owned } else { (tile.width, tile.height) };
+    over(
+        tile,
+        mesh,
+        origin,
+        owned,
+        |_| true,
+        |spans, row| {
+            if is_whole { spans.own_columns(row, right_rim, lower_rim) } else { spans.columns(row) }
+        },
+    )
+}
+
+/// Measures over the samples in the first columns and rows that `columns` has of a triangle's rows.
+fn over(
+    tile: &Tile,
+    mesh: &TileMesh,
+    origin: (u64, u64),
+    (width, height): (usize, usize),
+    wanted: impl Fn([Point; 3]) -> bool,
+    columns: impl Fn(&Spans, i32) -> (i32, i32),
+) -> Option<WeightedStats> {
+    let error = tile.channel_error.as_ref()?;
+    let mut stats = WeightedStats { max: 0.0, worst: origin };
     let mut surfaces = Surfaces::default();
     for &triangle in &mesh.triangles {
         let [a, b, c] = mesh.corners(triangle);
+        if !wanted([a.at, b.at, c.at]) {
+            continue;
+        }
         surfaces.set(tile, [a, b, c]);
         let spans = Spans::new(a.at, b.at, c.at);
-        for row in spans.rows().take_while(|&row| (row as usize) < owned.1) {
-            let (first, last) =
-                if is_whole { spans.own_columns(row, right_rim, lower_rim) } else { spans.columns(row) };
-            for column in first..=last.min(owned.0 as i32 - 1) {
+        for row in spans.rows().take_while(|&row| (row as usize) < height) {
+            let (first, last) = columns(&spans, row);
+            for column in first..=last.min(width as i32 - 1) {
                 let weighted = surfaces.weighted(tile, error, (column as usize, row as usize));
                 // Not a number counts as the largest.
                 if weighted.is_nan() || weighted > stats.max {
@@ -44,7 +105,7 @@ pub(super) fn measure_weighted(
             }
         }
     }
-    stats
+    Some(stats)
 }
 
 #[cfg(test)]

@@ -1,42 +1,26 @@
 //! How far a triangle is from its samples, in numbers that can be minimised.
 //!
-//! With t = |error| · weight / tolerance, the energy of a sample is max(0, t − 0.97)² + 10⁻⁴·t⁴: violations count, and a little
+//! With t = |error| · weight / tolerance, or where there are channels the larger one of |error| / tolerance and the weighted
+//! error / tolerance, the energy of a sample is max(0, t − 0.97)² + 10⁻⁴·t⁴: violations count, and a little
 //! what may become one. With strong feasibility an edge counts as one more sample, where it is farthest from the grid's
 //! surface. Summed in single precision, in lanes and in one fixed order, so that every machine steers alike.
 //! It only steers: what is kept has passed the exact test.
 
-use super::lanes::{Kernel, LANES, Lanes, run};
+use super::channels::ChannelScan;
+use super::lanes::{LANES, Lanes, run};
 use super::net::{Fit, NONE};
+use super::scan::{Frame, Scan};
 use super::witnesses::Witnesses;
-use crate::base::lattice::{Point, STEPS};
+use crate::base::lattice::Point;
 use crate::base::mesh::Vertex;
 use crate::base::{Heights, Tile};
 use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::feasible::{Plane, Spans, Tester};
 
-const INDEX: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-
-/// Which of the lanes count, by how many samples are left of a row: factors, as branches would undo the lanes.
-const COUNTS: [[f32; LANES]; LANES + 1] = {
-    let mut counts = [[0.0; LANES]; LANES + 1];
-    let mut left = 0;
-    while left <= LANES {
-        let mut i = 0;
-        while i < left {
-            counts[left][i] = 1.0;
-            i += 1;
-        }
-        left += 1;
-    }
-    counts
-};
-
 /// Where violations begin to count, a little before they are some.
 pub(super) const ONSET: f32 = 0.97;
 /// The weight of t⁴. Anything from 5·10⁻⁵ to 3·10⁻⁴ does; with 10⁻³ one per cent more triangles are left.
 pub(super) const PULL: f32 = 1e-4;
-/// Rows between two looks whether the limit is passed.
-const ROWS_BETWEEN_LOOKS: i32 = 4;
 
 /// Measures triangles of one tile. The tolerance is positive.
 #[derive(Debug, Clone, Copy)]
@@ -98,14 +82,14 @@ impl<'a> Meter<'a> {
     /// Remembers where a triangle is worst, if that is known.
     pub(super) fn note(&self, fit: Fit, witnesses: &mut Witnesses) {
         if fit.place != NONE {
-            witnesses.note(fit.place as usize, self.tile, self.per_tolerance);
+            witnesses.note(fit.place as usize, self);
         }
     }
 
     /// Makes a place a witness, if it is a sample.
     pub(super) fn call(&self, at: Point, witnesses: &mut Witnesses) {
         if let Some((column, row)) = at.sample() {
-            witnesses.note(row * self.tile.width + column, self.tile, self.per_tolerance);
+            witnesses.note(row * self.tile.width + column, self);
         }
     }
 
@@ -126,210 +110,17 @@ impl<'a> Meter<'a> {
             stride,
         };
         let weights = &self.tile.weights[..];
+        if let Some(error) = &self.tile.channel_error {
+            return match &self.tile.heights {
+                Heights::F32(heights) => run(ChannelScan::new(frame, self.tile, heights, error, [a, b, c])),
+                Heights::F64(heights) => run(ChannelScan::new(frame, self.tile, heights, error, [a, b, c])),
+            };
+        }
         match &self.tile.heights {
             Heights::F32(heights) => run(Scan::<_, false> { frame, heights, weights }),
             Heights::F64(heights) if weights.is_empty() => run(Scan::<_, false> { frame, heights, weights }),
             Heights::F64(heights) => run(Scan::<_, true> { frame, heights, weights }),
         }
-    }
-}
-
-/// Heights as they are stored, brought to single precision relative to a corner.
-pub(super) trait Sample: Copy {
-    fn of(height: f64) -> Self;
-    fn to_f64(self) -> f64;
-    fn above(self, reference: Self) -> f32;
-}
-
-impl Sample for f32 {
-    fn of(height: f64) -> f32 {
-        height as f32
-    }
-    fn to_f64(self) -> f64 {
-        f64::from(self)
-    }
-    #[inline(always)]
-    fn above(self, reference: f32) -> f32 {
-        self - reference
-    }
-}
-
-impl Sample for f64 {
-    fn of(height: f64) -> f64 {
-        height
-    }
-    fn to_f64(self) -> f64 {
-        self
-    }
-    #[inline(always)]
-    fn above(self, reference: f64) -> f32 {
-        (self - reference) as f32
-    }
-}
-
-struct Frame {
-    spans: Spans,
-    plane: Plane,
-    height_of_a: f64,
-    width: usize,
-    per_tolerance: f64,
-    limit: f32,
-    /// From one row that is read to the next: a power of two.
-    stride: i32,
-}
-
-struct Scan<'a, H, const WEIGHTED: bool> {
-    frame: Frame,
-    heights: &'a [H],
-    /// Empty, or one for every height.
-    weights: &'a [f64],
-}
-
-/// The triangle along a row of samples, in tolerances above the reference.
-#[derive(Clone, Copy)]
-struct Line<H> {
-    start: f32,
-    step: f32,
-    reference: H,
-}
-
-/// Sums by lanes.
-#[derive(Clone, Copy)]
-struct Sums<E> {
-    energy: E,
-    worst: E,
-    /// The bits of where a lane's worst is, less the lane.
-    place: E,
-}
-
-impl<H: Sample, const WEIGHTED: bool> Kernel for Scan<'_, H, WEIGHTED> {
-    type Output = Fit;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self, on: L) -> Fit {
-        let Frame { spans, plane, .. } = &self.frame;
-        let reference = H::of(self.frame.height_of_a);
-        let offset = self.frame.height_of_a - reference.to_f64();
-        let per_tolerance = self.frame.per_tolerance;
-        let mut sums = Sums { energy: on.all(0.0), worst: on.all(0.0), place: on.all(0.0) };
-        let (gradient, origin) = (plane.gradient(), plane.origin());
-        let [across, down] = gradient.map(|g| g * per_tolerance);
-        let offset = offset * per_tolerance;
-        let step = (across * f64::from(STEPS)) as f32;
-        let stride = self.frame.stride;
-        let mut until_look = ROWS_BETWEEN_LOOKS;
-        'halves: for half in spans.halves() {
-            let mut row = next_multiple(half.first, stride);
-            while row <= half.last {
-                let (first, last) = half.columns(row);
-                if first <= last {
-                    let index = row as usize * self.frame.width + first as usize;
-                    let (x, y) = (f64::from(first * STEPS - origin.x), f64::from(row * STEPS - origin.y));
-                    let start = (across * x + down * y + offset) as f32;
-                    sums = self.row(index, (last - first + 1) as usize, Line { start, step, reference }, sums, on);
-                }
-                row += stride;
-                until_look -= 1;
-                if until_look == 0 {
-                    if on.total(sums.energy) > self.frame.limit {
-                        break 'halves;
-                    }
-                    until_look = ROWS_BETWEEN_LOOKS;
-                }
-            }
-        }
-        let worst = on.parts(sums.worst);
-        let mut fit = Fit { energy: on.total(sums.energy), worst: largest(&worst), place: NONE };
-        if fit.worst > ONSET {
-            let lane = worst.iter().position(|&w| w == fit.worst).unwrap_or(0);
-            let first = on.parts(sums.place)[lane].to_bits();
-            fit.place = if first < NOWHERE { first + lane as u32 } else { NONE };
-        }
-        fit
-    }
-}
-
-/// The next row that is a multiple of a stride.
-#[inline(always)]
-fn next_multiple(row: i32, stride: i32) -> i32 {
-    (row + stride - 1) & !(stride - 1)
-}
-
-/// Places are kept as the bits of finite numbers, below these. Tiles have fewer samples; if one had more, they would have no
-/// place.
-const NOWHERE: u32 = f32::MAX.to_bits();
-
-impl<H: Sample, const WEIGHTED: bool> Scan<'_, H, WEIGHTED> {
-    /// Whole lanes; those past the end do not count, and the tile has room for them ([`crate::base::PADDING`]).
-    #[inline(always)]
-    fn row<L: Lanes>(
-        &self,
-        index: usize,
-        count: usize,
-        line: Line<H>,
-        mut sums: Sums<L::Eight>,
-        on: L,
-    ) -> Sums<L::Eight> {
-        let row = Row {
-            per_tolerance: on.all(self.frame.per_tolerance as f32),
-            pull: on.all(PULL * self.frame.stride as f32),
-            start: on.all(line.start),
-            step: on.all(line.step),
-            reference: line.reference,
-        };
-        let samples = index..index + count.next_multiple_of(LANES);
-        let lanes = self.heights[samples.clone()].as_chunks::<LANES>().0;
-        let weights = if WEIGHTED { self.weights[samples].as_chunks::<LANES>().0 } else { &[] };
-        let mut place = index.min(NOWHERE as usize) as u32;
-        let (last, whole) = lanes.split_last().expect("a row is not empty");
-        let mut at = on.of(INDEX);
-        for (i, lane) in whole.iter().enumerate() {
-            let mut t = row.errors(lane, at, on);
-            if WEIGHTED {
-                t = on.mul(t, on.of(weights[i].map(|w| w as f32)));
-            }
-            sums.add(t, row.pull, place, on);
-            at = on.add(at, on.all(LANES as f32));
-            place += LANES as u32;
-        }
-        let mut t = on.mul(row.errors(last, at, on), on.of(COUNTS[count - whole.len() * LANES]));
-        if WEIGHTED {
-            t = on.mul(t, on.of(weights[whole.len()].map(|w| w as f32)));
-        }
-        sums.add(t, row.pull, place, on);
-        sums
-    }
-}
-
-/// A [`Line`] in lanes.
-struct Row<E, H> {
-    per_tolerance: E,
-    pull: E,
-    start: E,
-    step: E,
-    reference: H,
-}
-
-impl<E, H: Sample> Row<E, H> {
-    /// How far eight samples are from the triangle.
-    #[inline(always)]
-    fn errors<L: Lanes<Eight = E>>(&self, lane: &[H; LANES], at: E, on: L) -> E
-    where
-        E: Copy,
-    {
-        let heights: [f32; LANES] = std::array::from_fn(|i| lane[i].above(self.reference));
-        let above = on.mul(on.of(heights), self.per_tolerance);
-        on.abs(on.sub(on.add(self.start, on.mul(self.step, at)), above))
-    }
-}
-
-impl<E: Copy> Sums<E> {
-    /// Adds eight errors; the first sample's is at `place`.
-    #[inline(always)]
-    fn add<L: Lanes<Eight = E>>(&mut self, t: E, pull: E, place: u32, on: L) {
-        self.energy = on.add(self.energy, energies(on, t, pull));
-        self.place = on.if_greater(t, self.worst, on.all(f32::from_bits(place)), self.place);
-        self.worst = on.max(t, self.worst);
     }
 }
 

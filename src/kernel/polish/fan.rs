@@ -229,17 +229,17 @@ impl Fan {
 
     /// What the witnesses say of an apex, in all and (in `parts`) of each triangle; if it is not below `limit`, or one is
     /// farther than `farthest`, some number that is not, either.
-    fn ask_witnesses(&mut self, apex: Vertex, limit: f32, farthest: f32) -> f32 {
+    fn ask_witnesses(&mut self, apex: Vertex, limit: f32, farthest: f32, meter: &Meter<'_>) -> f32 {
         self.parts.clear();
         self.parts.resize(self.ring.triangles(), 0.0);
-        self.witnesses.speak(&self.ring, apex, limit, farthest, &mut self.parts)
+        self.witnesses.speak((&self.ring, apex), limit, farthest, &mut self.parts, meter)
     }
 
     /// Whether the energy is below `limit` at an apex, no triangle farther than `farthest`, and none too sharp: then the fits are
     /// those it gives.
     fn try_at(&mut self, apex: Vertex, limit: f32, farthest: f32, meter: &Meter<'_>) -> bool {
         // What the witnesses say of the triangles that are still to be measured.
-        let mut rest = self.ask_witnesses(apex, limit, farthest);
+        let mut rest = self.ask_witnesses(apex, limit, farthest, meter);
         let hopeful = rest < limit;
         if !hopeful {
             return false;

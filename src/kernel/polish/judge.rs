@@ -1,6 +1,7 @@
 //! Whether a triangle may be used, with a memory of what spoke against its like.
 
 use super::angles::Angles;
+use super::channels::weighted_at;
 use super::energy::Meter;
 use super::fitting::Fitting;
 use super::net::Fit;
@@ -127,7 +128,14 @@ impl<'a> Judge<'a> {
         }
         let [wa, wb, wc] = weights.map(|w| w as f64);
         let error = wa * (a.height - height) + wb * (b.height - height) + wc * (c.height - height);
-        error.abs() > (wa + wb + wc) * limit
+        if error.abs() > (wa + wb + wc) * limit {
+            return true;
+        }
+        // Samples that have channels have the same limit everywhere.
+        let (tile, sample) = (self.tester.tile(), p.sample().expect("witnesses are samples"));
+        tile.channel_error.as_ref().is_some_and(|error| {
+            weighted_at(tile, error, sample.1 * tile.width + sample.0, [a, b, c], [wa, wb, wc]) > limit
+        })
     }
 
     /// Whether an edge that was not there before may be made: see [`Tester::may_join`].

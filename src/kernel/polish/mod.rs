@@ -4,7 +4,7 @@
 //! has passed the exact test. Vertices stand on samples and have their heights, or where that is asked for stand on the
 //! lattice of quarter cells and have heights of their own. `net` is the mesh while it changes,
 //! `journal` what a move that fails takes back; `hole` and `filling` are how triangles are replaced, `judge` says which
-//! may be used, `energy` how well they fit. `removal` takes vertices out where feasible triangles fill the hole;
+//! may be used, `energy` how well they fit, by samples that `scan` reads, with those of `channels` where there are some. `removal` takes vertices out where feasible triangles fill the hole;
 //! `improve` moves vertices and turns edges (`fan` finds the place); `repair` takes vertices out and mends what that
 //! breaks. `star` finds the height that fits best, and where to look for a better place; `fitting` says which heights and
 //! places there are, `angles` how sharp triangles may be. `onto_rim` puts vertices beside the raster's rim onto it.
@@ -13,6 +13,7 @@
 //! Nothing is random and nothing is timed: effort is counted, ties go by number. Method and figures: docs/quality.md.
 
 mod angles;
+mod channels;
 mod energy;
 mod fan;
 mod filling;
@@ -28,10 +29,13 @@ mod order;
 mod removal;
 mod repair;
 mod ring;
+mod scan;
 mod schedule;
 mod star;
 mod witnesses;
 
+#[cfg(test)]
+mod channel_tests;
 #[cfg(test)]
 mod part_tests;
 #[cfg(test)]
@@ -140,7 +144,7 @@ pub struct Scratch {
 /// The domain's vertices, points and loops stay as they are. Other vertices are removed, moved and renumbered; with
 /// sampled heights every one of them stands on a sample and has its height, with fitted ones those that have moved have
 /// heights and places of their own ([`Heights`]). Every triangle that was not there before passes
-/// the exact weak test, and every edge that was not there before keeps [`Task::max_stray`]. With strong feasibility, every edge that was not there before also passes the strong test;
+/// the exact weak test and, where the tile has channels, that of their weighted error, and every edge that was not there before keeps [`Task::max_stray`]. With strong feasibility, every edge that was not there before also passes the strong test;
 /// `mesh.relaxed` does not grow, and is never more than the triangles that have an edge which fails it. The same mesh and
 /// task give the same result, always and everywhere.
 ///
@@ -151,7 +155,8 @@ pub struct Scratch {
 /// [`Cancelled`], with a mesh of no use.
 ///
 /// # Panics
-/// If the mesh does not keep the contract, or the schedule its ranges ([`Schedule::check`]).
+/// If the mesh does not keep the contract, or the schedule its ranges ([`Schedule::check`]); where the tile has channels, if
+/// heights are to be fitted.
 pub fn polish(task: &Task<'_>, options: &Options, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
     scratch.net.load(task.domain, mesh);
     scratch.polish(task, options, Visit::All, mesh)
@@ -207,6 +212,8 @@ impl Scratch {
         let strict = Task { feasibility, ..*task };
         let mut judge = Judge::new(&strict);
         judge.angles = Angles::at_least(tuning.min_angle.unwrap_or(options.effort.min_angle()));
+        let has_channels = task.tile.channel_error.is_some();
+        assert!(!has_channels || options.heights == Heights::Sampled, "fitted heights of a tile with channels");
         judge.fitting = (options.heights == Heights::Fitted).then(|| Fitting::new(task.tolerance));
         self.order.reset(&self.net);
         self.work(&schedule, visit, &mut judge)?;

@@ -250,7 +250,7 @@ impl Weigher for LeastEnergy<'_, '_> {
 
     fn triangle(&mut self, corners: [Vertex; 3], budget: f64) -> f64 {
         let limit = budget as f32;
-        if self.witnesses.speak_against(corners, limit) || !self.sharpest.allows(corners) {
+        if self.witnesses.speak_against(corners, limit, &self.judge.meter) || !self.sharpest.allows(corners) {
             return f64::INFINITY;
         }
         let fit = self.judge.meter.fit(corners, limit);

@@ -3,10 +3,11 @@
 //! The error at a sample is linear in the height of the apex. So the raster is read once per place (`read`); energy, best
 //! height and derivatives come from what was noted then.
 
-use super::energy::{Meter, ONSET, PULL, Sample, energies, largest, total};
+use super::energy::{Meter, ONSET, PULL, energies, largest, total};
 use super::lanes::{Kernel, LANES, Lanes, run};
 use super::net::{Fit, NONE};
 use super::ring::Ring;
+use super::scan::Sample;
 use crate::base::Heights;
 use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::Vertex;

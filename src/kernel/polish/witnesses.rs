@@ -3,9 +3,9 @@
 //! A look at one sample costs little beside a scan of all. What a witness says holds: its sample's energy is a part of the
 //! triangle's.
 
-use super::energy::{ONSET, energy};
+use super::channels::weighted_at;
+use super::energy::{Meter, ONSET, energy};
 use super::ring::Ring;
-use crate::base::Tile;
 use crate::base::lattice::{Point, STEPS, orient};
 use crate::base::mesh::Vertex;
 
@@ -16,33 +16,37 @@ const MOST: usize = 8;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Witness {
     at: Point,
+    /// Its place in the tile.
+    sample: usize,
     height: f64,
     /// Brings an error to shares of the sample's limit.
     per_limit: f64,
 }
 
 impl Witness {
-    /// The error here of a plane over three weights, the lattice's orientations, as a share of the limit.
+    /// The error here of a triangle over three weights, the lattice's orientations, as a share of the limit.
     #[inline(always)]
-    fn share(&self, heights: [f64; 3], weights: [i64; 3]) -> f64 {
+    fn share(&self, corners: [Vertex; 3], weights: [i64; 3], meter: &Meter<'_>) -> f64 {
         let [wa, wb, wc] = weights.map(|w| w as f64);
-        let [a, b, c] = heights.map(|h| h - self.height);
-        ((wa * a + wb * b + wc * c) / (wa + wb + wc)).abs() * self.per_limit
+        let [a, b, c] = corners.map(|v| v.height - self.height);
+        let share = ((wa * a + wb * b + wc * c) / (wa + wb + wc)).abs() * self.per_limit;
+        let Some(error) = &meter.tile().channel_error else { return share };
+        share.max(weighted_at(meter.tile(), error, self.sample, corners, [wa, wb, wc]) * meter.per_tolerance())
     }
 
     /// How far a triangle is from the sample, as a share of its limit; nothing if the sample is not under it.
     #[inline(always)]
-    fn under(&self, [a, b, c]: [Vertex; 3]) -> Option<f64> {
+    fn under(&self, [a, b, c]: [Vertex; 3], meter: &Meter<'_>) -> Option<f64> {
         let weights = [orient(b.at, c.at, self.at), orient(c.at, a.at, self.at), orient(a.at, b.at, self.at)];
         if weights.iter().any(|&w| w < 0) {
             return None;
         }
-        Some(self.share([a.height, b.height, c.height], weights))
+        Some(self.share([a, b, c], weights, meter))
     }
 
     /// The same for the triangles from a ring to an apex inside it, and which of them it is.
     #[inline(always)]
-    fn under_fan(&self, ring: &Ring, apex: Vertex) -> Option<(usize, f64)> {
+    fn under_fan(&self, ring: &Ring, apex: Vertex, meter: &Meter<'_>) -> Option<(usize, f64)> {
         let vertices = &ring.vertices[..];
         let side = |i: usize| orient(apex.at, vertices[i].at, self.at);
         let mut behind = side(0);
@@ -52,7 +56,7 @@ impl Witness {
             if behind >= 0 && ahead <= 0 {
                 let area = orient(apex.at, vertices[i].at, vertices[j].at);
                 let weights = [area - behind + ahead, -ahead, behind];
-                return Some((i, self.share([apex.height, vertices[i].height, vertices[j].height], weights)));
+                return Some((i, self.share([apex, vertices[i], vertices[j]], weights, meter)));
             }
             behind = ahead;
         }
@@ -73,7 +77,8 @@ impl Witnesses {
     }
 
     /// Remembers the sample at `place` of the tile's heights.
-    pub(super) fn note(&mut self, place: usize, tile: &Tile, per_tolerance: f64) {
+    pub(super) fn note(&mut self, place: usize, meter: &Meter<'_>) {
+        let (tile, per_tolerance) = (meter.tile(), meter.per_tolerance());
         let (column, row) = (place % tile.width, place / tile.width);
         let at = Point::of_sample(column as i32, row as i32);
         if self.known.iter().any(|w| w.at == at) {
@@ -81,12 +86,12 @@ impl Witnesses {
         }
         let per_limit = if tile.is_weighted() { tile.weights[place] * per_tolerance } else { per_tolerance };
         self.known.truncate(MOST - 1);
-        self.known.insert(0, Witness { at, height: tile.at(column, row), per_limit });
+        self.known.insert(0, Witness { at, sample: place, height: tile.at(column, row), per_limit });
     }
 
     /// Whether a triangle has this much energy or more, by one witness alone.
-    pub(super) fn speak_against(&mut self, corners: [Vertex; 3], limit: f32) -> bool {
-        let against = |w: &Witness| w.under(corners).is_some_and(|t| energy(t as f32) >= limit);
+    pub(super) fn speak_against(&mut self, corners: [Vertex; 3], limit: f32, meter: &Meter<'_>) -> bool {
+        let against = |w: &Witness| w.under(corners, meter).is_some_and(|t| energy(t as f32) >= limit);
         match self.known.iter().position(against) {
             // What spoke last will be asked first.
             Some(i) => {
@@ -99,10 +104,17 @@ impl Witnesses {
 
     /// Adds up the witnesses' energies by the triangles that a ring has with an apex; returns the sum. Stops, with any
     /// sum above the limit, where they exceed it or one is farther than `farthest`.
-    pub(super) fn speak(&mut self, ring: &Ring, apex: Vertex, limit: f32, farthest: f32, parts: &mut [f32]) -> f32 {
+    pub(super) fn speak(
+        &mut self,
+        (ring, apex): (&Ring, Vertex),
+        limit: f32,
+        farthest: f32,
+        parts: &mut [f32],
+        meter: &Meter<'_>,
+    ) -> f32 {
         let mut sum = 0.0;
         for i in 0..self.known.len() {
-            let Some((part, t)) = self.known[i].under_fan(ring, apex) else { continue };
+            let Some((part, t)) = self.known[i].under_fan(ring, apex, meter) else { continue };
             let energy = energy(t as f32);
             parts[part] += energy;
             sum += energy;
@@ -115,9 +127,9 @@ impl Witnesses {
     }
 
     /// The energy beyond the onset of the witnesses that are in none of every `stride`th row.
-    pub(super) fn between_rows(&self, ring: &Ring, apex: Vertex, stride: i32) -> f32 {
+    pub(super) fn between_rows(&self, ring: &Ring, apex: Vertex, stride: i32, meter: &Meter<'_>) -> f32 {
         let between = self.known.iter().filter(|w| (w.at.y / STEPS) % stride != 0);
-        let shares = between.filter_map(|w| w.under_fan(ring, apex));
+        let shares = between.filter_map(|w| w.under_fan(ring, apex, meter));
         shares.map(|(_, t)| (t as f32 - ONSET).max(0.0).powi(2)).sum()
     }
 }
@@ -125,41 +137,68 @@ impl Witnesses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::Heights;
+    use crate::base::channels::{ChannelError, Range, Ranges};
+    use crate::base::{Heights, Tile};
+    use crate::kernel::triangulate::Feasibility;
+    use crate::kernel::triangulate::feasible::Tester;
+
+    const SPIKE: usize = 2 * 9 + 5;
 
     fn at(column: i32, row: i32, height: f64) -> Vertex {
         Vertex { at: Point::of_sample(column, row), height }
     }
 
     /// A level star around (4, 4), and a spike of 3 at (5, 2).
-    fn scene() -> (Tile, Ring, Vertex, usize) {
+    fn scene() -> (Tile, Ring, Vertex) {
         let mut heights = vec![0.0f32; 81];
-        heights[2 * 9 + 5] = 3.0;
+        heights[SPIKE] = 3.0;
         let ring = [at(0, 0, 0.0), at(8, 0, 0.0), at(8, 8, 0.0), at(0, 8, 0.0)];
-        (Tile::from_heights(9, 9, Heights::F32(heights)), Ring::closed(ring), at(4, 4, 0.0), 2 * 9 + 5)
+        (Tile::from_heights(9, 9, Heights::F32(heights)), Ring::closed(ring), at(4, 4, 0.0))
+    }
+
+    fn meter(tile: &Tile) -> Meter<'_> {
+        Meter::new(Tester::new(tile, 2.0, Feasibility::Weak), 2.0)
     }
 
     #[test]
     fn a_witness_says_what_its_sample_says() {
-        let (tile, ring, apex, spike) = scene();
+        let (tile, ring, apex) = scene();
         let [[first, second], [_, third]] = [ring.edge(0), ring.edge(1)];
-        let mut witnesses = Witnesses::default();
-        witnesses.note(spike, &tile, 0.5);
+        let (mut witnesses, meter) = (Witnesses::default(), meter(&tile));
+        witnesses.note(SPIKE, &meter);
         let mut parts = [0.0; 4];
-        let said = witnesses.speak(&ring, apex, f32::INFINITY, f32::INFINITY, &mut parts);
+        let said = witnesses.speak((&ring, apex), f32::INFINITY, f32::INFINITY, &mut parts, &meter);
         assert_eq!(said, energy(1.5));
         assert_eq!(parts, [said, 0.0, 0.0, 0.0], "the spike is in the first triangle");
-        assert!(witnesses.speak_against([apex, first, second], said));
-        assert!(!witnesses.speak_against([apex, first, second], said * 1.01), "it says no more than it knows");
-        assert!(!witnesses.speak_against([apex, second, third], 0.0), "nor of a triangle that it is not in");
+        assert!(witnesses.speak_against([apex, first, second], said, &meter));
+        assert!(!witnesses.speak_against([apex, first, second], said * 1.01, &meter), "it says no more than it knows");
+        assert!(!witnesses.speak_against([apex, second, third], 0.0, &meter), "nor of a triangle that it is not in");
+    }
+
+    /// A spike in height counts half of what it is, one of the whole range in one of two channels a quarter of 16.
+    #[test]
+    fn with_channels_it_says_what_they_say() {
+        let range = |max| Range { min: 0.0, max };
+        let ranges = Ranges { heights: range(16.0), channels: vec![range(1.0), range(5.0)], unit: 16.0 };
+        let (tile, ring, apex) = scene();
+        for (of_spike, t) in [(0.0f64, 1.5f32), (1.0, (1.5 + 4.0) / 2.0)] {
+            let channel = |i: usize| if i == SPIKE { of_spike } else { 0.0 };
+            let channels = vec![(0..81).map(channel).collect(), vec![3.0; 81]];
+            let tile = tile.clone().with_channels(channels, ChannelError::new(0.5, &ranges));
+            let (mut witnesses, meter) = (Witnesses::default(), meter(&tile));
+            witnesses.note(SPIKE, &meter);
+            let said = witnesses.speak((&ring, apex), f32::INFINITY, f32::INFINITY, &mut [0.0; 4], &meter);
+            assert!((said - energy(t)).abs() < 1e-6, "{said} for {of_spike}");
+            assert!((meter.fit([apex, ring.edge(0)[0], ring.edge(0)[1]], f32::INFINITY).energy - said).abs() < 1e-6);
+        }
     }
 
     #[test]
     fn a_limit_ends_what_they_say() {
-        let (tile, ring, apex, spike) = scene();
-        let mut witnesses = Witnesses::default();
-        witnesses.note(spike, &tile, 0.5);
-        let mut say = |limit, farthest| witnesses.speak(&ring, apex, limit, farthest, &mut [0.0; 4]);
+        let (tile, ring, apex) = scene();
+        let (mut witnesses, meter) = (Witnesses::default(), meter(&tile));
+        witnesses.note(SPIKE, &meter);
+        let mut say = |limit, farthest| witnesses.speak((&ring, apex), limit, farthest, &mut [0.0; 4], &meter);
         assert_eq!(say(0.1, f32::INFINITY), f32::INFINITY);
         assert_eq!(say(f32::INFINITY, 1.4), f32::INFINITY);
         assert!(say(1.0, 1.6).is_finite());
@@ -167,10 +206,10 @@ mod tests {
 
     #[test]
     fn rows_that_are_read_need_no_witness() {
-        let (tile, ring, apex, spike) = scene();
-        let mut witnesses = Witnesses::default();
-        witnesses.note(spike, &tile, 0.5);
-        assert_eq!(witnesses.between_rows(&ring, apex, 2), 0.0);
-        assert!(witnesses.between_rows(&ring, apex, 4) > 0.0);
+        let (tile, ring, apex) = scene();
+        let (mut witnesses, meter) = (Witnesses::default(), meter(&tile));
+        witnesses.note(SPIKE, &meter);
+        assert_eq!(witnesses.between_rows(&ring, apex, 2, &meter), 0.0);
+        assert!(witnesses.between_rows(&ring, apex, 4, &meter) > 0.0);
     }
 }

@@ -11,8 +11,9 @@
 //! the memory of one tile. `lines` says which triangle lies where, `region` puts one job together from the chunks of up to
 //! four tiles and makes a chunk of it.
 //!
-//! The last pass measures every sample. A triangle's shape is looked at in the last pass that has it inside a tile: in those
-//! that follow it straddles a line, so nobody changes it.
+//! The last pass measures the height of every sample. A triangle's shape is looked at in the last pass that has it inside a tile:
+//! in those that follow it straddles a line, so nobody changes it. So is its weighted error, where there are channels: there are
+//! the channels of all of its vertices at hand.
 //!
 //! Where the first pass has trimmed the rim, a job measures what is bare, but may not know all that is missing around it:
 //! in the end as many samples must be bare as have been trimmed ([`PassResult::check_bare`](super::PassResult::check_bare)).
@@ -36,7 +37,9 @@ use crate::base::mesh::Domain;
 use crate::base::tiling::{TileGrid, TilePlace};
 use crate::job::spool::Chunks;
 use crate::job::{Error, quality};
-use crate::kernel::measure::{Bare, Bound, ErrorStats, HeightStats, ShapeStats, measure, shape};
+use crate::kernel::measure::{
+    Bare, Bound, ErrorStats, HeightStats, ShapeStats, WeightedStats, measure_heights, measure_weighted, shape,
+};
 use crate::kernel::polish::{self, count_relaxed};
 use crate::kernel::triangulate::insertion::mend_part;
 use crate::kernel::triangulate::{EngineScratch, Feasibility, Task};
@@ -88,6 +91,7 @@ impl Maker for SeamMaker {
             chunk.relaxed += known.relaxed;
             chunk.errors = errors;
             chunk.samples_checksum = tile.checksum();
+            run.set_attributes(chunk, tile);
         });
         Ok(())
     }
@@ -129,6 +133,7 @@ impl SeamMaker {
                 known.relaxed += chunk.relaxed;
                 known.trimmed += chunk.errors.trimmed;
                 chunk.errors.shape.iter().for_each(|shape| known.shape.add(shape));
+                known.extended = WeightedStats::larger(known.extended, chunk.errors.extended);
             }
             self.shared.hand_over();
         }
@@ -158,7 +163,7 @@ impl SeamMaker {
         Ok(())
     }
 
-    /// Looks at the shape of the triangles that no later pass changes, and counts those among them that are relaxed; in the
+    /// Looks at the shape and the weighted error of the triangles that no later pass changes, and counts those among them that are relaxed; in the
     /// last pass measures the mesh.
     fn measure(&mut self, run: &Run<'_>, place: &TilePlace, known: &Known) -> ErrorStats {
         let (params, tile, region) = (run.job.params, &self.shared.tile, &mut self.region);
@@ -170,14 +175,16 @@ impl SeamMaker {
             region.mesh.relaxed = count_relaxed(tile, &region.mesh, tolerance, |corners| settled.has(corners));
         }
         let shape = Some(Box::new(seen));
+        let extended = measure_weighted(tile, &region.mesh, tolerance, place, |corners| settled.has(corners));
+        let extended = WeightedStats::larger(known.extended, extended);
         if !is_last {
-            return ErrorStats { trimmed: known.trimmed, shape, ..ErrorStats::default() };
+            return ErrorStats { trimmed: known.trimmed, shape, extended, ..ErrorStats::default() };
         }
         // Where nothing is missing and nothing bare, whose sample is whose is plain.
         let may_be_bare = params.trim > 0 && run.job.field.may_have_gaps();
         let bare = if may_be_bare { Bare::StripOfOthers(params.trim) } else { Bare::Nothing };
-        let errors = region.with_passing(|mesh| measure(tile, mesh, Bound::Within(tolerance), place, bare));
-        ErrorStats { shape, heights: Some(HeightStats::of(tile)), ..errors }
+        let errors = region.with_passing(|mesh| measure_heights(tile, mesh, Bound::Within(tolerance), place, bare));
+        ErrorStats { shape, extended, heights: Some(HeightStats::of(tile)), ..errors }
     }
 }
 
@@ -187,4 +194,5 @@ struct Known {
     relaxed: u64,
     trimmed: u64,
     shape: ShapeStats,
+    extended: Option<WeightedStats>,
 }

@@ -31,7 +31,7 @@ impl Fan {
         let mut best = None;
         for place in look.places_around(centre.at) {
             let Some(apex) = self.on_sample(place, meter) else { continue };
-            let hopeful = self.ask_witnesses(apex, limit, look.farthest) < limit;
+            let hopeful = self.ask_witnesses(apex, limit, look.farthest, meter) < limit;
             if !hopeful {
                 continue;
             }
@@ -46,7 +46,7 @@ impl Fan {
     /// The energy at an apex as every `stride`th row has it, and witnesses in other rows; any number not below `limit` if it
     /// is not, either.
     fn coarse_energy(&mut self, apex: Vertex, limit: f32, stride: i32, meter: &Meter<'_>) -> f32 {
-        let mut sum = self.witnesses.between_rows(&self.ring, apex, stride);
+        let mut sum = self.witnesses.between_rows(&self.ring, apex, stride, meter);
         for turn in 0..self.ring.triangles() {
             let below = sum < limit;
             if !below {

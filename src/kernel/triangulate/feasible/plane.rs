@@ -66,6 +66,13 @@ impl Plane {
         f64::from(b.y - c.y) * self.inverse * f64::from(STEPS)
     }
 
+    /// The weights of corners b and c at a place, as shares of all three.
+    #[inline(always)]
+    fn shares(&self, p: Point) -> [f64; 2] {
+        let (wb, wc) = self.weights(p);
+        [wb as f64 * self.inverse, wc as f64 * self.inverse]
+    }
+
     /// Rise per lattice step across and down. On a sliver nearly infinite: for estimates.
     pub(crate) fn gradient(&self) -> [f64; 2] {
         let [a, b, c] = self.corners.map(|v| v.at);
@@ -109,5 +116,29 @@ impl Plane {
         let [a, b, c] = self.corners.map(|v| v.height);
         let terms = [(self.area - wb - wc, a), (wb, b), (wc, c), (-self.area, height)];
         crate::base::exact::within(&terms, self.area, tolerance)
+    }
+}
+
+/// The shares of a triangle's corners b and c along a row of samples: with them any value over the triangle is known there.
+pub(crate) struct RowShares {
+    first: [f64; 2],
+    step: [f64; 2],
+}
+
+impl RowShares {
+    /// Along the row of a plane's triangle, from a sample inside it on.
+    #[inline(always)]
+    pub(crate) fn new(plane: &Plane, first: Point) -> RowShares {
+        let [a, b, c] = plane.corners.map(|v| v.at);
+        let step = |down: i32| f64::from(down) * plane.inverse * f64::from(STEPS);
+        RowShares { first: plane.shares(first), step: [step(c.y - a.y), step(a.y - b.y)] }
+    }
+
+    /// A value that rises by so much from a to b and from a to c: by how much it is above a at the first sample, and what it
+    /// rises from one sample to the next.
+    #[inline(always)]
+    pub(crate) fn line(&self, [to_b, to_c]: [f64; 2]) -> (f64, f64) {
+        let at = |[b, c]: [f64; 2]| b * to_b + c * to_c;
+        (at(self.first), at(self.step))
     }
 }

@@ -32,7 +32,6 @@ impl Surfaces {
         self.corners = vertices.map(|v| v.at);
         let [a, b, c] = self.corners;
         self.inverse = 1.0 / orient(a, b, c) as f64;
-        let rises = |[a, b, c]: [f64; 3]| [a, b - a, c - a];
         self.values.clear();
         self.values.push(rises(vertices.map(|v| v.height)));
         self.values.extend((0..tile.channels.len()).map(|i| rises(vertices.map(|v| tile.channel_at_vertex(i, v)))));
@@ -40,17 +39,70 @@ impl Surfaces {
 
     /// The weighted error at a sample inside the triangle; 0 at its corners.
     #[inline]
-    pub(crate) fn weighted(&self, tile: &Tile, error: &ChannelError, (column, row): (usize, usize)) -> f64 {
-        let at = Point::of_sample(column as i32, row as i32);
-        if self.corners.contains(&at) {
+    pub(crate) fn weighted(&self, tile: &Tile, error: &ChannelError, sample: (usize, usize)) -> f64 {
+        let place = Point::of_sample(sample.0 as i32, sample.1 as i32);
+        if self.corners.contains(&place) {
             return 0.0;
         }
-        let [a, b, c] = self.corners;
-        let (wb, wc) = (orient(c, a, at) as f64, orient(a, b, at) as f64);
-        let surface = |&[a, rise_b, rise_c]: &[f64; 3]| a + (wb * rise_b + wc * rise_c) * self.inverse;
-        let index = row * tile.width() + column;
-        let channels = self.values[1..].iter().zip(&tile.channels);
-        let differences = channels.map(|(values, samples)| surface(values) - samples[index]);
-        error.weighted(surface(&self.values[0]) - tile.at(column, row), differences)
+        let (heights, channels) = self.values.split_first().expect("the heights come first");
+        between(
+            tile,
+            error,
+            Weights::new(self.corners, self.inverse, place),
+            sample,
+            *heights,
+            channels.iter().copied(),
+        )
     }
+}
+
+/// The same of a single sample that is no corner, without memory.
+pub(super) fn weighted_at(tile: &Tile, error: &ChannelError, corners: [Vertex; 3], sample: (usize, usize)) -> f64 {
+    let [a, b, c] = corners.map(|v| v.at);
+    let place = Point::of_sample(sample.0 as i32, sample.1 as i32);
+    let weights = Weights::new([a, b, c], 1.0 / orient(a, b, c) as f64, place);
+    let samples = corners.map(|v| tile.sample_of_vertex(v));
+    let channels = tile.channels.iter().map(|values| rises(samples.map(|sample| values[sample])));
+    between(tile, error, weights, sample, rises(corners.map(|v| v.height)), channels)
+}
+
+/// The weights of corners b and c at a place.
+#[derive(Clone, Copy)]
+struct Weights {
+    b: f64,
+    c: f64,
+    inverse: f64,
+}
+
+impl Weights {
+    #[inline(always)]
+    fn new([a, b, c]: [Point; 3], inverse: f64, at: Point) -> Weights {
+        Weights { b: orient(c, a, at) as f64, c: orient(a, b, at) as f64, inverse }
+    }
+
+    #[inline(always)]
+    fn surface(self, [a, rise_b, rise_c]: [f64; 3]) -> f64 {
+        a + (self.b * rise_b + self.c * rise_c) * self.inverse
+    }
+}
+
+/// The value at the first corner, and what the others rise above it.
+#[inline(always)]
+fn rises([a, b, c]: [f64; 3]) -> [f64; 3] {
+    [a, b - a, c - a]
+}
+
+/// The weighted error at a sample of surfaces with these values.
+#[inline(always)]
+fn between(
+    tile: &Tile,
+    error: &ChannelError,
+    weights: Weights,
+    (column, row): (usize, usize),
+    heights: [f64; 3],
+    channels: impl Iterator<Item = [f64; 3]>,
+) -> f64 {
+    let index = row * tile.width() + column;
+    let differences = channels.zip(&tile.channels).map(|(values, samples)| weights.surface(values) - samples[index]);
+    error.weighted(weights.surface(heights) - tile.at(column, row), differences)
 }

@@ -3,9 +3,11 @@
 use std::cell::Cell;
 use std::ops::{Add, Mul, Sub};
 
+use super::channels::ChannelRows;
 use super::stray::{self, Side};
 use super::weighted::WeightedRows;
 use super::{Plane, Spans, edge};
+use crate::base::channels::ChannelError;
 use crate::base::lattice::{MAX_SPAN, Point};
 use crate::base::mesh::Vertex;
 use crate::base::{Heights, PADDING, Tile};
@@ -22,7 +24,8 @@ pub struct Tester<'a> {
 
 impl<'a> Tester<'a> {
     /// A tester for one tile; `tolerance` is at least 0. Where the tile has weights, what is within the tolerance is error
-    /// × weight: every sample is held to [`Tile::limit`].
+    /// × weight: every sample is held to [`Tile::limit`]. Where it has channels, triangles have their corners on samples, and
+    /// the weighted error of every sample is held to [`ChannelError::limit`] as well, in doubles.
     pub fn new(tile: &'a Tile, tolerance: f64, feasibility: Feasibility) -> Tester<'a> {
         Tester { tile, tolerance, feasibility, max_stray: stray::Limit::new(f64::INFINITY, tolerance) }
     }
@@ -81,6 +84,20 @@ impl<'a> Tester<'a> {
             Heights::F64(heights) => arch.dispatch(AllRows(PlainRows::new(scan, heights, a.height))),
         };
         debug_assert_eq!(within, scan.violation.get().is_none());
+        match &self.tile.channel_error {
+            Some(error) if within => self.violation_in_channels(scan, error, [a, b, c]),
+            _ => scan.violation.get(),
+        }
+    }
+
+    /// The same of the weighted error, once heights are within the tolerance.
+    #[inline(never)]
+    fn violation_in_channels(&self, scan: &Scan, error: &ChannelError, corners: [Vertex; 3]) -> Option<Point> {
+        let (arch, tile) = (pulp::Arch::new(), self.tile);
+        match &tile.heights {
+            Heights::F32(heights) => arch.dispatch(AllRows(ChannelRows::new(scan, (tile, heights), error, corners))),
+            Heights::F64(heights) => arch.dispatch(AllRows(ChannelRows::new(scan, (tile, heights), error, corners))),
+        };
         scan.violation.get()
     }
 
@@ -276,6 +293,14 @@ struct Limits<R> {
 }
 
 impl Scan {
+    /// The samples of a row, if there are some: where the first one is, its place in the tile, and how many there are.
+    #[inline(always)]
+    pub(super) fn samples(&self, row: i32) -> Option<(Point, usize, usize)> {
+        let (first, last) = self.spans.columns(row);
+        let index = || row as usize * self.width + first as usize;
+        (first <= last).then(|| (Point::of_sample(first, row), index(), (last - first + 1) as usize))
+    }
+
     #[inline(always)]
     fn row<R: Real>(&self, heights: &[R], row: i32, offset: f64, limits: Limits<R>) -> bool {
         let (first, last) = self.spans.columns(row);

@@ -62,14 +62,9 @@ impl Rows for WeightedRows<'_> {
 
     #[inline(always)]
     fn within(&self, row: i32) -> bool {
-        let (first, last) = self.scan.spans.columns(row);
-        if first > last {
-            return true;
-        }
-        let at = Point::of_sample(first, row);
+        let Some((at, index, count)) = self.scan.samples(row) else { return true };
         let start = self.scan.plane.above_a(at);
-        let index = row as usize * self.scan.width + first as usize;
-        let (heights, weights, count) = (&self.heights[index..], &self.weights[index..], (last - first + 1) as usize);
+        let (heights, weights) = (&self.heights[index..], &self.weights[index..]);
         surely_within(heights, weights, count, start, self.limits)
             || self.scan.weighted_row_in_doubt(&heights[..count], &weights[..count], at, start, self.limits)
     }
