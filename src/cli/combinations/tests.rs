@@ -127,12 +127,13 @@ impl Scene {
 }
 
 /// What `verify` has to be given, too.
-const JUDGED: [&str; 12] = [
+const JUDGED: [&str; 13] = [
     "--max-error",
     "--attributes",
     "--image",
     "--attribute-weight",
     "--importance",
+    "--breaklines",
     "--trim",
     "--fill-holes",
     "--band",
@@ -169,6 +170,7 @@ fn example(feature: Feature) -> (&'static str, &'static str) {
         Feature::AttributeWeight => ("--attribute-weight", "0.3"),
         Feature::Importance => ("--importance", "weights.tif"),
         Feature::Points => ("--points", "points.geojson"),
+        Feature::Breaklines => ("--breaklines", "lines.geojson"),
         Feature::Trim => ("--trim", "2"),
         Feature::FilledVoids => ("--fill-holes", "9"),
         Feature::Band => ("--band", "1"),

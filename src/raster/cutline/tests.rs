@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::raster::ShapesError;
 use crate::base::control::CancelToken;
 use crate::base::{Polygon, Window};
 use crate::raster::Raster;
@@ -108,7 +109,7 @@ fn geojson(crs: &str, geometry: &str) -> String {
 
 const UTM: &str = "urn:ogc:def:crs:EPSG::32633";
 
-fn read(raster: &Raster, source: &CutlineSource) -> Result<Cutline, CutlineError> {
+fn read(raster: &Raster, source: &CutlineSource) -> Result<Cutline, ShapesError> {
     read_cutline(raster, source, &CancelToken::default())
 }
 
