@@ -17,11 +17,13 @@ pub struct ChainCounts {
     pub off_ground: u64,
 }
 
-/// The edges of all chains. Memory: 48 bytes for each.
+/// The edges of all chains. Memory: some 80 bytes for each.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Chains {
     /// In order, the lower end of each first.
     edges: Vec<[End; 2]>,
+    /// All ends, each once, in order.
+    ends: Vec<End>,
     off_ground: u64,
 }
 
@@ -38,7 +40,10 @@ impl Chains {
         let sorted = |[a, b]: [End; 2]| if a.0 <= b.0 { [a, b] } else { [b, a] };
         let mut edges: Vec<[End; 2]> = tiles.into_iter().flat_map(of_tile).map(sorted).collect();
         edges.sort_unstable_by_key(|edge| edge.map(|end| end.0));
-        Chains { edges, off_ground }
+        let mut ends: Vec<End> = edges.as_flattened().to_vec();
+        ends.sort_unstable_by_key(|end| end.0);
+        ends.dedup_by_key(|end| end.0);
+        Chains { edges, ends, off_ground }
     }
 
     /// How many edges there are, and what of the lines has none.
@@ -46,24 +51,26 @@ impl Chains {
         ChainCounts { edges: self.edges.len() as u64, off_ground: self.off_ground }
     }
 
-    /// The edges that lie in a window, rim included. Replaces what is in `found`.
+    /// The edges that lie in a window, rim included, and all ends of edges that do, those of edges outside among them. Replaces what is
+    /// in `found`.
     pub fn within(&self, window: Window, found: &mut TileChains) {
         found.edges.clear();
         found.vertices.clear();
         let steps = i64::from(STEPS);
         let range = |first: usize, count: usize| first as i64 * steps..=(first + count - 1) as i64 * steps;
         let (columns, rows) = (range(window.column, window.width), range(window.row, window.height));
-        let from = self.edges.partition_point(|[low, _]| low.0.y < *rows.start());
+        let is_above = |low: Place| low.y < *rows.start();
+        let edges = &self.edges[self.edges.partition_point(|[low, _]| is_above(low.0))..];
+        let ends = &self.ends[self.ends.partition_point(|end| is_above(end.0))..];
         let local = |(place, height): End| Vertex {
             at: Point { x: (place.x - columns.start()) as i32, y: (place.y - rows.start()) as i32 },
             height,
         };
         let is_in = |end: &End| columns.contains(&end.0.x) && rows.contains(&end.0.y);
-        let there = self.edges[from..].iter().take_while(|[low, _]| low.0.y <= *rows.end());
-        found.edges.extend(there.filter(|edge| edge.iter().all(is_in)).map(|edge| edge.map(local)));
-        found.vertices.extend(found.edges.as_flattened());
-        found.vertices.sort_unstable_by_key(|v| (v.at.y, v.at.x));
-        found.vertices.dedup_by_key(|v| v.at);
+        let edges = edges.iter().take_while(|[low, _]| low.0.y <= *rows.end());
+        found.edges.extend(edges.filter(|edge| edge.iter().all(is_in)).map(|edge| edge.map(local)));
+        let ends = ends.iter().take_while(|end| end.0.y <= *rows.end());
+        found.vertices.extend(ends.filter(|end| is_in(end)).map(|&end| local(end)));
     }
 }
 
@@ -72,7 +79,7 @@ impl Chains {
 pub struct TileChains {
     /// Their ends, with places of the tile.
     edges: Vec<[Vertex; 2]>,
-    /// All ends, each once, by rows, then by columns.
+    /// All ends, those of edges beyond its sides among them, each once, by rows, then by columns.
     vertices: Vec<Vertex>,
 }
 
@@ -82,7 +89,7 @@ impl TileChains {
         &self.edges
     }
 
-    /// The ends of edges, each once, by rows, then by columns.
+    /// The ends of edges, those of edges beyond its sides among them, each once, by rows, then by columns.
     pub fn vertices(&self) -> &[Vertex] {
         &self.vertices
     }

@@ -104,10 +104,10 @@ impl Pieces {
     }
 }
 
-/// The tile that a segment lies in; on a line between two, the lower or the one to the right.
+/// The tile that a segment lies in, whichever end comes first; on a line between two, the lower or the one to the right.
 pub fn tile_of([a, b]: Segment, grid: &TileGrid, (width, height): (usize, usize)) -> usize {
     let cell = |low: i64, last: usize| (low.div_euclid(CELL) as usize).min(last);
-    grid.index(grid.owner(cell(a.x.min(b.x), width - 2), cell(a.y, height - 2)))
+    grid.index(grid.owner(cell(a.x.min(b.x), width - 2), cell(a.y.min(b.y), height - 2)))
 }
 
 /// Segments by their ends.

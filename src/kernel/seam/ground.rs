@@ -14,7 +14,7 @@ use super::runs::{Hold, Runs};
 use super::{Foreign, Rim, RimCounts, Side};
 use crate::base::Tile;
 use crate::base::control::Cancelled;
-use crate::base::lattice::{Point, STEPS};
+use crate::base::lattice::Point;
 use crate::base::mesh::{Domain, Vertex};
 use crate::base::tiling::TilePlace;
 use crate::kernel::breaklines::TileChains;
@@ -204,16 +204,16 @@ fn vertices_between_corners(
     Ok(vertices)
 }
 
-/// A loop through samples as places, those of chains among them: on either side of one, the sample next to it is a vertex.
+/// A loop through samples as places, and those of chains on it. It is straight, along one of the eight ways, from sample to sample.
 fn with_chains(tile: &Tile, chains: &TileChains, samples: &[u32]) -> Vec<Point> {
     let mut places = Vec::with_capacity(samples.len());
     for (i, &sample) in samples.iter().enumerate() {
         let [p, q] = [sample, samples[(i + 1) % samples.len()]].map(|sample| place_at(tile, sample));
         places.push(p);
-        let (dx, dy) = (q.x - p.x, q.y - p.y);
-        if dx.abs() <= STEPS && dy.abs() <= STEPS && !chains.vertices().is_empty() {
-            let between = (1..STEPS).map(|i| Point { x: p.x + dx / STEPS * i, y: p.y + dy / STEPS * i });
-            places.extend(between.filter(|&at| chains.at(at).is_some()));
+        if !chains.vertices().is_empty() {
+            let (dx, dy) = (q.x - p.x, q.y - p.y);
+            let between = (1..dx.abs().max(dy.abs())).map(|i| Point { x: p.x + dx.signum() * i, y: p.y + dy.signum() * i });
+            places.extend(between.filter(|at| at.sample().is_none() && chains.at(*at).is_some()));
         }
     }
     places

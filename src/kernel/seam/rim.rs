@@ -269,7 +269,7 @@ impl Rim {
     /// Gives the domain the edges of chains, and those ends of them that no loop has. An edge along a side of the tile is one of a
     /// loop, or it has no ground in this tile.
     fn take_edges(&mut self, tile: &Tile, chains: &TileChains) {
-        if chains.edges().is_empty() {
+        if chains.vertices().is_empty() {
             return;
         }
         let (far, domain) = (tile.far_corner(), &mut self.domain);
