@@ -47,6 +47,8 @@ impl Scene {
         scene.write::<f64>("weights.tif", &[&weights]);
         scene.write::<u8>("rgb.tif", &[&high, &low, &red]);
         scene.layer("points.geojson", "Point", &scene.at(4.0, 5.0));
+        let line = [(0.4, 2.2), (7.3, 3.9), (13.1, 10.4)].map(|(c, r)| scene.at(c, r));
+        scene.layer("lines.geojson", "LineString", &format!("[{}]", line.join(", ")));
         let ring = [(1.3, 0.7), (12.6, 1.2), (11.1, 10.2), (2.2, 9.6), (1.3, 0.7)].map(|(c, r)| scene.at(c, r));
         scene.layer("area.geojson", "Polygon", &format!("[[{}]]", ring.join(", ")));
         scene
