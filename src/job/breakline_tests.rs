@@ -120,19 +120,20 @@ fn scene() -> impl Strategy<Value = Scene> {
     let size = (2usize..34, 2usize..28);
     let lines = size.prop_flat_map(|size| (Just(size), prop::collection::vec(line(size), 1..6)));
     let gaps = prop_oneof![Just(0u64), Just(0), 5u64..60];
-    (lines, any::<u16>(), gaps, prop_oneof![Just(0.5), Just(0.0), Just(2.0)]).prop_map(|((size, lines), seed, gaps, shift)| {
-        Scene { shift, ..Scene::new(size, seed.into(), lines) }.with_gaps(seed.into(), gaps)
-    })
+    (lines, any::<u16>(), gaps, prop_oneof![Just(0.5), Just(0.0), Just(2.0)]).prop_map(
+        |((size, lines), seed, gaps, shift)| {
+            Scene { shift, ..Scene::new(size, seed.into(), lines) }.with_gaps(seed.into(), gaps)
+        },
+    )
 }
 
-fn qualities() -> impl Strategy<Value = (Quality, VertexHeights, Option<f64>)> {
+fn qualities() -> impl Strategy<Value = (Quality, VertexHeights)> {
     prop_oneof![
-        Just((Quality::None, VertexHeights::Sampled, None)),
-        Just((Quality::None, VertexHeights::Sampled, Some(1.0))),
-        Just((Quality::Fast, VertexHeights::Sampled, None)),
-        Just((Quality::Balanced, VertexHeights::Sampled, None)),
-        Just((Quality::Balanced, VertexHeights::Fitted, None)),
-        Just((Quality::Best, VertexHeights::Sampled, Some(1.0))),
+        Just((Quality::None, VertexHeights::Sampled)),
+        Just((Quality::Fast, VertexHeights::Sampled)),
+        Just((Quality::Balanced, VertexHeights::Sampled)),
+        Just((Quality::Balanced, VertexHeights::Fitted)),
+        Just((Quality::Best, VertexHeights::Sampled)),
     ]
 }
 
@@ -141,12 +142,12 @@ proptest! {
 
     #[test]
     fn edges_follow_random_lines_over_random_rasters(
-        scene in scene(), (quality, heights, max_stray) in qualities(), tile in 2usize..20,
+        scene in scene(), (quality, heights) in qualities(), tile in 2usize..20,
         tolerance in prop_oneof![Just(0.5), Just(3.0), Just(20.0)], points in prop::collection::vec(0usize..500, 0..4),
     ) {
         let points = points.into_iter().map(|i| (i % scene.size.0, i / scene.size.0 % scene.size.1));
         let points = PointSet::new(points.filter(|_| scene.heights.iter().all(|z| !z.is_nan())));
-        scene.certify(&Params { quality, heights, max_stray, tile, points: Some(Arc::new(points)), ..scene.params(tolerance) });
+        scene.certify(&Params { quality, heights, tile, points: Some(Arc::new(points)), ..scene.params(tolerance) });
     }
 }
 
@@ -182,16 +183,27 @@ fn a_mesh_without_the_lines_is_found_out() {
 fn degenerate_lines() {
     let dot = vec![(5.0, 5.0), (5.0, 5.0)];
     let ends = vec![(9.0, 9.0), (9.02, 9.01), (9.0, 9.0)];
-    let star = |i: u32| vec![(10.3 + f64::from(i).cos(), 8.4 + f64::from(i).sin()), (10.4 - f64::from(i).cos(), 8.4 - f64::from(i).sin())];
+    let star = |i: u32| {
+        vec![
+            (10.3 + f64::from(i).cos(), 8.4 + f64::from(i).sin()),
+            (10.4 - f64::from(i).cos(), 8.4 - f64::from(i).sin()),
+        ]
+    };
     let all: Vec<(&str, Vec<Line>)> = vec![
         ("nothing", vec![vec![], dot, ends]),
         ("twice", vec![vec![(1.2, 3.4), (18.2, 9.9)], vec![(18.2, 9.9), (1.2, 3.4)], vec![(1.2, 3.4), (18.2, 9.9)]]),
         ("crosses itself", vec![vec![(2.0, 2.0), (15.0, 12.0), (15.0, 2.0), (2.0, 12.0), (2.0, 2.0)]]),
         ("overlaps", vec![vec![(1.0, 4.0), (12.0, 4.0)], vec![(7.0, 4.0), (19.0, 4.0), (19.0, 9.0)]]),
         ("outside", vec![vec![(-9.0, 3.0), (-2.0, 30.0)], vec![(-5.0, 5.0), (40.0, 6.0)]]),
-        ("through one sample", (0..10).map(|i| vec![(10.0 - f64::from(i - 5), 2.0), (10.0 + f64::from(i - 5), 14.0)]).collect()),
+        (
+            "through one sample",
+            (0..10).map(|i| vec![(10.0 - f64::from(i - 5), 2.0), (10.0 + f64::from(i - 5), 14.0)]).collect(),
+        ),
         ("through one cell", (0..10).map(star).collect()),
-        ("on the rim", vec![vec![(0.0, 0.0), (20.0, 0.0), (20.0, 15.0), (0.0, 15.0), (0.0, 0.0)], vec![(3.3, 0.0), (9.9, 0.0)]]),
+        (
+            "on the rim",
+            vec![vec![(0.0, 0.0), (20.0, 0.0), (20.0, 15.0), (0.0, 15.0), (0.0, 0.0)], vec![(3.3, 0.0), (9.9, 0.0)]],
+        ),
         ("side by side", vec![vec![(0.0, 5.0), (20.0, 7.0)], vec![(0.0, 5.25), (20.0, 7.25)]]),
         ("a small ring", vec![vec![(4.1, 4.1), (4.6, 4.2), (4.3, 4.7), (4.1, 4.1)]]),
         ("along a seam", vec![vec![(8.0, 1.3), (8.0, 11.8)], vec![(3.2, 8.0), (17.7, 8.0)]]),

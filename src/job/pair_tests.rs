@@ -145,7 +145,8 @@ impl Scene {
         if set.has(Feature::Breaklines) {
             let mut reader = open(&tin, None, &ReadOptions::default()).expect("a mesh");
             let asked = LinesOptions { lines: &lines(), shift: 0.5 };
-            let found = verify_lines(&self.raster, reader.as_mut(), TOLERANCE, &asked, &control.cancel).expect("judged");
+            let found =
+                verify_lines(&self.raster, reader.as_mut(), TOLERANCE, &asked, &control.cancel).expect("judged");
             assert!(found.edges > 0 && found.broken.count == 0, "{found} for {set:?}");
         }
     }
@@ -206,7 +207,9 @@ fn params(set: FeatureSet, temp_dir: PathBuf) -> Params {
         },
         tile: 12,
         trim: if set.has(Feature::Trim) { TRIM } else { 0 },
-        breaklines: set.has(Feature::Breaklines).then(|| Arc::new(Breaklines::new(&lines(), SIZE, 0.5).expect("near lines"))),
+        breaklines: set
+            .has(Feature::Breaklines)
+            .then(|| Arc::new(Breaklines::new(&lines(), SIZE, 0.5).expect("near lines"))),
         points: set.has(Feature::Points).then(|| Arc::new(PointSet::new([(3, 3), (12, 5)]))),
         temp_dir,
         ..Params::new(TOLERANCE)

@@ -181,6 +181,11 @@ pub const RULES: &[Rule] = &[
     )),
     exclude(
         &[Feature::Breaklines],
+        &[Feature::MaxStray],
+        "beside an edge of a breakline triangles may be long and thin, and nothing may be put on the edge",
+    ),
+    exclude(
+        &[Feature::Breaklines],
         &[Feature::StrongFeasibility],
         "edges of breaklines are not held to the diagonals of cells",
     ),
@@ -237,7 +242,9 @@ pub fn check_shards(features: FeatureSet) -> Result<(), NotInShards> {
 
 /// A feature that a run which takes over tiles of an earlier one has to do without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("with {0} nothing can be taken over from an earlier run: where rings have their ends depends on more than a tile's samples")]
+#[error(
+    "with {0} nothing can be taken over from an earlier run: where rings have their ends depends on more than a tile's samples"
+)]
 pub struct NotTakenOver(pub Feature);
 
 /// Makes sure that a run with these features can take over tiles of an earlier one.

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use gdal::vector::{Geometry, OGRwkbGeometryType, geometry_type_flatten};
 
-use super::shapes::{Placer, ShapesError, for_each_geometry};
 use super::Raster;
+use super::shapes::{Placer, ShapesError, for_each_geometry};
 use crate::base::Polylines;
 use crate::base::control::CancelToken;
 

@@ -68,7 +68,10 @@ impl Inputs {
         let size = (self.band.width(), self.band.height());
         let breaklines = Breaklines::new(lines, size, input.shift).map_err(RunError::Breaklines)?;
         if breaklines.is_empty() {
-            return Err(RunError::NoLines { path: input.file().unwrap_or(self.band.path()).to_path_buf(), lines: lines.lines().len() });
+            return Err(RunError::NoLines {
+                path: input.file().unwrap_or(self.band.path()).to_path_buf(),
+                lines: lines.lines().len(),
+            });
         }
         Ok(Some(breaklines))
     }

@@ -11,9 +11,9 @@ use super::prepare::all_cores;
 use super::report::SCHEMA;
 use super::threads::start_threads;
 use super::{Attributes, Input, LineInput, RunError, Warned};
-use crate::base::{Band, Polylines};
 use crate::base::control::Control;
 use crate::base::warning::Warnings;
+use crate::base::{Band, Polylines};
 use crate::formats::{Format, MeshReader};
 use crate::verify::{self, GroundOptions, LinesOptions, Verdict, VerifyOptions};
 
@@ -115,7 +115,10 @@ fn judge(
     let warned = Warned::new(control);
     let opened = open(&request.input, request.attributes.as_ref(), &control.cancel)?;
     let importance = request.importance.as_ref().map(|input| open_importance(input, &opened)).transpose()?;
-    let lines = request.breaklines.as_ref().map(|lines| Ok::<_, RunError>((opened.lines(lines, &control.cancel)?, lines.shift)));
+    let lines = request
+        .breaklines
+        .as_ref()
+        .map(|lines| Ok::<_, RunError>((opened.lines(lines, &control.cancel)?, lines.shift)));
     let lines = lines.transpose()?;
     let (band, attributes) = (opened.band, opened.attributes);
     let importance = importance.map(|opened| opened.band);

@@ -131,9 +131,7 @@ impl<'a> Run<'a> {
         rules::check(features)?;
         let inputs = Inputs::open(request, purpose != Purpose::Plan, warned, &control.cancel)?;
         let Inputs { band, attributes, importance, points, .. } = &inputs;
-        if is_single(request.coordinates, format)
-            && (!fits_single(band) || request.has_fitted_heights())
-        {
+        if is_single(request.coordinates, format) && (!fits_single(band) || request.has_fitted_heights()) {
             rules::check(features.with(Feature::RoundedToSingle))?;
         }
         check_attributes(request, format, attributes.as_ref())?;

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::base::{Polylines, RasterError};
 use crate::base::control::Cancelled;
 use crate::base::decimal::Decimal;
 use crate::base::external::ScratchError;
+use crate::base::{Polylines, RasterError};
 use crate::formats::ReadError;
 use crate::job::rules::Incompatible;
 

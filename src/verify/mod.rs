@@ -267,7 +267,11 @@ pub fn verify_ground(
 ///
 /// # Errors
 /// [`VerifyError::Mesh`].
-pub fn open(mesh: &Path, options: &VerifyOptions<'_>, control: &Control<'_>) -> Result<Box<dyn MeshReader>, VerifyError> {
+pub fn open(
+    mesh: &Path,
+    options: &VerifyOptions<'_>,
+    control: &Control<'_>,
+) -> Result<Box<dyn MeshReader>, VerifyError> {
     let reading = ReadOptions { cancel: control.cancel.clone(), temp_dir: options.temp_dir.clone() };
     Ok(formats::open(mesh, None, &reading)?)
 }

@@ -255,7 +255,17 @@ impl<'a> Job<'a> {
         let grid = grid(field.width(), field.height(), params)?;
         let max_stray = params.straying(params.features().and(FeatureSet::of_field(field)));
         let polishes_seams = polishes_seams(params.quality, max_stray);
-        Ok(Job { field, params, max_stray, links: Links::Fewest, control, grid, polishes_seams, end: None, chains: None })
+        Ok(Job {
+            field,
+            params,
+            max_stray,
+            links: Links::Fewest,
+            control,
+            grid,
+            polishes_seams,
+            end: None,
+            chains: None,
+        })
     }
 
     /// The job once every tile has told how its insertion goes, so that it is known where all of them end, and once the chains of

@@ -1,11 +1,11 @@
 //! What one thread needs for a tile, whatever the pass.
 
+use super::Job;
 use crate::base::handed_over::{DENSE_BYTES, clear};
 use crate::base::{RasterError, Tile, Window};
 use crate::field::{Field, LoadScratch};
-use crate::job::spool::Chunk;
-use super::Job;
 use crate::job::Error;
+use crate::job::spool::Chunk;
 use crate::kernel::breaklines::TileChains;
 
 /// The samples of a tile and its chunk; reused from tile to tile, but for dense ones.

@@ -99,7 +99,12 @@ fn defaults_go_with_what_is_asked_for() {
         matches!(default_engine(features.iter().copied().collect()), EngineChoice::GreedyCuts(_))
     };
     assert!(by_cuts(&[]) && by_cuts(&[Feature::CutOrder]) && by_cuts(&[Feature::CutOrder, Feature::Polishing]));
-    assert!(!by_cuts(&[Feature::Polishing]) && !by_cuts(&[Feature::Breaklines]) && !by_cuts(&[Feature::Points]) && !by_cuts(&[Feature::Attributes]));
+    assert!(
+        !by_cuts(&[Feature::Polishing])
+            && !by_cuts(&[Feature::Breaklines])
+            && !by_cuts(&[Feature::Points])
+            && !by_cuts(&[Feature::Attributes])
+    );
     assert!(!by_cuts(&[Feature::Fit, Feature::CutOrder]));
 }
 

@@ -22,8 +22,7 @@ pub fn surroundings(tile: &Tile, window: Window, size: (usize, usize), segments:
         true => tile.validity().cell((column - window.column as i64) as i32, (row - window.row as i64) as i32),
         false => Cell::Empty,
     };
-    let is_at_void =
-        |p: Place| cells_of([p, p]).any(|place| is_in(size, place) && cell(place) != Cell::Whole);
+    let is_at_void = |p: Place| cells_of([p, p]).any(|place| is_in(size, place) && cell(place) != Cell::Whole);
     let of = |&segment: &Segment| Surroundings {
         is_ground: cells_of(segment).any(|place| cell(place) == Cell::Whole),
         ends_at_void: segment.map(is_at_void),
@@ -54,10 +53,23 @@ impl Pieces {
     /// The pieces of noded segments, which are given in their order. Ends of edges are: where a line ends or several meet, the first
     /// place of a ring, `further` places (in their order), `points`, and where a line comes to a line of the grid or leaves it; on a line of the
     /// grid also its corners.
-    pub fn new(segments: &[Segment], further: &[Place], points: Option<&PointSet>, grid: &TileGrid, size: (usize, usize)) -> Pieces {
+    pub fn new(
+        segments: &[Segment],
+        further: &[Place],
+        points: Option<&PointSet>,
+        grid: &TileGrid,
+        size: (usize, usize),
+    ) -> Pieces {
         let graph = Graph::new(segments);
         let mut rings = Vec::new();
-        graph.walk(|p| graph.beside(p).len() != 2, |way| if way[0] == way[way.len() - 1] { rings.push(way[0]) });
+        graph.walk(
+            |p| graph.beside(p).len() != 2,
+            |way| {
+                if way[0] == way[way.len() - 1] {
+                    rings.push(way[0])
+                }
+            },
+        );
         rings.sort_unstable();
         let is_point = |p: Place| {
             let on_sample = p.x % CELL == 0 && p.y % CELL == 0;

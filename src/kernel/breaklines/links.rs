@@ -66,7 +66,8 @@ pub fn thin(task: &Thinning<'_>, pieces: &[(usize, Vec<Place>)]) -> Result<Vec<[
         let at = Point::of_sample(column as i32, row as i32);
         obstacles.add([at, at], None);
     }
-    let pieces: Vec<Vec<Point>> = pieces.iter().map(|(_, piece)| piece.iter().map(|&p| task.local(p)).collect()).collect();
+    let pieces: Vec<Vec<Point>> =
+        pieces.iter().map(|(_, piece)| piece.iter().map(|&p| task.local(p)).collect()).collect();
     for (number, piece) in (0..).zip(&pieces) {
         for (i, ends) in (0..).zip(piece.windows(2)) {
             obstacles.add([ends[0], ends[1]], Some((number, i)));
@@ -95,10 +96,7 @@ impl Thinning<'_> {
 
     fn vertex(&self, at: Point) -> Result<Vertex, Untenable> {
         let part = |local: i32, first: usize| first as f64 + f64::from(local) / f64::from(STEPS);
-        let height = || Untenable::Height {
-            column: part(at.x, self.window.column),
-            row: part(at.y, self.window.row),
-        };
+        let height = || Untenable::Height { column: part(at.x, self.window.column), row: part(at.y, self.window.row) };
         vertex(self.tile, at, self.tolerance).ok_or_else(height)
     }
 
@@ -119,7 +117,8 @@ impl Thinning<'_> {
         };
         validity.is_whole()
             || for_each_cell(edge, |(column, row)| {
-                let is_there = is_in(column, self.window.column, self.size.0) && is_in(row, self.window.row, self.size.1);
+                let is_there =
+                    is_in(column, self.window.column, self.size.0) && is_in(row, self.window.row, self.size.1);
                 !is_there || validity.cell(column, row) == Cell::Whole
             })
     }

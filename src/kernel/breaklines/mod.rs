@@ -127,11 +127,6 @@ impl Breaklines {
         let mut hasher = crc32fast::Hasher::new();
         let numbers = self.segments.iter().flatten().flat_map(|p| [p.x, p.y]);
         numbers.for_each(|number| hasher.update(&number.to_le_bytes()));
-        format!(
-            "{} segments with checksum {:08x}, shift {}/{FINE}",
-            self.segments.len(),
-            hasher.finalize(),
-            self.shift
-        )
+        format!("{} segments with checksum {:08x}, shift {}/{FINE}", self.segments.len(), hasher.finalize(), self.shift)
     }
 }

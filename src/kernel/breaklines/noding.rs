@@ -91,7 +91,8 @@ struct Bound {
 
 /// Whether a segment meets the square of a place.
 fn meets([a, b]: Segment, place: Place) -> bool {
-    let (mut from, mut to) = ([Bound { share: (0, 1), is_within: true }; 3], [Bound { share: (1, 1), is_within: true }; 3]);
+    let (mut from, mut to) =
+        ([Bound { share: (0, 1), is_within: true }; 3], [Bound { share: (1, 1), is_within: true }; 3]);
     for (i, (start, end, at)) in [(a.x, b.x, place.x), (a.y, b.y, place.y)].into_iter().enumerate() {
         // In halves of a step: from `low` on, up to before `high`.
         let (start, run, low, high) = (2 * start, 2 * (end - start), 2 * at - 1, 2 * at + 1);

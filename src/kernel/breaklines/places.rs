@@ -18,7 +18,8 @@ pub(super) fn segments(
     lines: &Polylines,
     (width, height): (usize, usize),
 ) -> Result<(Vec<Segment>, LineCounts), LinesError> {
-    let mut walk = Walk { last: (width as i64 - 1, height as i64 - 1), largest: 0.0, segments: Vec::new(), before: None };
+    let mut walk =
+        Walk { last: (width as i64 - 1, height as i64 - 1), largest: 0.0, segments: Vec::new(), before: None };
     let mut counts = LineCounts { lines: lines.lines().len() as u64, ..LineCounts::default() };
     for line in lines.lines() {
         let found = walk.segments.len();

@@ -20,11 +20,8 @@ fn clash([a, b]: Segment, [c, d]: Segment) -> bool {
 }
 
 fn line() -> impl Strategy<Value = Vec<(f64, f64)>> {
-    let number = prop_oneof![
-        (-3.0..9.0f64),
-        (-8..40i32).prop_map(|v| f64::from(v) / 4.0),
-        (0..6i32).prop_map(f64::from),
-    ];
+    let number =
+        prop_oneof![(-3.0..9.0f64), (-8..40i32).prop_map(|v| f64::from(v) / 4.0), (0..6i32).prop_map(f64::from),];
     prop::collection::vec((number.clone(), number), 0..7)
 }
 
@@ -56,7 +53,12 @@ fn places_are_rounded_along_rows_and_columns() {
     let place = |x, y| Place { y, x };
     let found = lines_of(vec![vec![(0.1, 0.2), (2.6, 1.1)]], (5, 5));
     // x = 1 at y = 0.524, x = 2 at 0.884, y = 1 at x = 2.322.
-    let expected = [[place(0, 1), place(4, 2)], [place(4, 2), place(8, 4)], [place(8, 4), place(9, 4)], [place(9, 4), place(10, 4)]];
+    let expected = [
+        [place(0, 1), place(4, 2)],
+        [place(4, 2), place(8, 4)],
+        [place(8, 4), place(9, 4)],
+        [place(9, 4), place(10, 4)],
+    ];
     assert_eq!(found.segments(), expected);
     let LineCounts { lines, left_out, segments, largest_rounding } = found.counts();
     assert_eq!((lines, left_out, segments), (1, 0, 4));

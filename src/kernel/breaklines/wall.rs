@@ -46,7 +46,8 @@ fn crosses_within(tile: &Tile, tolerance: f64, p: Vertex, q: Vertex, columns: bo
         let cell = span * steps;
         let along = i64::from(from.1) * span + run * done;
         let (whole, part) = (along.div_euclid(cell), along.rem_euclid(cell));
-        let sample = |along: i64| if columns { (line as usize, along as usize) } else { (along as usize, line as usize) };
+        let sample =
+            |along: i64| if columns { (line as usize, along as usize) } else { (along as usize, line as usize) };
         let (before, after) = (sample(whole), sample(if part == 0 { whole } else { whole + 1 }));
         let terms = [
             (cell - part, tile.at(before.0, before.1)),

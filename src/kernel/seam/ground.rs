@@ -212,7 +212,8 @@ fn with_chains(tile: &Tile, chains: &TileChains, samples: &[u32]) -> Vec<Point> 
         places.push(p);
         if !chains.vertices().is_empty() {
             let (dx, dy) = (q.x - p.x, q.y - p.y);
-            let between = (1..dx.abs().max(dy.abs())).map(|i| Point { x: p.x + dx.signum() * i, y: p.y + dy.signum() * i });
+            let between =
+                (1..dx.abs().max(dy.abs())).map(|i| Point { x: p.x + dx.signum() * i, y: p.y + dy.signum() * i });
             places.extend(between.filter(|at| at.sample().is_none() && chains.at(*at).is_some()));
         }
     }

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::runs::Runs;
 use super::chained::OnSide;
+use super::runs::Runs;
 use super::{MinLink, Sides, ground};
 use crate::base::Tile;
 use crate::base::control::{CancelToken, Cancelled};
@@ -273,9 +273,8 @@ impl Rim {
             return;
         }
         let (far, domain) = (tile.far_corner(), &mut self.domain);
-        let is_along_side = |[p, q]: [Point; 2]| {
-            p.x == q.x && (p.x == 0 || p.x == far.x) || p.y == q.y && (p.y == 0 || p.y == far.y)
-        };
+        let is_along_side =
+            |[p, q]: [Point; 2]| p.x == q.x && (p.x == 0 || p.x == far.x) || p.y == q.y && (p.y == 0 || p.y == far.y);
         let is_on_side = |p: Point| is_along_side([p, p]);
         let mut there: Vec<(i32, i32)> = domain.vertices.iter().map(|v| (v.at.y, v.at.x)).collect();
         there.sort_unstable();

@@ -7,8 +7,8 @@ use gdal::vector::{Geometry, OGRwkbGeometryType, geometry_type_flatten};
 use crate::base::Cutline;
 use crate::base::Polygon;
 use crate::base::control::CancelToken;
-use crate::raster::shapes::{Placer, ShapesError, for_each_geometry};
 use crate::raster::Raster;
+use crate::raster::shapes::{Placer, ShapesError, for_each_geometry};
 
 /// Where the polygons come from.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -3,10 +3,10 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::raster::ShapesError;
 use crate::base::control::CancelToken;
 use crate::base::{Polygon, Window};
 use crate::raster::Raster;
+use crate::raster::ShapesError;
 
 const ALL: Window = Window { column: 0, row: 0, width: 20, height: 15 };
 

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use super::{
-    AttributeReport, BreaklinesReport, CutlineReport, GoalReport, MapReport, Needs, PointsReport, Report, Seconds, ShapeReport,
-    WorkDirState,
+    AttributeReport, BreaklinesReport, CutlineReport, GoalReport, MapReport, Needs, PointsReport, Report, Seconds,
+    ShapeReport, WorkDirState,
 };
 use crate::base::decimal::Decimal;
 use crate::base::{PointCounts, Reference};
@@ -175,11 +175,16 @@ impl BreaklinesReport {
     fn line(&self) -> String {
         let LineCounts { lines, left_out, segments, .. } = self.counts;
         let read = format!("{} with {}", counted(lines, "line"), counted(segments, "segment"));
-        let outside = if left_out > 0 { format!(", {} of the lines outside", grouped(left_out)) } else { String::new() };
+        let outside =
+            if left_out > 0 { format!(", {} of the lines outside", grouped(left_out)) } else { String::new() };
         match self.chains {
             None => read + &outside,
             Some(ChainCounts { edges, off_ground }) => {
-                format!("{} follow {read}, {} of these off the ground{outside}", counted(edges, "edge"), grouped(off_ground))
+                format!(
+                    "{} follow {read}, {} of these off the ground{outside}",
+                    counted(edges, "edge"),
+                    grouped(off_ground)
+                )
             }
         }
     }

@@ -80,7 +80,8 @@ impl Wall<'_> {
     /// Whether a place is within the shift of an edge.
     fn is_near(&self, place: Spot, a: Spot, b: Spot) -> bool {
         let parts = i128::from((self.shift * 65536.0).floor() as i64);
-        let (u, v) = ((i128::from(b.0 - a.0), i128::from(b.1 - a.1)), (i128::from(place.0 - a.0), i128::from(place.1 - a.1)));
+        let (u, v) =
+            ((i128::from(b.0 - a.0), i128::from(b.1 - a.1)), (i128::from(place.0 - a.0), i128::from(place.1 - a.1)));
         let (length2, along) = (u.0 * u.0 + u.1 * u.1, (u.0 * v.0 + u.1 * v.1));
         // From the nearest point of the edge, all times the square of its length.
         let along = along.clamp(0, length2);
@@ -93,7 +94,12 @@ impl Wall<'_> {
     /// Whether a vertex is within the tolerance of the bilinear surface.
     fn is_near_surface(&self, (x, y): Spot, height: f64) -> bool {
         let ((column, right), (row, below)) = ((x >> 2, x & 3), (y >> 2, y & 3));
-        let weights = [(0, 0, (4 - right) * (4 - below)), (0, 1, right * (4 - below)), (1, 0, (4 - right) * below), (1, 1, right * below)];
+        let weights = [
+            (0, 0, (4 - right) * (4 - below)),
+            (0, 1, right * (4 - below)),
+            (1, 0, (4 - right) * below),
+            (1, 1, right * below),
+        ];
         let mut corners = [(0, 0.0); 4];
         for (corner, (down, across, weight)) in corners.iter_mut().zip(weights).filter(|(_, w)| w.2 > 0) {
             let Some(sample) = self.samples.height(row + down, column + across) else { return false };

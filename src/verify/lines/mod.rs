@@ -61,7 +61,10 @@ pub struct LinesVerdict {
 impl std::fmt::Display for LinesVerdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let LinesVerdict { segments, off_ground, stretches, edges, .. } = self;
-        write!(f, "breaklines: {segments} segments, {off_ground} off the ground; {edges} edges follow {stretches} stretches")
+        write!(
+            f,
+            "breaklines: {segments} segments, {off_ground} off the ground; {edges} edges follow {stretches} stretches"
+        )
     }
 }
 

@@ -221,8 +221,7 @@ impl Region {
         let Region { mesh, passing, scratch: Scratch { kinds, is_seam, numbers, order, .. }, .. } = self;
         for (vertex, kind) in mesh.vertices.iter().zip(kinds.iter_mut()) {
             let sample = vertex.at.sample();
-            let is_point =
-                || sample.is_some_and(|(x, y)| points.binary_search_by_key(&(y, x), |p| (p.1, p.0)).is_ok());
+            let is_point = || sample.is_some_and(|(x, y)| points.binary_search_by_key(&(y, x), |p| (p.1, p.0)).is_ok());
             if *kind == Kind::Free && (is_point() || chains.at(vertex.at).is_some()) {
                 *kind = Kind::Locked;
             }

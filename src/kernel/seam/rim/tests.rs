@@ -14,8 +14,17 @@ fn rim(tile: &Tile, last: (bool, bool)) -> Rim {
 
 fn rim_of(tile: &Tile, sides: Sides, (last_column, last_row): (bool, bool)) -> Rim {
     let place = TilePlace { last_column, last_row, ..TilePlace::alone(tile.width(), tile.height()) };
-    Rim::with_sides(tile, 3.0, sides, &[], &TileChains::default(), &place, &mut MinLink::default(), &CancelToken::default())
-        .expect("nobody cancels")
+    Rim::with_sides(
+        tile,
+        3.0,
+        sides,
+        &[],
+        &TileChains::default(),
+        &place,
+        &mut MinLink::default(),
+        &CancelToken::default(),
+    )
+    .expect("nobody cancels")
 }
 
 #[test]
