@@ -4,6 +4,15 @@ use proptest::prelude::*;
 
 use super::noding::turn;
 use super::*;
+use crate::base::control::CancelToken;
+use crate::base::lattice::Point;
+use crate::base::mesh::TileMesh;
+use crate::base::tiling::{TileGrid, TilePlace};
+use crate::base::{Heights, Tile, Window};
+use crate::kernel::polish;
+use crate::kernel::seam::{MinLink, Rim, Sides};
+use crate::kernel::triangulate::insertion::{GreedyInsertion, mend_tile};
+use crate::kernel::triangulate::{Engine, EngineScratch, Feasibility, Task};
 
 fn lines_of(lines: Vec<Vec<(f64, f64)>>, size: (usize, usize)) -> Breaklines {
     Breaklines::new(&Polylines::new(lines), size, 0.5).expect("near lines")
@@ -82,4 +91,68 @@ fn what_cannot_be_put_on_the_lattice_is_refused() {
     for shift in [-0.5, 17.0, f64::NAN] {
         assert!(matches!(Breaklines::new(&Polylines::default(), (4, 4), shift), Err(LinesError::Shift(_))));
     }
+}
+
+/// The chains of lines in a tile that is a whole raster.
+fn chains_of(tile: &Tile, lines: &Breaklines, tolerance: f64) -> TileChains {
+    let size = (tile.width(), tile.height());
+    let window = Window { column: 0, row: 0, width: size.0, height: size.1 };
+    let pieces = Pieces::new(lines.segments(), &[], None, &TileGrid::new(size.0, size.1, 0), size);
+    let cancel = CancelToken::default();
+    let task = Thinning { tile, window, size, tolerance, lines, points: &[], cancel: &cancel };
+    let made = pieces.by_tile().map(|(_, pieces)| (window, thin(&task, pieces).expect("heights in doubles")));
+    let mut found = TileChains::default();
+    Chains::new(made.collect::<Vec<_>>(), 0).within(window, &mut found);
+    found
+}
+
+/// Edges of chains that are none of the mesh.
+fn missing(mesh: &TileMesh, chains: &TileChains) -> usize {
+    let sides = mesh.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+    let at = |v: u32| mesh.vertices[v as usize].at;
+    let there: std::collections::HashSet<[Point; 2]> =
+        sides.map(|(a, b)| [at(a).min(at(b)), at(a).max(at(b))]).collect();
+    let edges = chains.edges().iter().map(|[a, b]| [a.at.min(b.at), a.at.max(b.at)]);
+    edges.filter(|edge| !there.contains(edge)).count()
+}
+
+proptest! {
+    /// In each of the stages that a tile's mesh goes through, with a limit on straying, too.
+    #[test]
+    fn edges_of_chains_are_there_after_every_stage(lines in prop::collection::vec(line(), 1..5), seed in any::<u32>()) {
+        let (width, height) = (9, 8);
+        let rough = |i: usize| f64::from((i as u32).wrapping_mul(2_654_435_761).wrapping_add(seed) >> 27);
+        let tile = Tile::from_heights(width, height, Heights::F64((0..width * height).map(rough).collect()));
+        let cancel = CancelToken::default();
+        for tolerance in [1.0, 9.0] {
+            let chains = chains_of(&tile, &lines_of(lines.clone(), (width, height)), tolerance);
+            let place = TilePlace::alone(width, height);
+            let rim = Rim::with_sides(&tile, tolerance, Sides::FINAL, &[], &chains, &place, &mut MinLink::default(), &cancel);
+            let mut domain = rim.expect("nobody cancels").domain;
+            let given = domain.clone();
+            let (feasibility, max_stray) = (Feasibility::Weak, 1.0);
+            let task = Task { tile: &tile, domain: &given, tolerance, feasibility, max_stray, cancel: &cancel };
+            let (mut mesh, mut memory) = (TileMesh::default(), EngineScratch::default());
+            GreedyInsertion::default().triangulate(&task, &mut memory, &mut mesh).expect("nobody cancels");
+            prop_assert_eq!(missing(&mesh, &chains), 0, "inserted");
+            mend_tile(&task, &mut domain, &mut memory, &mut mesh).expect("nobody cancels");
+            prop_assert_eq!(missing(&mesh, &chains), 0, "mended");
+            let task = Task { domain: &domain, max_stray: f64::INFINITY, ..task };
+            polish::polish(&task, &Default::default(), &mut polish::Scratch::default(), &mut mesh).expect("nobody cancels");
+            prop_assert_eq!(missing(&mesh, &chains), 0, "polished");
+        }
+    }
+}
+
+/// On a plane a line needs no more edges than it has corners, whatever crosses it.
+#[test]
+fn straight_lines_on_a_plane_are_single_edges() {
+    let (width, height) = (30, 20);
+    let plane = |i: usize| (i % width) as f64 * 0.5 + (i / width) as f64 * 0.25;
+    let tile = Tile::from_heights(width, height, Heights::F64((0..width * height).map(plane).collect()));
+    let lines = lines_of(vec![vec![(2.1, 3.3), (27.2, 9.4), (3.0, 17.2)]], (width, height));
+    assert!(lines.segments().len() > 60);
+    assert_eq!(chains_of(&tile, &lines, 0.1).edges().len(), 2);
+    let crossed = lines_of(vec![vec![(2.1, 3.3), (27.2, 9.4)], vec![(14.6, 1.0), (14.6, 18.5)]], (width, height));
+    assert_eq!(chains_of(&tile, &crossed, 0.1).edges().len(), 4);
 }
