@@ -145,20 +145,16 @@ impl Along<'_> {
             let mut next = Vec::new();
             // The farthest first: it reaches what the others need not try.
             for &from in layer.iter().rev() {
-                let mut refused = 0;
-                for to in from + 1..=last {
-                    if before[to] != NONE {
-                        refused = 0;
-                    } else if to == from + 1 || self.may_join(from, to, obstacles) {
+                let (mut to, mut refused) = (from + 1, 0);
+                while to <= last && refused < PATIENCE {
+                    let is_reached = before[to] != NONE;
+                    let may_join = is_reached || to == from + 1 || self.may_join(from, to, obstacles);
+                    if may_join && !is_reached {
                         before[to] = from;
                         next.push(to);
-                        refused = 0;
-                    } else {
-                        refused += 1;
                     }
-                    if refused == PATIENCE {
-                        break;
-                    }
+                    refused = if may_join { 0 } else { refused + 1 };
+                    to += 1;
                 }
             }
             next.sort_unstable();
