@@ -88,10 +88,12 @@ fn edges_follow_lines_and_verify_finds_them() {
     let edges = |report: &Value| report["breaklines"]["chains"]["edges"].as_u64();
     let usual = scene.simplify(&lines, &[]).succeeds().json();
     assert!(edges(&tight) > edges(&usual), "{tight} and {usual}");
-    scene.verify(&scene.layer("other.geojson", &[&[(3.3, 25.2), (22.1, 27.9)]]), &[]).fails(1, &[]);
-    let plain = terrabite(scene.command("simplify", &["--overwrite"]));
-    plain.succeeds();
-    let failed = scene.verify(&lines, &[]).fails(1, &[]).json();
+    let other = scene.verify(&scene.layer("other.geojson", &[&[(3.3, 25.2), (22.1, 27.9)]]), &[]);
+    assert_eq!(other.code, Some(1), "{other:#?}");
+    terrabite(scene.command("simplify", &["--overwrite"])).succeeds();
+    let failed = scene.verify(&lines, &[]);
+    assert_eq!(failed.code, Some(1), "{failed:#?}");
+    let failed = failed.json();
     assert!(failed["failures"][0].as_str().unwrap().contains("breaklines are not followed by edges"), "{failed}");
 }
 
