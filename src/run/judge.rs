@@ -87,7 +87,7 @@ impl VerifyRequest {
     }
 }
 
-/// Judges a mesh, see [`verify_ground`]. A mesh that is merely wrong is a report.
+/// Judges a mesh, see [`verify_ground`](crate::verify::verify_ground). A mesh that is merely wrong is a report.
 ///
 /// # Errors
 /// [`RunError`]: the raster, the mesh or what else is read cannot be used, or the caller asked to stop.
@@ -95,10 +95,10 @@ pub fn verify(request: &VerifyRequest, control: &Control<'_>) -> Result<VerifyRe
     judge(request, None, control)
 }
 
-/// Does what [`verify`] does with a mesh that is open, such as one in arrays; the request's own is not looked at.
+/// Does what [`verify()`] does with a mesh that is open, such as one in arrays; the request's own is not looked at.
 ///
 /// # Errors
-/// As [`verify`].
+/// As [`verify()`].
 pub fn verify_mesh(
     mesh: &mut dyn MeshReader,
     request: &VerifyRequest,
