@@ -113,7 +113,7 @@ fn dense_rim(tile: &Tile) -> Domain {
     };
     let vertices: Vec<Vertex> = sides.concat().into_iter().map(vertex).collect();
     let around = (0..vertices.len() as u32).collect();
-    Domain { vertices, loops: vec![around], points: Vec::new() }
+    Domain { vertices, loops: vec![around], ..Domain::default() }
 }
 
 fn front(c: &mut Criterion) {

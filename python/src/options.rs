@@ -17,7 +17,7 @@ use terrabite::kernel::triangulate::hitting_set::{Corners, HittingSet, HittingSe
 use terrabite::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
 };
-use terrabite::run::{AttributeBands, Attributes, Input, PointInput, Request, VerifyRequest};
+use terrabite::run::{AttributeBands, Attributes, Input, LineInput, Lines, PointInput, Request, VerifyRequest};
 
 use crate::band::PyBand;
 use crate::errors::exception;
@@ -42,6 +42,8 @@ pub(crate) struct Options<'py> {
     attributes: Option<Vec<Bound<'py, PyBand>>>,
     attribute_weight: Option<f64>,
     points: Option<Vec<(f64, f64)>>,
+    breaklines: Option<Vec<Vec<(f64, f64)>>>,
+    breakline_shift: f64,
     engine: Option<String>,
     cuts: Option<String>,
     swap: Option<String>,
@@ -72,6 +74,8 @@ pub(crate) struct VerifyOptions<'py> {
     importance: Option<Bound<'py, PyBand>>,
     attributes: Option<Vec<Bound<'py, PyBand>>>,
     attribute_weight: Option<f64>,
+    breaklines: Option<Vec<Vec<(f64, f64)>>>,
+    breakline_shift: f64,
     threads: Option<usize>,
     temp_dir: Option<PathBuf>,
 }
@@ -154,6 +158,7 @@ impl Options<'_> {
             attributes: attributes(self.attributes.as_ref(), self.attribute_weight)?,
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             points: self.points.as_ref().map(|places| PointInput::Places(places.as_slice().into())),
+            breaklines: lines(self.breaklines.as_ref(), self.breakline_shift),
             fill_voids: self.fill_holes,
             access: choose(
                 "access",
@@ -197,6 +202,7 @@ impl Options<'_> {
             (Feature::AttributeWeight, self.attribute_weight.is_some()),
             (Feature::Importance, self.importance.is_some()),
             (Feature::Points, self.points.is_some()),
+            (Feature::Breaklines, self.breaklines.is_some()),
             (Feature::Trim, self.trim > 0),
             (Feature::FilledVoids, self.fill_holes > 0),
             (Feature::FittedHeights, heights == VertexHeights::Fitted),
@@ -285,6 +291,11 @@ impl Options<'_> {
     }
 }
 
+/// Lines through places on the map, if there are any.
+fn lines(lines: Option<&Vec<Vec<(f64, f64)>>>, shift: f64) -> Option<LineInput> {
+    lines.map(|lines| LineInput { from: Lines::Places(lines.as_slice().into()), shift })
+}
+
 impl VerifyOptions<'_> {
     /// What is to be judged, of this band; the mesh is open, or in this file.
     pub(crate) fn request(&self, band: &Band, mesh: PathBuf) -> PyResult<VerifyRequest> {
@@ -297,6 +308,7 @@ impl VerifyOptions<'_> {
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             fill_voids: self.fill_holes,
             trim: self.trim,
+            breaklines: lines(self.breaklines.as_ref(), self.breakline_shift),
             threads: threads(self.threads)?,
             temp_dir: self.temp_dir.clone(),
             ..VerifyRequest::new(band.clone(), mesh, self.max_error)

@@ -55,6 +55,8 @@ def simplify(
     attribute_weight: float | None = None,
     importance: Raster | None = None,
     points: Any = None,
+    breaklines: Any = None,
+    breakline_shift: float = 0.5,
     engine: Literal["greedy-cuts", "greedy-insertion", "hitting-set"] | None = None,
     cuts: Literal["plain", "improved"] | None = None,
     swap: Literal["delaunay", "data-dependent"] | None = None,
@@ -121,6 +123,8 @@ def simplify(
         attribute_weight: What attributes count in the error, from 0 to 1; 0.5 by default.
         importance: Weights on the samples of the raster: distance times weight is within ``max_error``.
         points: Places in the raster's CRS, of shape (n, 2) or (n, 3): the samples nearest to them become vertices.
+        breaklines: Lines in the raster's CRS, each of shape (n, 2) or (n, 3): edges of the mesh follow them.
+        breakline_shift: How far those edges may be from the lines, in cells.
         engine: How tiles are triangulated.
         cuts: The order of greedy cuts.
         swap: By what edges of greedy insertion are swapped.
@@ -179,6 +183,8 @@ def simplify(
         "attributes": further,
         "attribute_weight": attribute_weight,
         "points": _facts.places(points),
+        "breaklines": _facts.lines(breaklines),
+        "breakline_shift": breakline_shift,
         "engine": engine,
         "cuts": cuts,
         "swap": swap,
@@ -222,6 +228,8 @@ def verify(
     attributes: Attributes | None = None,
     attribute_weight: float | None = None,
     importance: Raster | None = None,
+    breaklines: Any = None,
+    breakline_shift: float = 0.5,
     threads: int | None = None,
     temp_dir: str | os.PathLike[str] | None = None,
     cancel: Flag | None = None,
@@ -230,7 +238,7 @@ def verify(
     """Judge a mesh against its raster, by code that shares nothing with what made it.
 
     Heights, coverage, cracks and folds are judged, as by ``terrabite verify``. Options that say which samples there are, and
-    ``trim``, ``fill_holes``, ``attributes`` and ``importance``, must be those that the mesh was made with: see :func:`simplify`.
+    ``trim``, ``fill_holes``, ``attributes``, ``importance`` and ``breaklines``, must be those that the mesh was made with: see :func:`simplify`.
 
     Args:
         raster: What the mesh was made from.
@@ -252,6 +260,8 @@ def verify(
         attributes: Bands or arrays that are attributes.
         attribute_weight: What they count.
         importance: Weights.
+        breaklines: Lines that edges of the mesh must follow.
+        breakline_shift: How far those edges may be from them, in cells.
         threads: Threads to work with; the verdict does not depend on them.
         temp_dir: The folder of temporary files, about 200 bytes a triangle.
         cancel: Stops the call when it is set.
@@ -280,6 +290,8 @@ def verify(
         "importance": _weights(importance, view),
         "attributes": further,
         "attribute_weight": attribute_weight,
+        "breaklines": _facts.lines(breaklines),
+        "breakline_shift": breakline_shift,
         "threads": threads,
         "temp_dir": temp_dir,
     }

@@ -111,6 +111,19 @@ def places(points: Any) -> list[tuple[float, float]] | None:
     return [(float(x), float(y)) for x, y in found[:, :2]]
 
 
+def lines(breaklines: Any) -> list[list[tuple[float, float]]] | None:
+    """Lines on the map, each an array of shape (n, 2) or (n, 3), or an object of shapely."""
+    if breaklines is None:
+        return None
+    found = []
+    for line in breaklines:
+        vertices = np.asarray(getattr(line, "coords", line), dtype="float64")
+        if vertices.ndim != 2 or vertices.shape[1] not in (2, 3):
+            raise ValueError(f"breaklines: expected lines of shape (n, 2) or (n, 3), found {vertices.shape}")
+        found.append([(float(x), float(y)) for x, y in vertices[:, :2]])
+    return found
+
+
 def numbers(name: str, values: Sequence[float] | None, count: int) -> tuple[float, ...] | None:
     """So many numbers, or nothing."""
     if values is None:

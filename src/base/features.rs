@@ -37,6 +37,7 @@ features! {
     AttributeWeight = "a weight of the attributes",
     Importance = "importance weights",
     Points = "given points",
+    Breaklines = "breaklines",
     Trim = "trimming",
     FilledVoids = "filled voids",
     Band = "a choice of the band",

@@ -23,6 +23,7 @@ mod memory;
 pub mod mesh;
 mod naming;
 mod points;
+mod polylines;
 pub mod private_file;
 mod raster_error;
 mod raster_rim;
@@ -48,6 +49,7 @@ pub use naming::channels_of;
 #[cfg(feature = "gdal")]
 pub(crate) use points::key;
 pub use points::{PointCounts, PointSet};
+pub use polylines::Polylines;
 pub use raster_error::RasterError;
 #[cfg(feature = "gdal")]
 pub(crate) use raster_error::SILENT;

@@ -59,6 +59,11 @@ impl PointSet {
         self.places.len()
     }
 
+    /// Whether a sample, given as column and row, is among them.
+    pub fn has(&self, (column, row): (usize, usize)) -> bool {
+        self.places.binary_search(&key(column, row)).is_ok()
+    }
+
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()

@@ -39,6 +39,7 @@ fn options(feature: Feature) -> Options {
         Feature::AttributeWeight => ("--attribute-weight", Remove),
         Feature::Importance => ("--importance", Remove),
         Feature::Points => ("--points", Remove),
+        Feature::Breaklines => ("--breaklines", Remove),
         Feature::Trim => ("--trim", Remove),
         Feature::FilledVoids => ("--fill-holes", Remove),
         Feature::Band => ("--band", Remove),

@@ -15,8 +15,9 @@ use crate::job::Error;
 use crate::job::rules::NotInShards;
 use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
+use crate::kernel::breaklines::LinesError;
 use crate::preview::PreviewError;
-use crate::raster::{CutlineError, DrapeError, PointsError, ViewError};
+use crate::raster::{DrapeError, PointsError, ShapesError, ViewError};
 use crate::run::{Fate, LookError, RunError};
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
@@ -149,7 +150,7 @@ impl From<ViewError> for Failure {
     fn from(error: ViewError) -> Failure {
         match error {
             ViewError::Raster(error) => error.into(),
-            ViewError::Cutline(error) => error.into(),
+            ViewError::Cutline(error) => of_shapes(error, "--cutline"),
         }
     }
 }
@@ -172,18 +173,18 @@ impl From<PointsError> for Failure {
     }
 }
 
-impl From<CutlineError> for Failure {
-    fn from(error: CutlineError) -> Failure {
-        let failure = Failure::new(&error);
-        match error {
-            CutlineError::Cancelled(stopped) => stopped.into(),
-            CutlineError::Open { .. } => failure.hint("choose another file with --cutline"),
-            CutlineError::NoSuchLayer { .. } => failure.hint("choose one with --cutline-layer"),
-            CutlineError::Layer { .. } => failure.hint("choose another layer with --cutline-layer"),
-            CutlineError::Crs { .. } => {
-                failure.hint("give --cutline a layer in the raster's CRS, transformed with ogr2ogr -t_srs")
-            }
+/// Why the layer of an option cannot be used.
+fn of_shapes(error: ShapesError, option: &str) -> Failure {
+    let failure = Failure::new(&error);
+    match error {
+        ShapesError::Cancelled(stopped) => stopped.into(),
+        ShapesError::Open { .. } => failure.hint(&format!("choose another file with {option}")),
+        ShapesError::NoSuchLayer { .. } => failure.hint(&format!("choose one with {option}-layer")),
+        ShapesError::Layer { .. } => failure.hint(&format!("choose another layer with {option}-layer")),
+        ShapesError::Crs { .. } => {
+            failure.hint(&format!("give {option} a layer in the raster's CRS, transformed with ogr2ogr -t_srs"))
         }
+        _ => failure,
     }
 }
 
@@ -206,6 +207,14 @@ impl From<RunError> for Failure {
             }
             RunError::Importance(error) => error.into(),
             RunError::Points(error) => error.into(),
+            RunError::Lines(error) => of_shapes(error, "--breaklines"),
+            RunError::Breaklines(LinesError::TooMany) => {
+                failure.hint("divide the raster with --window, or give --breaklines fewer lines")
+            }
+            RunError::Breaklines(_) | RunError::NoLines { .. } => failure.hint(
+                "if the coordinates are in another CRS than the layer of --breaklines says, ogr2ogr -a_srs sets the right one",
+            ),
+            RunError::NotTakenOver(_) => Failure { code: 2, ..failure }.hint("remove --breaklines, or lay out without an earlier run"),
             RunError::Texture(DrapeError::Place { .. }) => failure.hint("gdal_translate -a_srs -a_ullr gives it one"),
             RunError::Texture(DrapeError::Elsewhere { .. }) => failure.hint("gdalinfo shows where it lies"),
             RunError::Texture(_) => failure,
@@ -302,6 +311,7 @@ impl From<Error> for Failure {
             Error::PointOffGround { .. } => Failure::usage(error).hint(
                 "remove it from the layer of --points; --cutline, --nodata and --valid-range decide where ground is",
             ),
+            Error::LineHeight { .. } => Failure::new(error).hint("choose a larger --max-error, or remove --breaklines"),
             Error::Missing(_) => Failure { code: shards::WAITING, ..Failure::new(error) },
             Error::Tile { .. } => Failure::new(error).hint("choose a smaller --tile"),
             Error::Goal(_) => {

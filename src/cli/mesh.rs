@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 
 use super::attributes::AttributeArgs;
+use super::breaklines::BreaklineArgs;
 use super::combinations::Asked;
 use super::coordinates::CoordinateArgs;
 use super::engine::EngineArgs;
@@ -86,6 +87,8 @@ pub(crate) struct MeshArgs {
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "NAME", requires = "points")]
     points_layer: Option<String>,
     #[command(flatten)]
+    pub(super) breaklines: BreaklineArgs,
+    #[command(flatten)]
     machine: MachineArgs,
     /// Print nothing but errors
     #[arg(long, help_heading = "Run", hide_short_help = true, short, conflicts_with = "json")]
@@ -155,6 +158,7 @@ impl MeshArgs {
         self.attributes.ask(&mut asked);
         self.importance.ask(&mut asked);
         asked.add(Feature::Points, self.points.is_some());
+        self.breaklines.ask(&mut asked);
         asked.add(Feature::Trim, self.trim > 0);
         asked.add(Feature::FilledVoids, self.fill_holes > 0);
         asked.add(Feature::FittedHeights, self.heights == HeightsArg::Fitted);
@@ -163,7 +167,8 @@ impl MeshArgs {
         asked.add(Feature::StrongFeasibility, self.feasibility == FeasibilityArg::Strong);
         self.polish.ask(&mut asked);
         self.engine.ask(&mut asked);
-        self.coordinates.ask(self.heights == HeightsArg::Fitted, single(format), &mut asked);
+        let has_fitted_heights = self.heights == HeightsArg::Fitted || self.breaklines.breaklines.is_some();
+        self.coordinates.ask(has_fitted_heights, single(format), &mut asked);
         let quality = self.quality(asked.features());
         if quality != Quality::None {
             asked.add_by(Feature::Polishing, format!("--quality {}", quality.name()));
@@ -236,6 +241,7 @@ impl MeshArgs {
             attributes: self.attributes.attributes(),
             importance: self.importance.input(),
             points: self.points.clone().map(|path| PointInput::Layer(PointSource { path, layer })),
+            breaklines: self.breaklines.input(),
             normals: self.normals.map(|normals| match normals {
                 NormalsArg::Gradient => Normals::Gradient,
                 NormalsArg::Area => Normals::Area,
@@ -278,7 +284,8 @@ impl MeshArgs {
     /// Takes names to be those of files in a folder, where there are such files.
     pub(super) fn resolve(&mut self, folder: &Path) {
         let options = [&mut self.points, &mut self.texture, &mut self.machine.temp_dir];
-        let others = [&mut self.importance.importance, &mut self.input_args.cutline.cutline];
+        let others =
+            [&mut self.importance.importance, &mut self.input_args.cutline.cutline, &mut self.breaklines.breaklines];
         let files = options.into_iter().chain(others).flatten().chain([&mut self.input]);
         for file in files {
             let there = folder.join(&*file);

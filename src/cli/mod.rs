@@ -4,6 +4,7 @@
 //! standard output and ends in an exit code. Nothing below this folder prints, exits or knows of options.
 
 mod attributes;
+mod breaklines;
 mod clip;
 mod combinations;
 mod convert;

@@ -6,6 +6,7 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 
 use super::format_options::MeshFormat;
+use crate::base::Polylines;
 use crate::base::ValidRange;
 use crate::base::Window;
 use crate::formats::{self, FORMATS};
@@ -119,6 +120,12 @@ pub(crate) fn share(text: &str) -> Result<f64, String> {
 pub(crate) fn trim(text: &str) -> Result<u32, String> {
     let cells = text.parse().ok().filter(|cells| *cells <= MAX_CELLS);
     cells.ok_or_else(|| format!("expected a whole number of cells, from 0 to {MAX_CELLS}"))
+}
+
+/// How far edges may be shifted, in cells.
+pub(crate) fn shift(text: &str) -> Result<f64, String> {
+    let cells = text.parse::<f64>().ok().filter(|cells| (0.0..=Polylines::MAX_SHIFT).contains(cells));
+    cells.map(f64::abs).ok_or_else(|| format!("expected cells from 0 to {}, such as 0.5", Polylines::MAX_SHIFT))
 }
 
 /// An angle in degrees, from 0 to 60: no triangle has all its angles above that.

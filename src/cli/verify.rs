@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::attributes::AttributeArgs;
+use super::breaklines::BreaklineArgs;
 use super::combinations::Asked;
 use super::importance::ImportanceArgs;
 use super::input::InputArgs;
@@ -46,6 +47,8 @@ pub(crate) struct VerifyArgs {
     attributes: AttributeArgs,
     #[command(flatten)]
     importance: ImportanceArgs,
+    #[command(flatten)]
+    breaklines: BreaklineArgs,
     /// Threads to work with [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     threads: Option<NonZeroUsize>,
@@ -66,6 +69,7 @@ impl VerifyArgs {
         let mut asked = self.input.asked();
         self.attributes.ask(&mut asked);
         self.importance.ask(&mut asked);
+        self.breaklines.ask(&mut asked);
         asked.add(Feature::Trim, self.trim > 0);
         asked.add(Feature::FilledVoids, self.fill_holes > 0);
         asked
@@ -81,6 +85,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
         importance: args.importance.input(),
         fill_voids: args.fill_holes,
         trim: args.trim,
+        breaklines: args.breaklines.input(),
         threads: args.threads,
         temp_dir: args.temp_dir.clone(),
         ..VerifyRequest::new(

@@ -87,12 +87,15 @@ pub enum OptionName {
     Trim,
     Importance,
     Points,
+    Breaklines,
+    BreaklinesLayer,
+    BreaklineShift,
     Attributes,
 }
 
 impl OptionName {
     /// All of them. One whose words begin another's comes after it, so that the first that fits a line is the right one.
-    pub const ALL: [OptionName; 14] = [
+    pub const ALL: [OptionName; 17] = [
         OptionName::MaxRms,
         OptionName::MaxPoints,
         OptionName::MaxTriangles,
@@ -106,6 +109,9 @@ impl OptionName {
         OptionName::Trim,
         OptionName::Importance,
         OptionName::Points,
+        OptionName::BreaklinesLayer,
+        OptionName::Breaklines,
+        OptionName::BreaklineShift,
         OptionName::Attributes,
     ];
 
@@ -125,6 +131,9 @@ impl OptionName {
             OptionName::Trim => "trim",
             OptionName::Importance => "importance",
             OptionName::Points => "points",
+            OptionName::Breaklines => "breaklines",
+            OptionName::BreaklinesLayer => "breaklines layer",
+            OptionName::BreaklineShift => "breakline shift",
             OptionName::Attributes => "channels",
         }
     }

@@ -79,6 +79,16 @@ pub enum Error {
         /// The sample's row.
         row: usize,
     },
+    /// A breakline passes between samples where no double is within the tolerance of the surface.
+    #[error(
+        "expected a tolerance that heights between samples can keep to, found one that no double at column {column}, row {row} keeps to, on a breakline"
+    )]
+    LineHeight {
+        /// Column of the raster, with fractions.
+        column: f64,
+        /// Row, with fractions.
+        row: f64,
+    },
     /// The rim is to be trimmed by more than anybody means.
     #[error("expected to trim 0 to {MAX_CELLS} cells, found {0}")]
     Trim(u32),

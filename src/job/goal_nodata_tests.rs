@@ -188,7 +188,7 @@ proptest! {
         let params = Params { engine: EngineChoice::GreedyInsertion(GreedyInsertion { options }), ..params(goal, f64::INFINITY, tile) };
         let (field, control) = (scene.field(), Control::default());
         let grid = grid(width, height, &params).expect("a grid");
-        let mut job = Job { field: &field, params: &params, max_stray: f64::INFINITY, links: Links::Fewest, grid, polishes_seams: false, control: &control, end: None };
+        let mut job = Job { field: &field, params: &params, max_stray: f64::INFINITY, links: Links::Fewest, grid, polishes_seams: false, control: &control, end: None, chains: None };
         let mut workspace = TileMaker::default();
         let (mut all, mut samples) = (Vec::<Told>::new(), 0);
         for index in 0..grid.len() {

@@ -5,6 +5,7 @@
 //! and hands them and the triangles to a sink, tile after tile. The bytes written depend on the samples and on
 //! [`Params`], not on threads or the order of tiles.
 
+mod chains;
 mod error;
 mod goal;
 mod mesh;
@@ -38,6 +39,8 @@ pub use quality::Quality;
 pub use search::{Figures, Searched, Store};
 pub use triangulate::{MakeSpool, triangulate, triangulate_into};
 
+#[cfg(test)]
+mod breakline_tests;
 #[cfg(test)]
 mod channel_tests;
 #[cfg(test)]

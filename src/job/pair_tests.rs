@@ -11,9 +11,10 @@ use crate::base::channels::ChannelBands;
 use crate::base::control::Control;
 use crate::base::features::{Feature, FeatureSet};
 use crate::base::staged::StagedFile;
-use crate::base::{Band, PointSet};
+use crate::base::{Band, PointSet, Polylines};
 use crate::field::{Field, FieldOptions, HoleOptions, find_ranges};
-use crate::formats::{Header, PlySink};
+use crate::formats::{Header, PlySink, ReadOptions, open};
+use crate::kernel::breaklines::Breaklines;
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
 use crate::kernel::triangulate::cuts::GreedyCuts;
@@ -22,11 +23,11 @@ use crate::kernel::triangulate::insertion::{
     DataDependent, GreedyInsertion, InsertionOptions, Measure, Selection, Swap,
 };
 use crate::testing;
-use crate::verify::{GroundOptions, VerifyOptions, verify_ground};
+use crate::verify::{GroundOptions, LinesOptions, VerifyOptions, verify_ground, verify_lines};
 
 /// What parameters and fields can have. The others are matters of options, of samples or of the output; the command line
 /// walks all.
-pub(crate) const OF_A_RUN: [Feature; 27] = [
+pub(crate) const OF_A_RUN: [Feature; 28] = [
     Feature::VertexBudget,
     Feature::TriangleBudget,
     Feature::RmsGoal,
@@ -34,6 +35,7 @@ pub(crate) const OF_A_RUN: [Feature; 27] = [
     Feature::Image,
     Feature::Importance,
     Feature::Points,
+    Feature::Breaklines,
     Feature::Trim,
     Feature::FilledVoids,
     Feature::Polishing,
@@ -142,7 +144,19 @@ impl Scene {
         let verdict = verify_ground(&self.raster, &tin, &options, ground, weighted.as_ref(), &control);
         let verdict = verdict.unwrap_or_else(|e| panic!("{e} for {set:?}"));
         assert!(verdict.passes(), "{verdict} for {set:?}");
+        if set.has(Feature::Breaklines) {
+            let mut reader = open(&tin, None, &ReadOptions::default()).expect("a mesh");
+            let asked = LinesOptions { lines: &lines(), shift: 0.5 };
+            let found =
+                verify_lines(&self.raster, reader.as_mut(), TOLERANCE, &asked, &control.cancel).expect("judged");
+            assert!(found.edges > 0 && found.broken.count == 0, "{found} for {set:?}");
+        }
     }
+}
+
+/// A line over voids and seams, and one along a seam.
+fn lines() -> Polylines {
+    Polylines::new(vec![vec![(0.2, 1.1), (20.8, 15.3)], vec![(12.0, 3.5), (12.0, 16.2)]])
 }
 
 /// Parameters that ask for what is in the set, as far as they can at the same time.
@@ -195,6 +209,9 @@ fn params(set: FeatureSet, temp_dir: PathBuf) -> Params {
         },
         tile: 12,
         trim: if set.has(Feature::Trim) { TRIM } else { 0 },
+        breaklines: set
+            .has(Feature::Breaklines)
+            .then(|| Arc::new(Breaklines::new(&lines(), SIZE, 0.5).expect("near lines"))),
         points: set.has(Feature::Points).then(|| Arc::new(PointSet::new([(3, 3), (12, 5)]))),
         temp_dir,
         ..Params::new(TOLERANCE)

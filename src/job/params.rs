@@ -9,6 +9,7 @@ use crate::base::tiling::TileGrid;
 use crate::base::{PointSet, Tolerance, exact_double};
 use crate::field::Field;
 use crate::kernel::boundary::MAX_CELLS;
+use crate::kernel::breaklines::Breaklines;
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
 
@@ -41,6 +42,8 @@ pub struct Params {
     pub trim: u32,
     /// Samples that become vertices of the mesh. Not every engine can take them ([`super::rules`]).
     pub points: Option<Arc<PointSet>>,
+    /// Lines that become edges of the mesh. Not every engine can take them ([`super::rules`]).
+    pub breaklines: Option<Arc<Breaklines>>,
     /// The folder of temporary files.
     pub temp_dir: PathBuf,
 }
@@ -63,6 +66,7 @@ impl Params {
             tile: DEFAULT_TILE,
             trim: 0,
             points: None,
+            breaklines: None,
             temp_dir: std::env::temp_dir(),
         }
     }
@@ -75,6 +79,7 @@ impl Params {
             (Feature::TriangleBudget, goal.max_triangles.is_some()),
             (Feature::RmsGoal, goal.max_rms.is_some()),
             (Feature::Points, self.points.as_ref().is_some_and(|p| !p.is_empty())),
+            (Feature::Breaklines, self.breaklines.is_some()),
             (Feature::Trim, self.trim > 0),
             (Feature::Polishing, self.quality != Quality::None),
             (Feature::FittedHeights, self.heights == VertexHeights::Fitted),
@@ -179,6 +184,9 @@ impl Params {
         }
         if let Some(points) = self.points.as_ref().filter(|p| !p.is_empty()) {
             named.push(("points", format!("{} samples with the checksum {:08x}", points.len(), points.checksum())));
+        }
+        if let Some(lines) = &self.breaklines {
+            named.push(("breaklines", lines.named()));
         }
         named
     }

@@ -119,6 +119,7 @@ fn made(field: &Field, params: &Params, points: &PointSet) -> Mesh {
         tolerance: params.tolerance,
         error_scale: params.tolerance.kept(),
         outcome: None,
+        chains: None,
         times,
         spool_bytes: 0,
         found: 0,

@@ -104,6 +104,7 @@ const OUT_OF_ORDER: &[&[Feature]] = &[
     &[
         Feature::Trim,
         Feature::FilledVoids,
+        Feature::Breaklines,
         Feature::MaxStray,
         Feature::FractionalSelection,
         Feature::ConstantSelection,
@@ -155,6 +156,38 @@ pub const RULES: &[Rule] = &[
         &[Feature::InexactScale, Feature::RoundedToSingle],
         "what rounding loses of heights is taken from the tolerance of heights, not from that of heights and attributes together",
     ),
+    exclude(
+        ATTRIBUTES,
+        &[Feature::Breaklines],
+        "edges of breaklines end between samples, where attributes have no values",
+    ),
+    everywhere(exclude(
+        &[Feature::Breaklines],
+        &[Feature::Importance],
+        "the surface along breaklines is held to the tolerance itself, not to a weighted one",
+    )),
+    everywhere(exclude(
+        &[Feature::Breaklines],
+        &[Feature::FilledVoids],
+        "filled voids have no heights that breaklines could be held to",
+    )),
+    everywhere(exclude(
+        &[Feature::Breaklines],
+        &[Feature::Trim],
+        "trimming may remove the ground that edges of breaklines lie on",
+    )),
+    exclude(
+        &[Feature::Breaklines],
+        &[Feature::MaxStray],
+        "beside an edge of a breakline triangles may be long and thin, and nothing may be put on the edge",
+    ),
+    exclude(
+        &[Feature::Breaklines],
+        &[Feature::StrongFeasibility],
+        "edges of breaklines are not held to the diagonals of cells",
+    ),
+    exclude(&[Feature::Breaklines], CUTS, "greedy cuts take no given edges"),
+    exclude(&[Feature::Breaklines], HITTING_SETS, "squares take no given edges"),
     exclude(&[Feature::Points], CUTS, "greedy cuts cannot make vertices of given points"),
     exclude(OF_INSERTION, CUTS, "greedy cuts have no edges to swap and no candidates to select"),
     exclude(CUTS, HITTING_SETS, "a tile is triangulated by one engine"),
@@ -202,6 +235,21 @@ pub struct NotInShards(pub Feature);
 /// [`NotInShards`].
 pub fn check_shards(features: FeatureSet) -> Result<(), NotInShards> {
     features.among(GOALS).first().map_or(Ok(()), |&goal| Err(NotInShards(goal)))
+}
+
+/// A feature that a run which takes over tiles of an earlier one has to do without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "with {0} nothing can be taken over from an earlier run: where rings have their ends depends on more than a tile's samples"
+)]
+pub struct NotTakenOver(pub Feature);
+
+/// Makes sure that a run with these features can take over tiles of an earlier one.
+///
+/// # Errors
+/// [`NotTakenOver`].
+pub fn check_taking_over(features: FeatureSet) -> Result<(), NotTakenOver> {
+    if features.has(Feature::Breaklines) { Err(NotTakenOver(Feature::Breaklines)) } else { Ok(()) }
 }
 
 impl Rule {

@@ -155,8 +155,8 @@ fn named(tiles: &[TileId], missing: usize) -> String {
 /// All passes that a job may have, each with the job that it is a pass of and its number in that: its own, and after them
 /// those with short links, which are only made where a limit on straying needs them ([`merge`] tells).
 pub fn rounds<'a>(job: &Job<'a>) -> Vec<(Job<'a>, usize)> {
-    let jobs = [Some(*job), job.with_short_links()];
-    jobs.into_iter().flatten().flat_map(|job| (0..job.passes().len()).map(move |pass| (job, pass))).collect()
+    let jobs = [Some(job.clone()), job.with_short_links()];
+    jobs.into_iter().flatten().flat_map(|job| (0..job.passes().len()).map(move |pass| (job.clone(), pass))).collect()
 }
 
 /// Puts the mesh of a job together from chunks that others have made, on the threads of the current rayon pool.

@@ -77,7 +77,7 @@ fn run(make_spool: &MakeSpool<'_>, job: &Job<'_>) -> Result<(Mesh, PassResult), 
     let [first, others @ ..] = passes.as_slice() else { unreachable!("there is a first pass") };
     // Before the survey, which may take long.
     let mut spool = make_spool(first)?;
-    let job = job.surveyed()?;
+    let job = job.clone().surveyed()?;
     let mut result = whole(&job, first, None, &spool)?;
     let found = result.found;
     must_have_ground(&job, &spool, first)?;

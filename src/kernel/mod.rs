@@ -2,6 +2,7 @@
 //! of runs or of options.
 
 pub mod boundary;
+pub mod breaklines;
 mod links;
 pub mod measure;
 pub mod polish;

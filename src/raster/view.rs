@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{BoundingBox, CutlineError, CutlineSource, Raster, RasterError, read_cutline};
+use super::{BoundingBox, CutlineSource, Raster, RasterError, ShapesError, read_cutline};
 use crate::base::Window;
 use crate::base::control::CancelToken;
 use crate::base::{Encoding, ValidRange};
@@ -49,7 +49,7 @@ pub enum ViewError {
     Raster(#[from] RasterError),
     /// The cutline cannot be used.
     #[error(transparent)]
-    Cutline(#[from] CutlineError),
+    Cutline(#[from] ShapesError),
 }
 
 impl View {

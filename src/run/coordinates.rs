@@ -5,7 +5,7 @@ use crate::base::control::Control;
 use crate::base::{Band, CoordinateFrame, Tolerance};
 use crate::field::{height_range, searched_range};
 use crate::formats::{Format, Precision, Unit};
-use crate::job::{Error, Goal, Params, VertexHeights};
+use crate::job::{Error, Goal, Params};
 
 /// How coordinates are written, and what that leaves for the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,8 +37,8 @@ impl Written {
         control: &Control<'_>,
     ) -> Result<Written, RunError> {
         let frame = frame(request.coordinates, format, band)?;
-        let Params { tolerance, goal, heights, .. } = request.params;
-        let fits = heights == VertexHeights::Sampled && fits_single(band);
+        let Params { tolerance, goal, .. } = request.params;
+        let fits = !request.has_fitted_heights() && fits_single(band);
         if is_flat || (frame.scales_exactly() && (fits || !frame.single)) {
             return Ok(Written { frame, loss: 0.0, tolerance, goal });
         }

@@ -8,11 +8,12 @@ use crate::base::external::ScratchError;
 use crate::base::staged::OutputError;
 use crate::field::FieldError;
 use crate::formats::{ReadError, SinkError, SinkOption};
-use crate::job::rules::{Incompatible, NotInShards};
+use crate::job::rules::{Incompatible, NotInShards, NotTakenOver};
 use crate::job::work_dir::WorkDirError;
 use crate::job::{BudgetTooSmall, Error};
+use crate::kernel::breaklines::LinesError;
 #[cfg(feature = "gdal")]
-use crate::raster::{DrapeError, PointsError, ViewError};
+use crate::raster::{DrapeError, PointsError, ShapesError, ViewError};
 use crate::verify::VerifyError;
 
 /// Why a run did not get through. Nothing is left under the output's name then.
@@ -39,6 +40,24 @@ pub enum RunError {
     #[cfg(feature = "gdal")]
     #[error(transparent)]
     Points(#[from] PointsError),
+    /// The layer of breaklines.
+    #[cfg(feature = "gdal")]
+    #[error(transparent)]
+    Lines(#[from] ShapesError),
+    /// Breaklines on the lattice.
+    #[error(transparent)]
+    Breaklines(LinesError),
+    /// Nothing of the breaklines lies on the raster.
+    #[error("{}: expected lines on the raster, found none of {lines}", path.display())]
+    NoLines {
+        /// The layer's file, or the raster.
+        path: PathBuf,
+        /// How many there are.
+        lines: usize,
+    },
+    /// An earlier run is of no use to this one.
+    #[error(transparent)]
+    NotTakenOver(#[from] NotTakenOver),
     /// The image that is to lie over the mesh.
     #[cfg(feature = "gdal")]
     #[error(transparent)]

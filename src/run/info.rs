@@ -171,6 +171,7 @@ impl Info {
             grid,
             params: &request.params,
             points: 0,
+            lines_bytes: 0,
             holes: request.fill_voids > 0 && may_have_holes(band),
             solid: false,
             normals: false,

@@ -10,12 +10,12 @@ use super::look::look;
 use super::prepare::all_cores;
 use super::report::SCHEMA;
 use super::threads::start_threads;
-use super::{Attributes, Input, RunError, Warned};
-use crate::base::Band;
+use super::{Attributes, Input, LineInput, RunError, Warned};
 use crate::base::control::Control;
 use crate::base::warning::Warnings;
+use crate::base::{Band, Polylines};
 use crate::formats::{Format, MeshReader};
-use crate::verify::{GroundOptions, Verdict, VerifyOptions, verify_ground};
+use crate::verify::{self, GroundOptions, LinesOptions, Verdict, VerifyOptions};
 
 /// A mesh that is to be judged, and what it was made from: everything that the command `verify` can be asked for.
 #[derive(Debug, Clone)]
@@ -39,6 +39,8 @@ pub struct VerifyRequest {
     pub fill_voids: u64,
     /// So many cells from missing samples the mesh may end short of the ground.
     pub trim: u32,
+    /// Lines that edges of the mesh are to follow.
+    pub breaklines: Option<LineInput>,
     /// Threads to work with; `None` is as many as the machine has cores. The verdict does not depend on them.
     pub threads: Option<NonZeroUsize>,
     /// The folder of temporary files; `None` is the system's.
@@ -78,13 +80,14 @@ impl VerifyRequest {
             importance: None,
             fill_voids: 0,
             trim: 0,
+            breaklines: None,
             threads: None,
             temp_dir: None,
         }
     }
 }
 
-/// Judges a mesh, see [`verify_ground`]. A mesh that is merely wrong is a report.
+/// Judges a mesh, see [`verify_ground`](crate::verify::verify_ground). A mesh that is merely wrong is a report.
 ///
 /// # Errors
 /// [`RunError`]: the raster, the mesh or what else is read cannot be used, or the caller asked to stop.
@@ -92,10 +95,10 @@ pub fn verify(request: &VerifyRequest, control: &Control<'_>) -> Result<VerifyRe
     judge(request, None, control)
 }
 
-/// Does what [`verify`] does with a mesh that is open, such as one in arrays; the request's own is not looked at.
+/// Does what [`verify()`] does with a mesh that is open, such as one in arrays; the request's own is not looked at.
 ///
 /// # Errors
-/// As [`verify`].
+/// As [`verify()`].
 pub fn verify_mesh(
     mesh: &mut dyn MeshReader,
     request: &VerifyRequest,
@@ -112,6 +115,11 @@ fn judge(
     let warned = Warned::new(control);
     let opened = open(&request.input, request.attributes.as_ref(), &control.cancel)?;
     let importance = request.importance.as_ref().map(|input| open_importance(input, &opened)).transpose()?;
+    let lines = request
+        .breaklines
+        .as_ref()
+        .map(|lines| Ok::<_, RunError>((opened.lines(lines, &control.cancel)?, lines.shift)));
+    let lines = lines.transpose()?;
     let (band, attributes) = (opened.band, opened.attributes);
     let importance = importance.map(|opened| opened.band);
     warned.tell_all(band.warnings());
@@ -122,9 +130,22 @@ fn judge(
     let further = attributes.iter().flat_map(|a| &a.bands).chain(&importance);
     bound_gdal_cache(cache_bytes(further.chain([&band])));
     let pool = start_threads(request.threads.map_or_else(all_cores, usize::from))?;
-    let verdict = pool.install(|| match mesh {
-        None => verify_ground(&band, &request.mesh, &options, ground, attributes.as_ref(), control),
-        Some(mesh) => crate::verify::verify_mesh(&band, mesh, &options, ground, attributes.as_ref(), control),
+    let verdict = pool.install(|| {
+        let mut opened = None;
+        let mesh = match mesh {
+            Some(mesh) => mesh,
+            None => {
+                verify::check(&band, &options)?;
+                opened.insert(verify::open(&request.mesh, &options, control)?).as_mut()
+            }
+        };
+        let verdict = verify::verify_mesh(&band, mesh, &options, ground, attributes.as_ref(), control)?;
+        let judge_lines = |(lines, shift): &(Polylines, f64)| {
+            let asked = LinesOptions { lines, shift: *shift };
+            verify::verify_lines(&band, mesh, max_error, &asked, &control.cancel)
+        };
+        let lines = lines.as_ref().map(judge_lines).transpose()?;
+        Ok::<Verdict, RunError>(Verdict { lines, ..verdict })
     })?;
     drop(pool);
     let is_flat = attributes.as_ref().is_some_and(|a| a.planar);

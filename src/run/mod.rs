@@ -37,7 +37,7 @@ pub use look::{Found, Look, LookError, look};
 pub use report::{Needs, Report};
 #[cfg(feature = "gdal")]
 pub use request::TextureInput;
-pub use request::{AttributeBands, Attributes, Coordinates, Guard, Input, PointInput, Request};
+pub use request::{AttributeBands, Attributes, Coordinates, Guard, Input, LineInput, Lines, PointInput, Request};
 pub use shards::{Layout, PassLayout, PassShare, ShardReport, lay_out, merge, work};
 
 use std::sync::{Mutex, PoisonError};

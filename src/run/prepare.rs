@@ -1,6 +1,7 @@
 //! A run before it begins: what is read is open, what goes wrong with the request is found, and memory and threads are planned.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::attributes::Ranged;
 use super::coordinates::{Written, fits_single, is_single};
@@ -17,7 +18,8 @@ use crate::field::{may_have_holes, searched_range};
 use crate::formats::{self, Attributes, Base, FORMATS, Format, SinkError, SinkOption};
 use crate::job::plan::{Load, Plan, default_budget};
 use crate::job::work_dir::{self, WorkDir, WorkDirError};
-use crate::job::{Error, Params, VertexHeights, grid, rules};
+use crate::job::{Error, Params, grid, rules};
+use crate::kernel::breaklines::Breaklines;
 
 /// What a run is prepared for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -129,12 +131,11 @@ impl<'a> Run<'a> {
         rules::check(features)?;
         let inputs = Inputs::open(request, purpose != Purpose::Plan, warned, &control.cancel)?;
         let Inputs { band, attributes, importance, points, .. } = &inputs;
-        if is_single(request.coordinates, format)
-            && (!fits_single(band) || request.params.heights == VertexHeights::Fitted)
-        {
+        if is_single(request.coordinates, format) && (!fits_single(band) || request.has_fitted_heights()) {
             rules::check(features.with(Feature::RoundedToSingle))?;
         }
         check_attributes(request, format, attributes.as_ref())?;
+        let breaklines = inputs.breaklines(request)?;
         let load = Load {
             band,
             importance: importance.as_ref(),
@@ -142,6 +143,7 @@ impl<'a> Run<'a> {
             grid: grid(band.width(), band.height(), &request.params)?,
             params: &request.params,
             points: points.as_ref().map_or(0, |p| p.set.len()),
+            lines_bytes: breaklines.as_ref().map_or(0, Breaklines::bytes),
             holes: request.fill_voids > 0 && may_have_holes(band),
             solid: request.sink.base.is_some(),
             normals: request.normals.is_some(),
@@ -162,6 +164,7 @@ impl<'a> Run<'a> {
             tolerance: written.tolerance,
             goal: written.goal,
             points: points.as_ref().map(|p| p.set.clone()),
+            breaklines: breaklines.map(Arc::new),
             ..request.params.clone()
         };
         if purpose.writes() {

@@ -6,7 +6,7 @@ use super::Request;
 use super::attributes::Ranged;
 use super::coordinates::Written;
 #[cfg(feature = "gdal")]
-use super::{Input, PointInput};
+use super::{Input, Lines, PointInput};
 use crate::base::{Band, exact_marks};
 use crate::formats::{Crs, Header, Heights, OptionName, RunOption};
 use crate::job::Params;
@@ -77,6 +77,14 @@ fn options(request: &Request<'_>, band: &Band, attributes: Option<&Ranged<'_>>) 
     #[cfg(feature = "gdal")]
     if let Some(PointInput::Layer(source)) = &request.points {
         say(OptionName::Points, Some(name(&source.path)));
+    }
+    if let Some(lines) = &request.breaklines {
+        say(OptionName::Breaklines, lines.file().map(name));
+        #[cfg(feature = "gdal")]
+        if let Lines::Layer(source) = &lines.from {
+            say(OptionName::BreaklinesLayer, source.layer.clone());
+        }
+        say(OptionName::BreaklineShift, Some(lines.shift.to_string()));
     }
     options.extend(attributes.map(Ranged::option));
     options

@@ -107,6 +107,9 @@ pub fn lay_out(
     control: &Control<'_>,
 ) -> Result<Layout, RunError> {
     let dir = check(request)?;
+    if earlier.is_some() {
+        rules::check_taking_over(request.features())?;
+    }
     let warned = Warned::new(control);
     let run = Run::prepare(request, Purpose::Share, &warned, control)?;
     let passes = passes(run.band().width(), run.band().height(), &run.params)?;
@@ -192,7 +195,8 @@ impl Run<'_> {
         let kept = self.kept(|job| WorkDir::join(dir, job), ranged.as_ref())?;
         // Nothing is staged that would have to be removed.
         let field = self.field(ranged.as_ref(), &dir.join("nothing"))?;
-        let job = Job::new(&field, &self.params, self.control)?;
+        // There is no goal; the chains of breaklines are found.
+        let job = Job::new(&field, &self.params, self.control)?.surveyed()?;
         let all = rounds(&job);
         let usual = if kept.dir().is_again() { all.len() } else { job.passes().len() };
         let numbers = match pass {

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::base::RasterError;
 use crate::base::control::Cancelled;
 use crate::base::decimal::Decimal;
 use crate::base::external::ScratchError;
+use crate::base::{Polylines, RasterError};
 use crate::formats::ReadError;
 use crate::job::rules::Incompatible;
 
@@ -56,6 +56,17 @@ pub enum VerifyError {
         row: usize,
         /// What is there.
         found: String,
+    },
+    /// Lines are too long in all.
+    #[error("expected at most {} pieces of lines between rows and columns, found more", Polylines::MAX_SEGMENTS)]
+    ManyLines,
+    /// A vertex of a line is farther away than numbers go.
+    #[error("expected lines near the raster, found a vertex at column {column}, row {row}")]
+    FarLine {
+        /// With fractions.
+        column: f64,
+        /// With fractions.
+        row: f64,
     },
     /// A sample's height is infinite: no surface is within any distance of it.
     #[error("{}: column {column}, row {row}: expected a finite height, found {}", path.display(), Decimal(*found))]

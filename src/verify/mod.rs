@@ -115,6 +115,7 @@ mod holes;
 mod joins;
 mod limit;
 mod line;
+mod lines;
 mod outline;
 mod pace;
 mod plane;
@@ -152,6 +153,7 @@ use crate::job::rules;
 pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, SidePlace, TouchPlace, VertexPlace};
 pub use heights::HeightReader;
+pub use lines::{LinesOptions, LinesVerdict, StretchPlace, verify_lines};
 pub use stray_verdict::{StrayVerdict, WorstStray};
 pub use verdict::{TrimVerdict, Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedVerdict, WorstWeighted};
@@ -262,7 +264,14 @@ pub fn verify_ground(
 }
 
 /// The file, open for reading.
-fn open(mesh: &Path, options: &VerifyOptions<'_>, control: &Control<'_>) -> Result<Box<dyn MeshReader>, VerifyError> {
+///
+/// # Errors
+/// [`VerifyError::Mesh`].
+pub fn open(
+    mesh: &Path,
+    options: &VerifyOptions<'_>,
+    control: &Control<'_>,
+) -> Result<Box<dyn MeshReader>, VerifyError> {
     let reading = ReadOptions { cancel: control.cancel.clone(), temp_dir: options.temp_dir.clone() };
     Ok(formats::open(mesh, None, &reading)?)
 }
@@ -292,6 +301,14 @@ pub fn verify_mesh(
         }
     }
     judge(raster, mesh, options, ground, channels, None, control)
+}
+
+/// Makes sure that a raster can be judged by with these options, before a file is opened.
+///
+/// # Errors
+/// [`VerifyError`].
+pub fn check(raster: &Band, options: &VerifyOptions<'_>) -> Result<(), VerifyError> {
+    limit(raster, options).map(|_| ())
 }
 
 /// The limit on straying, once it is certain that the raster can be judged by with these options.
@@ -430,5 +447,6 @@ fn verdict(
         heights_not_finite: corners.not_finite,
         trim,
         extended: None,
+        lines: None,
     }
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, TouchPlace, VertexPlace};
-use super::{StrayVerdict, WeightedVerdict};
+use super::{LinesVerdict, StrayVerdict, WeightedVerdict};
 use crate::base::decimal::Decimal;
 
 /// Everything that was found out about a mesh. It passes if [`Verdict::failures`] is empty.
@@ -95,6 +95,9 @@ pub struct Verdict {
     /// What channels come to, where the mesh was judged with some.
     #[serde(rename = "attributes", skip_serializing_if = "Option::is_none")]
     pub extended: Option<WeightedVerdict>,
+    /// What became of breaklines, where the mesh was judged with some.
+    #[serde(rename = "breaklines", skip_serializing_if = "Option::is_none")]
+    pub lines: Option<LinesVerdict>,
 }
 
 /// What was found out about the boundary of a mesh that may end short of the ground's.
@@ -170,6 +173,10 @@ impl Verdict {
         }
         if let Some(stray) = &self.stray {
             out.extend(stray.failure(self));
+        }
+        if let Some(lines) = &self.lines {
+            let what = "followed by edges of the mesh";
+            list(&mut out, &lines.broken, "stretch of a breakline is not", "stretches of breaklines are not", what);
         }
         list(&mut out, &self.uncovered, "sample is", "samples are", "in no triangle");
         list(&mut out, &self.overlapped, "sample is", "samples are", "in several triangles");
@@ -281,6 +288,9 @@ impl std::fmt::Display for Verdict {
         }
         if let Some(stray) = &self.stray {
             writeln!(f, "{stray}")?;
+        }
+        if let Some(lines) = &self.lines {
+            writeln!(f, "{lines}")?;
         }
         if let Some(w) = self.extended.as_ref().and_then(|w| w.worst) {
             writeln!(f, "max error of heights and attributes {} at {}", w.error, w.place)?;

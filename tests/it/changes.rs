@@ -120,18 +120,20 @@ fn a_raster_that_is_replaced_under_a_run_is_named() {
 }
 
 #[test]
-fn importance_points_and_cutlines_are_watched() {
+fn importance_points_cutlines_and_breaklines_are_watched() {
     let polygon = r#"{"type": "Polygon", "coordinates": [[[5, -5], [110, -5], [110, -80], [5, -80], [5, -5]]]}"#;
     for (option, file, words) in [
         ("--importance", "weights.tif", "weights.tif: the raster has changed"),
         ("--points", "peaks.csv", "peaks.csv: the layer has changed"),
         ("--cutline", "cut.geojson", "cut.geojson: the layer has changed"),
+        ("--breaklines", "road.geojson", "road.geojson: the layer has changed"),
     ] {
         let folder = Folder::new();
         Dem::new(120, 90).compressed().write(&folder, "dem.tif");
         Dem::new(120, 90).heights(|_, _| 1.0).write(&folder, "weights.tif");
         folder.with("peaks.csv", "x,y\n50.5,-40.5\n");
         folder.with("cut.geojson", format!(r#"{{"type": "Feature", "properties": {{}}, "geometry": {polygon}}}"#));
+        folder.with("road.geojson", r#"{"type": "LineString", "coordinates": [[5, -5], [110, -80]]}"#);
         let path = folder.at(file);
         let halted = Halted::at("tile-begun", 3, command(&folder, &["--threads", "1", option, &path]));
         fs::File::options().append(true).open(&path).unwrap().set_modified(std::time::SystemTime::UNIX_EPOCH).unwrap();

@@ -1,5 +1,6 @@
 //! The built binary from outside, as users meet it: one test program, one module per subject.
 
+mod breaklines;
 mod budget;
 mod changes;
 mod channels;

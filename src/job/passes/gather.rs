@@ -49,7 +49,7 @@ pub(in crate::job) fn same_samples(
     is_asked: &(dyn Fn(usize) -> bool + Sync),
     tell: &(dyn Fn(usize) + Sync),
 ) -> Result<(), Error> {
-    let (Job { field, control, .. }, tiles) = (*job, pass.grid.len());
+    let (Job { field, control, .. }, tiles) = (job, pass.grid.len());
     control.progress.begin(pass.stage(), tiles as u64, field.width() as u64 * field.height() as u64);
     let workspaces = Pool::default();
     (0..tiles).into_par_iter().try_for_each(|tile| {
@@ -100,7 +100,7 @@ pub(in crate::job) fn must_be_of_samples(
 /// # Errors
 /// [`Error`]: what is there cannot be read, or was made from other samples.
 pub(in crate::job) fn gather(job: &Job<'_>, pass: &Pass, spool: &Spool) -> Result<Gathered, Error> {
-    let (Job { field, control, .. }, tiles) = (*job, pass.grid.len());
+    let (Job { field, control, .. }, tiles) = (job, pass.grid.len());
     let samples = field.width() as u64 * field.height() as u64;
     control.progress.begin(pass.stage(), tiles as u64, samples);
     let workspaces = Pool::default();

@@ -29,6 +29,7 @@ pub(super) use survey::{End, check_corners, error_needs, lowest};
 pub(super) use tiles::{Looked, TileMaker};
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -37,13 +38,14 @@ use self::seams::{SeamMaker, Way};
 use self::workspace::Workspace;
 use super::order::in_cache_order;
 use super::spool::{Chunk, Chunks, Spool};
-use super::{Error, Params, Quality};
+use super::{Error, Params, Quality, chains};
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
 use crate::base::features::FeatureSet;
 use crate::base::tiling::{TileGrid, TileId, TilePlace, TileTooLong};
 use crate::base::{Tile, Window};
 use crate::field::Field;
+use crate::kernel::breaklines::Chains;
 use crate::kernel::seam::Sides;
 
 /// A pass over the tiles of a grid, each of which becomes a chunk.
@@ -226,7 +228,7 @@ pub(super) fn polishes_seams(quality: Quality, max_stray: f64) -> bool {
 const PROVISIONAL: f64 = 0.5;
 
 /// What all tiles of a run have in common.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct Job<'a> {
     pub(super) field: &'a Field,
     pub(super) params: &'a Params,
@@ -239,6 +241,8 @@ pub struct Job<'a> {
     pub(super) polishes_seams: bool,
     /// Where tiles end, under a goal.
     pub(super) end: Option<End>,
+    /// The chains of breaklines, where there are some and it is known what they are.
+    pub(super) chains: Option<Arc<Chains>>,
 }
 
 impl<'a> Job<'a> {
@@ -251,16 +255,27 @@ impl<'a> Job<'a> {
         let grid = grid(field.width(), field.height(), params)?;
         let max_stray = params.straying(params.features().and(FeatureSet::of_field(field)));
         let polishes_seams = polishes_seams(params.quality, max_stray);
-        Ok(Job { field, params, max_stray, links: Links::Fewest, control, grid, polishes_seams, end: None })
+        Ok(Job {
+            field,
+            params,
+            max_stray,
+            links: Links::Fewest,
+            control,
+            grid,
+            polishes_seams,
+            end: None,
+            chains: None,
+        })
     }
 
-    /// The job once every tile has told how its insertion goes, so that it is known where all of them end; the same
-    /// where there is no goal. Goes over all tiles, on the threads of the current rayon pool.
+    /// The job once every tile has told how its insertion goes, so that it is known where all of them end, and once the chains of
+    /// breaklines are found; the same where there is neither a goal nor a breakline. Goes over all tiles, on the threads of the current rayon pool.
     ///
     /// # Errors
     /// [`Error`]; a budget that is too small is told of before all work where that can be known.
     pub fn surveyed(self) -> Result<Job<'a>, Error> {
-        Ok(Job { end: survey::find_end(&self)?, ..self })
+        let (end, chains) = (survey::find_end(&self)?, chains::find(&self)?.map(Arc::new));
+        Ok(Job { end, chains, ..self })
     }
 
     /// See [`passes`].
@@ -285,7 +300,7 @@ impl<'a> Job<'a> {
     /// The job with short links, if straying is limited and its links are longer.
     pub(super) fn with_short_links(&self) -> Option<Job<'a>> {
         let may_help = self.max_stray.is_finite() && self.links == Links::Fewest;
-        may_help.then_some(Job { links: Links::Short, ..*self })
+        may_help.then(|| Job { links: Links::Short, ..self.clone() })
     }
 }
 
@@ -338,7 +353,7 @@ impl PassResult {
 ///
 /// # Panics
 /// If there is no such pass in the job, the range is not one of its tiles, `out` is for another number of tiles, `inputs`
-/// are missing or for another number of tiles, or there is a goal and the job has not been [`Job::surveyed`].
+/// are missing or for another number of tiles, or there is a goal or a breakline and the job has not been [`Job::surveyed`].
 pub fn run_pass(
     job: &Job<'_>,
     pass: &Pass,
@@ -353,6 +368,7 @@ pub fn run_pass(
     assert_eq!(out.tiles(), pass.grid.len(), "chunks of a spool for this grid");
     assert_eq!(inputs.map(Chunks::tiles), pass.needs.map(|(_, grid)| grid.len()), "chunks that the pass needs");
     assert_eq!(job.end.is_some(), !job.params.goal.is_none(), "a goal that has been surveyed");
+    assert_eq!(job.chains.is_some(), job.params.breaklines.is_some(), "breaklines that have been surveyed");
     let run = Run { job, pass, later: &later, inputs, clocks: &Clocks::default() };
     let result = match pass.name {
         PassName::Tiles => run.tiles::<TileMaker>(tiles, out),

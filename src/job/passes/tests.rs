@@ -106,7 +106,7 @@ proptest! {
             let mut sum = PassResult::default();
             let mut parts = Vec::new();
             for (i, range) in ranges(pass.grid().len(), &cuts, order).into_iter().enumerate() {
-                let job = of_all.surveyed().expect("a job");
+                let job = of_all.clone().surveyed().expect("a job");
                 let dir = if one_spool { merged.clone() } else { folder.path().join(format!("part {i}")) };
                 fs::create_dir_all(&dir).expect("made");
                 let out = spool(&dir, &pass);

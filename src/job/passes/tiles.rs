@@ -165,9 +165,9 @@ impl TileMaker {
     /// The rim of the tile that is loaded, and the points inside it.
     fn rim(&mut self, job: &Job<'_>, place: &TilePlace) -> Result<Rim, Error> {
         self.find_points(job, place.window)?;
-        let (Workspace { tile, points, .. }, cancel) = (&self.shared, &job.control.cancel);
+        let (Workspace { tile, points, chains, .. }, cancel) = (&self.shared, &job.control.cancel);
         let (tolerance, cells) = (job.params.tolerance.kept(), job.params.trim);
-        let mut rim = Rim::with_sides(tile, tolerance, job.sides(), points, place, &mut self.min_link, cancel)?;
+        let mut rim = Rim::with_sides(tile, tolerance, job.sides(), points, chains, place, &mut self.min_link, cancel)?;
         let fixed = rim.on_sides();
         let task = boundary::Task { tile, cells, tolerance, points, cancel };
         self.trimmed = boundary::trim(&task, &mut rim.domain, fixed)?;
@@ -176,7 +176,7 @@ impl TileMaker {
 
     /// Finds the points of the tile that is loaded, and makes sure that they are on the ground.
     pub(super) fn find_points(&mut self, job: &Job<'_>, window: Window) -> Result<(), Error> {
-        self.shared.find_points(job.params, window);
+        self.shared.find_features(job, window);
         let validity = self.shared.tile.validity();
         let off_ground = |&&(column, row): &&(usize, usize)| !validity.is_ground(column as i32, row as i32);
         match self.shared.points.iter().find(off_ground).filter(|_| !validity.is_whole()) {

@@ -1,10 +1,12 @@
 //! What one thread needs for a tile, whatever the pass.
 
+use super::Job;
 use crate::base::handed_over::{DENSE_BYTES, clear};
 use crate::base::{RasterError, Tile, Window};
 use crate::field::{Field, LoadScratch};
+use crate::job::Error;
 use crate::job::spool::Chunk;
-use crate::job::{Error, Params};
+use crate::kernel::breaklines::TileChains;
 
 /// The samples of a tile and its chunk; reused from tile to tile, but for dense ones.
 #[derive(Default)]
@@ -13,6 +15,8 @@ pub(in crate::job) struct Workspace {
     loading: LoadScratch,
     /// Samples of the tile that are to be vertices, by rows, then by columns.
     pub(super) points: Vec<(usize, usize)>,
+    /// The chains of breaklines in the tile.
+    pub(super) chains: TileChains,
     pub(super) chunk: Chunk,
     pub(super) encoded: Vec<u8>,
 }
@@ -29,11 +33,14 @@ impl Workspace {
         clear(&mut self.encoded, DENSE_BYTES);
     }
 
-    /// Finds the points in a window.
-    pub(super) fn find_points(&mut self, params: &Params, window: Window) {
+    /// Finds the points and the chains in a window.
+    pub(super) fn find_features(&mut self, job: &Job<'_>, window: Window) {
         self.points.clear();
-        if let Some(points) = &params.points {
+        if let Some(points) = &job.params.points {
             points.within(window, &mut self.points);
+        }
+        if let Some(chains) = &job.chains {
+            chains.within(window, &mut self.chains);
         }
     }
 

@@ -91,10 +91,19 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
         return searched(field, params, samples, control);
     }
     let goal = Goal { max_rms: params.goal.max_rms, ..Goal::default() };
-    let few = Params { points: None, goal, ..params.clone() };
+    let few = Params { points: None, breaklines: None, goal, ..params.clone() };
     let max_stray = params.straying(params.features().and(features));
-    let job =
-        Job { field, params: &few, max_stray, links: Links::Fewest, grid, polishes_seams: false, control, end: None };
+    let job = Job {
+        field,
+        params: &few,
+        max_stray,
+        links: Links::Fewest,
+        grid,
+        polishes_seams: false,
+        control,
+        end: None,
+        chains: None,
+    };
     let rates = match params.engine.progressive() {
         _ if params.goal.is_none() => Some(made(&job)?),
         Some(engine) if goal.max_rms.is_some() || !params.tolerance.is_open() => Some(surveyed(&job, engine)?),

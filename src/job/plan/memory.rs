@@ -58,6 +58,8 @@ pub struct Load<'a> {
     pub params: &'a Params,
     /// How many samples must be vertices.
     pub points: usize,
+    /// What breaklines take.
+    pub lines_bytes: u64,
     /// Whether holes are bridged.
     pub holes: bool,
     /// Whether the mesh becomes a solid.
@@ -76,6 +78,7 @@ impl<'a> Load<'a> {
             grid,
             params,
             points: 0,
+            lines_bytes: 0,
             holes: false,
             solid: false,
             normals: false,
@@ -180,7 +183,7 @@ impl<'a> Reckoning<'a> {
         let blocks: u64 = load.bands().map(block_bytes).sum();
         let cacheable = load.bands().map(cacheable_bytes).sum();
         let goal = if load.stops_in_order() { GOAL } else { 0 };
-        let base = BASE + load.points as u64 * BYTES_PER_POINT + cutline + goal;
+        let base = BASE + load.points as u64 * BYTES_PER_POINT + load.lines_bytes + cutline + goal;
         Reckoning { load, base, cacheable, per_thread: BESIDE + cutline + BLOCK_COPIES * blocks }
     }
 

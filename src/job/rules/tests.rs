@@ -106,7 +106,12 @@ fn defaults_go_with_what_is_asked_for() {
     };
     assert!(by_cuts(&[]) && by_cuts(&[Feature::CutOrder]) && by_cuts(&[Feature::CutOrder, Feature::Polishing]));
     assert!(!by_cuts(&[Feature::TriangleBudget]) && by_cuts(&[Feature::TriangleBudget, Feature::CutOrder]));
-    assert!(!by_cuts(&[Feature::Polishing]) && !by_cuts(&[Feature::Points]) && !by_cuts(&[Feature::Attributes]));
+    assert!(
+        !by_cuts(&[Feature::Polishing])
+            && !by_cuts(&[Feature::Breaklines])
+            && !by_cuts(&[Feature::Points])
+            && !by_cuts(&[Feature::Attributes])
+    );
     assert!(!by_cuts(&[Feature::Fit, Feature::CutOrder]));
 }
 
@@ -131,5 +136,6 @@ fn engines_are_as_they_say() {
     for (engine, by_cuts) in [(cuts, true), (insertion, false)] {
         assert_eq!(engine.capabilities().points, goes(Feature::Points, by_cuts));
         assert_eq!(engine.capabilities().channels, goes(Feature::Attributes, by_cuts));
+        assert_eq!(engine.capabilities().edges, goes(Feature::Breaklines, by_cuts));
     }
 }

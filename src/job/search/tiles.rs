@@ -140,7 +140,8 @@ impl<'a> Tiles<'a> {
 
     /// What tiles come to, with or without polishing, scaled to the whole raster.
     fn made(&mut self, tiles: Which, polished: bool, tolerance: f64) -> Result<Figures, Error> {
-        let (params, job) = (self.at(tolerance), *self.job);
+        // Lines have their edges in whole runs.
+        let (params, job) = (Params { breaklines: None, ..self.at(tolerance) }, self.job);
         let wants_errors = job.params.goal.max_rms.is_some();
         let (params, max_stray) = match polished {
             false => (Params { quality: Quality::None, ..params }, f64::INFINITY),
@@ -150,8 +151,8 @@ impl<'a> Tiles<'a> {
             Which::Few => &self.sample.few,
             Which::Many => &self.sample.many,
         };
-        let tried = for_each(&job, &self.makers, tiles, |maker, job, id| {
-            let alone = Job { params: &params, max_stray, polishes_seams: false, ..*job };
+        let tried = for_each(job, &self.makers, tiles, |maker, job, id| {
+            let alone = Job { params: &params, max_stray, polishes_seams: false, chains: None, ..job.clone() };
             let start = Instant::now();
             let probed = maker.probe(&alone, &job.grid.place_of(id), wants_errors)?;
             Ok((probed, start.elapsed().as_secs_f64()))

@@ -37,7 +37,7 @@ impl Fitting {
 ///
 /// Nothing is where one of the samples that have a part in it is missing. Along a grid line that surface is the line between two samples. Of the samples that have a part in it, the smallest
 /// limit holds.
-pub(super) fn near_surface(tile: &Tile, vertex: Vertex, tolerance: f64) -> bool {
+pub(in crate::kernel) fn near_surface(tile: &Tile, vertex: Vertex, tolerance: f64) -> bool {
     let Point { x, y } = vertex.at;
     let [(column, right), (row, lower)] = [x, y].map(|v| (v.div_euclid(STEPS), i64::from(v.rem_euclid(STEPS))));
     let steps = i64::from(STEPS);

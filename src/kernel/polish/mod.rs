@@ -57,6 +57,7 @@ use crate::base::{RasterRim, Tile};
 use crate::kernel::triangulate::feasible::Tester;
 use crate::kernel::triangulate::{Feasibility, Task};
 
+pub(in crate::kernel) use self::fitting::near_surface;
 pub use self::schedule::{Caps, Schedule, ScheduleError};
 
 /// How much work is put into fewer triangles.
@@ -141,7 +142,7 @@ pub struct Scratch {
 /// Replaces `mesh`, a mesh of the task's ground that keeps the contract of [`TileMesh`], by one of at most as many
 /// triangles that keeps it too.
 ///
-/// The domain's vertices, points and loops stay as they are. Other vertices are removed, moved and renumbered; with
+/// The domain's vertices, points, loops and edges stay as they are. Other vertices are removed, moved and renumbered; with
 /// sampled heights every one of them stands on a sample and has its height, with fitted ones those that have moved have
 /// heights and places of their own ([`Heights`]). Every triangle that was not there before passes
 /// the exact weak test and, where the tile has channels, that of their weighted error, and every edge that was not there before keeps [`Task::max_stray`]. With strong feasibility, every edge that was not there before also passes the strong test;
@@ -177,7 +178,7 @@ pub struct Part<'a> {
 /// to be without.
 ///
 /// Both ends of every edge with one triangle are locked, unless the edge runs along the raster's rim; and a vertex that is not is
-/// on two such edges of one side, or on none. The task's domain does not matter. `mesh.relaxed` becomes the number of triangles
+/// on two such edges of one side, or on none. Of the task's domain its edges count, between locked vertices: they stay. `mesh.relaxed` becomes the number of triangles
 /// that have an edge that fails the strong test, where the task asks for that.
 ///
 /// # Errors
@@ -192,7 +193,7 @@ pub fn polish_around(
     scratch: &mut Scratch,
     mesh: &mut TileMesh,
 ) -> Result<(), Cancelled> {
-    scratch.net.load_part(part.locked, part.rim, mesh);
+    scratch.net.load_part(part.locked, part.rim, &task.domain.edges, mesh);
     scratch.polish(task, options, Visit::Near(part.centres), mesh)
 }
 

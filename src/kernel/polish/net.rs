@@ -4,7 +4,7 @@ use super::journal::Journal;
 use crate::base::RasterRim;
 use crate::base::handed_over::{DENSE, clear, make_room};
 use crate::base::lattice::orient;
-use crate::base::mesh::{Domain, TileMesh, Vertex};
+use crate::base::mesh::{Domain, TileMesh, Vertex, locked_edges};
 use crate::kernel::links::{HalfEdges, pair_sides};
 
 /// No half-edge, no vertex, no place.
@@ -82,7 +82,7 @@ pub(super) struct Net {
     /// Where a part ends because the raster does.
     pub(super) rim: RasterRim,
     pub(super) journal: Journal,
-    /// While loading: edges of the loops, sorted.
+    /// Half-edges that have no twin whatever lies beyond: of the loops, and of edges that stay, both ways; sorted.
     loops: Vec<(u32, u32)>,
 }
 
@@ -93,21 +93,20 @@ impl Net {
     /// If an edge is neither a loop's nor shared by two triangles in opposite directions.
     pub(super) fn load(&mut self, domain: &Domain, mesh: &mut TileMesh) {
         self.take(domain.fixed().count() as u32, mesh);
-        for l in &domain.loops {
-            self.loops.extend((0..l.len()).map(|i| (l[i], l[(i + 1) % l.len()])));
-        }
-        self.loops.sort_unstable();
+        self.loops = locked_edges(domain);
         self.link_all(Lone::Refused);
     }
 
     /// Takes over a part of a mesh, whose first vertices are locked, and leaves it empty. Edges between these, and along the
-    /// raster's rim, may have one triangle.
+    /// raster's rim, may have one triangle. `edges` between those, the lower vertex first, stay.
     ///
     /// # Panics
     /// If another edge has, or one has more than two.
-    pub(super) fn load_part(&mut self, locked: u32, rim: RasterRim, mesh: &mut TileMesh) {
+    pub(super) fn load_part(&mut self, locked: u32, rim: RasterRim, edges: &[(u32, u32)], mesh: &mut TileMesh) {
         self.take(locked, mesh);
         self.rim = rim;
+        self.loops.extend(edges.iter().flat_map(|&(a, b)| [(a, b), (b, a)]));
+        self.loops.sort_unstable();
         self.link_all(Lone::OfPart(rim));
     }
 
@@ -168,6 +167,11 @@ impl Net {
         if is_dense {
             *self = Net::default();
         }
+    }
+
+    /// Whether an edge between two vertices stays, as one of the loops or those that a part came with.
+    pub(super) fn is_fixed(&self, from: u32, to: u32) -> bool {
+        self.loops.binary_search(&(from, to)).is_ok()
     }
 
     /// Whether a vertex stays what it is.

@@ -45,8 +45,9 @@ impl OntoRim {
         let has_rim = hole.around(net, v, LONGEST_RING) && hole.triangles.len() == hole.ring.len();
         let Some(edge) = hole.outer.iter().position(|&outer| outer == NONE).filter(|_| has_rim) else { return false };
         let k = hole.ring.len();
-        let [a, b] = [hole.ring[edge], hole.ring[(edge + 1) % k]].map(|r| net.vertex(r).at);
-        if !net.rim.joins(a, b) {
+        let ends = [hole.ring[edge], hole.ring[(edge + 1) % k]];
+        let [a, b] = ends.map(|r| net.vertex(r).at);
+        if !net.rim.joins(a, b) || net.is_fixed(ends[0], ends[1]) {
             return false;
         }
         let at = net.vertex(v).at;

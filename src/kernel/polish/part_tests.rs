@@ -39,7 +39,7 @@ fn with_its_rim(mesh: &TileMesh) -> (Domain, TileMesh) {
     let domain = Domain {
         vertices: vertices[..walk.len()].to_vec(),
         loops: vec![(0..walk.len() as u32).collect()],
-        points: Vec::new(),
+        ..Domain::default()
     };
     (domain, TileMesh { vertices, triangles, relaxed: mesh.relaxed })
 }
@@ -206,7 +206,7 @@ fn a_vertex_beside_the_rim_goes_onto_it_where_the_ground_allows_that() {
         let mut mesh = TileMesh { vertices, triangles, relaxed: 0 };
         let (mut net, mut order) = (net::Net::default(), Order::default());
         let place = TilePlace::alone(tile.width(), tile.height());
-        net.load_part(CORNERS, RasterRim::of(&place), &mut mesh);
+        net.load_part(CORNERS, RasterRim::of(&place), &[], &mut mesh);
         order.reset(&net);
         OntoRim::default().sweep(&mut net, &mut order, &Judge::new(&task)).expect("nobody cancels");
         net.store(&mut mesh);

@@ -8,34 +8,44 @@
 use std::collections::BTreeMap;
 
 use super::boundary::{Boundary, Step, WAYS, octants};
+use super::chained::OnSide;
 use super::rim::{Corner, Forced, place_of, vertex};
 use super::runs::{Hold, Runs};
 use super::{Foreign, Rim, RimCounts, Side};
 use crate::base::Tile;
 use crate::base::control::Cancelled;
-use crate::base::mesh::Domain;
+use crate::base::lattice::Point;
+use crate::base::mesh::{Domain, Vertex};
 use crate::base::tiling::TilePlace;
+use crate::kernel::breaklines::TileChains;
 
 /// Computes the rim of a tile that is not whole.
-pub(super) fn rim(runs: &mut Runs<'_>, forced: &Forced, place: &TilePlace) -> Result<Rim, Cancelled> {
-    let named = named(runs, forced, place)?;
+pub(super) fn rim(
+    runs: &mut Runs<'_>,
+    forced: &Forced,
+    chains: &TileChains,
+    place: &TilePlace,
+) -> Result<Rim, Cancelled> {
+    let named = named(runs, forced, chains, place)?;
     let tile = runs.tile;
     let boundary = Boundary::new(tile.validity(), tile.width(), tile.height());
     let sample = |&(column, row): &(usize, usize)| (row * tile.width() + column) as u32;
-    let on_rim: BTreeMap<u32, usize> = named.iter().enumerate().map(|(i, n)| (sample(&n.place), i)).collect();
-    let (points, forced): (Vec<_>, Vec<_>) = forced.inside.iter().partition(|p| !boundary.passes(sample(p)));
-    let forced: Vec<u32> = forced.iter().map(sample).collect();
+    let on_rim: BTreeMap<Point, usize> = named.iter().enumerate().map(|(i, n)| (n.vertex.at, i)).collect();
+    let (points, on_boundary): (Vec<_>, Vec<_>) = forced.inside.iter().partition(|p| !boundary.passes(sample(p)));
+    let of_chains = forced.of_chains.iter().filter(|p| boundary.passes(sample(p)));
+    let mut forced: Vec<u32> = on_boundary.iter().chain(of_chains).map(sample).collect();
+    forced.sort_unstable();
 
     let mut loops = Vec::new();
     let is_fixed = |before: Step, step: Step| match on_side(tile, step.sample) {
-        true => on_rim.contains_key(&step.sample),
+        true => on_rim.contains_key(&place_at(tile, step.sample)),
         false => {
             let turns = before.way != step.way;
             turns || boundary.is_pinched(step.sample) || forced.binary_search(&step.sample).is_ok()
         }
     };
     for steps in boundary.loops() {
-        loops.push(vertices_of(runs, &steps, is_fixed)?);
+        loops.push(with_chains(tile, chains, &vertices_of(runs, &steps, is_fixed)?));
     }
 
     // Of the named vertices those that the tile's ground has.
@@ -43,8 +53,7 @@ pub(super) fn rim(runs: &mut Runs<'_>, forced: &Forced, place: &TilePlace) -> Re
     loops.iter().flatten().filter_map(|s| on_rim.get(s)).for_each(|&i| numbers[i] = 0);
     let mut rim = Rim { owned: owned(&named), ..Rim::default() };
     let (mut vertices, mut idle) = (Vec::new(), Vec::new());
-    for (i, Named { place, name, .. }) in named.iter().enumerate() {
-        let vertex = vertex(tile, *place);
+    for (i, &Named { vertex, name, .. }) in named.iter().enumerate() {
         if numbers[i] == 0 {
             numbers[i] = vertices.len() as u32;
             vertices.push(vertex);
@@ -53,39 +62,47 @@ pub(super) fn rim(runs: &mut Runs<'_>, forced: &Forced, place: &TilePlace) -> Re
             idle.push((i as u32, vertex));
         }
     }
-    let mut pinches: BTreeMap<u32, u32> = BTreeMap::new();
-    let mut number = |sample: u32| {
-        if let Some(&i) = on_rim.get(&sample) {
+    let mut pinches: BTreeMap<Point, u32> = BTreeMap::new();
+    let mut number = |at: Point| {
+        if let Some(&i) = on_rim.get(&at) {
             return numbers[i];
         }
+        let place = at.sample();
         let mut add = || {
-            vertices.push(vertex(tile, place_of(tile, sample)));
+            let of_chain = || chains.at(at).unwrap_or_else(|| panic!("a vertex between samples at {at:?}"));
+            vertices.push(place.map_or_else(of_chain, |place| vertex(tile, place)));
             vertices.len() as u32 - 1
         };
-        if boundary.is_pinched(sample) { *pinches.entry(sample).or_insert_with(add) } else { add() }
+        let is_pinched = place.is_some_and(|place| boundary.is_pinched(sample(&place)));
+        if is_pinched { *pinches.entry(at).or_insert_with(add) } else { add() }
     };
-    let loops = loops.iter().map(|l| l.iter().map(|&sample| number(sample)).collect()).collect();
+    let loops = loops.iter().map(|l| l.iter().map(|&at| number(at)).collect()).collect();
     let points = points.into_iter().map(|place| vertex(tile, place)).collect();
-    Ok(Rim { domain: Domain { vertices, loops, points }, idle, ..rim })
+    Ok(Rim { domain: Domain { vertices, loops, points, ..Domain::default() }, idle, ..rim })
 }
 
 /// A vertex on a side or at a corner, whichever of the tiles there has it.
 struct Named {
-    place: (usize, usize),
+    vertex: Vertex,
     side: Result<Side, Corner>,
     /// What it is called, unless the tile owns it.
     name: Option<Foreign>,
 }
 
 /// All of them: those the tile owns first, in the order in which it numbers them.
-fn named(runs: &mut Runs<'_>, forced: &Forced, tile_place: &TilePlace) -> Result<Vec<Named>, Cancelled> {
+fn named(
+    runs: &mut Runs<'_>,
+    forced: &Forced,
+    chains: &TileChains,
+    tile_place: &TilePlace,
+) -> Result<Vec<Named>, Cancelled> {
     let tile = runs.tile;
     let (right, bottom) = (tile.width() - 1, tile.height() - 1);
     let mut named = Vec::new();
     for corner in Corner::ALL {
         let place = corner.place(tile);
         if octants(tile.validity(), place.0 as i32, place.1 as i32) != 0 {
-            named.push(Named { place, side: Err(corner), name: corner.name(tile_place) });
+            named.push(Named { vertex: vertex(tile, place), side: Err(corner), name: corner.name(tile_place) });
         }
     }
     type Place<'a> = &'a dyn Fn(usize) -> (usize, usize);
@@ -104,9 +121,11 @@ fn named(runs: &mut Runs<'_>, forced: &Forced, tile_place: &TilePlace) -> Result
             Side::East => tile_place.last_column,
             Side::South => tile_place.last_row,
         };
-        let along = vertices_between_corners(runs, line, ends_here, len, forced, place)?;
-        named.extend((0..).zip(along).map(|(ordinal, i)| Named {
-            place: place(i),
+        let on_side = OnSide::new(chains, side, tile.far_corner());
+        let samples = vertices_between_corners(runs, line, ends_here, len, &on_side.force(forced), place)?;
+        let along = on_side.merge(samples.into_iter().map(|i| vertex(tile, place(i))));
+        named.extend((0..).zip(along).map(|(ordinal, vertex)| Named {
+            vertex,
             side: Ok(side),
             name: name.map(|name| name(ordinal)),
         }));
@@ -183,6 +202,27 @@ fn vertices_between_corners(
         (from, from_octants) = (to, to_octants);
     }
     Ok(vertices)
+}
+
+/// A loop through samples as places, and those of chains on it. It is straight, along one of the eight ways, from sample to sample.
+fn with_chains(tile: &Tile, chains: &TileChains, samples: &[u32]) -> Vec<Point> {
+    let mut places = Vec::with_capacity(samples.len());
+    for (i, &sample) in samples.iter().enumerate() {
+        let [p, q] = [sample, samples[(i + 1) % samples.len()]].map(|sample| place_at(tile, sample));
+        places.push(p);
+        if !chains.vertices().is_empty() {
+            let (dx, dy) = (q.x - p.x, q.y - p.y);
+            let between =
+                (1..dx.abs().max(dy.abs())).map(|i| Point { x: p.x + dx.signum() * i, y: p.y + dy.signum() * i });
+            places.extend(between.filter(|at| at.sample().is_none() && chains.at(*at).is_some()));
+        }
+    }
+    places
+}
+
+fn place_at(tile: &Tile, sample: u32) -> Point {
+    let (column, row) = place_of(tile, sample);
+    Point::of_sample(column as i32, row as i32)
 }
 
 fn on_side(tile: &Tile, sample: u32) -> bool {

@@ -11,6 +11,7 @@
 //! also a function of where the ground is in the two lines of samples beside its own.
 
 mod boundary;
+mod chained;
 mod ground;
 mod limits;
 mod min_link;

@@ -2,13 +2,15 @@
 
 use std::ops::Range;
 
+use super::chained::OnSide;
 use super::runs::Runs;
 use super::{MinLink, Sides, ground};
 use crate::base::Tile;
 use crate::base::control::{CancelToken, Cancelled};
-use crate::base::lattice::Point;
-use crate::base::mesh::{Domain, Vertex};
+use crate::base::lattice::{Point, STEPS};
+use crate::base::mesh::{Domain, Vertex, loop_edges};
 use crate::base::tiling::TilePlace;
+use crate::kernel::breaklines::TileChains;
 
 /// The rim of a tile: its corners and the vertices of its four sides, as the domain of an engine, and where samples are
 /// missing the loops around its ground.
@@ -119,7 +121,7 @@ impl Rim {
         min_link: &mut MinLink,
         cancel: &CancelToken,
     ) -> Result<Rim, Cancelled> {
-        Rim::with_sides(tile, tolerance, Sides::FINAL, points, place, min_link, cancel)
+        Rim::with_sides(tile, tolerance, Sides::FINAL, points, &TileChains::default(), place, min_link, cancel)
     }
 
     /// The same with sides that later passes change. Beside a side that leaves its samples as far as may be triangles have nothing
@@ -127,21 +129,28 @@ impl Rim {
     /// ask for, that is inside of a tile of another grid. Where ground is on one side of a line between tiles only, nobody changes
     /// the side: it has all of the tolerance, and short links of two cells.
     ///
+    /// `chains` are edges that the mesh must have. Those along a side are edges of it, ends on a side are vertices of it, between
+    /// samples, too. The others become the domain's edges.
+    ///
     /// # Errors
     /// As [`Rim::new`].
     ///
     /// # Panics
     /// As [`Rim::new`].
+    #[allow(clippy::too_many_arguments)]
     pub fn with_sides(
         tile: &Tile,
         tolerance: f64,
         sides: Sides,
         points: &[(usize, usize)],
+        chains: &TileChains,
         place: &TilePlace,
         min_link: &mut MinLink,
         cancel: &CancelToken,
     ) -> Result<Rim, Cancelled> {
-        Rim::over(&mut Runs::new(tile, tolerance, sides, min_link, cancel), points, place)
+        let mut rim = Rim::over(&mut Runs::new(tile, tolerance, sides, min_link, cancel), points, chains, place)?;
+        rim.take_edges(tile, chains);
+        Ok(rim)
     }
 
     /// Computes the rim that `tile` has at any tolerance: where [`Rim::new`] takes the fewest links, it has nested vertices
@@ -164,7 +173,7 @@ impl Rim {
         cancel: &CancelToken,
     ) -> Result<NestedRim, Cancelled> {
         let mut runs = Runs::nested(tile, tolerance, &keeps, cancel);
-        let rim = Rim::over(&mut runs, points, place)?;
+        let rim = Rim::over(&mut runs, points, &TileChains::default(), place)?;
         let by_sample = runs.into_late();
         let find = |vertex: &Vertex| {
             let (column, row) = vertex.at.sample()?;
@@ -176,22 +185,28 @@ impl Rim {
         Ok(NestedRim { rim, late, late_idle })
     }
 
-    fn over(runs: &mut Runs<'_>, points: &[(usize, usize)], place: &TilePlace) -> Result<Rim, Cancelled> {
+    fn over(
+        runs: &mut Runs<'_>,
+        points: &[(usize, usize)],
+        chains: &TileChains,
+        place: &TilePlace,
+    ) -> Result<Rim, Cancelled> {
         let tile = runs.tile;
         let (right, bottom) = (tile.width() - 1, tile.height() - 1);
-        let forced = Forced::new(points, right, bottom);
+        let forced = Forced::new(points, chains, right, bottom);
         if !tile.validity.is_whole() {
-            return ground::rim(runs, &forced, place);
+            return ground::rim(runs, &forced, chains, place);
         }
-        let mut side = |len: usize, forced: &[usize], place: &dyn Fn(usize) -> (usize, usize)| {
+        let mut side = |len: usize, forced: &[usize], side: Side, place: &dyn Fn(usize) -> (usize, usize)| {
             let hold = runs.on_side(len);
-            let between = runs.between(len, forced, hold, place)?;
-            Ok::<Vec<Vertex>, Cancelled>(between.into_iter().map(|i| vertex(tile, place(i))).collect())
+            let on_side = OnSide::new(chains, side, tile.far_corner());
+            let between = runs.between(len, &on_side.force(forced), hold, place)?;
+            Ok::<Vec<Vertex>, Cancelled>(on_side.merge(between.into_iter().map(|i| vertex(tile, place(i)))))
         };
-        let north = side(tile.width(), &forced.north, &|i| (i, 0))?;
-        let south = side(tile.width(), &forced.south, &|i| (i, bottom))?;
-        let west = side(tile.height(), &forced.west, &|i| (0, i))?;
-        let east = side(tile.height(), &forced.east, &|i| (right, i))?;
+        let north = side(tile.width(), &forced.north, Side::North, &|i| (i, 0))?;
+        let south = side(tile.width(), &forced.south, Side::South, &|i| (i, bottom))?;
+        let west = side(tile.height(), &forced.west, Side::West, &|i| (0, i))?;
+        let east = side(tile.height(), &forced.east, Side::East, &|i| (right, i))?;
         Ok(Rim::assemble(tile, [north, west, east, south], place, &forced.inside))
     }
 
@@ -247,7 +262,34 @@ impl Rim {
         let there = nw.chain(north).chain(ne).chain(east);
         let walk = there.chain(se).chain(south.rev()).chain(sw).chain(west.rev()).collect();
         let points = inside.iter().map(|&place| vertex(tile, place)).collect();
-        Rim { domain: Domain { vertices, loops: vec![walk], points }, owned, idle: Vec::new(), foreign }
+        let domain = Domain { vertices, loops: vec![walk], points, ..Domain::default() };
+        Rim { domain, owned, idle: Vec::new(), foreign }
+    }
+
+    /// Gives the domain the edges of chains, and those ends of them that no loop has. An edge along a side of the tile is one of a
+    /// loop, or it has no ground in this tile.
+    fn take_edges(&mut self, tile: &Tile, chains: &TileChains) {
+        if chains.vertices().is_empty() {
+            return;
+        }
+        let (far, domain) = (tile.far_corner(), &mut self.domain);
+        let is_along_side =
+            |[p, q]: [Point; 2]| p.x == q.x && (p.x == 0 || p.x == far.x) || p.y == q.y && (p.y == 0 || p.y == far.y);
+        let is_on_side = |p: Point| is_along_side([p, p]);
+        let mut there: Vec<(i32, i32)> = domain.vertices.iter().map(|v| (v.at.y, v.at.x)).collect();
+        there.sort_unstable();
+        // One on a side is a vertex of it, if there is ground.
+        let is_new = |v: &&Vertex| !is_on_side(v.at) && there.binary_search(&(v.at.y, v.at.x)).is_err();
+        domain.vertices.extend(chains.vertices().iter().filter(is_new));
+        let loops = loop_edges(domain);
+        let edges = chains.numbered(domain.vertices.iter().copied());
+        domain.edges = edges
+            .into_iter()
+            .filter(|&(a, b)| {
+                let is_of_loop = loops.binary_search(&(a, b)).is_ok() || loops.binary_search(&(b, a)).is_ok();
+                is_of_loop || !is_along_side([a, b].map(|v| domain.vertices[v as usize].at))
+            })
+            .collect();
     }
 }
 
@@ -333,11 +375,13 @@ pub(super) struct Forced {
     pub(super) west: Vec<usize>,
     pub(super) east: Vec<usize>,
     pub(super) inside: Vec<(usize, usize)>,
+    /// Samples that chains need as vertices where the ground ends there: at ends of edges inside the tile, or on either side of one.
+    pub(super) of_chains: Vec<(usize, usize)>,
 }
 
 impl Forced {
-    fn new(points: &[(usize, usize)], right: usize, bottom: usize) -> Forced {
-        let mut forced = Forced::default();
+    fn new(points: &[(usize, usize)], chains: &TileChains, right: usize, bottom: usize) -> Forced {
+        let mut forced = Forced { of_chains: beside(chains), ..Forced::default() };
         for &(column, row) in points {
             assert!(column <= right && row <= bottom, "point {column}, {row} in a tile up to {right}, {bottom}");
             let mut on_side = false;
@@ -352,12 +396,25 @@ impl Forced {
                     on_side = true;
                 }
             }
-            if !on_side {
+            // Ends of edges are vertices of their own.
+            if !on_side && chains.at(Point::of_sample(column as i32, row as i32)).is_none() {
                 forced.inside.push((column, row));
             }
         }
         forced
     }
+}
+
+/// The samples at ends of edges, and on either side of those between two of a row or a column.
+fn beside(chains: &TileChains) -> Vec<(usize, usize)> {
+    let around = |v: &Vertex| {
+        let Point { x, y } = v.at;
+        let low = (x.div_euclid(STEPS) as usize, y.div_euclid(STEPS) as usize);
+        let high = ((x + STEPS - 1).div_euclid(STEPS) as usize, (y + STEPS - 1).div_euclid(STEPS) as usize);
+        let is_in_cell = low.0 < high.0 && low.1 < high.1;
+        [low, high].into_iter().filter(move |_| !is_in_cell)
+    };
+    chains.vertices().iter().flat_map(around).collect()
 }
 
 /// A corner or the inside of a side.

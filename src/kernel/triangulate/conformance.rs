@@ -212,7 +212,7 @@ pub(crate) fn domain(tile: &Tile, loops: &[Vec<Place>]) -> Domain {
     Domain {
         vertices: places.iter().map(vertex).collect(),
         loops: loops.iter().map(|l| l.iter().map(index).collect()).collect(),
-        points: Vec::new(),
+        ..Domain::default()
     }
 }
 

@@ -63,6 +63,8 @@ pub struct Task<'a> {
 pub struct Capabilities {
     /// It makes vertices of the domain's points ([`Domain::points`]). An engine that does not is given none.
     pub points: bool,
+    /// It makes edges of the domain's edges ([`Domain::edges`]). An engine that does not is given none.
+    pub edges: bool,
     /// It keeps the weighted error of tiles with channels within [`ChannelError::limit`]. An engine that does not is never
     /// given such a tile.
     ///

@@ -3,10 +3,8 @@
 //! In come a layer of polygons of any format OGR reads and a raster; out goes a [`Cutline`], which tells of the samples of
 //! any window whether they are inside a polygon. `read` takes polygons from features and brings them to columns and rows.
 
-mod error;
 mod read;
 
-pub use error::CutlineError;
 pub use read::{CutlineSource, read_cutline};
 
 use std::sync::Arc;

@@ -6,6 +6,7 @@ use super::*;
 use crate::base::control::CancelToken;
 use crate::base::{Polygon, Window};
 use crate::raster::Raster;
+use crate::raster::ShapesError;
 
 const ALL: Window = Window { column: 0, row: 0, width: 20, height: 15 };
 
@@ -108,7 +109,7 @@ fn geojson(crs: &str, geometry: &str) -> String {
 
 const UTM: &str = "urn:ogc:def:crs:EPSG::32633";
 
-fn read(raster: &Raster, source: &CutlineSource) -> Result<Cutline, CutlineError> {
+fn read(raster: &Raster, source: &CutlineSource) -> Result<Cutline, ShapesError> {
     read_cutline(raster, source, &CancelToken::default())
 }
 

@@ -30,6 +30,7 @@ use crate::field::{Access, Field};
 use crate::formats::Format;
 use crate::job::plan::Plan;
 use crate::job::{EngineChoice, Goal, Mesh, Outcome, Params, Quality, Summary, TileTimes, VertexHeights};
+use crate::kernel::breaklines::{ChainCounts, LineCounts};
 use crate::kernel::measure::{ErrorStats, ShapeStats, WeightedStats};
 use crate::kernel::triangulate::Feasibility;
 
@@ -104,6 +105,8 @@ pub struct Report {
     pub tiles_found: Option<u64>,
     /// What became of the points; null where there are none.
     pub points: Option<PointsReport>,
+    /// What became of breaklines; null where there are none.
+    pub breaklines: Option<BreaklinesReport>,
     /// The memory that was planned.
     pub memory: Plan,
     /// What the user should know of the inputs and the output.
@@ -130,6 +133,20 @@ pub struct CutlineReport {
     pub polygons: u64,
     /// The vertices of all of them.
     pub vertices: u64,
+}
+
+/// Lines that were asked to be edges.
+#[derive(Debug, Clone, Serialize)]
+pub struct BreaklinesReport {
+    /// The layer's file; empty where a program gave the lines.
+    pub file: String,
+    /// How far edges may be from lines, in cells.
+    pub shift: f64,
+    /// What became of the lines.
+    #[serde(flatten)]
+    pub counts: LineCounts,
+    /// What became of them on the ground; null where other processes have made the tiles.
+    pub chains: Option<ChainCounts>,
 }
 
 /// Points that were asked to be vertices.
@@ -334,6 +351,7 @@ impl Report {
             peak_memory_bytes: peak_memory(),
             temporary_bytes: field.decoded_bytes() + mesh.spool_bytes(),
             tiles_found: sources.continues.then(|| mesh.tiles_found()),
+            breaklines: BreaklinesReport::new(request, params, mesh),
             points: sources.points.map(|(layer, counts)| PointsReport::new(layer, counts, request)),
             memory: plan,
             warnings: Warnings::default(),
@@ -343,6 +361,14 @@ impl Report {
     /// Whether a quality was asked for that a budget did not allow.
     pub fn fell_short(&self) -> bool {
         self.goal.as_ref().is_some_and(GoalReport::fell_short)
+    }
+}
+
+impl BreaklinesReport {
+    fn new(request: &Request<'_>, params: &Params, mesh: &Mesh) -> Option<BreaklinesReport> {
+        let (lines, input) = params.breaklines.as_ref().zip(request.breaklines.as_ref())?;
+        let (counts, chains) = (lines.counts(), mesh.chains());
+        Some(BreaklinesReport { file: shown(input.file()), shift: input.shift, counts, chains })
     }
 }
 

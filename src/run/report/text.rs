@@ -3,8 +3,8 @@
 use std::fmt;
 
 use super::{
-    AttributeReport, CutlineReport, GoalReport, MapReport, Needs, PointsReport, Report, Seconds, ShapeReport,
-    WorkDirState,
+    AttributeReport, BreaklinesReport, CutlineReport, GoalReport, MapReport, Needs, PointsReport, Report, Seconds,
+    ShapeReport, WorkDirState,
 };
 use crate::base::decimal::Decimal;
 use crate::base::{PointCounts, Reference};
@@ -12,6 +12,7 @@ use crate::field::Access;
 use crate::job::plan::{Estimate, Plan};
 use crate::job::work_dir::Finished;
 use crate::job::{Budget, Searched};
+use crate::kernel::breaklines::{ChainCounts, LineCounts};
 use crate::kernel::triangulate::Feasibility;
 use crate::run::ConvertReport;
 
@@ -74,6 +75,7 @@ impl Report {
             lines.push(("relaxed", format!("{} triangles are weakly feasible only", grouped(self.relaxed_triangles))));
         }
         lines.extend(self.points.iter().map(|points| ("points", points.line())));
+        lines.extend(self.breaklines.iter().map(|breaklines| ("breaklines", breaklines.line())));
         if let Some(tiles @ 1..) = self.tiles_found {
             lines.push(("continued", format!("{} tiles were in the work dir", grouped(tiles))));
         }
@@ -183,6 +185,25 @@ impl CutlineReport {
         let polygons = counted(self.polygons, "polygon");
         let of = if self.file.is_empty() { String::new() } else { format!(", of {}", self.file) };
         format!("{polygons} with {} vertices{of}", grouped(self.vertices))
+    }
+}
+
+impl BreaklinesReport {
+    fn line(&self) -> String {
+        let LineCounts { lines, left_out, segments, .. } = self.counts;
+        let read = format!("{} with {}", counted(lines, "line"), counted(segments, "segment"));
+        let outside =
+            if left_out > 0 { format!(", {} of the lines outside", grouped(left_out)) } else { String::new() };
+        match self.chains {
+            None => read + &outside,
+            Some(ChainCounts { edges, off_ground }) => {
+                format!(
+                    "{} follow {read}, {} of these off the ground{outside}",
+                    counted(edges, "edge"),
+                    grouped(off_ground)
+                )
+            }
+        }
     }
 }
 

@@ -33,7 +33,7 @@ use self::region::Region;
 use super::{Maker, PassName, Run, Workspace};
 use crate::base::control::Cancelled;
 use crate::base::lattice::Point;
-use crate::base::mesh::Domain;
+use crate::base::mesh::{Domain, TileMesh};
 use crate::base::tiling::{TileGrid, TilePlace};
 use crate::job::spool::Chunks;
 use crate::job::{Error, quality};
@@ -81,7 +81,7 @@ impl Maker for SeamMaker {
     fn make(&mut self, run: &Run<'_>, place: &TilePlace) -> Result<(), Error> {
         let Run { job, clocks, .. } = *run;
         clocks.load.time(|| self.shared.load(job.field, place.window))?;
-        self.shared.find_points(job.params, place.window);
+        self.shared.find_features(job, place.window);
         let known = clocks.spool.time(|| self.gather(run, place))?;
         clocks.polish.time(|| self.polish(run))?;
         let errors = clocks.measure.time(|| self.measure(run, place, &known));
@@ -137,7 +137,7 @@ impl SeamMaker {
             }
             self.shared.hand_over();
         }
-        self.region.end(&way, &self.shared.points);
+        self.region.end(&way, &self.shared.points, &self.shared.chains);
         Ok(known)
     }
 
@@ -146,8 +146,13 @@ impl SeamMaker {
         let Run { job, pass, .. } = *run;
         let Region { mesh, locked, seams, rim, .. } = &mut self.region;
         let (feasibility, max_stray, cancel) = (job.params.feasibility, job.max_stray, &job.control.cancel);
-        let (tile, tolerance, rim) = (&self.shared.tile, job.params.tolerance.kept(), *rim);
-        let task = Task { tile, domain: &Domain::default(), tolerance, feasibility, max_stray, cancel };
+        let (Workspace { tile, chains, .. }, tolerance, rim) = (&self.shared, job.params.tolerance.kept(), *rim);
+        let edges_of = |mesh: &TileMesh, locked: u32| Domain {
+            edges: chains.numbered(mesh.vertices[..locked as usize].iter().copied()),
+            ..Domain::default()
+        };
+        let domain = edges_of(mesh, *locked);
+        let task = Task { tile, domain: &domain, tolerance, feasibility, max_stray, cancel };
         mend_part(&task, rim, &mut self.engine, mesh)?;
         let options = quality::polishing_again(job.params, mesh.triangles.len());
         let Some(options) = options.filter(|_| !seams.is_empty()) else { return Ok(()) };
@@ -158,6 +163,8 @@ impl SeamMaker {
         self.part.take(mesh, *locked, seams, REACH);
         let Part { mesh: part, locked, centres, .. } = &mut self.part;
         let near = polish::Part { locked: *locked, centres, rim };
+        let domain = edges_of(part, *locked);
+        let task = Task { domain: &domain, ..task };
         polish::polish_around(&task, &options, &near, &mut self.polish, part)?;
         self.part.put_back(mesh);
         Ok(())

@@ -9,6 +9,7 @@ use crate::base::mesh::{TileMesh, Vertex};
 use crate::base::tiling::{TileGrid, TileId, TilePlace};
 use crate::base::{RasterRim, Window};
 use crate::job::spool::Chunk;
+use crate::kernel::breaklines::TileChains;
 use crate::kernel::seam::{Foreign, RimCounts};
 
 /// Where the chunks of a region come from, and where they go.
@@ -213,16 +214,15 @@ impl Region {
     }
 
     /// Everything has been added: says which vertices stay, and puts them first. `points` are samples of the window that
-    /// stay vertices, by rows, then by columns.
-    pub(super) fn end(&mut self, way: &Way, points: &[(usize, usize)]) {
+    /// stay vertices, by rows, then by columns; the ends of edges of `chains` stay, too.
+    pub(super) fn end(&mut self, way: &Way, points: &[(usize, usize)], chains: &TileChains) {
         self.lock_rim();
         self.is_last = way.is_last;
         let Region { mesh, passing, scratch: Scratch { kinds, is_seam, numbers, order, .. }, .. } = self;
         for (vertex, kind) in mesh.vertices.iter().zip(kinds.iter_mut()) {
             let sample = vertex.at.sample();
-            if *kind == Kind::Free
-                && sample.is_some_and(|(x, y)| points.binary_search_by_key(&(y, x), |p| (p.1, p.0)).is_ok())
-            {
+            let is_point = || sample.is_some_and(|(x, y)| points.binary_search_by_key(&(y, x), |p| (p.1, p.0)).is_ok());
+            if *kind == Kind::Free && (is_point() || chains.at(vertex.at).is_some()) {
                 *kind = Kind::Locked;
             }
         }

@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::base::Heights;
-use crate::base::lattice::STEPS;
 
 fn bumpy(width: usize, height: usize) -> Tile {
     let heights = (0..width * height).map(|i| ((i * 2_654_435_761) >> 7 & 15) as f32).collect();
@@ -15,8 +14,17 @@ fn rim(tile: &Tile, last: (bool, bool)) -> Rim {
 
 fn rim_of(tile: &Tile, sides: Sides, (last_column, last_row): (bool, bool)) -> Rim {
     let place = TilePlace { last_column, last_row, ..TilePlace::alone(tile.width(), tile.height()) };
-    Rim::with_sides(tile, 3.0, sides, &[], &place, &mut MinLink::default(), &CancelToken::default())
-        .expect("nobody cancels")
+    Rim::with_sides(
+        tile,
+        3.0,
+        sides,
+        &[],
+        &TileChains::default(),
+        &place,
+        &mut MinLink::default(),
+        &CancelToken::default(),
+    )
+    .expect("nobody cancels")
 }
 
 #[test]

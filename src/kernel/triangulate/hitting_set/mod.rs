@@ -95,7 +95,7 @@ impl Engine for HittingSet {
     }
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities { points: true, channels: false, goals: false }
+        Capabilities { points: true, ..Capabilities::default() }
     }
 
     /// Insertion takes the most, with the vertices it begins with; merging follows. Of sliding squares there is one for

@@ -109,7 +109,7 @@ fn around(mesh: &TileMesh) -> Domain {
     let start = *next.keys().min().expect("a rim");
     let walk: Vec<u32> = std::iter::successors(Some(start), |v| Some(next[v]).filter(|&v| v != start)).collect();
     assert_eq!(walk.len(), next.len(), "one rim");
-    Domain { vertices: mesh.vertices.clone(), loops: vec![walk], points: Vec::new() }
+    Domain { vertices: mesh.vertices.clone(), loops: vec![walk], ..Domain::default() }
 }
 
 /// A plane is two triangles, whatever the tolerance: also where there is none.

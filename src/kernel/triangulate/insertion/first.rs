@@ -1,13 +1,13 @@
 //! The first triangulation: the loops of a domain, constrained Delaunay, nothing but the ground.
 //!
-//! The loops' vertices are inserted one after the other into a quadrilateral around them, their edges are enforced by
+//! The loops' vertices and those of the domain's edges are inserted one after the other into a quadrilateral around them, the edges are enforced by
 //! flips (Sloan 1993), and what is not to the left of a loop is taken away. Holes, islands and pinches need no case of
 //! their own: the ground is what can be reached from the left sides of loop edges without crossing one.
 
 use super::surface::{Site, Surface};
 use super::topology::{next, prev};
 use crate::base::lattice::{Point, STEPS, orient};
-use crate::base::mesh::{Domain, Vertex};
+use crate::base::mesh::{Domain, Vertex, locked_edges};
 
 /// Triangulates the ground of `domain` into `surface`, whose vertices are then those of the domain, in their order. The
 /// loops' edges are locked; all others are Delaunay. Cost: O(n log n) expected for n vertices.
@@ -22,7 +22,8 @@ pub(super) fn triangulate(domain: &Domain, surface: &mut Surface) {
     let mut near = lower;
     // In the order of the loops, so that each vertex is near the one before.
     let mut seen = vec![false; count as usize];
-    for &v in domain.loops.iter().flatten() {
+    let of_edges = domain.edges.iter().flat_map(|&(a, b)| [a, b]);
+    for v in domain.loops.iter().flatten().copied().chain(of_edges) {
         if std::mem::replace(&mut seen[v as usize], true) {
             continue;
         }
@@ -30,7 +31,7 @@ pub(super) fn triangulate(domain: &Domain, surface: &mut Surface) {
         near = surface.connect(v, site).expect("vertices of a domain lie apart, inside their frame");
         surface.legalize();
     }
-    let edges = loop_edges(domain);
+    let edges = locked_edges(domain);
     for &(a, b) in &edges {
         near = enforce(surface, near, a, b);
     }
@@ -46,18 +47,6 @@ fn frame(domain: &Domain) -> [Vertex; 4] {
     let (y0, y1) = (places().map(|p| p.y).min().unwrap_or(0), places().map(|p| p.y).max().unwrap_or(0));
     let (x0, x1, y0, y1) = (x0 - STEPS, x1 + STEPS, y0 - STEPS, y1 + STEPS);
     [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| Vertex { at: Point { x, y }, height: 0.0 })
-}
-
-/// All directed edges of the loops, sorted.
-pub(super) fn loop_edges(domain: &Domain) -> Vec<(u32, u32)> {
-    let of_loop = |l: &Vec<u32>| {
-        let ends = l.iter().copied().zip(l.iter().copied().cycle().skip(1)).collect::<Vec<_>>();
-        ends.into_iter()
-    };
-    let mut edges = Vec::with_capacity(domain.loops.iter().map(Vec::len).sum());
-    edges.extend(domain.loops.iter().flat_map(of_loop));
-    edges.sort_unstable();
-    edges
 }
 
 /// Flips edges that cross the segment a–b until it is an edge. A triangle at `a`.

@@ -45,7 +45,8 @@ pub fn mend_tile(
     Ok(left)
 }
 
-/// Does what [`mend_tile`] does to a part of a mesh. Edges of one triangle stay, but for those along `rim`, which may be split.
+/// Does what [`mend_tile`] does to a part of a mesh. Edges of one triangle stay, but for those along `rim`, which may be split. Of the
+/// task's domain its edges count, which stay.
 ///
 /// # Errors
 /// [`Cancelled`], with a mesh of no use.
@@ -55,9 +56,7 @@ pub fn mend_part(
     scratch: &mut EngineScratch,
     mesh: &mut TileMesh,
 ) -> Result<u64, Cancelled> {
-    let nothing = Domain::default();
-    let task = Task { domain: &nothing, ..*task };
-    mend(&task, FreeRim::Along(rim), scratch, mesh).map(|(left, _)| left)
+    mend(task, FreeRim::Along(rim), scratch, mesh).map(|(left, _)| left)
 }
 
 fn mend(

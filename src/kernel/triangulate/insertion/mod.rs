@@ -120,6 +120,7 @@ impl Scratch {
             beyond: &mut self.beyond,
             rim_is_loose: task.tile.channel_error.is_some(),
             free_rim: FreeRim::None,
+            fixed: &task.domain.edges,
             splits: Vec::new(),
             sum: 0.0,
             most: usize::MAX,
@@ -136,7 +137,7 @@ impl Engine for GreedyInsertion {
     }
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities { points: true, channels: true, goals: true }
+        Capabilities { points: true, edges: true, channels: true, goals: true }
     }
 
     /// The vertices; for a triangle 24 bytes of half-edges and 24 of its candidate, and the mesh's triangles when the

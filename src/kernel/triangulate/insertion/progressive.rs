@@ -19,6 +19,7 @@ pub(super) fn beginning(domain: &Domain, rim: &[(Key, u32)]) -> Domain {
         vertices: domain.vertices.clone(),
         loops: domain.loops.iter().map(first).collect(),
         points: domain.points.clone(),
+        edges: domain.edges.clone(),
     }
 }
 

@@ -36,6 +36,8 @@ pub(super) struct Refinement<'a> {
     pub(super) rim_is_loose: bool,
     /// Which of the rim is refined like everything else: its edges are split, which no neighbour knows of.
     pub(super) free_rim: FreeRim,
+    /// Edges that are never split, the lower vertex first, in order.
+    pub(super) fixed: &'a [(u32, u32)],
     /// The locked edges that were split, in their order.
     pub(super) splits: Vec<Split>,
     /// The sum of squared errors, where steps are noted.
@@ -209,8 +211,13 @@ impl Refinement<'_> {
     pub(super) fn stays(&self, site: Site) -> bool {
         let Site::Edge(e) = site else { return false };
         let ends = || [e, next(e)].map(|e| self.surface.at(self.surface.topology.origin(e)));
+        let is_fixed = || {
+            let [a, b] = [e, next(e)].map(|e| self.surface.topology.origin(e));
+            self.fixed.binary_search(&(a.min(b), a.max(b))).is_ok()
+        };
         self.surface.topology.is_locked(e)
             && match self.free_rim {
+                _ if is_fixed() => true,
                 FreeRim::None => true,
                 FreeRim::All => false,
                 FreeRim::Along(sides) => {

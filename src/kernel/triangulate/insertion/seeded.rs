@@ -1,12 +1,12 @@
 //! Triangulations that others have begun: a domain with further vertices inside, and a mesh that is refined as it is.
 
-use super::first::{self, loop_edges};
+use super::first;
 use super::refine::{FreeRim, Refinement};
 use super::surface::Site;
 use super::{InsertionOptions, Scratch, Task};
 use crate::base::control::Cancelled;
 use crate::base::handed_over::{DENSE, clear, make_room};
-use crate::base::mesh::{Domain, TileMesh, Vertex};
+use crate::base::mesh::{Domain, TileMesh, Vertex, locked_edges};
 
 /// Triangulates the ground of a domain with further vertices inside it: Delaunay but for the edges of loops. Vertices
 /// off the ground, on an edge of a loop or where there is a vertex are left out. Neighbours in the list should be near
@@ -83,7 +83,7 @@ impl Scratch {
     ) -> Refinement<'a> {
         self.surface.clear();
         std::mem::swap(&mut self.surface.vertices, &mut mesh.vertices);
-        let edges = loop_edges(task.domain);
+        let edges = locked_edges(task.domain);
         self.surface.topology.load(&mesh.triangles, self.surface.vertices.len(), &edges);
         clear(&mut mesh.triangles, DENSE);
         mesh.clear();

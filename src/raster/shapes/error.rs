@@ -1,18 +1,20 @@
-//! Why a cutline cannot be used.
+//! Why a layer of lines or polygons cannot be used.
 
 use std::path::PathBuf;
 
 use crate::base::control::Cancelled;
 
-/// Why a cutline cannot be used. Every message names the file.
+/// Why a layer of lines or polygons cannot be used. Every message names the file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum CutlineError {
+pub enum ShapesError {
     /// The file does not exist, is not readable, or no OGR driver takes it.
-    #[error("{}: cannot be opened as a layer of polygons: {reason}", path.display())]
+    #[error("{}: cannot be opened as a layer of {shapes}: {reason}", path.display())]
     Open {
         /// The file.
         path: PathBuf,
+        /// "polygons" or "lines".
+        shapes: &'static str,
         /// What GDAL said.
         reason: String,
     },
@@ -26,7 +28,7 @@ pub enum CutlineError {
         /// Those that are there.
         found: String,
     },
-    /// A feature is no polygon, or there is none at all.
+    /// A feature is of another kind, or there is none at all.
     #[error("{}: layer {layer}: expected {expected}, found {found}", path.display())]
     Layer {
         /// The file.
@@ -51,6 +53,12 @@ pub enum CutlineError {
         to: String,
         /// What GDAL said.
         reason: String,
+    },
+    /// The raster is no file: nothing says where it lies.
+    #[error("{}: expected a raster that GDAL has opened, to find where shapes lie on it", path.display())]
+    NoRaster {
+        /// The layer's file.
+        path: PathBuf,
     },
     /// The caller asked to stop.
     #[error(transparent)]

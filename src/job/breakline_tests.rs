@@ -1,0 +1,230 @@
+//! Breaklines all the way from lines to a written mesh, judged by the verifier, which reckons the lines again.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use proptest::prelude::*;
+
+use super::tests::{geotiff, terrain};
+use super::*;
+use crate::base::control::{CancelToken, Control};
+use crate::base::staged::StagedFile;
+use crate::base::{PointSet, Polylines};
+use crate::field::Field;
+use crate::formats::{Header, PlySink, ReadOptions, open};
+use crate::job::spool::Chunk;
+use crate::kernel::breaklines::Breaklines;
+use crate::testing::{self, cases};
+use crate::verify::{LinesOptions, LinesVerdict, VerifyOptions, verify, verify_lines};
+
+type Line = Vec<(f64, f64)>;
+
+/// A raster, lines over it and how it is meshed.
+#[derive(Debug, Clone)]
+struct Scene {
+    size: (usize, usize),
+    heights: Vec<f64>,
+    lines: Vec<Line>,
+    shift: f64,
+}
+
+impl Scene {
+    fn new(size: (usize, usize), seed: u64, lines: Vec<Line>) -> Scene {
+        Scene { size, heights: terrain(seed, size.0, size.1), lines, shift: 0.5 }
+    }
+
+    /// Takes away every sample for which a cheap hash is below a share of 256, in blobs of up to two each way.
+    fn with_gaps(mut self, seed: u64, share: u64) -> Scene {
+        let width = self.size.0;
+        for (i, height) in self.heights.iter_mut().enumerate() {
+            let (column, row) = (i % width / 2, i / width / 2);
+            let hash = (column as u64 * 7919 + row as u64 * 104_729 + seed).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 56;
+            *height = if hash < share { f64::NAN } else { *height };
+        }
+        self
+    }
+
+    fn params(&self, tolerance: f64) -> Params {
+        let lines = Breaklines::new(&Polylines::new(self.lines.clone()), self.size, self.shift).expect("near lines");
+        Params { breaklines: Some(Arc::new(lines)), ..Params::new(tolerance) }
+    }
+
+    /// The mesh, if there is ground, and what the verifier says of it. With nothing wrong, whatever is said of lines.
+    fn made(&self, params: &Params) -> Option<(Mesh, LinesVerdict)> {
+        let folder = testing::folder();
+        let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
+        geotiff(&dem, self.size.0, self.size.1, &self.heights);
+        let (band, control) = (testing::band(&dem, 1), Control::default());
+        let field = Field::open(&band, &Default::default(), &control).expect("a field");
+        let mesh = match triangulate(&field, params, &control) {
+            Err(Error::NoGround { .. }) => return None,
+            mesh => mesh.expect("a mesh"),
+        };
+        let staged = StagedFile::create(&tin, true, &[] as &[&Path]).expect("staged");
+        mesh.write(Box::new(PlySink::new(staged, Header::default())), &control).expect("written");
+        let max_stray = params.limit_on_straying(params.features());
+        let max_error = params.tolerance.kept();
+        let options = VerifyOptions { max_error, max_stray, importance: None, temp_dir: None };
+        let verdict = verify(&band, &tin, &options, &control).expect("judged");
+        assert!(verdict.passes(), "{verdict}");
+        let lines = LinesOptions { lines: &Polylines::new(self.lines.clone()), shift: self.shift };
+        let mut reader = open(&tin, None, &ReadOptions::default()).expect("a mesh");
+        let verdict = verify_lines(&band, reader.as_mut(), max_error, &lines, &CancelToken::default());
+        Some((mesh, verdict.expect("judged")))
+    }
+
+    /// The same, and edges follow all lines: as many as the mesh was given.
+    fn certify(&self, params: &Params) {
+        let Some((mesh, verdict)) = self.made(params) else { return };
+        assert_eq!(verdict.broken.count, 0, "{verdict:?}");
+        let chains = mesh.chains().expect("breaklines");
+        let segments = params.breaklines.as_ref().expect("breaklines").segments().len() as u64;
+        assert_eq!((verdict.segments, verdict.off_ground), (segments, chains.off_ground));
+        // The verifier may find shorter ways over edges that are there by chance.
+        assert!(verdict.edges <= chains.edges, "{verdict:?} of {chains:?}");
+    }
+}
+
+fn chunks(mesh: &Mesh) -> Vec<Chunk> {
+    mesh.chunks().map(|chunk| chunk.expect("a chunk")).collect()
+}
+
+fn line(size: (usize, usize)) -> impl Strategy<Value = Line> {
+    let number = |last: usize| {
+        let last = last as f64 - 1.0;
+        prop_oneof![
+            4 => -2.0..last + 2.0,
+            1 => (0.0..last).prop_map(|v| (v * 4.0).round() / 4.0),
+            1 => (0.0..last).prop_map(f64::round),
+            1 => prop_oneof![Just(0.0), Just(last)],
+        ]
+    };
+    let place = (number(size.0), number(size.1));
+    // Along a row or a column now and then, and back to where it began.
+    (prop::collection::vec(place, 1..7), 0..4u8).prop_map(|(mut line, way)| {
+        for i in 1..line.len() {
+            match way {
+                0 if i % 2 == 1 => line[i].1 = line[i - 1].1.round(),
+                1 if i % 2 == 1 => line[i].0 = line[i - 1].0.round(),
+                _ => {}
+            }
+        }
+        if way == 2 {
+            line.push(line[0]);
+        }
+        line
+    })
+}
+
+fn scene() -> impl Strategy<Value = Scene> {
+    let size = (2usize..34, 2usize..28);
+    let lines = size.prop_flat_map(|size| (Just(size), prop::collection::vec(line(size), 1..6)));
+    let gaps = prop_oneof![Just(0u64), Just(0), 5u64..60];
+    (lines, any::<u16>(), gaps, prop_oneof![Just(0.5), Just(0.0), Just(2.0)]).prop_map(
+        |((size, lines), seed, gaps, shift)| {
+            Scene { shift, ..Scene::new(size, seed.into(), lines) }.with_gaps(seed.into(), gaps)
+        },
+    )
+}
+
+fn qualities() -> impl Strategy<Value = (Quality, VertexHeights)> {
+    prop_oneof![
+        Just((Quality::None, VertexHeights::Sampled)),
+        Just((Quality::Fast, VertexHeights::Sampled)),
+        Just((Quality::Balanced, VertexHeights::Sampled)),
+        Just((Quality::Balanced, VertexHeights::Fitted)),
+        Just((Quality::Best, VertexHeights::Sampled)),
+    ]
+}
+
+proptest! {
+    #![proptest_config(cases(60, 2000))]
+
+    #[test]
+    fn edges_follow_random_lines_over_random_rasters(
+        scene in scene(), (quality, heights) in qualities(), tile in 2usize..20,
+        tolerance in prop_oneof![Just(0.5), Just(3.0), Just(20.0)], points in prop::collection::vec(0usize..500, 0..4),
+    ) {
+        let points = points.into_iter().map(|i| (i % scene.size.0, i / scene.size.0 % scene.size.1));
+        let points = PointSet::new(points.filter(|_| scene.heights.iter().all(|z| !z.is_nan())));
+        scene.certify(&Params { quality, heights, tile, points: Some(Arc::new(points)), ..scene.params(tolerance) });
+    }
+}
+
+#[test]
+fn meshes_do_not_depend_on_threads() {
+    let line = (0..40).map(|i| (f64::from(i) * 2.3, 30.0 + 25.0 * (f64::from(i) * 0.4).sin())).collect();
+    let scene = Scene::new((90, 61), 3, vec![line, vec![(45.0, -3.0), (45.0, 70.0)], vec![(10.0, 16.0), (60.0, 16.0)]]);
+    let scene = scene.with_gaps(11, 9);
+    let params = Params { tile: 16, ..scene.params(2.0) };
+    scene.certify(&params);
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| chunks(&scene.made(&params).expect("ground").0))
+    };
+    assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn a_mesh_without_the_lines_is_found_out() {
+    let scene = Scene::new((30, 20), 2, vec![vec![(1.3, 2.2), (27.6, 17.1)]]);
+    let with = Params { tile: 8, ..scene.params(1.0) };
+    assert_eq!(scene.made(&with).expect("ground").1.broken.count, 0);
+    let (_, verdict) = scene.made(&Params { breaklines: None, ..with.clone() }).expect("ground");
+    assert_eq!(verdict.broken.count, 1);
+    // As is one that follows a line from farther away, or less closely.
+    let near = Scene { shift: 0.0, ..scene.clone() };
+    assert_eq!(near.made(&with).expect("ground").1.broken.count, 1);
+    let (_, verdict) = scene.made(&Params { tolerance: crate::base::Tolerance::new(1.0), ..with }).expect("ground");
+    assert!(verdict.edges > 0 && verdict.stretches == 1);
+}
+
+#[test]
+fn degenerate_lines() {
+    let dot = vec![(5.0, 5.0), (5.0, 5.0)];
+    let ends = vec![(9.0, 9.0), (9.02, 9.01), (9.0, 9.0)];
+    let star = |i: u32| {
+        vec![
+            (10.3 + f64::from(i).cos(), 8.4 + f64::from(i).sin()),
+            (10.4 - f64::from(i).cos(), 8.4 - f64::from(i).sin()),
+        ]
+    };
+    let all: Vec<(&str, Vec<Line>)> = vec![
+        ("nothing", vec![vec![], dot, ends]),
+        ("twice", vec![vec![(1.2, 3.4), (18.2, 9.9)], vec![(18.2, 9.9), (1.2, 3.4)], vec![(1.2, 3.4), (18.2, 9.9)]]),
+        ("crosses itself", vec![vec![(2.0, 2.0), (15.0, 12.0), (15.0, 2.0), (2.0, 12.0), (2.0, 2.0)]]),
+        ("overlaps", vec![vec![(1.0, 4.0), (12.0, 4.0)], vec![(7.0, 4.0), (19.0, 4.0), (19.0, 9.0)]]),
+        ("outside", vec![vec![(-9.0, 3.0), (-2.0, 30.0)], vec![(-5.0, 5.0), (40.0, 6.0)]]),
+        (
+            "through one sample",
+            (0..10).map(|i| vec![(10.0 - f64::from(i - 5), 2.0), (10.0 + f64::from(i - 5), 14.0)]).collect(),
+        ),
+        ("through one cell", (0..10).map(star).collect()),
+        (
+            "on the rim",
+            vec![vec![(0.0, 0.0), (20.0, 0.0), (20.0, 15.0), (0.0, 15.0), (0.0, 0.0)], vec![(3.3, 0.0), (9.9, 0.0)]],
+        ),
+        ("side by side", vec![vec![(0.0, 5.0), (20.0, 7.0)], vec![(0.0, 5.25), (20.0, 7.25)]]),
+        ("a small ring", vec![vec![(4.1, 4.1), (4.6, 4.2), (4.3, 4.7), (4.1, 4.1)]]),
+        ("along a seam", vec![vec![(8.0, 1.3), (8.0, 11.8)], vec![(3.2, 8.0), (17.7, 8.0)]]),
+    ];
+    for (name, lines) in all {
+        for (gaps, quality) in [(0, Quality::None), (0, Quality::Balanced), (30, Quality::Balanced)] {
+            let scene = Scene::new((21, 16), 5, lines.clone()).with_gaps(4, gaps);
+            let params = Params { tile: 8, quality, ..scene.params(1.5) };
+            println!("{name}, {gaps} gaps, {quality:?}");
+            scene.certify(&params);
+        }
+    }
+}
+
+#[test]
+fn at_no_tolerance_edges_are_on_the_surface_or_it_is_said_where_not() {
+    let mut scene = Scene::new((12, 9), 1, vec![vec![(1.1, 1.2), (9.7, 6.3)]]);
+    scene.heights.iter_mut().for_each(|z| *z = z.round());
+    scene.certify(&Params { tile: 5, ..scene.params(0.0) });
+    scene.heights.iter_mut().enumerate().for_each(|(i, z)| *z = 1.0 / (3.0 + i as f64));
+    let field = Field::from_heights(12, 9, crate::base::Heights::F64(scene.heights.clone())).expect("a field");
+    let refused = triangulate(&field, &scene.params(0.0), &Control::default());
+    assert!(matches!(refused, Err(Error::LineHeight { .. })), "{refused:?}");
+}

@@ -1,0 +1,124 @@
+//! The chains of all lines of a raster, by place.
+
+use super::Place;
+use crate::base::Window;
+use crate::base::lattice::{Point, STEPS};
+use crate::base::mesh::Vertex;
+
+/// An end of an edge, on the lattice of the raster.
+type End = (Place, f64);
+
+/// What became of the chains of lines.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct ChainCounts {
+    /// Edges of the mesh that follow lines.
+    pub edges: u64,
+    /// Segments of lines that have none, since they lie in no cell with four heights.
+    pub off_ground: u64,
+}
+
+/// The edges of all chains. Memory: some 80 bytes for each.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Chains {
+    /// In order, the lower end of each first.
+    edges: Vec<[End; 2]>,
+    /// All ends, each once, in order.
+    ends: Vec<End>,
+    off_ground: u64,
+}
+
+impl Chains {
+    /// Edges of tiles, with the windows of these; `off_ground` is how many segments of lines were left out.
+    pub fn new(tiles: impl IntoIterator<Item = (Window, Vec<[Vertex; 2]>)>, off_ground: u64) -> Chains {
+        let of_tile = |(window, edges): (Window, Vec<[Vertex; 2]>)| {
+            let global = move |v: Vertex| {
+                let at = |local: i32, first: usize| i64::from(local) + first as i64 * i64::from(STEPS);
+                (Place { y: at(v.at.y, window.row), x: at(v.at.x, window.column) }, v.height)
+            };
+            edges.into_iter().map(move |edge| edge.map(global))
+        };
+        let sorted = |[a, b]: [End; 2]| if a.0 <= b.0 { [a, b] } else { [b, a] };
+        let mut edges: Vec<[End; 2]> = tiles.into_iter().flat_map(of_tile).map(sorted).collect();
+        edges.sort_unstable_by_key(|edge| edge.map(|end| end.0));
+        let mut ends: Vec<End> = edges.as_flattened().to_vec();
+        ends.sort_unstable_by_key(|end| end.0);
+        ends.dedup_by_key(|end| end.0);
+        Chains { edges, ends, off_ground }
+    }
+
+    /// How many edges there are, and what of the lines has none.
+    pub fn counts(&self) -> ChainCounts {
+        ChainCounts { edges: self.edges.len() as u64, off_ground: self.off_ground }
+    }
+
+    /// The edges that lie in a window, rim included, and all ends of edges that do, those of edges outside among them. Replaces what is
+    /// in `found`.
+    pub fn within(&self, window: Window, found: &mut TileChains) {
+        found.edges.clear();
+        found.vertices.clear();
+        let steps = i64::from(STEPS);
+        let range = |first: usize, count: usize| first as i64 * steps..=(first + count - 1) as i64 * steps;
+        let (columns, rows) = (range(window.column, window.width), range(window.row, window.height));
+        let is_above = |low: Place| low.y < *rows.start();
+        let edges = &self.edges[self.edges.partition_point(|[low, _]| is_above(low.0))..];
+        let ends = &self.ends[self.ends.partition_point(|end| is_above(end.0))..];
+        let local = |(place, height): End| Vertex {
+            at: Point { x: (place.x - columns.start()) as i32, y: (place.y - rows.start()) as i32 },
+            height,
+        };
+        let is_in = |end: &End| columns.contains(&end.0.x) && rows.contains(&end.0.y);
+        let edges = edges.iter().take_while(|[low, _]| low.0.y <= *rows.end());
+        found.edges.extend(edges.filter(|edge| edge.iter().all(is_in)).map(|edge| edge.map(local)));
+        let ends = ends.iter().take_while(|end| end.0.y <= *rows.end());
+        found.vertices.extend(ends.filter(|end| is_in(end)).map(|&end| local(end)));
+    }
+}
+
+/// The edges of chains in a tile.
+#[derive(Debug, Clone, Default)]
+pub struct TileChains {
+    /// Their ends, with places of the tile.
+    edges: Vec<[Vertex; 2]>,
+    /// All ends, those of edges beyond its sides among them, each once, by rows, then by columns.
+    vertices: Vec<Vertex>,
+}
+
+impl TileChains {
+    /// The edges.
+    pub fn edges(&self) -> &[[Vertex; 2]] {
+        &self.edges
+    }
+
+    /// The ends of edges, those of edges beyond its sides among them, each once, by rows, then by columns.
+    pub fn vertices(&self) -> &[Vertex] {
+        &self.vertices
+    }
+
+    /// The end of an edge at a place.
+    pub fn at(&self, at: Point) -> Option<Vertex> {
+        self.find(at).ok().map(|i| self.vertices[i])
+    }
+
+    /// The edges as numbers of vertices, the lower first, in order: of those whose ends are both among these.
+    pub fn numbered(&self, vertices: impl Iterator<Item = Vertex>) -> Vec<(u32, u32)> {
+        if self.edges.is_empty() {
+            return Vec::new();
+        }
+        let mut numbers = vec![u32::MAX; self.vertices.len()];
+        for (number, vertex) in (0..).zip(vertices) {
+            if let Ok(i) = self.find(vertex.at) {
+                numbers[i] = number;
+            }
+        }
+        let number = |v: &Vertex| numbers[self.find(v.at).expect("an end of an edge is one of all ends")];
+        let both = self.edges.iter().map(|[a, b]| (number(a), number(b)));
+        let known = both.filter(|&(a, b)| a != u32::MAX && b != u32::MAX);
+        let mut edges: Vec<(u32, u32)> = known.map(|(a, b)| (a.min(b), a.max(b))).collect();
+        edges.sort_unstable();
+        edges
+    }
+
+    fn find(&self, at: Point) -> Result<usize, usize> {
+        self.vertices.binary_search_by_key(&(at.y, at.x), |v| (v.at.y, v.at.x))
+    }
+}

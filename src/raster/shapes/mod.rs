@@ -1,0 +1,7 @@
+//! Layers of lines and polygons: opened, and brought to columns and rows.
+
+mod error;
+mod read;
+
+pub use error::ShapesError;
+pub(super) use read::{Placer, for_each_geometry};

@@ -1,0 +1,157 @@
+//! Reading lines and rings of a layer.
+
+use std::path::Path;
+
+use gdal::spatial_ref::CoordTransform;
+use gdal::vector::{Geometry, LayerAccess};
+use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
+
+use super::ShapesError;
+use crate::base::GeoTransform;
+use crate::base::control::CancelToken;
+use crate::raster::crs::{transform, transformed};
+use crate::raster::open::crs_name;
+use crate::raster::reason;
+use crate::raster::{About, GdalName, Raster};
+
+/// How far a side in another CRS may be from its straight line, in cells, before it is given another vertex.
+const BENT_CELLS: f64 = 0.1;
+
+/// How often a side is halved at most.
+const HALVINGS: u32 = 12;
+
+/// Features between two looks at the cancellation token.
+const FEATURES_BETWEEN_CHECKS: u64 = 256;
+
+/// Calls `take` with the geometry of every feature of a layer, and with what brings its vertices to the samples of `raster`, or of the
+/// window of it that is looked at. `take` adds shapes to those found, at least one in all, or says what it found in place of one. The
+/// `shapes` are called `one` in a feature.
+///
+/// # Errors
+/// [`ShapesError`]: nothing to open, no such layer, a feature of another kind, a CRS there is no way from.
+pub(in crate::raster) fn for_each_geometry<S>(
+    raster: &Raster,
+    (path, layer): (&Path, Option<&str>),
+    (shapes, one): (&'static str, &str),
+    cancel: &CancelToken,
+    take: impl Fn(&Placer, &Geometry, &mut Vec<S>) -> Result<(), String>,
+) -> Result<Vec<S>, ShapesError> {
+    let options = DatasetOptions {
+        open_flags: GdalOpenFlags::GDAL_OF_READONLY
+            | GdalOpenFlags::GDAL_OF_VECTOR
+            | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
+        ..DatasetOptions::default()
+    };
+    let _about = About::opening(path);
+    let failed = |reason| ShapesError::Open { path: path.to_path_buf(), shapes, reason };
+    let file = GdalName::of(path).map_err(|e| failed(format!("its name is no UTF-8, and no link to it: {e}")))?;
+    let dataset = Dataset::open_ex(file.path(), options)
+        .map_err(|e| failed(reason(&e).trim_start_matches(&format!("{}: ", file.path().display())).to_string()))?;
+    let found = layer.map_or_else(|| dataset.layer(0), |name| dataset.layer_by_name(name));
+    let mut there = found.map_err(|_| {
+        let names: Vec<String> = dataset.layers().map(|l| l.name()).collect();
+        ShapesError::NoSuchLayer {
+            path: path.to_path_buf(),
+            expected: layer.map_or("a vector layer".to_string(), |name| format!("layer {name}")),
+            found: if names.is_empty() { "none".to_string() } else { names.join(", ") },
+        }
+    })?;
+    let name = there.name();
+    let wrong = |expected: String, found: String| ShapesError::Layer {
+        path: path.to_path_buf(),
+        layer: name.clone(),
+        expected,
+        found,
+    };
+    let crs = there.spatial_ref();
+    let transform = match (&crs, raster.dataset.spatial_ref()) {
+        (Some(from), Ok(to)) => transform(from, &to).map_err(|e| ShapesError::Crs {
+            path: path.to_path_buf(),
+            layer: name.clone(),
+            from: crs_name(from),
+            to: raster.crs_name(),
+            reason: reason(&e),
+        })?,
+        _ => None,
+    };
+    let placer = Placer { transform, geo_transform: raster.geo_transform() };
+    let expected = there.try_feature_count();
+    let (mut all, mut found) = (Vec::new(), 0);
+    for feature in there.features() {
+        if found % FEATURES_BETWEEN_CHECKS == 0 {
+            cancel.check()?;
+        }
+        let id = feature.fid().unwrap_or(found);
+        // Null, where a feature has no geometry.
+        let geometry = feature.geometry_by_index(0).map_err(|_| "no geometry".to_string());
+        geometry
+            .and_then(|geometry| take(&placer, geometry, &mut all))
+            .map_err(|found| wrong(format!("{one} in feature {id}"), found))?;
+        found += 1;
+    }
+    // The end of a layer and a failure to read on look the same.
+    if let Some(expected) = expected.filter(|expected| found < *expected) {
+        return Err(wrong(format!("{expected} features"), format!("{found}: the file is damaged")));
+    }
+    if all.is_empty() {
+        return Err(wrong(shapes.to_string(), "none".to_string()));
+    }
+    Ok(all)
+}
+
+/// Brings vertices of a layer to columns and rows.
+pub(in crate::raster) struct Placer {
+    transform: Option<CoordTransform>,
+    geo_transform: GeoTransform,
+}
+
+impl Placer {
+    /// The vertices of a line or a ring (z and m are ignored). In another CRS lines that are bent in the raster's are given further ones,
+    /// a tenth of a cell exact.
+    pub(in crate::raster) fn vertices(&self, line: &Geometry) -> Result<Vec<(f64, f64)>, String> {
+        let mut points = Vec::new();
+        line.get_points(&mut points);
+        let mut places = Vec::with_capacity(points.len());
+        let mut before: Option<((f64, f64), (f64, f64))> = None;
+        for (x, y, _) in points {
+            if !(x.is_finite() && y.is_finite()) {
+                return Err(format!("a vertex at {x}, {y}"));
+            }
+            let place =
+                self.place((x, y)).ok_or_else(|| format!("{x}, {y}, which has no place in the raster's CRS"))?;
+            if let (Some(before), true) = (before, self.transform.is_some()) {
+                self.bend(before, ((x, y), place), HALVINGS, &mut places);
+            }
+            places.push(place);
+            before = Some(((x, y), place));
+        }
+        Ok(places)
+    }
+
+    fn place(&self, at: (f64, f64)) -> Option<(f64, f64)> {
+        let (x, y) = transformed(self.transform.as_ref(), at)?;
+        let (column, row) = self.geo_transform.sample_coordinates(x, y);
+        (column.is_finite() && row.is_finite()).then_some((column, row))
+    }
+
+    /// Adds vertices between two, each as it is in the layer and its place, where the side is not straight there.
+    fn bend(
+        &self,
+        a: ((f64, f64), (f64, f64)),
+        b: ((f64, f64), (f64, f64)),
+        halvings: u32,
+        places: &mut Vec<(f64, f64)>,
+    ) {
+        let half = |a: (f64, f64), b: (f64, f64)| (a.0 + (b.0 - a.0) / 2.0, a.1 + (b.1 - a.1) / 2.0);
+        let middle = half(a.0, b.0);
+        let Some(place) = self.place(middle) else { return };
+        let straight = half(a.1, b.1);
+        let bent = (place.0 - straight.0).hypot(place.1 - straight.1) > BENT_CELLS;
+        if halvings == 0 || !bent {
+            return;
+        }
+        self.bend(a, (middle, place), halvings - 1, places);
+        places.push(place);
+        self.bend((middle, place), b, halvings - 1, places);
+    }
+}

@@ -1,0 +1,160 @@
+//! Breaklines: whether edges of the mesh follow them.
+//!
+//! What a line is on the lattice is reckoned here again from the layer, by code of its own: `places` cuts lines at rows and columns
+//! and rounds, `noding` joins them. `heights` reads the samples around them; a segment counts that lies in a cell with four. `graph`
+//! then makes *stretches* of them, from where lines end or meet to where they do again, and `follow` looks in each for a way of
+//! edges of the mesh from its first place to its last: between places of the stretch, all those passed over within the shift, and the
+//! edge within the tolerance of the raster's bilinear surface at its ends and where it crosses rows and columns.
+//!
+//! Places are whole numbers of quarter cells and comparisons are exact. Memory: some 500 bytes for each segment of the lines.
+
+mod follow;
+mod graph;
+mod heights;
+mod noding;
+mod places;
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::HashMap;
+
+use serde::Serialize;
+
+use super::VerifyError;
+use super::finding::{Finding, MapPlace};
+use super::grid::Grid;
+use crate::base::control::CancelToken;
+use crate::base::{Band, Polylines};
+use crate::formats::MeshReader;
+use follow::Wall;
+use graph::stretches;
+use heights::Samples;
+
+/// A place in quarter cells: across, down.
+pub(super) type Spot = (i64, i64);
+
+/// Lines that the mesh is to have as edges.
+#[derive(Debug, Clone, Copy)]
+pub struct LinesOptions<'a> {
+    /// The lines, over the raster.
+    pub lines: &'a Polylines,
+    /// How far an edge may be from the places it passes over, in cells; parts below 1/65536 do not count.
+    pub shift: f64,
+}
+
+/// What was found out about lines.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LinesVerdict {
+    /// Segments of the lines between rows and columns, each once.
+    pub segments: u64,
+    /// Those that lie in no cell with four heights; nothing is asked of the mesh there.
+    pub off_ground: u64,
+    /// Stretches of lines between places where they end or meet.
+    pub stretches: u64,
+    /// Edges of the mesh that follow them: as few as are needed.
+    pub edges: u64,
+    /// Stretches that no edges follow within shift and tolerance.
+    pub broken: Finding<StretchPlace>,
+}
+
+impl std::fmt::Display for LinesVerdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let LinesVerdict { segments, off_ground, stretches, edges, .. } = self;
+        write!(
+            f,
+            "breaklines: {segments} segments, {off_ground} off the ground; {edges} edges follow {stretches} stretches"
+        )
+    }
+}
+
+/// A stretch of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct StretchPlace {
+    /// Where it begins.
+    pub from: MapPlace,
+    /// The last place that edges reach.
+    pub reached: MapPlace,
+    /// Where it ends.
+    pub to: MapPlace,
+}
+
+impl std::fmt::Display for StretchPlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "from {} to {}, followed up to {}", self.from, self.to, self.reached)
+    }
+}
+
+/// Judges whether edges of a mesh follow lines, within this distance of the raster's surface.
+///
+/// # Errors
+/// [`VerifyError`]: the raster or the mesh cannot be read, lines are too far away or too many, or on cancellation.
+pub fn verify_lines(
+    raster: &Band,
+    mesh: &mut dyn MeshReader,
+    max_error: f64,
+    options: &LinesOptions<'_>,
+    cancel: &CancelToken,
+) -> Result<LinesVerdict, VerifyError> {
+    let grid = Grid::of(raster, mesh);
+    let segments = noding::noded(places::cut(options.lines, (grid.width, grid.height))?);
+    let mut spots: Vec<Spot> = segments.iter().flatten().copied().collect();
+    spots.sort_unstable();
+    spots.dedup();
+    let number = |spot: Spot| spots.binary_search(&spot).ok().map(|i| i as u32);
+
+    let mut heights = vec![None; spots.len()];
+    let mut vertices = HashMap::new();
+    mesh.for_each_vertex(|vertex, [x, y, z]| {
+        cancel.check()?;
+        if let Some(spot) = grid.lattice(x, y).and_then(number) {
+            heights[spot as usize] = Some(grid.frame.height(z)).filter(|z| z.is_finite());
+            vertices.insert(vertex, spot);
+        }
+        Ok::<(), VerifyError>(())
+    })?;
+    let mut edges = Vec::new();
+    mesh.for_each_face(|_, corners| {
+        let on_lines = corners.map(|corner| vertices.get(&corner).copied());
+        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+            if let (Some(a), Some(b)) = (on_lines[a], on_lines[b]) {
+                edges.push((a.min(b), a.max(b)));
+            }
+        }
+        cancel.check().map_err(VerifyError::from)
+    })?;
+    drop(vertices);
+    edges.sort_unstable();
+    edges.dedup();
+
+    let at = |i: u32| spots[i as usize];
+    let samples = Samples::read(raster, &segments, edges.iter().map(|&(a, b)| [at(a), at(b)]), cancel)?;
+    let (on_ground, off_ground): (Vec<_>, Vec<_>) = segments.iter().partition(|segment| samples.has_cell(**segment));
+    let mut beside: HashMap<Spot, Vec<Spot>> = HashMap::new();
+    for &(a, b) in &edges {
+        beside.entry(at(a)).or_default().push(at(b));
+        beside.entry(at(b)).or_default().push(at(a));
+    }
+    let height = |spot: Spot| number(spot).and_then(|i| heights[i as usize]);
+    let wall = Wall { samples: &samples, tolerance: max_error, shift: options.shift, height: &height };
+    let mut verdict = LinesVerdict {
+        segments: segments.len() as u64,
+        off_ground: off_ground.len() as u64,
+        stretches: 0,
+        edges: 0,
+        broken: Finding::default(),
+    };
+    for stretch in stretches(on_ground) {
+        cancel.check()?;
+        verdict.stretches += 1;
+        match wall.follow(&stretch, &beside) {
+            Ok(edges) => verdict.edges += edges,
+            Err(reached) => verdict.broken.add(|| StretchPlace {
+                from: grid.map(stretch[0]),
+                reached: grid.map(stretch[reached]),
+                to: grid.map(stretch[stretch.len() - 1]),
+            }),
+        }
+    }
+    Ok(verdict)
+}
