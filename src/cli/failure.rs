@@ -16,7 +16,7 @@ use crate::job::rules::NotInShards;
 use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
 use crate::preview::PreviewError;
-use crate::raster::{CutlineError, DrapeError, PointsError, ViewError};
+use crate::raster::{CutlineError, DrapeError, PointsError, ViewError, WriteError};
 use crate::run::{Fate, LookError, RunError};
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
@@ -220,6 +220,7 @@ impl From<RunError> for Failure {
             RunError::Scratch(ref scratch) | RunError::Mesh(ReadError::Scratch(ref scratch)) => of_scratch(scratch, &error),
             RunError::Mesh(_) | RunError::NotFinite { .. } => failure,
             RunError::Verify(error) => error.into(),
+            RunError::ErrorRaster(error) => error.into(),
             RunError::Job(error) => (*error).into(),
             RunError::Kept { error, dir, fate } => Failure::from(*error).hint(&kept(&dir, &fate)),
             RunError::FormatOption { path, format, option, formats } => {
@@ -228,6 +229,15 @@ impl From<RunError> for Failure {
                     .hint("choose another format, or remove the option")
             }
             RunError::Format { .. } => failure.hint("use --format"),
+        }
+    }
+}
+
+impl From<WriteError> for Failure {
+    fn from(error: WriteError) -> Failure {
+        match error {
+            WriteError::Output(error) => error.into(),
+            WriteError::Gdal { .. } => Failure::new(error).hint("choose another file with --error-raster"),
         }
     }
 }
@@ -366,6 +376,10 @@ impl From<VerifyError> for Failure {
             VerifyError::InfiniteSample { .. } => {
                 Failure::new(error).hint("if it marks missing samples, use --nodata, or --valid-range")
             }
+            VerifyError::Observer(error) => match error.downcast::<WriteError>() {
+                Ok(error) => (*error).into(),
+                Err(error) => Failure::new(error),
+            },
             VerifyError::Mesh(ReadError::NoAttribute { .. }) => Failure::new(error).hint(
                 "simplify writes it with --attributes or --image, in a format that keeps attributes, such as PLY",
             ),

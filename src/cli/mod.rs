@@ -26,6 +26,7 @@ mod polish;
 mod preview;
 mod print;
 mod progress;
+mod qa;
 mod shards;
 mod signals;
 mod simplify;

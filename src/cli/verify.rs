@@ -9,6 +9,7 @@ use super::combinations::Asked;
 use super::importance::ImportanceArgs;
 use super::input::InputArgs;
 use super::progress::Bars;
+use super::qa::QaArgs;
 use super::{Failure, print, values, warnings};
 use crate::base::features::Feature;
 use crate::run::{Input, VerifyReport, VerifyRequest, verify};
@@ -46,6 +47,8 @@ pub(crate) struct VerifyArgs {
     attributes: AttributeArgs,
     #[command(flatten)]
     importance: ImportanceArgs,
+    #[command(flatten)]
+    qa: QaArgs,
     /// Threads to work with [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     threads: Option<NonZeroUsize>,
@@ -83,6 +86,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
         trim: args.trim,
         threads: args.threads,
         temp_dir: args.temp_dir.clone(),
+        extras: args.qa.extras(),
         ..VerifyRequest::new(
             Input::Raster { path: args.raster.clone(), view: args.input.view() },
             &args.mesh,

@@ -1,8 +1,9 @@
-//! Rasters as GDAL gives them: with OGR's formats and the writer of `synth`, the only place that names GDAL.
+//! Rasters as GDAL gives and takes them: with OGR's formats and the writer of `synth`, the only place that names GDAL.
 //!
 //! In comes a path and a [`View`]; out goes a [`Raster`], which says what GDAL knows of it, and of that a
 //! [`crate::base::Band`], which is what engines and `verify` read; and the samples nearest to the points of a vector layer
-//! ([`read_points`]), and those inside its polygons ([`read_cutline`]). Nothing here knows of tiles or meshes.
+//! ([`read_points`]), and those inside its polygons ([`read_cutline`]). Numbers of samples come back as a raster of floats
+//! ([`RowWriter`]). Nothing here knows of tiles or meshes.
 
 mod axes;
 mod axis;
@@ -30,6 +31,7 @@ mod reference;
 mod sample_type;
 mod view;
 mod watch;
+mod write;
 mod xyz;
 
 pub use crate::base::RasterError;
@@ -45,3 +47,4 @@ pub use points::{PointSource, Points, PointsError, read_points};
 pub(crate) use reference::metres_of;
 pub use view::{Part, View, ViewError};
 pub use watch::FileWatch;
+pub use write::{Described, RowWriter, WriteError};

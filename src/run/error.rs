@@ -12,7 +12,7 @@ use crate::job::rules::{Incompatible, NotInShards};
 use crate::job::work_dir::WorkDirError;
 use crate::job::{BudgetTooSmall, Error};
 #[cfg(feature = "gdal")]
-use crate::raster::{DrapeError, PointsError, ViewError};
+use crate::raster::{DrapeError, PointsError, ViewError, WriteError};
 use crate::verify::VerifyError;
 
 /// Why a run did not get through. Nothing is left under the output's name then.
@@ -139,6 +139,10 @@ pub enum RunError {
     /// Judging a mesh.
     #[error(transparent)]
     Verify(#[from] VerifyError),
+    /// The raster of errors.
+    #[cfg(feature = "gdal")]
+    #[error(transparent)]
+    ErrorRaster(#[from] WriteError),
     /// The work.
     #[error(transparent)]
     Job(Box<Error>),

@@ -1,21 +1,23 @@
 //! Judging a mesh as a run: `verify` with everything opened, and its report.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::extras::{Extras, Making};
 use super::inputs::{open, open_importance};
 use super::look::look;
 use super::prepare::all_cores;
 use super::report::SCHEMA;
+use super::survey::Survey;
 use super::threads::start_threads;
 use super::{Attributes, Input, RunError, Warned};
 use crate::base::Band;
 use crate::base::control::Control;
 use crate::base::warning::Warnings;
 use crate::formats::{Format, MeshReader};
-use crate::verify::{GroundOptions, Verdict, VerifyOptions, verify_ground};
+use crate::verify::{GroundOptions, Verdict, VerifyOptions, verify_observed};
 
 /// A mesh that is to be judged, and what it was made from: everything that the command `verify` can be asked for.
 #[derive(Debug, Clone)]
@@ -43,6 +45,8 @@ pub struct VerifyRequest {
     pub threads: Option<NonZeroUsize>,
     /// The folder of temporary files; `None` is the system's.
     pub temp_dir: Option<PathBuf>,
+    /// What is made beside the verdict.
+    pub extras: Extras,
 }
 
 /// What was found out about a mesh.
@@ -60,6 +64,9 @@ pub struct VerifyReport {
     pub isolated_samples: u64,
     /// Samples of the ground that the mesh leaves uncovered where it may; 0 where it may not.
     pub trimmed_samples: u64,
+    /// Where it was asked for ([`Extras::survey`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub survey: Option<Survey>,
     /// Everything else.
     #[serde(flatten)]
     pub verdict: Verdict,
@@ -80,11 +87,23 @@ impl VerifyRequest {
             trim: 0,
             threads: None,
             temp_dir: None,
+            extras: Extras::default(),
         }
+    }
+
+    /// The files that it names to be read.
+    pub fn inputs(&self) -> Vec<&Path> {
+        let mut files = vec![self.input.path(), self.mesh.as_path()];
+        files.extend(self.importance.as_ref().map(Input::path));
+        #[cfg(feature = "gdal")]
+        if let Input::Raster { view, .. } = &self.input {
+            files.extend(view.cutline.as_ref().map(|cutline| cutline.path.as_path()));
+        }
+        files
     }
 }
 
-/// Judges a mesh, see [`verify_ground`]. A mesh that is merely wrong is a report.
+/// Judges a mesh, see [`crate::verify::verify_ground`]. A mesh that is merely wrong is a report.
 ///
 /// # Errors
 /// [`RunError`]: the raster, the mesh or what else is read cannot be used, or the caller asked to stop.
@@ -122,11 +141,18 @@ fn judge(
     let further = attributes.iter().flat_map(|a| &a.bands).chain(&importance);
     bound_gdal_cache(cache_bytes(further.chain([&band])));
     let pool = start_threads(request.threads.map_or_else(all_cores, usize::from))?;
+    let mut making = Making::begin(request, &band)?;
+    let channels = attributes.as_ref();
     let verdict = pool.install(|| match mesh {
-        None => verify_ground(&band, &request.mesh, &options, ground, attributes.as_ref(), control),
-        Some(mesh) => crate::verify::verify_mesh(&band, mesh, &options, ground, attributes.as_ref(), control),
+        None => {
+            let mut mesh = crate::verify::open(&band, &request.mesh, &options, control)?;
+            verify_observed(&band, mesh.as_mut(), &options, ground, channels, making.observer(), control)
+        }
+        Some(mesh) => verify_observed(&band, mesh, &options, ground, channels, making.observer(), control),
     })?;
     drop(pool);
+    let largest = verdict.weighted_worst.map(|w| w.weighted_error).or(verdict.worst.map(|w| w.error));
+    let survey = making.finish(largest)?;
     let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
     if verdict.nodata + verdict.bridged > 0 && !is_flat {
         let look = look(&band, control).map_err(RunError::of_look)?;
@@ -140,6 +166,7 @@ fn judge(
         warnings: warned.take(),
         isolated_samples: verdict.without_ground.count,
         trimmed_samples: verdict.trim.map_or(0, |trim| trim.trimmed),
+        survey,
         verdict,
     })
 }

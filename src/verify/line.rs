@@ -58,6 +58,17 @@ impl Line {
         Errors { largest: largest_of_all, sum_of_squares: sum }
     }
 
+    /// Notes the height of the surface less that of the sample for each of these samples of the row, the first one in column
+    /// `first`, where it is farther from 0 than what is there, or nothing is there. `samples` and `errors` are the whole row.
+    pub(super) fn note_errors(&self, (first, last): (i64, i64), samples: &[f64], errors: &mut [f64]) {
+        let columns = first as usize..=last as usize;
+        let first = (first - self.first) as f64;
+        for (i, (error, sample)) in errors[columns.clone()].iter_mut().zip(&samples[columns]).enumerate() {
+            let found = self.surface(first + i as f64) - sample;
+            *error = if error.abs() >= found.abs() { *error } else { found };
+        }
+    }
+
     /// Hands those of the samples from the first of these columns to the last that have a height to `visit`: column, sample,
     /// the surface's height, and the error. `samples` is the whole row.
     pub(super) fn visit(&self, (first, last): (i64, i64), samples: &[f64], mut visit: impl FnMut(i64, f64, f64, f64)) {

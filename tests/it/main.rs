@@ -6,6 +6,7 @@ mod channels;
 mod clip;
 mod convert;
 mod cutline;
+mod error_raster;
 mod estimates;
 mod formats;
 mod gdal_errors;

@@ -240,5 +240,5 @@ pub(super) fn judge_file(
 ) -> Result<Verdict, VerifyError> {
     let control = Control::default();
     let mut mesh = open(mesh, options, &control)?;
-    judge(raster, mesh.as_mut(), options, ground, None, rows, &control)
+    judge(raster, mesh.as_mut(), options, ground, None, (rows, None), &control)
 }
