@@ -17,6 +17,7 @@ use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
 use crate::preview::PreviewError;
 use crate::raster::{CutlineError, DrapeError, PointsError, ViewError, WriteError};
+use crate::run::checkpoints::CheckpointError;
 use crate::run::{Fate, LookError, RunError};
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
@@ -221,6 +222,8 @@ impl From<RunError> for Failure {
             RunError::Mesh(_) | RunError::NotFinite { .. } => failure,
             RunError::Verify(error) => error.into(),
             RunError::ErrorRaster(error) => error.into(),
+            RunError::Checkpoints(CheckpointError::Crs { .. }) => failure.hint("choose another CRS with --checkpoints-crs"),
+            RunError::Checkpoints(_) => failure.hint("choose another table with --checkpoints"),
             RunError::Job(error) => (*error).into(),
             RunError::Kept { error, dir, fate } => Failure::from(*error).hint(&kept(&dir, &fate)),
             RunError::FormatOption { path, format, option, formats } => {

@@ -93,9 +93,11 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
             args.max_error,
         )
     };
+    args.qa.check(&request)?;
     let report = verify(&request, &bars.control())?;
     drop(bars);
     let report = VerifyReport { warnings: warnings::take(), ..report };
+    args.qa.write(&report, &request)?;
     if args.json {
         print::json(&report)?;
     } else if !args.quiet {

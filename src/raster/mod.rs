@@ -36,6 +36,7 @@ mod xyz;
 
 pub use crate::base::RasterError;
 pub use bounding_box::BoundingBox;
+pub(crate) use crs::bring_into;
 pub use cutline::{CutlineError, CutlineSource, read_cutline};
 pub use drape::{DrapeError, drape};
 pub(crate) use gdal_error::reason;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::LookError;
+use super::checkpoints::CheckpointError;
 use crate::base::RasterError;
 use crate::base::external::ScratchError;
 use crate::base::staged::OutputError;
@@ -139,6 +140,9 @@ pub enum RunError {
     /// Judging a mesh.
     #[error(transparent)]
     Verify(#[from] VerifyError),
+    /// The checkpoints.
+    #[error(transparent)]
+    Checkpoints(#[from] CheckpointError),
     /// The raster of errors.
     #[cfg(feature = "gdal")]
     #[error(transparent)]

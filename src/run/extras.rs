@@ -1,10 +1,11 @@
-//! What is made beside a verdict, from the same sweep: a raster of the errors, and what a report shows.
+//! What is made beside a verdict, from the same sweep: a raster of the errors, what a report shows, and residuals of checkpoints.
 
 use std::error::Error;
 #[cfg(feature = "gdal")]
 use std::path::{Path, PathBuf};
 
 use super::RunError;
+use super::checkpoints::{CheckpointReport, CheckpointSource, Finding};
 use super::judge::VerifyRequest;
 use super::survey::{Survey, Surveyor};
 use crate::base::Band;
@@ -25,6 +26,8 @@ pub struct Extras {
     pub overwrite: bool,
     /// Whether a [`Survey`] is made.
     pub survey: bool,
+    /// Checkpoints that are held against the mesh.
+    pub checkpoints: Option<CheckpointSource>,
 }
 
 /// What is being made.
@@ -33,6 +36,13 @@ pub(super) struct Making {
     #[cfg(feature = "gdal")]
     raster: Option<ErrorRaster>,
     surveyor: Option<Surveyor>,
+    finding: Option<Finding>,
+}
+
+/// What was made.
+pub(super) struct Made {
+    pub(super) survey: Option<Survey>,
+    pub(super) checkpoints: Option<CheckpointReport>,
 }
 
 impl Making {
@@ -43,30 +53,34 @@ impl Making {
         Ok(Making {
             #[cfg(feature = "gdal")]
             raster: raster.map(|path| ErrorRaster::create(path, request, band)).transpose()?,
+            finding: request.extras.checkpoints.as_ref().map(|source| Finding::begin(source, band)).transpose()?,
             surveyor: request.extras.survey.then(|| Surveyor::new(band, request.max_error)),
         })
     }
 
     /// Who is to be told of faces and rows; nobody, if nothing is made.
     pub(super) fn observer(&mut self) -> Option<&mut dyn Observer> {
+        let is_watching = self.surveyor.is_some() || self.finding.is_some();
         #[cfg(feature = "gdal")]
-        let is_watching = self.raster.is_some() || self.surveyor.is_some();
-        #[cfg(not(feature = "gdal"))]
-        let is_watching = self.surveyor.is_some();
+        let is_watching = is_watching || self.raster.is_some();
         is_watching.then_some(self as &mut dyn Observer)
     }
 
     /// Ends what was made, given the largest error (× weight).
-    pub(super) fn finish(self, largest: Option<f64>) -> Result<Option<Survey>, RunError> {
+    pub(super) fn finish(self, largest: Option<f64>) -> Result<Made, RunError> {
         #[cfg(feature = "gdal")]
         self.raster.map_or(Ok(()), |raster| raster.writer.finish())?;
-        Ok(self.surveyor.map(|surveyor| surveyor.finish(largest)))
+        Ok(Made {
+            survey: self.surveyor.map(|surveyor| surveyor.finish(largest)),
+            checkpoints: self.finding.map(Finding::finish),
+        })
     }
 }
 
 impl Observer for Making {
     fn face(&mut self, corners: [(i64, i64); 3], heights: [f64; 3]) {
         self.surveyor.iter_mut().for_each(|surveyor| surveyor.face(corners, heights));
+        self.finding.iter_mut().for_each(|finding| finding.face(corners, heights));
     }
 
     fn rows(&mut self, rows: &ObservedRows<'_>) -> Result<(), Box<dyn Error + Send + Sync>> {

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::extras::{Extras, Making};
+use super::checkpoints::CheckpointReport;
+use super::extras::{Extras, Made, Making};
 use super::inputs::{open, open_importance};
 use super::look::look;
 use super::prepare::all_cores;
@@ -67,6 +68,9 @@ pub struct VerifyReport {
     /// Where it was asked for ([`Extras::survey`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub survey: Option<Survey>,
+    /// Where there are some ([`Extras::checkpoints`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub checkpoints: Option<CheckpointReport>,
     /// Everything else.
     #[serde(flatten)]
     pub verdict: Verdict,
@@ -95,6 +99,7 @@ impl VerifyRequest {
     pub fn inputs(&self) -> Vec<&Path> {
         let mut files = vec![self.input.path(), self.mesh.as_path()];
         files.extend(self.importance.as_ref().map(Input::path));
+        files.extend(self.extras.checkpoints.as_ref().map(|source| source.path.as_path()));
         #[cfg(feature = "gdal")]
         if let Input::Raster { view, .. } = &self.input {
             files.extend(view.cutline.as_ref().map(|cutline| cutline.path.as_path()));
@@ -152,7 +157,7 @@ fn judge(
     })?;
     drop(pool);
     let largest = verdict.weighted_worst.map(|w| w.weighted_error).or(verdict.worst.map(|w| w.error));
-    let survey = making.finish(largest)?;
+    let Made { survey, checkpoints } = making.finish(largest)?;
     let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
     if verdict.nodata + verdict.bridged > 0 && !is_flat {
         let look = look(&band, control).map_err(RunError::of_look)?;
@@ -167,6 +172,7 @@ fn judge(
         isolated_samples: verdict.without_ground.count,
         trimmed_samples: verdict.trim.map_or(0, |trim| trim.trimmed),
         survey,
+        checkpoints,
         verdict,
     })
 }

@@ -7,6 +7,7 @@
 //! A run works on threads of its own, as many as its memory is for; it may be called from any thread.
 
 mod attributes;
+pub mod checkpoints;
 mod convert;
 mod coordinates;
 mod error;

@@ -13,7 +13,7 @@ mod slopes;
 
 use serde::Serialize;
 
-use crate::base::Band;
+use crate::base::{Band, Reference};
 use crate::verify::{ObservedRows, Observer};
 
 pub use grid::{MapCell, MapGrid};
@@ -29,10 +29,43 @@ pub const SIGNED: usize = 20;
 /// Bins of smallest angles: whole degrees, the last one for 60.
 const ANGLES: usize = 60;
 
+/// What a raster is, as far as a report needs it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RasterFacts {
+    /// Samples across.
+    pub width: usize,
+    /// Samples down.
+    pub height: usize,
+    /// The least x and y of samples, and the largest.
+    pub extent: [f64; 4],
+    /// The sides of a cell along rows and columns, in metres, in the middle of the raster; null where it does not say how long a
+    /// unit of x and y is.
+    pub cell_metres: Option<(f64, f64)>,
+    /// What coordinates and heights mean.
+    pub reference: Reference,
+}
+
+impl RasterFacts {
+    fn of(band: &Band) -> RasterFacts {
+        let [_, xp, xl, _, yp, yl] = band.geo_transform().coefficients();
+        let ((x, y), _) = band.in_metres();
+        let is_known = band.is_georeferenced() && band.reference().metres.is_some();
+        RasterFacts {
+            width: band.width(),
+            height: band.height(),
+            extent: band.extent(),
+            cell_metres: is_known.then(|| ((xp * x).hypot(yp * y), (xl * x).hypot(yl * y))),
+            reference: band.reference().clone(),
+        }
+    }
+}
+
 /// What a mesh's errors and triangles come to. Distances are vertical; where errors are weighted, shares are those of
 /// distance × weight.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Survey {
+    /// The raster.
+    pub raster: RasterFacts,
     /// Samples that have a height and a surface over or under them.
     pub measured: u64,
     /// The mean of the surface's height less the sample's: above 0 where the mesh lies too high.
@@ -65,6 +98,7 @@ pub struct Survey {
 
 /// Gathers a [`Survey`].
 pub(super) struct Surveyor {
+    raster: RasterFacts,
     measure: Measure,
     map: MapGrid,
     histogram: Histogram,
@@ -81,6 +115,7 @@ pub(super) struct Surveyor {
 impl Surveyor {
     pub(super) fn new(band: &Band, tolerance: f64) -> Surveyor {
         Surveyor {
+            raster: RasterFacts::of(band),
             measure: Measure { tolerance, slopes: Slopes::new(band) },
             map: MapGrid::new((band.width(), band.height())),
             histogram: Histogram::new(tolerance),
@@ -100,6 +135,7 @@ impl Surveyor {
         let largest = largest.unwrap_or(self.largest);
         let share = |share: f64| self.histogram.share(share, largest);
         Survey {
+            raster: self.raster,
             measured,
             mean_error: if measured == 0 { 0.0 } else { self.sum / measured as f64 },
             p50: share(0.5),
