@@ -7,7 +7,7 @@ use super::numbers::{figure, percent};
 
 /// The size of a chart, and what is left free for axes to the left and below, above and to the right.
 const SIZE: (f64, f64) = (560.0, 220.0);
-const LEFT: f64 = 48.0;
+const LEFT: f64 = 58.0;
 const BELOW: f64 = 38.0;
 const ABOVE: f64 = 12.0;
 const RIGHT: f64 = 14.0;

@@ -14,7 +14,7 @@ pub(super) fn data_address((width, height): (usize, usize), palette: &[Colour], 
     encoder.set_color(png::ColorType::Indexed);
     encoder.set_palette(colours);
     encoder.set_trns(opacities);
-    encoder.set_compression(png::Compression::High);
+    encoder.set_compression(png::Compression::Fast);
     let written = encoder.write_header().and_then(|mut writer| {
         writer.write_image_data(pixels)?;
         writer.finish()

@@ -62,10 +62,11 @@ pub(super) fn maps(survey: &Survey, tolerance: f64, worst: Option<(usize, usize)
         }
     };
     let ratio = |max: f32| if tolerance > 0.0 { f64::from(max) / tolerance } else { 0.0 };
+    let above = spread(map);
     let errors = overlay(map, &colours(&ERRORS), |map, at| {
         let cell = &map.cells[at];
         let step = || step(&ERRORS, ratio(cell.max)) + 1;
-        if cell.above > 0 {
+        if above[at] {
             ERRORS.len() + 1
         } else if cell.measured > 0 {
             step()
@@ -74,13 +75,13 @@ pub(super) fn maps(survey: &Survey, tolerance: f64, worst: Option<(usize, usize)
         }
     });
     let bounds = |step: &(f64, Colour)| numbers::figure(step.0 * tolerance);
-    let legend = legend(&ERRORS, bounds, unit, Some("above the tolerance"));
-    let cross = if worst.is_some() { " The cross is where it is largest of all." } else { "" };
-    add("Largest error", &errors, worst, format!("The largest error in each square. {square}{cross}{legend}"));
+    let legend = legend(&ERRORS, bounds, unit, Some(&numbers::figure(tolerance)), "above the tolerance");
+    let ring = if worst.is_some() { " The ring is around the largest of all." } else { "" };
+    add("Largest error", &errors, worst, format!("The largest error in each square. {square}{ring}{legend}"));
 
     let (density, mean) = density(map);
     let bounds = |step: &(f64, Colour)| numbers::figure(step.0 * mean * 1000.0);
-    let legend = self::legend(&DENSITIES, bounds, " triangles in 1000 samples", None);
+    let legend = self::legend(&DENSITIES, bounds, "", None, "");
     let mean = numbers::figure(mean * 1000.0);
     let caption = format!("Triangles in 1000 samples, by the middle of each; the mean is {mean}. {square}{legend}");
     add("Density of triangles", &density, None, caption);
@@ -88,7 +89,7 @@ pub(super) fn maps(survey: &Survey, tolerance: f64, worst: Option<(usize, usize)
     let close = overlay(map, &colours(&CLOSE), |map, at| {
         let cell = &map.cells[at];
         let share = f64::from(cell.near) / f64::from(cell.measured.max(1));
-        if cell.above > 0 {
+        if above[at] {
             CLOSE.len() + 1
         } else if cell.near > 0 {
             step(&CLOSE, share) + 1
@@ -97,7 +98,7 @@ pub(super) fn maps(survey: &Survey, tolerance: f64, worst: Option<(usize, usize)
         }
     });
     let bounds = |step: &(f64, Colour)| format!("{} %", step.0 * 100.0);
-    let legend = self::legend(&CLOSE, bounds, " of the samples", Some("some above the tolerance"));
+    let legend = self::legend(&CLOSE, bounds, "", None, "some above the tolerance");
     let bound = numbers::figure(0.9 * tolerance);
     let caption =
         format!("The share of samples with an error above 0.9 of the tolerance ({bound}{unit}). {square}{legend}");
@@ -156,12 +157,7 @@ impl Frame {
         if let Some((column, row)) = mark {
             let (x, y) = ((column as f64 + 0.5) * self.sample.0, (row as f64 + 0.5) * self.sample.1);
             for class in ["mark", "mark in"] {
-                let _ = writeln!(
-                    out,
-                    "<path class=\"{class}\" d=\"M{:.1} {y:.1}h22M{x:.1} {:.1}v22\"/>",
-                    x - 11.0,
-                    y - 11.0
-                );
+                let _ = writeln!(out, "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"13\"/>");
             }
         }
         out + &self.scale_bar() + "</svg>\n"
@@ -177,8 +173,23 @@ impl Frame {
         let (pixels, y) = (length / metres, self.height - 10.0);
         let line = |class: &str| format!("<path class=\"{class}\" d=\"M10 {:.1}v5h{pixels:.1}v-5\"/>", y - 5.0);
         let halo = "stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\" style=\"fill:#000\"";
-        format!("{}{}<text x=\"15\" y=\"{:.1}\" {halo}>{words}</text>\n", line("mark"), line("mark in"), y - 8.0)
+        format!("{}{}<text x=\"15\" y=\"{:.1}\" {halo}>{words}</text>\n", line("scale"), line("scale in"), y - 8.0)
     }
+}
+
+/// Which squares are drawn as above the tolerance: those that are, and some around each, so that a single one is seen.
+fn spread(map: &MapGrid) -> Vec<bool> {
+    let (across, down) = map.size;
+    let reach = across.max(down) / 150;
+    let mut out = vec![false; map.cells.len()];
+    for at in (0..map.cells.len()).filter(|at| map.cells[*at].above > 0) {
+        let (column, row) = (at % across, at / across);
+        for row in row.saturating_sub(reach)..(row + reach + 1).min(down) {
+            let (first, end) = (column.saturating_sub(reach), (column + reach + 1).min(across));
+            out[row * across + first..row * across + end].fill(true);
+        }
+    }
+    out
 }
 
 /// The step that a value belongs to.
@@ -219,13 +230,26 @@ fn density(map: &MapGrid) -> (String, f64) {
     (picture, mean)
 }
 
-fn legend(steps: &[(f64, Colour)], bound: impl Fn(&(f64, Colour)) -> String, unit: &str, over: Option<&str>) -> String {
+/// The colours and where each begins and ends; the last one has no end unless one is given. `over` are the words for what is above
+/// the tolerance, if that has a colour.
+fn legend(
+    steps: &[(f64, Colour)],
+    bound: impl Fn(&(f64, Colour)) -> String,
+    unit: &str,
+    end: Option<&str>,
+    over: &str,
+) -> String {
     let entry = |colour: Colour, words: String| {
         format!("<span><i style=\"background:{}\"></i>{}</span>\n", css(colour), text(&words))
     };
-    let steps: String = steps.iter().map(|step| entry(step.1, format!("from {}{unit}", bound(step)))).collect();
-    let over = over.map_or(String::new(), |words| entry(OVER, words.to_string()));
-    format!("<div class=\"legend\">{steps}{over}</div>")
+    let ends = steps.iter().skip(1).map(|step| Some(bound(step))).chain([end.map(str::to_string)]);
+    let entries = steps.iter().zip(ends).map(|(step, end)| match end {
+        Some(end) => entry(step.1, format!("{} to {end}{unit}", bound(step))),
+        None => entry(step.1, format!("{}{unit} and more", bound(step))),
+    });
+    let entries: String = entries.collect();
+    let over = if over.is_empty() { String::new() } else { entry(OVER, over.to_string()) };
+    format!("<div class=\"legend\">{entries}{over}</div>")
 }
 
 /// The raster in grey, lit from the upper left; nothing where there is no height.

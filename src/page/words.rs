@@ -65,8 +65,20 @@ pub(super) fn verdict(report: &VerifyReport, unit: &str) -> String {
     };
     format!(
         "At every one of {samples} samples of the ground the mesh is within {tolerance} ({what}){trimmed}, and it is one surface \
-         without cracks, overlaps or holes."
+         without cracks, overlaps or holes.{}",
+        between(report, unit)
     )
+}
+
+/// What was asked for between samples, in a sentence; nothing where that was not judged.
+fn between(report: &VerifyReport, unit: &str) -> String {
+    report.verdict.stray.as_ref().map_or(String::new(), |stray| {
+        let limit = Decimal(stray.limit);
+        format!(
+            " Between samples it is at most {limit}{unit} ({} × the tolerance) beyond the heights around.",
+            stray.max_stray
+        )
+    })
 }
 
 /// What the page does not say, for a mesh that was judged.

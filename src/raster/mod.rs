@@ -5,6 +5,7 @@
 //! ([`read_points`]), and those inside its polygons ([`read_cutline`]). Numbers of samples come back as a raster of floats
 //! ([`RowWriter`]). Nothing here knows of tiles or meshes.
 
+mod about;
 mod axes;
 mod axis;
 mod bounding_box;
@@ -35,6 +36,7 @@ mod write;
 mod xyz;
 
 pub use crate::base::RasterError;
+pub use about::Libraries;
 pub use bounding_box::BoundingBox;
 pub(crate) use crs::bring_into;
 pub use cutline::{CutlineError, CutlineSource, read_cutline};

@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn single_floats_are_beyond_the_tolerance_as_their_samples_are() {
-        for tolerance in [0.0, 0.1, 0.3, 5.0, 1e-40, 1e300] {
+        for tolerance in [0.0f64, 0.1, 0.3, 5.0, 1e-40, 1e300] {
             for error in [0.0, tolerance, tolerance.next_up(), tolerance.next_down(), tolerance * 1.5, tolerance / 3.0]
             {
                 for error in [error, -error] {

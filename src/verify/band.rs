@@ -47,7 +47,7 @@ pub(super) struct Band<'s> {
 }
 
 impl<'s> Band<'s> {
-    pub(super) fn new(grid: Grid, tolerance: f64, first_row: i64, samples: Samples<'s>, is_observed: bool) -> Self {
+    pub(super) fn new(grid: Grid, tolerance: f64, first_row: i64, samples: Samples<'s>) -> Self {
         let lines = samples.heights.par_chunks(grid.width as usize);
         let tallies: Vec<RowTally> = lines.map(RowTally::new).collect();
         Band {
@@ -57,8 +57,20 @@ impl<'s> Band<'s> {
             samples,
             marks: vec![0; samples.heights.len()],
             tallies,
-            errors: vec![f64::NAN; if is_observed { samples.heights.len() } else { 0 }],
+            errors: Vec::new(),
         }
+    }
+
+    /// The same for an observer, with a buffer that is used for one band after the other.
+    pub(super) fn observed_in(self, mut errors: Vec<f64>) -> Self {
+        errors.clear();
+        errors.resize(self.samples.heights.len(), f64::NAN);
+        Band { errors, ..self }
+    }
+
+    /// The buffer.
+    pub(super) fn into_buffer(self) -> Vec<f64> {
+        self.errors
     }
 
     /// What an observer is told.

@@ -40,4 +40,9 @@ impl ObservedRows<'_> {
     pub fn is_above(&self, at: usize) -> bool {
         self.marks[at] & mark::ABOVE != 0
     }
+
+    /// Whether that is so at any of them.
+    pub fn any_above(&self, samples: std::ops::Range<usize>) -> bool {
+        self.marks[samples].iter().fold(0, |all, mark| all | mark) & mark::ABOVE != 0
+    }
 }

@@ -67,6 +67,7 @@ pub(super) fn sweep<'s>(
         above: Rows::default(),
         control,
         observer,
+        errors: Vec::new(),
         triangles: Feed::new(triangles, scratch),
         batches: Default::default(),
         planes: Planes::default(),
@@ -103,6 +104,8 @@ struct Sweep<'s, 'c, 'o> {
     above: Rows,
     control: &'c Control<'c>,
     observer: Option<&'o mut dyn Observer>,
+    /// What it is told of a band, where there is one.
+    errors: Vec<f64>,
     triangles: Feed<'s, TRIANGLE_WORDS>,
     /// The batch that is worked on, and one that has been used; and what is made of a batch.
     batches: [Vec<TriangleWords>; 2],
@@ -118,7 +121,10 @@ impl Sweep<'_, '_, '_> {
     /// Passes over the next rows.
     fn pass(&mut self, rows: &Rows) -> Result<(), VerifyError> {
         let (grid, cancel) = (self.grid, &self.control.cancel);
-        let mut band = Band::new(grid, self.tolerance, self.row, rows.samples(), self.observer.is_some());
+        let mut band = Band::new(grid, self.tolerance, self.row, rows.samples());
+        if self.observer.is_some() {
+            band = band.observed_in(std::mem::take(&mut self.errors));
+        }
         let above = (self.row > 0).then(|| self.above.samples());
         let mut strays = self.limit.map(|limit| Strays::new(grid, limit, self.row, above, rows.samples()));
         self.row = band.rows.1;
@@ -152,6 +158,7 @@ impl Sweep<'_, '_, '_> {
         }
         self.outline.follow(&mut self.ground.settle(band.samples, &band.marks))?;
         self.control.progress.step(Stage::Compare, band.samples.heights.len() as u64);
+        self.errors = band.into_buffer();
         Ok(())
     }
 }

@@ -3,6 +3,7 @@
 mod budget;
 mod changes;
 mod channels;
+mod checkpoints;
 mod clip;
 mod convert;
 mod cutline;
@@ -26,6 +27,7 @@ mod output_names;
 mod points;
 mod preview_bad_input;
 mod readers;
+mod report;
 mod resume;
 mod shards;
 mod shared;

@@ -4,7 +4,7 @@
 //! There is no pass of its own. Rows are worked on by all threads in pieces that depend on the raster alone, and put together in
 //! their order, so that sums are the same whatever the threads.
 //!
-//! Memory: a [`MapGrid`], two histograms of 24 KiB and one for each piece of a band, a row of heights.
+//! Memory: a [`MapGrid`], a histogram of 32 KiB and one of 16 KiB for each piece of a band, a row of heights.
 
 mod grid;
 mod histogram;
@@ -19,7 +19,7 @@ use crate::verify::{ObservedRows, Observer};
 pub use grid::{MapCell, MapGrid};
 pub use slopes::SlopeClass;
 
-use histogram::Histogram;
+use histogram::Total;
 use piece::{Measure, Piece};
 use slopes::{Class, FROM, Slopes};
 
@@ -83,7 +83,7 @@ pub struct Survey {
     pub p100: f64,
     /// Samples above nine tenths of the tolerance, those above it among them.
     pub above_nine_tenths: u64,
-    /// Samples by signed error, surface less sample: below −ε, twenty bins up to 0, twenty up to ε, above ε. Not weighted.
+    /// Samples by signed error, surface less sample: below −ε, twenty bins up to 0, twenty up to ε, above ε.
     pub signed_errors: Vec<u64>,
     /// Samples at shares of 1 %, 2 % and so on to 100 %: their distances are at most this.
     pub cumulative: Vec<f64>,
@@ -101,8 +101,9 @@ pub(super) struct Surveyor {
     raster: RasterFacts,
     measure: Measure,
     map: MapGrid,
-    histogram: Histogram,
-    signed: Vec<u64>,
+    histogram: Total,
+    /// Samples below −ε and above ε.
+    beyond: [u64; 2],
     sum: f64,
     largest: f64,
     near: u64,
@@ -118,8 +119,8 @@ impl Surveyor {
             raster: RasterFacts::of(band),
             measure: Measure { tolerance, slopes: Slopes::new(band) },
             map: MapGrid::new((band.width(), band.height())),
-            histogram: Histogram::new(tolerance),
-            signed: vec![0; 2 * SIGNED + 2],
+            histogram: Total::new(tolerance),
+            beyond: [0; 2],
             sum: 0.0,
             largest: 0.0,
             near: 0,
@@ -131,9 +132,10 @@ impl Surveyor {
 
     /// What was gathered. The largest distance is the verdict's, which is rounded once.
     pub(super) fn finish(self, largest: Option<f64>) -> Survey {
-        let measured = self.histogram.total();
+        let measured = self.histogram.samples();
         let largest = largest.unwrap_or(self.largest);
         let share = |share: f64| self.histogram.share(share, largest);
+        let [low, high] = self.beyond;
         Survey {
             raster: self.raster,
             measured,
@@ -144,7 +146,7 @@ impl Surveyor {
             p99: share(0.99),
             p100: largest,
             above_nine_tenths: self.near,
-            signed_errors: self.signed,
+            signed_errors: [low].into_iter().chain(self.histogram.signed(2 * SIGNED)).chain([high]).collect(),
             cumulative: (1..=100).map(|percent| share(f64::from(percent) / 100.0)).collect(),
             slopes: self.classes.iter().zip(FROM).map(|(class, from)| class.report(from)).collect(),
             smallest_angles: self.angles.to_vec(),
@@ -173,7 +175,7 @@ impl Observer for Surveyor {
 impl Surveyor {
     fn add(&mut self, first_row: usize, piece: &Piece) {
         self.histogram.add(&piece.histogram);
-        self.signed.iter_mut().zip(&piece.signed).for_each(|(sum, count)| *sum += count);
+        self.beyond = [self.beyond[0] + piece.low, self.beyond[1] + piece.high];
         self.sum += piece.sum;
         self.largest = self.largest.max(piece.largest);
         self.near += piece.near;

@@ -1,15 +1,18 @@
 //! Some rows of samples, surveyed by one thread.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use super::SIGNED;
 use super::grid::MapCell;
 use super::histogram::Histogram;
-use super::slopes::{Class, FROM, Slopes};
+use super::slopes::{Cell, Class, FROM, Slopes};
 use crate::verify::ObservedRows;
 
 /// Samples of a piece, about.
 const SAMPLES: usize = 1 << 15;
+/// What stands for the slope class of a sample that none is known of so far.
+const NO_CLASS: u8 = 0x80;
 
 /// What errors are held against.
 pub(super) struct Measure {
@@ -20,7 +23,9 @@ pub(super) struct Measure {
 /// What some rows come to.
 pub(super) struct Piece {
     pub(super) histogram: Histogram,
-    pub(super) signed: Vec<u64>,
+    /// Samples below −ε and above ε.
+    pub(super) low: u64,
+    pub(super) high: u64,
     pub(super) sum: f64,
     pub(super) largest: f64,
     pub(super) near: u64,
@@ -45,6 +50,7 @@ impl Piece {
             let first = rows.first_row + range.start;
             let squares = (first + range.len() - 1) / side - first / side + 1;
             let mut piece = Piece::new(measure.tolerance, squares * width.div_ceil(side));
+            let mut classes = Vec::new();
             for at in range {
                 // The first row of all takes its own heights for those above it, and has no slope along columns.
                 let above = match at {
@@ -52,7 +58,11 @@ impl Piece {
                     0 => above,
                     _ => &rows.heights[(at - 1) * width..at * width],
                 };
-                piece.take(rows, at, above, measure, (first / side, side));
+                let (row, start) = (rows.first_row + at, at * width);
+                let (heights, errors) = (&rows.heights[start..start + width], &rows.errors[start..start + width]);
+                let cell = measure.slopes.cell(row);
+                let line = Line { rows, row, start, heights, errors, above, cell, measure };
+                piece.take(&line, (first / side, side), &mut classes);
             }
             (first, piece)
         };
@@ -62,7 +72,8 @@ impl Piece {
     fn new(tolerance: f64, cells: usize) -> Piece {
         Piece {
             histogram: Histogram::new(tolerance),
-            signed: vec![0; 2 * SIGNED + 2],
+            low: 0,
+            high: 0,
             sum: 0.0,
             largest: 0.0,
             near: 0,
@@ -71,72 +82,181 @@ impl Piece {
         }
     }
 
-    /// Adds a row; the first squares of the piece are those of this row of squares.
-    fn take(
-        &mut self,
-        rows: &ObservedRows<'_>,
-        at: usize,
-        above: &[f64],
-        measure: &Measure,
-        (first_square, side): (usize, usize),
-    ) {
-        let (width, row) = (rows.width, rows.first_row + at);
-        let start = at * width;
-        let heights = &rows.heights[start..start + width];
-        let errors = &rows.errors[start..start + width];
-        let cell_size = measure.slopes.cell(row);
+    /// Adds a row; the first squares of the piece are those of this row of squares. `classes` is a buffer.
+    fn take(&mut self, line: &Line<'_>, (first_square, side): (usize, usize), classes: &mut Vec<u8>) {
+        let width = line.heights.len();
         let across = width.div_ceil(side);
-        let cells = &mut self.cells[(row / side - first_square) * across..][..across];
-        let (tolerance, nearly) = (measure.tolerance, 0.9 * measure.tolerance);
-        let per_error = if tolerance > 0.0 { SIGNED as f64 / tolerance } else { 0.0 };
-        for (square, cell) in cells.iter_mut().enumerate() {
-            for column in square * side..((square + 1) * side).min(width) {
-                let (height, error) = (heights[column], errors[column]);
-                if height.is_nan() {
-                    continue;
-                }
-                cell.heights += 1;
-                cell.sum += height;
-                if error.is_nan() {
-                    continue;
-                }
-                let distance = error.abs();
-                let counted = rows.weights.map_or(distance, |weights| distance * weights[start + column]);
-                let is_above = rows.is_above(start + column);
-                cell.measured += 1;
-                cell.max = cell.max.max(counted as f32);
-                let is_near = is_above || counted > nearly;
-                cell.near += u32::from(is_near);
-                cell.above += u32::from(is_above);
-                self.near += u64::from(is_near);
-                self.histogram.count(counted);
-                self.sum += error;
-                self.largest = self.largest.max(counted);
-                self.signed[signed_bin(error, tolerance, per_error)] += 1;
-                let neighbour = |there: bool, column: usize| if there { heights[column] } else { f64::NAN };
-                let (left, right) =
-                    (neighbour(column > 0, column.wrapping_sub(1)), neighbour(column + 1 < width, column + 1));
-                if let Some(class) = measure.slopes.class(cell_size, height, [left, right, above[column]]) {
-                    let class = &mut self.classes[class];
-                    class.samples += 1;
-                    class.above += u64::from(is_above);
-                    class.max = class.max.max(distance);
-                    class.squares += distance * distance;
-                }
+        let first = (line.row / side - first_square) * across;
+        line.classify(classes);
+        let is_plain = line.rows.weights.is_none() && !line.rows.any_above(line.start..line.start + width);
+        for square in 0..across {
+            let columns = square * side..((square + 1) * side).min(width);
+            let mut cell = std::mem::take(&mut self.cells[first + square]);
+            if !is_plain || !self.take_plain(line, columns.clone(), &classes[columns.clone()], &mut cell) {
+                columns.for_each(|column| self.take_any(line, column, &mut cell));
             }
+            self.cells[first + square] = cell;
+        }
+    }
+
+    /// Adds samples next to each other that have no weights and are within the tolerance, if all of them have a height, a surface and a
+    /// slope. Otherwise nothing changes.
+    #[inline(always)]
+    fn take_plain(&mut self, line: &Line<'_>, columns: Range<usize>, classes: &[u8], cell: &mut MapCell) -> bool {
+        let (errors, heights) = (&line.errors[columns.clone()], &line.heights[columns]);
+        let tolerance = line.measure.tolerance;
+        let sums = Sums::of(errors, heights, 0.9 * tolerance);
+        let (any, all) = classes.iter().fold((0, u8::MAX), |(any, all), class| (any | class, all & class));
+        if sums.error.is_nan() || sums.max > tolerance || any & NO_CLASS != 0 {
+            return false;
+        }
+        let count = errors.len() as u32;
+        cell.heights += count;
+        cell.measured += count;
+        cell.sum += sums.height;
+        cell.max = cell.max.max(sums.max as f32);
+        cell.near += sums.near;
+        self.near += u64::from(sums.near);
+        self.sum += sums.error;
+        self.largest = self.largest.max(sums.max);
+        self.histogram.count_within(errors);
+        if any == all {
+            // They are all the same.
+            let class = &mut self.classes[usize::from(any)];
+            class.samples += u64::from(count);
+            class.max = class.max.max(sums.max);
+            class.squares += sums.squares;
+            return true;
+        }
+        for (class, error) in classes.iter().zip(errors) {
+            let class = &mut self.classes[usize::from(*class)];
+            class.samples += 1;
+            class.max = class.max.max(error.abs());
+            class.squares += error * error;
+        }
+        true
+    }
+
+    /// Adds any sample.
+    fn take_any(&mut self, line: &Line<'_>, column: usize, cell: &mut MapCell) {
+        let (height, error, at) = (line.heights[column], line.errors[column], line.start + column);
+        if height.is_nan() {
+            return;
+        }
+        cell.heights += 1;
+        cell.sum += height;
+        if error.is_nan() {
+            return;
+        }
+        let (tolerance, distance, is_above) = (line.measure.tolerance, error.abs(), line.rows.is_above(at));
+        let counted = line.rows.weights.map_or(distance, |weights| distance * weights[at]);
+        // It is rounded; whether it is above is not.
+        let counted = if is_above { counted } else { counted.min(tolerance) };
+        let is_near = is_above || counted > 0.9 * tolerance;
+        cell.measured += 1;
+        cell.max = cell.max.max(counted as f32);
+        cell.near += u32::from(is_near);
+        cell.above += u32::from(is_above);
+        self.near += u64::from(is_near);
+        self.sum += error;
+        self.largest = self.largest.max(counted);
+        self.histogram.count(counted.copysign(error));
+        self.low += u64::from(is_above && error < 0.0);
+        self.high += u64::from(is_above && error > 0.0);
+        if let Some(class) = line.class(column) {
+            let class = &mut self.classes[class];
+            class.samples += 1;
+            class.above += u64::from(is_above);
+            class.max = class.max.max(distance);
+            class.squares += distance * distance;
         }
     }
 }
 
-/// The bin of a signed error: below −ε, [`SIGNED`] bins up to 0, as many up to ε, above it.
-#[inline(always)]
-fn signed_bin(error: f64, tolerance: f64, per_error: f64) -> usize {
-    if error > tolerance {
-        return 2 * SIGNED + 1;
+/// A row that is surveyed.
+struct Line<'r> {
+    rows: &'r ObservedRows<'r>,
+    /// Which it is, and where it begins in `rows`.
+    row: usize,
+    start: usize,
+    heights: &'r [f64],
+    errors: &'r [f64],
+    /// The heights of the row above.
+    above: &'r [f64],
+    cell: Cell,
+    measure: &'r Measure,
+}
+
+impl Line<'_> {
+    /// The slope classes of all samples; [`NO_CLASS`] at the ends of the row, and where a height beside or above is missing.
+    fn classify(&self, classes: &mut Vec<u8>) {
+        let width = self.heights.len();
+        classes.clear();
+        classes.resize(width, NO_CLASS);
+        if width < 3 {
+            return;
+        }
+        let (left, right) = (&self.heights[..width - 2], &self.heights[2..]);
+        let (here, above) = (&self.heights[1..width - 1], &self.above[1..width - 1]);
+        let heights = left.iter().zip(right).zip(here.iter().zip(above));
+        for (class, ((left, right), (here, above))) in classes[1..width - 1].iter_mut().zip(heights) {
+            let squared = self.cell.squared((right - left) / 2.0, here - above);
+            *class = self.measure.slopes.class(squared) as u8 | if squared.is_nan() { NO_CLASS } else { 0 };
+        }
     }
-    if error < -tolerance {
-        return 0;
+
+    /// The slope class of any sample; `None` where there is no height beside it, or none above it.
+    fn class(&self, column: usize) -> Option<usize> {
+        let here = self.heights[column];
+        let beside = |column: Option<usize>| column.and_then(|c| self.heights.get(c)).copied().filter(|h| !h.is_nan());
+        let across = match (beside(column.checked_sub(1)), beside(Some(column + 1))) {
+            (Some(left), Some(right)) => (right - left) / 2.0,
+            (Some(left), None) => here - left,
+            (None, Some(right)) => right - here,
+            (None, None) => return None,
+        };
+        let squared = self.cell.squared(across, here - self.above[column]);
+        (!squared.is_nan()).then(|| self.measure.slopes.class(squared) as usize)
     }
-    let steps = (error * per_error).floor() as isize;
-    (1 + SIGNED as isize + steps).clamp(1, 2 * SIGNED as isize) as usize
+}
+
+/// What some samples come to, as vectors add it up: NaN where one has no height or no surface.
+struct Sums {
+    max: f64,
+    error: f64,
+    squares: f64,
+    height: f64,
+    near: u32,
+}
+
+impl Sums {
+    #[inline(always)]
+    fn of(errors: &[f64], heights: &[f64], nearly: f64) -> Sums {
+        const LANES: usize = 4;
+        let ((errors, last_errors), (heights, last_heights)) =
+            (errors.as_chunks::<LANES>(), heights.as_chunks::<LANES>());
+        let (mut max, mut error, mut height, mut near) = ([0.0f64; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let mut squares = [0.0; LANES];
+        let mut add = |i: usize, e: f64, h: f64| {
+            let distance = e.abs();
+            max[i] = if distance > max[i] { distance } else { max[i] };
+            error[i] += e;
+            squares[i] += e * e;
+            height[i] += h;
+            near[i] += if distance > nearly { 1.0 } else { 0.0 };
+        };
+        for (errors, heights) in errors.iter().zip(heights) {
+            for i in 0..LANES {
+                add(i, errors[i], heights[i]);
+            }
+        }
+        last_errors.iter().zip(last_heights).enumerate().for_each(|(i, (e, h))| add(i, *e, *h));
+        Sums {
+            max: max.into_iter().fold(0.0, f64::max),
+            error: error.iter().sum(),
+            squares: squares.iter().sum(),
+            height: height.iter().sum(),
+            near: near.iter().sum::<f64>() as u32,
+        }
+    }
 }

@@ -53,20 +53,20 @@ pub(super) struct Slopes {
     /// Metres in a unit of heights.
     height_unit: f64,
     /// The squares of the tangents at which classes begin.
-    squared: [f64; FROM.len()],
+    squared: [f32; FROM.len()],
 }
 
-/// The sides of cells of one row, in units of heights.
+/// The sides of cells of one row in units of heights, as what slopes are rises times.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cell {
-    across: f64,
-    down: f64,
+    per_across: f64,
+    per_down: f64,
 }
 
 impl Slopes {
     pub(super) fn new(band: &Band) -> Slopes {
         let height_unit = metres_in(&band.reference().height_unit).unwrap_or(1.0);
-        let squared = FROM.map(|degrees| degrees.to_radians().tan().powi(2));
+        let squared = FROM.map(|degrees| degrees.to_radians().tan().powi(2) as f32);
         Slopes { band: band.clone(), height_unit, squared }
     }
 
@@ -76,24 +76,24 @@ impl Slopes {
         let [_, xp, xl, _, yp, yl] = transform.coefficients();
         let (_, y) = transform.place((self.band.width() - 1) as f64 / 2.0, row as f64);
         let (mx, my) = Metres::between(self.band.reference().metres, y, y);
-        Cell { across: (xp * mx).hypot(yp * my) / self.height_unit, down: (xl * mx).hypot(yl * my) / self.height_unit }
+        let sides = ((xp * mx).hypot(yp * my), (xl * mx).hypot(yl * my));
+        Cell { per_across: self.height_unit / sides.0, per_down: self.height_unit / sides.1 }
     }
 
-    /// The class of a sample, by the differences to its neighbours; `None` where none has a height, along a row or a column.
+    /// The class of a slope, by the square of its tangent.
     #[inline(always)]
-    pub(super) fn class(&self, cell: Cell, here: f64, [left, right, above]: [f64; 3]) -> Option<usize> {
-        let across = match (left.is_nan(), right.is_nan()) {
-            (false, false) => (right - left) / 2.0,
-            (false, true) => here - left,
-            (true, false) => right - here,
-            (true, true) => return None,
-        };
-        if above.is_nan() {
-            return None;
-        }
-        let (dx, dy) = (across / cell.across, (here - above) / cell.down);
-        let squared = dx * dx + dy * dy;
+    pub(super) fn class(&self, squared: f64) -> u32 {
+        let squared = squared as f32;
         // The first class begins at 0.
-        Some(self.squared[1..].iter().filter(|from| squared >= **from).count())
+        self.squared[1..].iter().map(|from| u32::from(squared >= *from)).sum()
+    }
+}
+
+impl Cell {
+    /// The square of a slope's tangent, from the rises along a row and along a column, a cell each.
+    #[inline(always)]
+    pub(super) fn squared(self, across: f64, down: f64) -> f64 {
+        let (x, y) = (across * self.per_across, down * self.per_down);
+        x * x + y * y
     }
 }
