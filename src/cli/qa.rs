@@ -48,14 +48,19 @@ impl QaArgs {
         if self.error_raster.as_ref() == Some(path) {
             return Err(Failure::usage(format!("{}: --report and --error-raster name the same file", path.display())));
         }
-        Ok(StagedFile::check(path, self.overwrite, &request.inputs())?)
+        Ok(StagedFile::check(path, self.overwrite, &self.kept(request))?)
     }
 
     /// Writes the page, if there is to be one.
     pub(super) fn write(&self, report: &VerifyReport, request: &VerifyRequest) -> Result<(), Failure> {
         let Some(path) = &self.report else { return Ok(()) };
         let page = page::of_verdict(report, &origin(request.input.path(), &request.mesh));
-        Ok(page::write(&page, path, self.overwrite, &request.inputs())?)
+        Ok(page::write(&page, path, self.overwrite, &self.kept(request))?)
+    }
+
+    /// What the page may not replace: what is read, and what else is written.
+    fn kept<'r>(&'r self, request: &'r VerifyRequest) -> Vec<&'r Path> {
+        request.inputs().into_iter().chain(self.error_raster.as_deref()).collect()
     }
 }
 

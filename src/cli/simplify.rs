@@ -66,7 +66,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     let report = Report { warnings: warnings::take(), ..report };
     if let Some(page) = &args.report {
         let made = crate::page::of_run(&report, &qa::origin(request.input.path(), &args.output));
-        crate::page::write(&made, page, args.overwrite, &request.inputs())?;
+        crate::page::write(&made, page, args.overwrite, &kept(&request))?;
     }
     tell(report, mesh.json, mesh.quiet)
 }
@@ -76,7 +76,12 @@ fn check_page(page: &Path, request: &Request<'_>) -> Result<(), Failure> {
     if page == request.output {
         return Err(Failure::usage(format!("{}: --report and the mesh are the same file", page.display())));
     }
-    Ok(StagedFile::check(page, request.overwrite, &request.inputs())?)
+    Ok(StagedFile::check(page, request.overwrite, &kept(request))?)
+}
+
+/// What a page may not replace: what the run reads, and what it writes.
+fn kept<'r>(request: &'r Request<'_>) -> Vec<&'r Path> {
+    request.inputs().into_iter().chain([request.output.as_path()]).collect()
 }
 
 /// Prints the report of a mesh that was made, and gives the exit code.

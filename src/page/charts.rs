@@ -104,11 +104,11 @@ pub(super) fn angles(counts: &[u64]) -> String {
     histogram("Histogram of smallest angles", "smallest angle of a triangle", &bins, &ticks)
 }
 
-/// The distances that 1 %, 2 % and so on of the samples do not exceed, and the tolerance. Where samples are far beyond it, the curve
-/// leaves to the right.
-pub(super) fn cumulative(distances: &[f64], tolerance: f64, unit: &str) -> String {
+/// The distances that 1 %, 2 % and so on of the samples do not exceed, on an axis for distances of about `scale`, and a line there if it
+/// is the tolerance. Where samples are far beyond it, the curve leaves to the right.
+pub(super) fn cumulative(distances: &[f64], scale: f64, is_tolerance: bool, unit: &str) -> String {
     let largest = distances.last().copied().unwrap_or(0.0);
-    let end = largest.min(2.0 * tolerance).max(tolerance);
+    let end = largest.min(2.0 * scale).max(scale);
     let end = if end > 0.0 { end * 1.02 } else { largest.max(1.0) };
     let mut inside = String::new();
     for percent in [0, 50, 90, 100] {
@@ -123,20 +123,22 @@ pub(super) fn cumulative(distances: &[f64], tolerance: f64, unit: &str) -> Strin
             break;
         }
     }
-    let limit = place(0.0, tolerance).0;
-    let _ = writeln!(
-        inside,
-        "<path class=\"limit\" d=\"M{limit:.1} {ABOVE}v{HEIGHT}\"/><path class=\"curve\" d=\"{path}\"/>"
-    );
+    if is_tolerance {
+        let limit = place(0.0, scale).0;
+        let _ = writeln!(inside, "<path class=\"limit\" d=\"M{limit:.1} {ABOVE}v{HEIGHT}\"/>");
+    }
+    let _ = writeln!(inside, "<path class=\"curve\" d=\"{path}\"/>");
     for percent in [50, 90, 95, 99] {
         if let Some(distance) = distances.get(percent - 1).filter(|distance| **distance <= end) {
             let (x, y) = place(percent as f64 / 100.0, *distance);
             let _ = writeln!(inside, "<circle class=\"bar\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\"/>");
         }
     }
-    let ticks = [0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0].map(|t| t * tolerance).into_iter().filter(|t| *t <= end);
+    let step = if scale > 0.0 { scale } else { end };
+    let ticks = [0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0].map(|t| t * step).into_iter().filter(|t| *t <= end);
     ticks.for_each(|t| tick(&mut inside, t / end, &figure(t)));
-    chart("Cumulative curve of errors", &format!("distance{unit}; dashed: the tolerance"), &inside)
+    let dashed = if is_tolerance { "; dashed: the tolerance" } else { "" };
+    chart("Cumulative curve of errors", &format!("distance{unit}{dashed}"), &inside)
 }
 
 #[cfg(test)]
@@ -160,11 +162,12 @@ mod tests {
     #[test]
     fn a_curve_ends_at_the_top_or_leaves_to_the_right() {
         let within: Vec<f64> = (1..=100).map(|i| f64::from(i) / 100.0).collect();
-        let svg = cumulative(&within, 1.0, "");
+        let svg = cumulative(&within, 1.0, true, "");
         assert!(svg.contains(&format!("{ABOVE:.1}\"/>")) && svg.matches("<circle").count() == 4, "{svg}");
         let beyond: Vec<f64> = (1..=100).map(|i| if i > 92 { 1e6 } else { 0.5 }).collect();
-        let svg = cumulative(&beyond, 1.0, "");
+        let svg = cumulative(&beyond, 1.0, false, "");
         assert_eq!(svg.matches("<circle").count(), 2, "95 and 99 % are off the chart");
-        assert!(!svg.contains("NaN") && !cumulative(&[0.0; 100], 0.0, "").contains("NaN"));
+        assert!(!svg.contains("NaN") && !svg.contains("tolerance"));
+        assert!(!cumulative(&[0.0; 100], 0.0, true, "").contains("NaN"));
     }
 }

@@ -1,9 +1,8 @@
 //! The page of a mesh that was made: from the run's own measurement.
 
 use super::html::{document, facts, figure, list, section, text};
-use super::numbers::percent;
 use super::words::unit_of;
-use super::{Origin, angles, charts, files, heading, html, json, numbers, warnings, words};
+use super::{Counts, Origin, angles, charts, files, ground, heading, html, json, numbers, warnings, words};
 use crate::base::decimal::Decimal;
 use crate::run::Report;
 use crate::run::report::{BinaryBytes, grouped};
@@ -26,7 +25,15 @@ pub(super) fn page(report: &Report, origin: &Origin) -> String {
     }
     body += &section("Coordinates and heights", &facts(&rows));
     body += &section("Vertical error", &errors(report, &unit));
-    body += &section("Ground", &ground(report));
+    let counts = Counts {
+        raster: report.raster_samples,
+        ground: report.samples,
+        missing: report.missing_samples,
+        filled: (report.filled_samples, report.filled_voids),
+        trimmed: report.trimmed_samples,
+        isolated: report.isolated_samples,
+    };
+    body += &section("Ground", &ground(&counts));
     body += &section("Triangles", &triangles(report, &unit));
     let lines: Vec<(&str, String)> = report.lines().into_iter().map(|(name, value)| (name, text(&value))).collect();
     body += &section("The run", &facts(&lines));
@@ -96,25 +103,13 @@ fn errors(report: &Report, unit: &str) -> String {
     );
     let curve = figure(
         "Cumulative curve",
-        &charts::cumulative(&cumulative, error.histogram_end, &brackets),
+        &charts::cumulative(&cumulative, error.histogram_end, report.tolerance.is_some(), &brackets),
         "The share of the samples whose distance is at most so large. The dots are at 50, 90, 95 and 99 %.",
     );
     format!(
         "<div class=\"grid\"><div>{}</div><div>{shares}</div></div>\n<div class=\"grid\">{histogram}{curve}</div>\n",
         facts(&rows)
     )
-}
-
-fn ground(report: &Report) -> String {
-    let samples = |count: u64| format!("{} ({})", grouped(count), percent(count, report.raster_samples));
-    facts(&[
-        ("Samples of the raster", grouped(report.raster_samples)),
-        ("On the ground, with a height", samples(report.samples)),
-        ("Missing: nodata, masked, outside of a cutline", samples(report.missing_samples)),
-        ("In filled voids", format!("{} in {} voids", samples(report.filled_samples), grouped(report.filled_voids))),
-        ("On the trimmed rim, left uncovered", samples(report.trimmed_samples)),
-        ("Isolated, in no cell with three heights", samples(report.isolated_samples)),
-    ])
 }
 
 fn triangles(report: &Report, unit: &str) -> String {

@@ -59,7 +59,15 @@ pub fn of_verdict(report: &VerifyReport, origin: &Origin) -> String {
         body += &section("Maps", &maps::maps(survey, verdict.tolerance, worst, &unit));
         body += &section("Error by slope", &slopes(survey, &unit));
     }
-    body += &section("Ground", &ground(report));
+    let counts = Counts {
+        raster: verdict.samples,
+        ground: verdict.checked,
+        missing: verdict.nodata,
+        filled: (verdict.bridged, verdict.bridged_holes),
+        trimmed: report.trimmed_samples,
+        isolated: report.isolated_samples,
+    };
+    body += &section("Ground", &ground(&counts));
     body += &section("Surface", &checks::checks(verdict));
     body += &section("Triangles", &triangles(report));
     if let Some(found) = &report.checkpoints {
@@ -138,7 +146,7 @@ fn errors(report: &VerifyReport, survey: &Survey, unit: &str) -> String {
     let mut rows = vec![("Tolerance", format!("{}{}", Decimal(verdict.tolerance), text(unit)))];
     if let Some(worst) = &verdict.worst {
         let place = worst.place;
-        let at = words::place(place.x, place.y, place.column as u64, place.row as u64, &survey.raster.reference);
+        let at = words::place(place.x, place.y, place.column, place.row, &survey.raster.reference);
         let heights =
             format!("raster {}, mesh {}", numbers::figure(worst.raster_height), numbers::figure(worst.surface_height));
         let class = if verdict.above_tolerance.count > 0 { "bad" } else { "good" };
@@ -171,7 +179,7 @@ fn errors(report: &VerifyReport, survey: &Survey, unit: &str) -> String {
     );
     let curve = figure(
         "Cumulative curve",
-        &charts::cumulative(&survey.cumulative, tolerance, &brackets),
+        &charts::cumulative(&survey.cumulative, tolerance, true, &brackets),
         &format!(
             "The share of the samples whose distance is at most so large. The dots are at 50, 90, 95 and 99 %.{weighted}"
         ),
@@ -212,16 +220,27 @@ fn slopes(survey: &Survey, unit: &str) -> String {
     format!("<p>{scale}</p>\n{table}")
 }
 
-fn ground(report: &VerifyReport) -> String {
-    let verdict = &report.verdict;
-    let samples = |count: u64| format!("{} ({})", grouped(count), percent(count, verdict.samples));
+/// How many samples of a raster are what.
+struct Counts {
+    raster: u64,
+    ground: u64,
+    missing: u64,
+    /// Samples of filled voids, and voids.
+    filled: (u64, u64),
+    trimmed: u64,
+    isolated: u64,
+}
+
+fn ground(counts: &Counts) -> String {
+    let samples = |count: u64| format!("{} ({})", grouped(count), percent(count, counts.raster));
+    let (filled, voids) = counts.filled;
     facts(&[
-        ("Samples of the raster", grouped(verdict.samples)),
-        ("On the ground, with a height", samples(verdict.checked)),
-        ("Missing: nodata, masked, outside of a cutline", samples(verdict.nodata)),
-        ("In filled voids", format!("{} in {} voids", samples(verdict.bridged), grouped(verdict.bridged_holes))),
-        ("On the trimmed rim, left uncovered", samples(report.trimmed_samples)),
-        ("Isolated, in no cell with three heights", samples(report.isolated_samples)),
+        ("Samples of the raster", grouped(counts.raster)),
+        ("On the ground, with a height", samples(counts.ground)),
+        ("Missing: nodata, masked, outside of a cutline", samples(counts.missing)),
+        ("In filled voids", format!("{} in {} voids", samples(filled), grouped(voids))),
+        ("On the trimmed rim, left uncovered", samples(counts.trimmed)),
+        ("Isolated, in no cell with three heights", samples(counts.isolated)),
     ])
 }
 

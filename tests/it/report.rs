@@ -173,7 +173,7 @@ fn names_are_no_markup_and_what_is_read_is_not_replaced() {
     };
     judge(&page, &[]).succeeds();
     let text = fs::read_to_string(&page).unwrap();
-    assert!(text.contains("&lt;b&gt;a&amp;&#39;.tif") && !text.contains("<b>a"));
+    assert!(text.contains("&lt;b&gt;a&amp;&apos;.tif") && !text.contains("<b>a"));
     judge(&page, &[]).fails(1, &["qa.html", "--overwrite"]);
     judge(&tin, &["--overwrite"]).fails(1, &["tin.ply", "input"]);
     judge(&page, &["--overwrite", "--error-raster", &page]).fails(2, &["--error-raster"]);

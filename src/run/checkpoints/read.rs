@@ -152,7 +152,7 @@ mod tests {
         ] {
             assert_eq!(
                 parse(Path::new("gcp.csv"), text.strip_prefix('\u{feff}').unwrap_or(text)).unwrap(),
-                [expected.clone()],
+                std::slice::from_ref(&expected),
                 "{text}"
             );
         }

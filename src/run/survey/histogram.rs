@@ -121,7 +121,7 @@ mod tests {
     fn shares_are_no_smaller_than_what_sorting_finds_and_hardly_larger() {
         for tolerance in [0.0, 0.3, 5.0] {
             let scale = scale(tolerance);
-            let value = |i: u32| f64::from(i.pow(2)) / 9e6 * scale * if i % 3 == 0 { -1.0 } else { 1.0 };
+            let value = |i: u32| f64::from(i.pow(2)) / 9e6 * scale * if i.is_multiple_of(3) { -1.0 } else { 1.0 };
             let errors: Vec<f64> = (0..5000u32).map(value).collect();
             let found = total(tolerance, &errors);
             let mut distances: Vec<f64> = errors.iter().map(|e| e.abs()).collect();

@@ -179,7 +179,9 @@ impl Surveyor {
         self.sum += piece.sum;
         self.largest = self.largest.max(piece.largest);
         self.near += piece.near;
-        self.classes.iter_mut().zip(&piece.classes).for_each(|(sum, class)| sum.add(class));
+        for lane in &piece.classes {
+            self.classes.iter_mut().zip(lane).for_each(|(sum, class)| sum.add(class));
+        }
         for (at, cells) in piece.cells.chunks(self.map.size.0).enumerate() {
             let row = (first_row / self.map.side + at) * self.map.side;
             self.map.row(row).iter_mut().zip(cells).for_each(|(sum, cell)| sum.add(cell));

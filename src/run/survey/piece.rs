@@ -6,13 +6,13 @@ use rayon::prelude::*;
 
 use super::grid::MapCell;
 use super::histogram::Histogram;
-use super::slopes::{Cell, Class, FROM, Slopes};
+use super::slopes::{Cell, Class, FROM, NO_CLASS, Slopes};
 use crate::verify::ObservedRows;
 
 /// Samples of a piece, about.
 const SAMPLES: usize = 1 << 15;
-/// What stands for the slope class of a sample that none is known of so far.
-const NO_CLASS: u8 = 0x80;
+/// Samples that are counted side by side, in sums of their own: none waits for the sum of the one before.
+const LANES: usize = 4;
 
 /// What errors are held against.
 pub(super) struct Measure {
@@ -29,7 +29,8 @@ pub(super) struct Piece {
     pub(super) sum: f64,
     pub(super) largest: f64,
     pub(super) near: u64,
-    pub(super) classes: [Class; FROM.len()],
+    /// By slope, in [`LANES`] parts.
+    pub(super) classes: [[Class; FROM.len()]; LANES],
     /// The squares of the map that the rows go through, row by row.
     pub(super) cells: Vec<MapCell>,
 }
@@ -77,7 +78,7 @@ impl Piece {
             sum: 0.0,
             largest: 0.0,
             near: 0,
-            classes: [Class::default(); FROM.len()],
+            classes: [[Class::default(); FROM.len()]; LANES],
             cells: vec![MapCell::default(); cells],
         }
     }
@@ -106,7 +107,7 @@ impl Piece {
         let (errors, heights) = (&line.errors[columns.clone()], &line.heights[columns]);
         let tolerance = line.measure.tolerance;
         let sums = Sums::of(errors, heights, 0.9 * tolerance);
-        let (any, all) = classes.iter().fold((0, u8::MAX), |(any, all), class| (any | class, all & class));
+        let any = classes.iter().fold(0, |any, class| any | class);
         if sums.error.is_nan() || sums.max > tolerance || any & NO_CLASS != 0 {
             return false;
         }
@@ -120,19 +121,15 @@ impl Piece {
         self.sum += sums.error;
         self.largest = self.largest.max(sums.max);
         self.histogram.count_within(errors);
-        if any == all {
-            // They are all the same.
-            let class = &mut self.classes[usize::from(any)];
-            class.samples += u64::from(count);
-            class.max = class.max.max(sums.max);
-            class.squares += sums.squares;
-            return true;
+        let (chunks, last_classes) = classes.as_chunks::<LANES>();
+        let (errors, last_errors) = errors.as_chunks::<LANES>();
+        for (classes, errors) in chunks.iter().zip(errors) {
+            for lane in 0..LANES {
+                self.classes[lane][usize::from(classes[lane]) % FROM.len()].count(errors[lane].abs());
+            }
         }
-        for (class, error) in classes.iter().zip(errors) {
-            let class = &mut self.classes[usize::from(*class)];
-            class.samples += 1;
-            class.max = class.max.max(error.abs());
-            class.squares += error * error;
+        for (class, error) in last_classes.iter().zip(last_errors) {
+            self.classes[0][usize::from(*class) % FROM.len()].count(error.abs());
         }
         true
     }
@@ -164,11 +161,9 @@ impl Piece {
         self.low += u64::from(is_above && error < 0.0);
         self.high += u64::from(is_above && error > 0.0);
         if let Some(class) = line.class(column) {
-            let class = &mut self.classes[class];
-            class.samples += 1;
+            let class = &mut self.classes[0][class];
+            class.count(distance);
             class.above += u64::from(is_above);
-            class.max = class.max.max(distance);
-            class.squares += distance * distance;
         }
     }
 }
@@ -200,8 +195,7 @@ impl Line<'_> {
         let (here, above) = (&self.heights[1..width - 1], &self.above[1..width - 1]);
         let heights = left.iter().zip(right).zip(here.iter().zip(above));
         for (class, ((left, right), (here, above))) in classes[1..width - 1].iter_mut().zip(heights) {
-            let squared = self.cell.squared((right - left) / 2.0, here - above);
-            *class = self.measure.slopes.class(squared) as u8 | if squared.is_nan() { NO_CLASS } else { 0 };
+            *class = self.measure.slopes.class(self.cell.squared((right - left) / 2.0, here - above));
         }
     }
 
@@ -216,7 +210,7 @@ impl Line<'_> {
             (None, None) => return None,
         };
         let squared = self.cell.squared(across, here - self.above[column]);
-        (!squared.is_nan()).then(|| self.measure.slopes.class(squared) as usize)
+        Some(usize::from(self.measure.slopes.class(squared))).filter(|class| *class < FROM.len())
     }
 }
 
@@ -224,7 +218,6 @@ impl Line<'_> {
 struct Sums {
     max: f64,
     error: f64,
-    squares: f64,
     height: f64,
     near: u32,
 }
@@ -232,16 +225,13 @@ struct Sums {
 impl Sums {
     #[inline(always)]
     fn of(errors: &[f64], heights: &[f64], nearly: f64) -> Sums {
-        const LANES: usize = 4;
         let ((errors, last_errors), (heights, last_heights)) =
             (errors.as_chunks::<LANES>(), heights.as_chunks::<LANES>());
         let (mut max, mut error, mut height, mut near) = ([0.0f64; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        let mut squares = [0.0; LANES];
         let mut add = |i: usize, e: f64, h: f64| {
             let distance = e.abs();
             max[i] = if distance > max[i] { distance } else { max[i] };
             error[i] += e;
-            squares[i] += e * e;
             height[i] += h;
             near[i] += if distance > nearly { 1.0 } else { 0.0 };
         };
@@ -254,7 +244,6 @@ impl Sums {
         Sums {
             max: max.into_iter().fold(0.0, f64::max),
             error: error.iter().sum(),
-            squares: squares.iter().sum(),
             height: height.iter().sum(),
             near: near.iter().sum::<f64>() as u32,
         }

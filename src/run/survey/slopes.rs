@@ -7,6 +7,12 @@ use crate::base::{Band, Metres, metres_in};
 /// Where classes begin, in degrees.
 pub(super) const FROM: [f64; 8] = [0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0];
 
+/// What stands for the class where there is none.
+pub(super) const NO_CLASS: u8 = 0x80;
+/// Positive single floats by exponent and the first three bits of the mantissa; from which of them on they are no numbers.
+const EIGHTHS: usize = 1 << 11;
+const FIRST_NAN: usize = 0x7fc;
+
 /// The errors of samples of about the same slope.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SlopeClass {
@@ -32,6 +38,14 @@ pub(super) struct Class {
 }
 
 impl Class {
+    /// Counts a sample with this error.
+    #[inline(always)]
+    pub(super) fn count(&mut self, distance: f64) {
+        self.samples += 1;
+        self.max = if distance > self.max { distance } else { self.max };
+        self.squares += distance * distance;
+    }
+
     pub(super) fn add(&mut self, other: &Class) {
         self.samples += other.samples;
         self.above += other.above;
@@ -52,8 +66,10 @@ pub(super) struct Slopes {
     band: Band,
     /// Metres in a unit of heights.
     height_unit: f64,
-    /// The squares of the tangents at which classes begin.
-    squared: [f32; FROM.len()],
+    /// The squares of the tangents at which classes begin; none after the last.
+    squared: [f32; FROM.len() + 1],
+    /// The class where each eighth of a doubling begins, or [`NO_CLASS`] for what is no number.
+    begins: Box<[u8; EIGHTHS]>,
 }
 
 /// The sides of cells of one row in units of heights, as what slopes are rises times.
@@ -66,8 +82,16 @@ pub(super) struct Cell {
 impl Slopes {
     pub(super) fn new(band: &Band) -> Slopes {
         let height_unit = metres_in(&band.reference().height_unit).unwrap_or(1.0);
-        let squared = FROM.map(|degrees| degrees.to_radians().tan().powi(2) as f32);
-        Slopes { band: band.clone(), height_unit, squared }
+        let mut squared = [f32::NAN; FROM.len() + 1];
+        squared.iter_mut().zip(FROM).for_each(|(squared, from)| *squared = from.to_radians().tan().powi(2) as f32);
+        let begin = |eighth: usize| {
+            let begin = f32::from_bits((eighth as u32) << 20);
+            // The first class begins at 0.
+            let class = squared[1..].iter().filter(|from| begin >= **from).count() as u8;
+            if eighth < FIRST_NAN { class } else { NO_CLASS }
+        };
+        let begins = Box::new(std::array::from_fn(begin));
+        Slopes { band: band.clone(), height_unit, squared, begins }
     }
 
     /// The cells of a row: where x and y are degrees they are shorter the nearer they are to a pole.
@@ -80,12 +104,13 @@ impl Slopes {
         Cell { per_across: self.height_unit / sides.0, per_down: self.height_unit / sides.1 }
     }
 
-    /// The class of a slope, by the square of its tangent.
+    /// The class of a slope, by the square of its tangent; [`NO_CLASS`] where that is no number.
     #[inline(always)]
-    pub(super) fn class(&self, squared: f64) -> u32 {
+    pub(super) fn class(&self, squared: f64) -> u8 {
         let squared = squared as f32;
-        // The first class begins at 0.
-        self.squared[1..].iter().map(|from| u32::from(squared >= *from)).sum()
+        // No two classes begin within an eighth of a doubling.
+        let class = self.begins[(squared.to_bits() >> 20) as usize % EIGHTHS];
+        class + u8::from(squared >= self.squared[usize::from(class) % FROM.len() + 1])
     }
 }
 
@@ -95,5 +120,38 @@ impl Cell {
     pub(super) fn squared(self, across: f64, down: f64) -> f64 {
         let (x, y) = (across * self.per_across, down * self.per_down);
         x * x + y * y
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::base::{RasterError, SampleType, Window, Windows};
+
+    struct Nothing;
+
+    impl Windows for Nothing {
+        fn read(&self, _: Window, out: &mut [u8]) -> Result<(), RasterError> {
+            out.fill(0);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn classes_are_those_that_comparing_finds() {
+        let slopes = Slopes::new(&Band::new("flat", (2, 2), SampleType::F32, Arc::new(Nothing)).unwrap());
+        let mut tried: Vec<f64> = (0..=9000).map(|i| (f64::from(i) / 100.0).to_radians().tan().powi(2)).collect();
+        tried.extend([1e-300, 1e300, f64::INFINITY]);
+        tried.extend(FROM.map(|from| f64::from(from.to_radians().tan().powi(2) as f32)));
+        for squared in tried {
+            let expected = FROM.iter().rposition(|from| squared as f32 >= from.to_radians().tan().powi(2) as f32);
+            assert_eq!(usize::from(slopes.class(squared)), expected.unwrap(), "{squared}");
+        }
+        assert_eq!(slopes.class(f64::NAN), NO_CLASS);
+        assert_eq!(slopes.class(-f64::NAN), NO_CLASS);
+        let flat = slopes.cell(0);
+        assert_eq!((flat.squared(1.0, 0.0), flat.squared(3.0, 4.0)), (1.0, 25.0));
     }
 }
