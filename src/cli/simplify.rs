@@ -27,7 +27,7 @@ pub(crate) struct SimplifyArgs {
     /// Print what the run would need, from a few tiles, and stop
     #[arg(long, help_heading = "Run", hide_short_help = true)]
     dry_run: bool,
-    /// Replace an existing output
+    /// Replace an existing output, and the page that --report names
     #[arg(long, help_heading = "Run")]
     overwrite: bool,
     /// Write what the run measured as a page for a browser, in one file

@@ -55,7 +55,8 @@ pub fn of_verdict(report: &VerifyReport, origin: &Origin) -> String {
     if let Some(survey) = &report.survey {
         body += &section("Coordinates and heights", &coordinates(survey, verdict.height_range));
         body += &section("Vertical error", &errors(report, survey, &unit));
-        let worst = verdict.worst.map(|worst| (worst.place.column as usize, worst.place.row as usize));
+        let worst = verdict.weighted_worst.map(|worst| worst.sample).or(verdict.worst);
+        let worst = worst.map(|worst| (worst.place.column as usize, worst.place.row as usize));
         body += &section("Maps", &maps::maps(survey, verdict.tolerance, worst, &unit));
         body += &section("Error by slope", &slopes(survey, &unit));
     }

@@ -40,7 +40,7 @@ pub struct Described<'a> {
 }
 
 /// A GeoTIFF of single floats on the samples of a band, that is written by rows: tiled, DEFLATE, NaN where there is no number. It
-/// appears whole, when it is finished, or not at all. The bytes depend on the numbers and the version of GDAL alone.
+/// appears whole, when it is finished, or not at all. The bytes depend on the numbers, on what is said of them and on the version of GDAL alone.
 ///
 /// Memory: a row of tiles, 4 bytes a sample, 32 MiB at most; more only where 16 rows are more.
 pub struct RowWriter {

@@ -205,3 +205,22 @@ fn a_run_has_a_page_too() {
     assert!(fs::read_to_string(&page).unwrap().contains("<b>FAIL</b>"), "a budget ended it");
     assert_eq!(folder.names(), names);
 }
+
+#[test]
+fn with_weights_shares_are_those_of_error_times_weight() {
+    let folder = Folder::new();
+    let (dem, tin) = scene(&folder);
+    let weights = Dem::new(700, 70).kind(Kind::Float32).heights(|column, _| (column % 3) as f64).on_the_map();
+    let (weights, page) = (weights.write(&folder, "weights.tif"), folder.at("qa.html"));
+    let run = ["verify", &dem, &tin, "--max-error", "6", "--importance", &weights, "--report", &page, "--json"];
+    let report = terrabite(run).json();
+    let number = |path: &str| report.pointer(path).unwrap().as_f64().unwrap();
+    assert_eq!(number("/survey/p100"), number("/worst_by_importance/weighted_error"));
+    assert!(number("/survey/p100") > number("/worst/error"));
+    let signed = report["survey"]["signed_errors"].as_array().unwrap();
+    let beyond = signed[0].as_u64().unwrap() + signed[41].as_u64().unwrap();
+    assert_eq!((beyond, beyond > 0), (number("/above_tolerance/count") as u64, true));
+    // A third of the samples weighs nothing.
+    let level = signed[21].as_u64().unwrap() as f64;
+    assert!(level > number("/survey/measured") / 3.0 - 700.0, "{level}");
+}
