@@ -1,12 +1,13 @@
 //! Checkpoints on a page.
 
 use super::html::{list, table, text};
-use super::numbers::{coordinate, figure};
+use super::numbers::figure;
+use crate::base::decimal::Decimal;
 use crate::run::checkpoints::{CheckpointReport, Cover, Residuals};
 use crate::run::report::grouped;
 
 /// The chapter's text: residuals, accuracy by the standard, the worst.
-pub(super) fn checkpoints(report: &CheckpointReport, is_degrees: bool, unit: &str) -> String {
+pub(super) fn checkpoints(report: &CheckpointReport, unit: &str) -> String {
     let off = match report.off_mesh {
         0 => "all of them on the mesh".to_string(),
         count => {
@@ -35,8 +36,8 @@ pub(super) fn checkpoints(report: &CheckpointReport, is_degrees: bool, unit: &st
                 Some(Cover::NonVegetated) => "N",
                 Some(Cover::Vegetated) => "V",
             };
-            let place = [worst.x, worst.y].map(|number| coordinate(number, is_degrees));
-            let [x, y] = place;
+            // As they stand in the table.
+            let [x, y] = [worst.x, worst.y].map(|number| Decimal(number).to_string());
             let heights = [worst.z, worst.surface, worst.residual].map(figure);
             let [z, surface, residual] = heights;
             vec![text(&worst.id), x, y, z, surface, residual, cover.to_string()]

@@ -72,8 +72,7 @@ pub fn of_verdict(report: &VerifyReport, origin: &Origin) -> String {
     body += &section("Surface", &checks::checks(verdict));
     body += &section("Triangles", &triangles(report));
     if let Some(found) = &report.checkpoints {
-        let is_degrees = found.crs.is_none() && reference.is_some_and(|reference| reference.geographic);
-        body += &section("Checkpoints", &checkpoints::checkpoints(found, is_degrees, &unit));
+        body += &section("Checkpoints", &checkpoints::checkpoints(found, &unit));
     }
     body += &section("Warnings", &warnings(&report.warnings));
     let is_georeferenced = reference.is_none_or(|reference| reference.georeferenced);

@@ -7,12 +7,13 @@ use crate::base::decimal::Decimal;
 use crate::run::VerifyReport;
 use crate::run::report::grouped;
 
-/// " m", or nothing where the unit of heights is not known: what stands after a number.
+/// " m", or nothing where the unit of heights is not known: what stands after a number. A raster may say anything: no character of it
+/// means something in HTML.
 pub(super) fn unit_of(reference: &Reference) -> String {
     match reference.height_unit.as_str() {
         "" => String::new(),
         "metre" | "meter" | "metres" | "meters" | "m" => " m".to_string(),
-        unit => format!(" {unit}"),
+        unit => format!(" {}", unit.replace(['<', '>', '&', '"', '\''], "")),
     }
 }
 
@@ -115,4 +116,17 @@ pub(super) fn not_promised(has_checkpoints: bool, has_strays: bool, is_georefere
 /// A unit as it stands behind the title of an axis: " (m)".
 pub(super) fn in_brackets(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" ({})", unit.trim()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_is_no_markup() {
+        let unit = |name: &str| unit_of(&Reference { height_unit: name.to_string(), ..Reference::none() });
+        assert_eq!([unit(""), unit("metre"), unit("US survey foot")], ["", " m", " US survey foot"]);
+        assert_eq!(unit("<b onclick='x'>&m"), " b onclick=xm");
+        assert_eq!(in_brackets(&unit("metre")), " (m)");
+    }
 }
