@@ -65,8 +65,8 @@ pub(super) fn verdict(report: &VerifyReport, unit: &str) -> String {
         count => format!(" ({} samples near missing ones are left uncovered, as the options allow)", grouped(count)),
     };
     format!(
-        "At every one of {samples} samples of the ground the mesh is within {tolerance} ({what}){trimmed}, and it is one surface \
-         without cracks, overlaps or holes.{}",
+        "At every one of {samples} samples of the ground the mesh is within {tolerance} ({what}){trimmed}, and it covers \
+         the ground once, without cracks or overlaps.{}",
         between(report, unit)
     )
 }
