@@ -75,6 +75,8 @@ pub mod fuzzing;
 pub mod job;
 pub mod kernel;
 #[cfg(feature = "gdal")]
+pub mod page;
+#[cfg(feature = "gdal")]
 pub mod preview;
 #[cfg(feature = "gdal")]
 pub mod raster;

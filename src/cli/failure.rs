@@ -17,7 +17,8 @@ use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
 use crate::kernel::breaklines::LinesError;
 use crate::preview::PreviewError;
-use crate::raster::{DrapeError, PointsError, ShapesError, ViewError};
+use crate::raster::{DrapeError, PointsError, ShapesError, ViewError, WriteError};
+use crate::run::checkpoints::CheckpointError;
 use crate::run::{Fate, LookError, RunError};
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
@@ -229,6 +230,9 @@ impl From<RunError> for Failure {
             RunError::Scratch(ref scratch) | RunError::Mesh(ReadError::Scratch(ref scratch)) => of_scratch(scratch, &error),
             RunError::Mesh(_) | RunError::NotFinite { .. } => failure,
             RunError::Verify(error) => error.into(),
+            RunError::ErrorRaster(error) => error.into(),
+            RunError::Checkpoints(CheckpointError::Crs { .. }) => failure.hint("choose another CRS with --checkpoints-crs"),
+            RunError::Checkpoints(_) => failure.hint("choose another table with --checkpoints"),
             RunError::Job(error) => (*error).into(),
             RunError::Kept { error, dir, fate } => Failure::from(*error).hint(&kept(&dir, &fate)),
             RunError::FormatOption { path, format, option, formats } => {
@@ -237,6 +241,15 @@ impl From<RunError> for Failure {
                     .hint("choose another format, or remove the option")
             }
             RunError::Format { .. } => failure.hint("use --format"),
+        }
+    }
+}
+
+impl From<WriteError> for Failure {
+    fn from(error: WriteError) -> Failure {
+        match error {
+            WriteError::Output(error) => error.into(),
+            WriteError::Gdal { .. } => Failure::new(error).hint("choose another file with --error-raster"),
         }
     }
 }
@@ -376,6 +389,10 @@ impl From<VerifyError> for Failure {
             VerifyError::InfiniteSample { .. } => {
                 Failure::new(error).hint("if it marks missing samples, use --nodata, or --valid-range")
             }
+            VerifyError::Observer(error) => match error.downcast::<WriteError>() {
+                Ok(error) => (*error).into(),
+                Err(error) => Failure::new(error),
+            },
             VerifyError::Mesh(ReadError::NoAttribute { .. }) => Failure::new(error).hint(
                 "simplify writes it with --attributes or --image, in a format that keeps attributes, such as PLY",
             ),

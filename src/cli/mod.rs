@@ -27,7 +27,9 @@ mod polish;
 mod preview;
 mod print;
 mod progress;
+mod qa;
 mod shards;
+mod shell;
 mod signals;
 mod simplify;
 mod synth;
@@ -65,6 +67,8 @@ enum Command {
     Info(info::InfoArgs),
     Synth(synth::SynthArgs),
     Preview(preview::PreviewArgs),
+    Completions(shell::CompletionsArgs),
+    Man(shell::ManArgs),
 }
 
 impl Command {
@@ -79,6 +83,8 @@ impl Command {
             Command::Info(args) => info::run(args),
             Command::Synth(args) => synth::run(args),
             Command::Preview(args) => preview::run(args),
+            Command::Completions(args) => shell::completions(args),
+            Command::Man(args) => shell::man(args),
         }
     }
 
@@ -91,7 +97,7 @@ impl Command {
             Command::Verify(args) => args.quiet,
             Command::Convert(args) => args.quiet,
             Command::Preview(args) => args.quiet,
-            Command::Synth(_) | Command::Info(_) => false,
+            Command::Synth(_) | Command::Info(_) | Command::Completions(_) | Command::Man(_) => false,
         }
     }
 }
@@ -138,8 +144,20 @@ pub fn main() -> ExitCode {
 
 fn parse() -> Result<Cli, clap::Error> {
     let mut command = command();
+    // GDAL is not asked for its drivers otherwise.
+    if std::env::args_os().any(|word| word == "--version") {
+        command = command.long_version(version());
+    }
     let matches = command.try_get_matches_from_mut(words(std::env::args_os()))?;
     Cli::from_arg_matches(&matches).map_err(|e| e.format(&mut command))
+}
+
+/// What `--version` says: of the libraries, too, on which formats and transformations depend.
+fn version() -> String {
+    let crate::raster::Libraries { gdal, proj, drivers } = crate::raster::Libraries::here();
+    let proj = if proj.is_empty() { "not said".to_string() } else { proj };
+    let (version, count) = (env!("CARGO_PKG_VERSION"), drivers.len());
+    format!("{version}\nGDAL {gdal}, PROJ {proj}\n{count} raster drivers: {}", drivers.join(", "))
 }
 
 /// The mesh that the words of a `plan` ask for.

@@ -16,7 +16,7 @@ use crate::job::shards::Shard;
 use crate::job::update::TakenOver;
 use crate::job::work_dir::PlannedCommand;
 use crate::run::report::Line;
-use crate::run::{Layout, Needs, Request, RunError, ShardReport, lay_out, merge, work};
+use crate::run::{Layout, Needs, Report, Request, RunError, ShardReport, lay_out, merge, work};
 
 /// Lay out a run that many processes make, on one machine or on many
 ///
@@ -137,6 +137,7 @@ pub(crate) fn merge_all(args: &MergeArgs) -> Result<ExitCode, Failure> {
     let request = Request { overwrite, keep_work_dir, ..planned.request(process, &args.output) };
     let report = merge(&request, &bars.control()).map_err(|error| planned.explain(error))?;
     drop(bars);
+    let report = Report { warnings: warnings::take(), ..report };
     tell(report, process.json, process.quiet)
 }
 

@@ -1,11 +1,12 @@
 //! `simplify`: a run from its options to the report.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use super::mesh::MeshArgs;
 use super::progress::Bars;
-use super::{Failure, print, warnings};
+use super::{Failure, print, qa, warnings};
+use crate::base::staged::StagedFile;
 use crate::base::warning::Warnings;
 use crate::run::{Needs, Report, Request, plan, simplify};
 
@@ -26,9 +27,12 @@ pub(crate) struct SimplifyArgs {
     /// Print what the run would need, from a few tiles, and stop
     #[arg(long, help_heading = "Run", hide_short_help = true)]
     dry_run: bool,
-    /// Replace an existing output
+    /// Replace an existing output, and the page that --report names
     #[arg(long, help_heading = "Run")]
     overwrite: bool,
+    /// Write what the run measured as a page for a browser, in one file
+    #[arg(long, help_heading = "Run", value_name = "HTML", conflicts_with = "dry_run")]
+    report: Option<PathBuf>,
     #[command(flatten)]
     pub(super) mesh: MeshArgs,
 }
@@ -54,14 +58,34 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         print::told(&needs, warned, || needs.lines(), mesh.json, false)?;
         return Ok(ExitCode::SUCCESS);
     }
+    if let Some(page) = &args.report {
+        check_page(page, &request)?;
+    }
     let report = simplify(&request, &bars.control()).map_err(|error| mesh.explain(error, &asked, format))?;
     drop(bars);
+    let report = Report { warnings: warnings::take(), ..report };
+    if let Some(page) = &args.report {
+        let made = crate::page::of_run(&report, &qa::origin(request.input.path(), &args.output));
+        crate::page::write(&made, page, args.overwrite, &kept(&request))?;
+    }
     tell(report, mesh.json, mesh.quiet)
+}
+
+/// Finds what is wrong with the path of a page before the work begins.
+fn check_page(page: &Path, request: &Request<'_>) -> Result<(), Failure> {
+    if page == request.output {
+        return Err(Failure::usage(format!("{}: --report and the mesh are the same file", page.display())));
+    }
+    Ok(StagedFile::check(page, request.overwrite, &kept(request))?)
+}
+
+/// What a page may not replace: what the run reads, and what it writes.
+fn kept<'r>(request: &'r Request<'_>) -> Vec<&'r Path> {
+    request.inputs().into_iter().chain([request.output.as_path()]).collect()
 }
 
 /// Prints the report of a mesh that was made, and gives the exit code.
 pub(super) fn tell(report: Report, is_json: bool, is_quiet: bool) -> Result<ExitCode, Failure> {
-    let report = Report { warnings: warnings::take(), ..report };
     print::told(&report, &report.warnings, || report.lines(), is_json, is_quiet)?;
     Ok(if report.fell_short() { ExitCode::from(FELL_SHORT) } else { ExitCode::SUCCESS })
 }

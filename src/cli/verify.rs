@@ -10,6 +10,7 @@ use super::combinations::Asked;
 use super::importance::ImportanceArgs;
 use super::input::InputArgs;
 use super::progress::Bars;
+use super::qa::QaArgs;
 use super::{Failure, print, values, warnings};
 use crate::base::features::Feature;
 use crate::run::{Input, VerifyReport, VerifyRequest, verify};
@@ -49,6 +50,8 @@ pub(crate) struct VerifyArgs {
     importance: ImportanceArgs,
     #[command(flatten)]
     breaklines: BreaklineArgs,
+    #[command(flatten)]
+    qa: QaArgs,
     /// Threads to work with [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     threads: Option<NonZeroUsize>,
@@ -88,15 +91,18 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
         breaklines: args.breaklines.input(),
         threads: args.threads,
         temp_dir: args.temp_dir.clone(),
+        extras: args.qa.extras(),
         ..VerifyRequest::new(
             Input::Raster { path: args.raster.clone(), view: args.input.view() },
             &args.mesh,
             args.max_error,
         )
     };
+    args.qa.check(&request)?;
     let report = verify(&request, &bars.control())?;
     drop(bars);
     let report = VerifyReport { warnings: warnings::take(), ..report };
+    args.qa.write(&report, &request)?;
     if args.json {
         print::json(&report)?;
     } else if !args.quiet {

@@ -31,5 +31,7 @@ mod tests;
 pub use error::PreviewError;
 pub use looks::{Looks, Strip, looks};
 pub use options::{Mode, PreviewOptions};
+pub(crate) use relief::Light;
 pub use render::{PreviewReport, preview};
+pub(crate) use vertical::percentile;
 pub use vertical::{Degree, VerticalScale};

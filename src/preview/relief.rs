@@ -9,19 +9,19 @@ use super::view::View;
 
 /// The size of cells against heights, exaggeration included.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Light {
+pub(crate) struct Light {
     /// Heights are divided by these to become slopes per cell across and down.
     cell: (f64, f64),
 }
 
 impl Light {
     /// For cells of this size in the unit of heights, and heights that are multiplied by a factor.
-    pub(super) fn new((across, down): (f64, f64), factor: f64) -> Light {
+    pub(crate) fn new((across, down): (f64, f64), factor: f64) -> Light {
         Light { cell: (across / factor, down / factor) }
     }
 
     /// Brightness from 0 to 1 of ground that rises by so much per cell across and down.
-    pub(super) fn shade(&self, rise_across: f64, rise_down: f64) -> f32 {
+    pub(crate) fn shade(&self, rise_across: f64, rise_down: f64) -> f32 {
         let (dx, dy) = (rise_across / self.cell.0, rise_down / self.cell.1);
         let light = (0.5 * dx + 0.5 * dy + std::f64::consts::FRAC_1_SQRT_2) / (1.0 + dx * dx + dy * dy).sqrt();
         light.clamp(0.0, 1.0) as f32

@@ -136,7 +136,7 @@ pub(super) fn rises([a, b, c, d]: [f64; 4]) -> (f64, f64) {
 }
 
 /// The least of the values that `share` of them do not exceed; `None` of none. Reorders them.
-pub(super) fn percentile(values: &mut [f32], share: f64) -> Option<f32> {
+pub(crate) fn percentile(values: &mut [f32], share: f64) -> Option<f32> {
     let rank = (share * values.len() as f64).ceil().max(1.0) as usize;
     (rank <= values.len()).then(|| *values.select_nth_unstable_by(rank - 1, f32::total_cmp).1)
 }

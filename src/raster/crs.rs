@@ -3,6 +3,8 @@
 use gdal::errors::GdalError;
 use gdal::spatial_ref::{AxisMappingStrategy, CoordTransform, CoordTransformOptions, SpatialRef};
 
+use super::gdal_error::reason;
+
 /// The way from one CRS to another; `None` where they are the same.
 ///
 /// Axes are taken as x, y on either side, whatever the authority says: so geotransforms and vector files have them.
@@ -26,4 +28,18 @@ pub(super) fn transformed(transform: Option<&CoordTransform>, (x, y): (f64, f64)
     let (mut x, mut y) = ([x], [y]);
     transform.transform_coords(&mut x, &mut y, &mut []).ok()?;
     (x[0].is_finite() && y[0].is_finite()).then_some((x[0], y[0]))
+}
+
+/// Brings places on the map from one CRS, as GDAL takes its name, into another.
+///
+/// # Errors
+/// Why that is not possible, as the end of a sentence.
+pub(crate) fn bring_into(places: &mut [(f64, f64)], from: &str, into: &str) -> Result<(), String> {
+    let crs = |name: &str| SpatialRef::from_definition(name).map_err(|e| reason(&e));
+    let way = transform(&crs(from)?, &crs(into)?).map_err(|e| reason(&e))?;
+    for place in places {
+        let (x, y) = *place;
+        *place = transformed(way.as_ref(), *place).ok_or_else(|| format!("{x}, {y} has no place there"))?;
+    }
+    Ok(())
 }

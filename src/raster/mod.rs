@@ -1,9 +1,11 @@
-//! Rasters as GDAL gives them: with OGR's formats and the writer of `synth`, the only place that names GDAL.
+//! Rasters as GDAL gives and takes them: with OGR's formats and the writer of `synth`, the only place that names GDAL.
 //!
 //! In comes a path and a [`View`]; out goes a [`Raster`], which says what GDAL knows of it, and of that a
 //! [`crate::base::Band`], which is what engines and `verify` read; and the samples nearest to the points of a vector layer
-//! ([`read_points`]), and those inside its polygons ([`read_cutline`]). Nothing here knows of tiles or meshes.
+//! ([`read_points`]), and those inside its polygons ([`read_cutline`]). Numbers of samples come back as a raster of floats
+//! ([`RowWriter`]). Nothing here knows of tiles or meshes.
 
+mod about;
 mod axes;
 mod axis;
 mod bounding_box;
@@ -32,10 +34,13 @@ mod sample_type;
 mod shapes;
 mod view;
 mod watch;
+mod write;
 mod xyz;
 
 pub use crate::base::RasterError;
+pub use about::Libraries;
 pub use bounding_box::BoundingBox;
+pub(crate) use crs::bring_into;
 pub use cutline::{CutlineSource, read_cutline};
 pub use drape::{DrapeError, drape};
 pub(crate) use gdal_error::reason;
@@ -49,3 +54,4 @@ pub(crate) use reference::metres_of;
 pub use shapes::ShapesError;
 pub use view::{Part, View, ViewError};
 pub use watch::FileWatch;
+pub use write::{Described, RowWriter, WriteError};

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::LookError;
+use super::checkpoints::CheckpointError;
 use crate::base::RasterError;
 use crate::base::external::ScratchError;
 use crate::base::staged::OutputError;
@@ -13,7 +14,7 @@ use crate::job::work_dir::WorkDirError;
 use crate::job::{BudgetTooSmall, Error};
 use crate::kernel::breaklines::LinesError;
 #[cfg(feature = "gdal")]
-use crate::raster::{DrapeError, PointsError, ShapesError, ViewError};
+use crate::raster::{DrapeError, PointsError, ShapesError, ViewError, WriteError};
 use crate::verify::VerifyError;
 
 /// Why a run did not get through. Nothing is left under the output's name then.
@@ -158,6 +159,13 @@ pub enum RunError {
     /// Judging a mesh.
     #[error(transparent)]
     Verify(#[from] VerifyError),
+    /// The checkpoints.
+    #[error(transparent)]
+    Checkpoints(#[from] CheckpointError),
+    /// The raster of errors.
+    #[cfg(feature = "gdal")]
+    #[error(transparent)]
+    ErrorRaster(#[from] WriteError),
     /// The work.
     #[error(transparent)]
     Job(Box<Error>),

@@ -1,14 +1,17 @@
 //! Judging a mesh as a run: `verify` with everything opened, and its report.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::checkpoints::CheckpointReport;
+use super::extras::{Extras, Made, Making};
 use super::inputs::{open, open_importance};
 use super::look::look;
 use super::prepare::all_cores;
 use super::report::SCHEMA;
+use super::survey::Survey;
 use super::threads::start_threads;
 use super::{Attributes, Input, LineInput, RunError, Warned};
 use crate::base::control::Control;
@@ -45,6 +48,8 @@ pub struct VerifyRequest {
     pub threads: Option<NonZeroUsize>,
     /// The folder of temporary files; `None` is the system's.
     pub temp_dir: Option<PathBuf>,
+    /// What is made beside the verdict.
+    pub extras: Extras,
 }
 
 /// What was found out about a mesh.
@@ -62,6 +67,12 @@ pub struct VerifyReport {
     pub isolated_samples: u64,
     /// Samples of the ground that the mesh leaves uncovered where it may; 0 where it may not.
     pub trimmed_samples: u64,
+    /// Where it was asked for ([`Extras::survey`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub survey: Option<Survey>,
+    /// Where there are some ([`Extras::checkpoints`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub checkpoints: Option<CheckpointReport>,
     /// Everything else.
     #[serde(flatten)]
     pub verdict: Verdict,
@@ -83,7 +94,20 @@ impl VerifyRequest {
             breaklines: None,
             threads: None,
             temp_dir: None,
+            extras: Extras::default(),
         }
+    }
+
+    /// The files that it names to be read.
+    pub fn inputs(&self) -> Vec<&Path> {
+        let mut files = vec![self.input.path(), self.mesh.as_path()];
+        files.extend(self.importance.as_ref().map(Input::path));
+        files.extend(self.extras.checkpoints.as_ref().map(|source| source.path.as_path()));
+        #[cfg(feature = "gdal")]
+        if let Input::Raster { view, .. } = &self.input {
+            files.extend(view.cutline.as_ref().map(|cutline| cutline.path.as_path()));
+        }
+        files
     }
 }
 
@@ -130,16 +154,15 @@ fn judge(
     let further = attributes.iter().flat_map(|a| &a.bands).chain(&importance);
     bound_gdal_cache(cache_bytes(further.chain([&band])));
     let pool = start_threads(request.threads.map_or_else(all_cores, usize::from))?;
+    let mut making = Making::begin(request, &band)?;
     let verdict = pool.install(|| {
         let mut opened = None;
         let mesh = match mesh {
             Some(mesh) => mesh,
-            None => {
-                verify::check(&band, &options)?;
-                opened.insert(verify::open(&request.mesh, &options, control)?).as_mut()
-            }
+            None => opened.insert(verify::open(&band, &request.mesh, &options, control)?).as_mut(),
         };
-        let verdict = verify::verify_mesh(&band, mesh, &options, ground, attributes.as_ref(), control)?;
+        let channels = attributes.as_ref();
+        let verdict = verify::verify_observed(&band, mesh, &options, ground, channels, making.observer(), control)?;
         let judge_lines = |(lines, shift): &(Polylines, f64)| {
             let asked = LinesOptions { lines, shift: *shift };
             verify::verify_lines(&band, mesh, max_error, &asked, &control.cancel)
@@ -148,6 +171,8 @@ fn judge(
         Ok::<Verdict, RunError>(Verdict { lines, ..verdict })
     })?;
     drop(pool);
+    let largest = verdict.weighted_worst.map(|w| w.weighted_error).or(verdict.worst.map(|w| w.error));
+    let Made { survey, checkpoints } = making.finish(largest)?;
     let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
     if verdict.nodata + verdict.bridged > 0 && !is_flat {
         let look = look(&band, control).map_err(RunError::of_look)?;
@@ -161,6 +186,8 @@ fn judge(
         warnings: warned.take(),
         isolated_samples: verdict.without_ground.count,
         trimmed_samples: verdict.trim.map_or(0, |trim| trim.trimmed),
+        survey,
+        checkpoints,
         verdict,
     })
 }

@@ -7,9 +7,11 @@
 //! A run works on threads of its own, as many as its memory is for; it may be called from any thread.
 
 mod attributes;
+pub mod checkpoints;
 mod convert;
 mod coordinates;
 mod error;
+mod extras;
 #[cfg(all(test, feature = "gdal"))]
 mod format_tests;
 #[cfg(test)]
@@ -26,10 +28,12 @@ pub mod report;
 mod request;
 mod resume;
 mod shards;
+pub mod survey;
 mod threads;
 
 pub use convert::{ConvertReport, ConvertRequest, convert, convert_mesh};
 pub use error::{Fate, RunError};
+pub use extras::Extras;
 #[cfg(feature = "gdal")]
 pub use info::{Description, Info, describe};
 pub use judge::{VerifyReport, VerifyRequest, verify, verify_mesh};

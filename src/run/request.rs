@@ -314,7 +314,7 @@ impl Request<'_> {
     }
 
     /// Files that are read: the output is none of them.
-    pub(super) fn inputs(&self) -> Vec<&Path> {
+    pub(crate) fn inputs(&self) -> Vec<&Path> {
         let mut all = vec![self.input.path()];
         all.extend(self.importance.as_ref().map(Input::path));
         all.extend(self.breaklines.as_ref().and_then(LineInput::file));

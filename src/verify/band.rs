@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::finding::TouchPlace;
 use super::grid::Grid;
+use super::observe::ObservedRows;
 use super::plane::Plane;
 use super::row::{Row, RowTally, Worst, mark};
 use super::samples::Samples;
@@ -41,6 +42,8 @@ pub(super) struct Band<'s> {
     /// What has happened to each sample, see [`mark`].
     pub(super) marks: Vec<u8>,
     tallies: Vec<RowTally>,
+    /// What an observer is told of each, where there is one; else empty.
+    errors: Vec<f64>,
 }
 
 impl<'s> Band<'s> {
@@ -54,6 +57,31 @@ impl<'s> Band<'s> {
             samples,
             marks: vec![0; samples.heights.len()],
             tallies,
+            errors: Vec::new(),
+        }
+    }
+
+    /// The same for an observer, with a buffer that is used for one band after the other.
+    pub(super) fn observed_in(self, mut errors: Vec<f64>) -> Self {
+        errors.clear();
+        errors.resize(self.samples.heights.len(), f64::NAN);
+        Band { errors, ..self }
+    }
+
+    /// The buffer.
+    pub(super) fn into_buffer(self) -> Vec<f64> {
+        self.errors
+    }
+
+    /// What an observer is told.
+    pub(super) fn observed(&self) -> ObservedRows<'_> {
+        ObservedRows {
+            first_row: self.rows.0 as usize,
+            width: self.grid.width as usize,
+            heights: self.samples.heights,
+            weights: self.samples.weights,
+            errors: &self.errors,
+            marks: &self.marks,
         }
     }
 
@@ -70,8 +98,10 @@ impl<'s> Band<'s> {
         let width = grid.width as usize;
         let rows = self.tallies.len().div_ceil(TASKS * rayon::current_num_threads());
         let tasks = self.tallies.par_chunks_mut(rows).zip(self.marks.par_chunks_mut(rows * width));
+        let mut errors: Vec<Option<&mut [f64]>> = self.errors.chunks_mut(rows * width).map(Some).collect();
+        errors.resize_with(tasks.len(), || None);
         let samples = self.samples;
-        tasks.enumerate().for_each(|(task, (tallies, marks))| {
+        tasks.zip(errors).enumerate().for_each(|(task, ((tallies, marks), mut errors))| {
             let first_sample = task * rows * width;
             let samples = samples.part(first_sample..first_sample + marks.len());
             let top = top + (task * rows) as i64;
@@ -84,8 +114,9 @@ impl<'s> Band<'s> {
                     let Some(span) = spans.next(grid.width) else { continue };
                     let at = (row - top) as usize;
                     let line = at * width..(at + 1) * width;
-                    Row { samples: samples.part(line.clone()), marks: &mut marks[line], tally: &mut tallies[at] }
-                        .compare(plane, row, &span);
+                    let errors = errors.as_deref_mut().map(|errors| &mut errors[line.clone()]);
+                    let (samples, marks) = (samples.part(line.clone()), &mut marks[line]);
+                    Row { samples, marks, tally: &mut tallies[at], errors }.compare(plane, row, &span);
                 }
             }
         });

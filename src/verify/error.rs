@@ -95,6 +95,9 @@ pub enum VerifyError {
     /// A temporary file cannot be made, written or read back.
     #[error(transparent)]
     Scratch(ScratchError),
+    /// An observer could not go on.
+    #[error(transparent)]
+    Observer(Box<dyn std::error::Error + Send + Sync>),
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

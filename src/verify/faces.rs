@@ -8,6 +8,7 @@ use super::edges::{EdgeKey, edge_sort};
 use super::finding::{FacePlace, Finding};
 use super::gather::Gather;
 use super::grid::{Grid, orientation};
+use super::observe::Observer;
 use super::pace::Pace;
 use super::triangle::{TRIANGLE_WORDS, Triangle};
 use super::vertices::{Vertex, VertexStore};
@@ -46,12 +47,13 @@ pub(super) fn read_faces<'s>(
     vertices: &mut VertexStore<'s>,
     grid: &Grid,
     between: bool,
-    scratch: &'s Scratch,
+    (scratch, observer): (&'s Scratch, Option<&mut dyn Observer>),
     pace: &mut Pace<'_>,
 ) -> Result<(FaceFindings, FaceSorts<'s>), VerifyError> {
     let triangles = Sorter::new(scratch, TRIANGLE_BYTES);
     let (edges, uses) = (edge_sort(scratch), use_sort(scratch));
-    let mut faces = Faces { grid, vertices, found: FaceFindings::default(), triangles, edges, uses, between, count: 0 };
+    let mut faces =
+        Faces { grid, vertices, found: FaceFindings::default(), triangles, edges, uses, between, observer, count: 0 };
     let mut chunk = Vec::with_capacity(CHUNK);
     mesh.for_each_face(|_, corners| {
         chunk.push(corners);
@@ -69,7 +71,7 @@ pub(super) fn read_faces<'s>(
 }
 
 /// What is made of faces.
-struct Faces<'a, 's> {
+struct Faces<'a, 's, 'o> {
     grid: &'a Grid,
     vertices: &'a mut VertexStore<'s>,
     found: FaceFindings,
@@ -77,14 +79,15 @@ struct Faces<'a, 's> {
     edges: Gather<'s, EdgeKey>,
     uses: Gather<'s, UseKey>,
     between: bool,
+    observer: Option<&'o mut dyn Observer>,
     /// How many have been taken.
     count: u64,
 }
 
-impl Faces<'_, '_> {
+impl Faces<'_, '_, '_> {
     /// Takes the next faces: corners and edges on one thread, places on another.
     fn take(&mut self, faces: &[[u64; 3]]) -> Result<(), VerifyError> {
-        let Faces { grid, vertices, found, triangles, edges, uses, between, count } = self;
+        let Faces { grid, vertices, found, triangles, edges, uses, between, observer, count } = self;
         let by_number = || {
             faces.iter().try_for_each(|&[a, b, c]| {
                 [a, b, c].into_iter().try_for_each(|vertex| uses.push(UseKey::record(vertex)))?;
@@ -97,6 +100,9 @@ impl Faces<'_, '_> {
             (*count..).zip(faces).try_for_each(|(face, &[a, b, c])| {
                 let corners = [vertices.get(a)?, vertices.get(b)?, vertices.get(c)?];
                 let Some(triangle) = found.judge(grid, face, corners) else { return Ok(()) };
+                if let Some(observer) = observer {
+                    observer.face(triangle.corners, triangle.heights);
+                }
                 let (first, last) = if *between { triangle.rows_around(grid) } else { triangle.rows(grid) };
                 if first <= last {
                     triangles.push(triangle.words(first))?;

@@ -58,6 +58,27 @@ impl Line {
         Errors { largest: largest_of_all, sum_of_squares: sum }
     }
 
+    /// Notes the height of the surface less that of the sample for each of these samples of the row, the first one in column
+    /// `first`, where it is farther from 0 than what is there, or nothing is there. `samples` and `errors` are the whole row.
+    pub(super) fn note_errors(&self, (first, last): (i64, i64), samples: &[f64], errors: &mut [f64]) {
+        const LANES: usize = 8;
+        let columns = first as usize..=last as usize;
+        let first = (first - self.first) as f64;
+        let (errors, last_errors) = errors[columns.clone()].as_chunks_mut::<LANES>();
+        let (samples, last_samples) = samples[columns].as_chunks::<LANES>();
+        let farther = |before: f64, found: f64| if before.abs() >= found.abs() { before } else { found };
+        for (chunk, (errors, samples)) in errors.iter_mut().zip(samples).enumerate() {
+            let first = first + (chunk * LANES) as f64;
+            for i in 0..LANES {
+                errors[i] = farther(errors[i], self.surface(first + i as f64) - samples[i]);
+            }
+        }
+        let first = first + (samples.len() * LANES) as f64;
+        for (i, (error, sample)) in (0i32..).zip(last_errors.iter_mut().zip(last_samples)) {
+            *error = farther(*error, self.surface(first + f64::from(i)) - sample);
+        }
+    }
+
     /// Hands those of the samples from the first of these columns to the last that have a height to `visit`: column, sample,
     /// the surface's height, and the error. `samples` is the whole row.
     pub(super) fn visit(&self, (first, last): (i64, i64), samples: &[f64], mut visit: impl FnMut(i64, f64, f64, f64)) {

@@ -116,6 +116,7 @@ mod joins;
 mod limit;
 mod line;
 mod lines;
+mod observe;
 mod outline;
 mod pace;
 mod plane;
@@ -154,6 +155,7 @@ pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, SidePlace, TouchPlace, VertexPlace};
 pub use heights::HeightReader;
 pub use lines::{LinesOptions, LinesVerdict, StretchPlace, verify_lines};
+pub use observe::{ObservedRows, Observer};
 pub use stray_verdict::{StrayVerdict, WorstStray};
 pub use verdict::{TrimVerdict, Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedVerdict, WorstWeighted};
@@ -257,21 +259,21 @@ pub fn verify_ground(
     channels: Option<&ChannelBands>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
-    // Before a file is opened.
-    limit(raster, options)?;
-    let mut mesh = open(mesh, options, control)?;
+    let mut mesh = open(raster, mesh, options, control)?;
     verify_mesh(raster, mesh.as_mut(), options, ground, channels, control)
 }
 
-/// The file, open for reading.
+/// Opens a mesh that is to be judged, once it is certain that it can be with these options.
 ///
 /// # Errors
-/// [`VerifyError::Mesh`].
+/// [`VerifyError::Tolerance`] and others of options that are none; [`VerifyError::Mesh`].
 pub fn open(
+    raster: &Band,
     mesh: &Path,
     options: &VerifyOptions<'_>,
     control: &Control<'_>,
 ) -> Result<Box<dyn MeshReader>, VerifyError> {
+    limit(raster, options)?;
     let reading = ReadOptions { cancel: control.cancel.clone(), temp_dir: options.temp_dir.clone() };
     Ok(formats::open(mesh, None, &reading)?)
 }
@@ -291,6 +293,25 @@ pub fn verify_mesh(
     channels: Option<&ChannelBands>,
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
+    verify_observed(raster, mesh, options, ground, channels, None, control)
+}
+
+/// Does what [`verify_mesh`] does, and tells an observer, if there is one. That takes 8 bytes more for each sample of a band.
+///
+/// # Errors
+/// As [`verify_mesh`]; [`VerifyError::Observer`].
+///
+/// # Panics
+/// As [`verify_with_channels`], where there are channels.
+pub fn verify_observed(
+    raster: &Band,
+    mesh: &mut dyn MeshReader,
+    options: &VerifyOptions<'_>,
+    ground: GroundOptions,
+    channels: Option<&ChannelBands>,
+    observer: Option<&mut dyn Observer>,
+    control: &Control<'_>,
+) -> Result<Verdict, VerifyError> {
     if let Some(channels) = channels {
         assert!(!channels.bands.is_empty(), "no channel to judge");
         let attributes = if channels.planar { Feature::Image } else { Feature::Attributes };
@@ -300,15 +321,7 @@ pub fn verify_mesh(
             return Err(VerifyError::Emphasis { found: channels.emphasis });
         }
     }
-    judge(raster, mesh, options, ground, channels, None, control)
-}
-
-/// Makes sure that a raster can be judged by with these options, before a file is opened.
-///
-/// # Errors
-/// [`VerifyError`].
-pub fn check(raster: &Band, options: &VerifyOptions<'_>) -> Result<(), VerifyError> {
-    limit(raster, options).map(|_| ())
+    judge(raster, mesh, options, ground, channels, (None, observer), control)
 }
 
 /// The limit on straying, once it is certain that the raster can be judged by with these options.
@@ -324,14 +337,14 @@ fn limit(raster: &Band, options: &VerifyOptions<'_>) -> Result<Option<StrayLimit
     StrayLimit::new(options.max_stray, tolerance)
 }
 
-/// The raster passes in bands of this number of rows, where one is given.
+/// The raster passes in bands of this number of rows, where one is given, and is told to an observer.
 fn judge(
     raster: &Band,
     mesh: &mut dyn MeshReader,
     options: &VerifyOptions<'_>,
     ground: GroundOptions,
     channels: Option<&ChannelBands>,
-    band_rows: Option<usize>,
+    (band_rows, mut observer): (Option<usize>, Option<&mut dyn Observer>),
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
     let (tolerance, limit) = (options.max_error, limit(raster, options)?);
@@ -344,7 +357,7 @@ fn judge(
     let (mut corner_findings, mut store, places) = read_vertices(mesh, &grid, &scratch, &mut pace)?;
     corner_findings.find_duplicates(&grid, places, &mut pace)?;
     let (face_findings, FaceSorts { triangles: by_row, edges, uses }) =
-        read_faces(mesh, &mut store, &grid, limit.is_some(), &scratch, &mut pace)?;
+        read_faces(mesh, &mut store, &grid, limit.is_some(), (&scratch, reborrowed(&mut observer)), &mut pace)?;
     corner_findings.find_unused(&grid, &mut store, uses, &mut pace)?;
     let trims = ground.trim > 0;
     let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, trims, &scratch, &mut pace)?;
@@ -374,7 +387,7 @@ fn judge(
         bands = bridges.into_iter().fold(bands, |bands, runs| bands.with_flags(RunFlags::new(runs, flag::BRIDGED)));
         Outline::Ground(Boundary::new(grid, boundary, &scratch))
     };
-    let comparison = sweep(bands, grid, by_row, outline, (tolerance, limit), &scratch, control)?;
+    let comparison = sweep(bands, grid, by_row, outline, (tolerance, limit), (&scratch, observer), control)?;
     let of_channels = |c| judge_weighted(raster, mesh, tolerance, c, &scratch, control);
     let extended = channels.map(of_channels).transpose()?;
     let samples = raster.width() as u64 * raster.height() as u64;
@@ -382,6 +395,14 @@ fn judge(
     let verdict =
         verdict((tolerance, limit), ground.trim, sizes, comparison, face_findings, edge_findings, corner_findings);
     Ok(Verdict { bridged_holes, extended, ..verdict })
+}
+
+/// The observer, lent.
+fn reborrowed<'o>(observer: &'o mut Option<&mut dyn Observer>) -> Option<&'o mut dyn Observer> {
+    match observer {
+        Some(observer) => Some(&mut **observer),
+        None => None,
+    }
 }
 
 struct Sizes {

@@ -49,6 +49,8 @@ pub(super) struct Row<'b> {
     pub(super) samples: Samples<'b>,
     pub(super) marks: &'b mut [u8],
     pub(super) tally: &'b mut RowTally,
+    /// What an observer is told, see [`super::ObservedRows::errors`], where there is one.
+    pub(super) errors: Option<&'b mut [f64]>,
 }
 
 impl Row<'_> {
@@ -56,6 +58,9 @@ impl Row<'_> {
     pub(super) fn compare(&mut self, plane: &Plane, row: i64, span: &RowSpan) {
         let line = plane.line(row, span);
         let ((first, last), (inner_first, inner_last)) = (span.closed, span.interior);
+        if let Some(errors) = self.errors.as_deref_mut().filter(|_| plane.has_heights()) {
+            line.note_errors(span.closed, self.samples.heights, errors);
+        }
         let Some(largest) = self.pass_interior(plane, &line, span) else {
             return self.judge(plane, &line, span, (first, last));
         };

@@ -9,6 +9,7 @@ use super::finding::{Finding, SamplePlace, TouchPlace};
 use super::grid::Grid;
 use super::ground::{Ground, GroundFindings};
 use super::limit::StrayLimit;
+use super::observe::Observer;
 use super::outline::{Outline, OutlineFindings};
 use super::samples::{Bands, Rows};
 use super::strays::{StrayFindings, Strays};
@@ -45,14 +46,15 @@ pub(super) struct Comparison {
 /// triangles, one of them gets the next.
 ///
 /// Memory use is constant whatever the mesh and the threads, because two bands and two batches are held at a time, and
-/// triangles that reach into the next band wait for it in a queue ([`Feed`]).
+/// triangles that reach into the next band wait for it in a queue ([`Feed`]). An observer takes 8 bytes more for each sample of a
+/// band.
 pub(super) fn sweep<'s>(
     mut reader: Bands<'_>,
     grid: Grid,
     triangles: Sorted<'s, TRIANGLE_WORDS>,
     outline: Outline<'s>,
     (tolerance, limit): (f64, Option<StrayLimit>),
-    scratch: &'s Scratch,
+    (scratch, observer): (&'s Scratch, Option<&mut dyn Observer>),
     control: &Control<'_>,
 ) -> Result<Comparison, VerifyError> {
     let bands = reader.count();
@@ -64,6 +66,8 @@ pub(super) fn sweep<'s>(
         limit: limit.map(|limit| (limit, matches!(outline, Outline::Trimmed(_)))),
         above: Rows::default(),
         control,
+        observer,
+        errors: Vec::new(),
         triangles: Feed::new(triangles, scratch),
         batches: Default::default(),
         planes: Planes::default(),
@@ -91,7 +95,7 @@ pub(super) fn sweep<'s>(
 }
 
 /// What passes over the raster.
-struct Sweep<'s, 'c> {
+struct Sweep<'s, 'c, 'o> {
     grid: Grid,
     tolerance: f64,
     /// The limit on straying, if there is one, and whether the mesh's boundary may be trimmed.
@@ -99,6 +103,9 @@ struct Sweep<'s, 'c> {
     /// The row above the next ones, where there is a limit and a row.
     above: Rows,
     control: &'c Control<'c>,
+    observer: Option<&'o mut dyn Observer>,
+    /// What it is told of a band, where there is one.
+    errors: Vec<f64>,
     triangles: Feed<'s, TRIANGLE_WORDS>,
     /// The batch that is worked on, and one that has been used; and what is made of a batch.
     batches: [Vec<TriangleWords>; 2],
@@ -110,11 +117,14 @@ struct Sweep<'s, 'c> {
     row: i64,
 }
 
-impl Sweep<'_, '_> {
+impl Sweep<'_, '_, '_> {
     /// Passes over the next rows.
     fn pass(&mut self, rows: &Rows) -> Result<(), VerifyError> {
         let (grid, cancel) = (self.grid, &self.control.cancel);
         let mut band = Band::new(grid, self.tolerance, self.row, rows.samples());
+        if self.observer.is_some() {
+            band = band.observed_in(std::mem::take(&mut self.errors));
+        }
         let above = (self.row > 0).then(|| self.above.samples());
         let mut strays = self.limit.map(|limit| Strays::new(grid, limit, self.row, above, rows.samples()));
         self.row = band.rows.1;
@@ -139,12 +149,16 @@ impl Sweep<'_, '_> {
         }
         cancel.check()?;
         band.add_to(&mut self.comparison);
+        if let Some(observer) = &mut self.observer {
+            observer.rows(&band.observed()).map_err(VerifyError::Observer)?;
+        }
         if let (Some(strays), Some(found)) = (&strays, &mut self.comparison.strays) {
             strays.add_to(found);
             self.above.keep_last(rows, grid.width as usize);
         }
         self.outline.follow(&mut self.ground.settle(band.samples, &band.marks))?;
         self.control.progress.step(Stage::Compare, band.samples.heights.len() as u64);
+        self.errors = band.into_buffer();
         Ok(())
     }
 }

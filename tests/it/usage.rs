@@ -27,7 +27,34 @@ fn help_states_the_exit_codes_everywhere() {
 
 #[test]
 fn version() {
-    assert_eq!(terrabite(["--version"]).succeeds().out, format!("terrabite {}\n", env!("CARGO_PKG_VERSION")));
+    let short = format!("terrabite {}\n", env!("CARGO_PKG_VERSION"));
+    assert_eq!(terrabite(["-V"]).succeeds().out, short);
+    let long = terrabite(["--version"]).succeeds().out;
+    assert!(long.starts_with(&short), "{long}");
+    for words in ["\nGDAL ", ", PROJ ", " raster drivers: ", ", GTiff, "] {
+        assert!(long.contains(words), "{words} in {long}");
+    }
+}
+
+#[test]
+fn shells_and_manuals_are_told_of_every_command() {
+    let help = terrabite(["--help"]).succeeds().out;
+    for shell in ["bash", "zsh", "fish"] {
+        let script = terrabite(["completions", shell]).succeeds().out;
+        for word in ["simplify", "verify", "max-error", "checkpoints"] {
+            assert!(help.contains("simplify") && script.contains(word), "{word} in that of {shell}");
+        }
+    }
+    let folder = Folder::new();
+    let script = folder.with("terrabite.bash", terrabite(["completions", "bash"]).succeeds().out);
+    let checked = Command::new("bash").args(["-n", &script]).status().unwrap();
+    assert!(checked.success());
+    terrabite(["completions", "tcl"]).fails(2, &["tcl"]);
+
+    assert!(terrabite(["man"]).succeeds().out.contains(".TH terrabite 1"));
+    let page = terrabite(["man", "verify"]).succeeds().out;
+    assert!(page.contains(".TH terrabite-verify 1") && page.contains("checkpoints"), "{page}");
+    terrabite(["man", "bite"]).fails(2, &["bite", "simplify"]);
 }
 
 #[test]

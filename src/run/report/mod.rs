@@ -227,10 +227,16 @@ pub struct ErrorReport {
     pub y: f64,
     /// The root of their mean square.
     pub rms: f64,
-    /// Half, 95 % and 99 % are at most so large.
+    /// Half, 90 %, 95 % and 99 % are at most so large.
     pub p50: f64,
+    pub p90: f64,
     pub p95: f64,
     pub p99: f64,
+    /// Samples in bins of the same size, from 0 to `histogram_end`. Not in JSON.
+    #[serde(skip)]
+    pub histogram: Vec<u64>,
+    #[serde(skip)]
+    pub histogram_end: f64,
 }
 
 /// The shapes of the triangles, seen from above with square cells, and how far edges stray between samples.
@@ -457,8 +463,11 @@ impl ErrorReport {
             y,
             rms: errors.rms(),
             p50: percentile(0.5),
+            p90: percentile(0.9),
             p95: percentile(0.95),
             p99: percentile(0.99),
+            histogram: errors.histogram.to_vec(),
+            histogram_end: mesh.error_scale(),
         }
     }
 }

@@ -239,6 +239,6 @@ pub(super) fn judge_file(
     rows: Option<usize>,
 ) -> Result<Verdict, VerifyError> {
     let control = Control::default();
-    let mut mesh = open(mesh, options, &control)?;
-    judge(raster, mesh.as_mut(), options, ground, None, rows, &control)
+    let mut mesh = open(raster, mesh, options, &control)?;
+    judge(raster, mesh.as_mut(), options, ground, None, (rows, None), &control)
 }

@@ -1,0 +1,93 @@
+"""Opens pages of `verify --report` and `simplify --report` in headless Chromium: nothing is requested, nothing is said on the
+console, figures are those of the JSON, charts and maps are drawn, in light and dark and on paper.
+
+    scripts/browser_tests.py            all of it; screenshots in target/browser
+"""
+
+import fcntl
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
+# What drives the browser, from npm: without dependencies of its own.
+PACKAGES = ["playwright-core@1.65.1"]
+OUT = TARGET / "browser"
+
+
+def main():
+    browser = shutil.which("chromium")
+    if browser is None:
+        sys.exit("chromium is missing; scripts/setup_browser.sh installs it")
+    modules = environment(TARGET / "environments" / "browser")
+    terrabite = TARGET / os.environ.get("PROFILE", "release") / "terrabite"
+    OUT.mkdir(parents=True, exist_ok=True)
+    pages = make_pages(terrabite)
+    script = ROOT / "scripts" / "browser.mjs"
+    variables = {**os.environ, "NODE_MODULES": str(modules), "CHROMIUM": browser, "OUT": str(OUT)}
+    done = subprocess.run(["node", script, *(str(page) for page in pages)], env=variables)
+    sys.exit(done.returncode)
+
+
+def environment(folder):
+    """The packages, installed once under the target folder; a second process waits for the first."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    stamp, wanted = folder / "packages.json", json.dumps(PACKAGES)
+    with open(folder.with_name(folder.name + ".lock"), "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        # The stamp is written last.
+        if not (stamp.exists() and stamp.read_text() == wanted):
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir()
+            # Without one of its own, npm takes that of a folder above.
+            (folder / "package.json").write_text("{}")
+            options = ["--no-audit", "--no-fund", "--ignore-scripts", "--save-exact"]
+            if subprocess.run(["npm", "install", *options, *PACKAGES], cwd=folder).returncode != 0:
+                sys.exit("npm cannot install playwright-core (see above)")
+            stamp.write_text(wanted)
+    return folder / "node_modules"
+
+
+def make_pages(terrabite):
+    """A page of a mesh that passes, one of a mesh with three kinds of faults, and one of the run."""
+    def run(*words, code=0):
+        found = subprocess.run([str(word) for word in (terrabite, *words)], capture_output=True, text=True)
+        if found.returncode != code:
+            sys.exit(f"{words}: expected exit code {code}, found {found.returncode}: {found.stderr}")
+
+    dem, tin, bad = OUT / "dem.tif", OUT / "tin.ply", OUT / "bad.ply"
+    made, passed, failed = OUT / "made.html", OUT / "passed.html", OUT / "failed.html"
+    points = OUT / "gcp.csv"
+    run("synth", dem, "--size", "600x400", "--seed", "5", "--nodata-share", "0.05", "--overwrite")
+    run("simplify", dem, tin, "--max-error", "5", "--ascii", "--overwrite", "--quiet", "--report", made)
+    lines = tin.read_text().splitlines()
+    vertices = [line.split(" ") for line in lines[lines.index("end_header") + 1:][:200]]
+    rows = [f"{x},{y},{float(z) + 0.1 * (i % 7 - 3)},{'NV'[i % 2]}" for i, (x, y, z) in enumerate(v[:3] for v in vertices)]
+    points.write_text("x,y,z,cover\n" + "\n".join(rows) + "\n0,0,0,N\n")
+    judge = ("verify", dem, "--max-error", "5", "--max-stray", "1.5", "--quiet", "--overwrite", "--report")
+    run(*judge, passed, tin, "--checkpoints", points)
+    bad.write_text("\n".join(spoiled(lines)) + "\n")
+    run(*judge, failed, bad, code=1)
+    return [passed, failed, made]
+
+
+def spoiled(lines):
+    """The mesh with a vertex 40 too high, three faces left out, and one turned over."""
+    begin = lines.index("end_header") + 1
+    count = int(next(line for line in lines if line.startswith("element vertex")).split(" ")[2])
+    lines, middle = list(lines), begin + count
+    x, y, z = lines[begin + count // 2].split(" ")[:3]
+    lines[begin + count // 2] = f"{x} {y} {float(z) + 40}"
+    number, a, b, c = lines[middle + 50].split(" ")[:4]
+    lines[middle + 50] = f"{number} {a} {c} {b}"
+    faces = len(lines) - middle
+    del lines[middle + faces // 2:middle + faces // 2 + 3]
+    return [f"element face {faces - 3}" if line.startswith("element face") else line for line in lines]
+
+
+if __name__ == "__main__":
+    main()

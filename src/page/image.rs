@@ -1,0 +1,66 @@
+//! Small pictures of few colours, inside a page.
+
+use std::fmt::Write;
+
+/// Colours with an opacity.
+pub(super) type Colour = [u8; 4];
+
+/// A PNG of colours of a table, as an address that holds it. One byte a pixel, row by row from the top.
+pub(super) fn data_address((width, height): (usize, usize), palette: &[Colour], pixels: &[u8]) -> String {
+    let mut bytes = Vec::new();
+    let colours: Vec<u8> = palette.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect();
+    let opacities: Vec<u8> = palette.iter().map(|colour| colour[3]).collect();
+    let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_palette(colours);
+    encoder.set_trns(opacities);
+    encoder.set_compression(png::Compression::Fast);
+    let written = encoder.write_header().and_then(|mut writer| {
+        writer.write_image_data(pixels)?;
+        writer.finish()
+    });
+    written.expect("memory takes all, and a picture has as many pixels as it should");
+    format!("data:image/png;base64,{}", base64(&bytes))
+}
+
+/// Bytes as text (RFC 4648).
+pub(super) fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for group in bytes.chunks(3) {
+        let bits = group.iter().enumerate().fold(0u32, |bits, (i, byte)| bits | u32::from(*byte) << (16 - 8 * i));
+        let digits = (0..=group.len()).map(|i| char::from(DIGITS[(bits >> (18 - 6 * i)) as usize & 63]));
+        text.extend(digits);
+        text.extend(std::iter::repeat_n('=', 3 - group.len()));
+    }
+    text
+}
+
+/// A colour as CSS has it.
+pub(super) fn css([r, g, b, _]: Colour) -> String {
+    let mut text = String::from("#");
+    for part in [r, g, b] {
+        let _ = write!(text, "{part:02x}");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_as_in_the_rfc() {
+        for (bytes, text) in [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("fooba", "Zm9vYmE="),
+            ("foobar", "Zm9vYmFy"),
+        ] {
+            assert_eq!(base64(bytes.as_bytes()), text);
+        }
+    }
+}

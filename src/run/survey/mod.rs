@@ -1,0 +1,203 @@
+//! What a report shows beyond a verdict: shares of errors, errors by slope, shapes of triangles, maps.
+//!
+//! In come the faces and the rows with their errors as the sweep of `verify` passes them ([`Observer`]); out goes a [`Survey`].
+//! There is no pass of its own. Rows are worked on by all threads in pieces that depend on the raster alone, and put together in
+//! their order, so that sums are the same whatever the threads.
+//!
+//! Memory: a [`MapGrid`], a histogram of 32 KiB and one of 16 KiB for each piece of a band, a row of heights.
+
+mod grid;
+mod histogram;
+mod piece;
+mod slopes;
+
+use serde::Serialize;
+
+use crate::base::{Band, Reference};
+use crate::verify::{ObservedRows, Observer};
+
+pub use grid::{MapCell, MapGrid};
+pub use slopes::SlopeClass;
+
+use histogram::Total;
+use piece::{Measure, Piece};
+use slopes::{Class, FROM, Slopes};
+
+/// Bins of signed errors on each side of 0, up to the tolerance.
+pub const SIGNED: usize = 20;
+
+/// Bins of smallest angles: whole degrees, the last one for 60.
+const ANGLES: usize = 60;
+
+/// What a raster is, as far as a report needs it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RasterFacts {
+    /// Samples across.
+    pub width: usize,
+    /// Samples down.
+    pub height: usize,
+    /// The least x and y of samples, and the largest.
+    pub extent: [f64; 4],
+    /// The sides of a cell along rows and columns, in metres, in the middle of the raster; null where it does not say how long a
+    /// unit of x and y is.
+    pub cell_metres: Option<(f64, f64)>,
+    /// What coordinates and heights mean.
+    pub reference: Reference,
+}
+
+impl RasterFacts {
+    fn of(band: &Band) -> RasterFacts {
+        let [_, xp, xl, _, yp, yl] = band.geo_transform().coefficients();
+        let ((x, y), _) = band.in_metres();
+        let is_known = band.is_georeferenced() && band.reference().metres.is_some();
+        RasterFacts {
+            width: band.width(),
+            height: band.height(),
+            extent: band.extent(),
+            cell_metres: is_known.then(|| ((xp * x).hypot(yp * y), (xl * x).hypot(yl * y))),
+            reference: band.reference().clone(),
+        }
+    }
+}
+
+/// What a mesh's errors and triangles come to. Distances are vertical; where errors are weighted, shares are those of
+/// distance × weight.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Survey {
+    /// The raster.
+    pub raster: RasterFacts,
+    /// Samples that have a height and a surface over or under them.
+    pub measured: u64,
+    /// The mean of the surface's height less the sample's: above 0 where the mesh lies too high.
+    pub mean_error: f64,
+    /// Half of the samples, 90 %, 95 % and 99 % have at most this distance, rounded up by a thousandth of the tolerance at most (beyond
+    /// the tolerance, by a thirty-second of the distance).
+    pub p50: f64,
+    /// See `p50`.
+    pub p90: f64,
+    /// See `p50`.
+    pub p95: f64,
+    /// See `p50`.
+    pub p99: f64,
+    /// All of them: the largest distance.
+    pub p100: f64,
+    /// Samples above nine tenths of the tolerance, those above it among them.
+    pub above_nine_tenths: u64,
+    /// Samples by signed error, surface less sample: below −ε, twenty bins up to 0, twenty up to ε, above ε.
+    pub signed_errors: Vec<u64>,
+    /// Samples at shares of 1 %, 2 % and so on to 100 %: their distances are at most this.
+    pub cumulative: Vec<f64>,
+    /// By the slope of the ground, as the differences of neighbouring heights say it. Samples without neighbours are left out.
+    pub slopes: Vec<SlopeClass>,
+    /// Triangles by the whole degrees of their smallest angle, seen from above with square cells.
+    pub smallest_angles: Vec<u64>,
+    /// Where.
+    #[serde(skip)]
+    pub map: MapGrid,
+}
+
+/// Gathers a [`Survey`].
+pub(super) struct Surveyor {
+    raster: RasterFacts,
+    measure: Measure,
+    map: MapGrid,
+    histogram: Total,
+    /// Samples below −ε and above ε.
+    beyond: [u64; 2],
+    sum: f64,
+    largest: f64,
+    near: u64,
+    classes: [Class; FROM.len()],
+    angles: [u64; ANGLES],
+    /// The heights of the row above the next one.
+    above: Vec<f64>,
+}
+
+impl Surveyor {
+    pub(super) fn new(band: &Band, tolerance: f64) -> Surveyor {
+        Surveyor {
+            raster: RasterFacts::of(band),
+            measure: Measure { tolerance, slopes: Slopes::new(band) },
+            map: MapGrid::new((band.width(), band.height())),
+            histogram: Total::new(tolerance),
+            beyond: [0; 2],
+            sum: 0.0,
+            largest: 0.0,
+            near: 0,
+            classes: [Class::default(); FROM.len()],
+            angles: [0; ANGLES],
+            above: Vec::new(),
+        }
+    }
+
+    /// What was gathered. The largest distance is the verdict's, which is rounded once.
+    pub(super) fn finish(self, largest: Option<f64>) -> Survey {
+        let measured = self.histogram.samples();
+        let largest = largest.unwrap_or(self.largest);
+        let share = |share: f64| self.histogram.share(share, largest);
+        let [low, high] = self.beyond;
+        Survey {
+            raster: self.raster,
+            measured,
+            mean_error: if measured == 0 { 0.0 } else { self.sum / measured as f64 },
+            p50: share(0.5),
+            p90: share(0.9),
+            p95: share(0.95),
+            p99: share(0.99),
+            p100: largest,
+            above_nine_tenths: self.near,
+            signed_errors: [low].into_iter().chain(self.histogram.signed(2 * SIGNED)).chain([high]).collect(),
+            cumulative: (1..=100).map(|percent| share(f64::from(percent) / 100.0)).collect(),
+            slopes: self.classes.iter().zip(FROM).map(|(class, from)| class.report(from)).collect(),
+            smallest_angles: self.angles.to_vec(),
+            map: self.map,
+        }
+    }
+}
+
+impl Observer for Surveyor {
+    fn face(&mut self, corners: [(i64, i64); 3], _: [f64; 3]) {
+        let [a, b, c] = corners;
+        self.map.at(((a.0 + b.0 + c.0) / 3, (a.1 + b.1 + c.1) / 3)).faces += 1;
+        self.angles[smallest_angle(corners).min(ANGLES - 1)] += 1;
+    }
+
+    fn rows(&mut self, rows: &ObservedRows<'_>) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+        for (first_row, piece) in Piece::all_of(rows, &self.above, &self.measure, self.map.side) {
+            self.add(first_row, &piece);
+        }
+        self.above.clear();
+        self.above.extend_from_slice(&rows.heights[rows.heights.len() - rows.width..]);
+        Ok(())
+    }
+}
+
+impl Surveyor {
+    fn add(&mut self, first_row: usize, piece: &Piece) {
+        self.histogram.add(&piece.histogram);
+        self.beyond = [self.beyond[0] + piece.low, self.beyond[1] + piece.high];
+        self.sum += piece.sum;
+        self.largest = self.largest.max(piece.largest);
+        self.near += piece.near;
+        for lane in &piece.classes {
+            self.classes.iter_mut().zip(lane).for_each(|(sum, class)| sum.add(class));
+        }
+        for (at, cells) in piece.cells.chunks(self.map.size.0).enumerate() {
+            let row = (first_row / self.map.side + at) * self.map.side;
+            self.map.row(row).iter_mut().zip(cells).for_each(|(sum, cell)| sum.add(cell));
+        }
+    }
+}
+
+/// The smallest angle in whole degrees, seen from above with square cells.
+fn smallest_angle([a, b, c]: [(i64, i64); 3]) -> usize {
+    let squared = |p: (i64, i64), q: (i64, i64)| {
+        let (x, y) = ((p.0 - q.0) as f64, (p.1 - q.1) as f64);
+        x * x + y * y
+    };
+    let [x, y, z] = [squared(a, b), squared(b, c), squared(c, a)];
+    let area = ((b.0 - a.0) as f64 * (c.1 - a.1) as f64 - (b.1 - a.1) as f64 * (c.0 - a.0) as f64).abs();
+    // It lies between the two longer sides.
+    let sine = area / (x * y * z / x.min(y).min(z)).sqrt();
+    sine.min(1.0).asin().to_degrees() as usize
+}
