@@ -301,15 +301,26 @@ fn larger_grounds_with_a_second_pass() {
     }
 }
 
+/// The rim has the tolerance that is found.
+#[test]
+fn a_budget_is_kept_with_a_trimmed_rim() {
+    let scene = scene(70, 60, 5, 1, 2);
+    let goal = Goal { max_points: Some(400), ..Goal::default() };
+    for quality in [Quality::None, Quality::Balanced] {
+        let params = Params { trim: 2, tile: 24, quality, ..Params::new(f64::INFINITY) };
+        let mesh = scene.mesh(&Params { goal, ..params.clone() }, 1).expect("a mesh");
+        let figures = mesh.figures().expect("figures");
+        assert!((300..=400).contains(&figures.vertices), "{figures:?}");
+        check(&scene, &Params { tolerance: mesh.tolerance(), ..params });
+    }
+}
+
 #[test]
 fn nothing_changes_where_nothing_is_missing() {
     let terrain = super::tests::terrain(4, 60, 50);
     let scene = Scene::new(60, 50, terrain);
     let made = |trim| told(&scene.mesh(&Params { trim, tile: 20, ..Params::new(1.0) }, 1).expect("a mesh"));
     assert!(made(0) == made(5));
-    let goal = Goal { max_points: Some(500), ..Goal::default() };
-    let refused = scene.mesh(&Params { trim: 1, goal, quality: Quality::None, ..Params::new(1.0) }, 1);
-    assert!(matches!(refused, Err(Error::Incompatible(_))), "{refused:?}");
     let refused = scene.mesh(&Params { trim: 1001, ..Params::new(1.0) }, 1);
     assert!(matches!(refused, Err(Error::Trim(1001))), "{refused:?}");
 }

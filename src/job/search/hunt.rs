@@ -270,6 +270,8 @@ impl<'a> Hunt<'a> {
                 if above > below { high } else { guess.clamp(above, below) }
             }
             (Some(low), None) if guess <= low => tidy(1.05 * low).max(next_above(low)),
+            // A jump is all there is between, perhaps.
+            (None, Some(high)) if guess >= 0.97 * high && self.is_large_step(high) => next_below(high),
             (None, Some(high)) if guess >= high => tidy(0.95 * high).min(next_below(high)).max(self.aim.finest),
             _ => guess,
         }
@@ -329,6 +331,11 @@ impl<'a> Hunt<'a> {
         let step = self.bench.step()?;
         let multiple = ((after / step).floor() + 1.0) * step;
         (multiple <= up_to && multiple <= LARGE_STEPS * step).then_some(multiple)
+    }
+
+    /// Whether a tolerance is one of the first multiples of the step of heights.
+    fn is_large_step(&self, tolerance: f64) -> bool {
+        self.bench.step().is_some_and(|step| tolerance % step == 0.0 && tolerance <= LARGE_STEPS * step)
     }
 
     /// A tolerance where a jump is likely, between two that lie on either side of the target, farther from each other than

@@ -7,15 +7,16 @@ use crate::base::tiling::{TileGrid, TileId, spread};
 use crate::job::Error;
 use crate::job::passes::{Job, Looked, Pool, TileMaker};
 
-/// One of so many tiles is among the few.
+/// One of so many tiles is among the few, and two where there are eight.
 const ONE_OF: usize = 8;
+const LEAST: usize = 2;
 /// No more tiles than this are among the few, or the many.
 const MOST: [usize; 2] = [256, 1024];
 
 /// Tiles with a good share of ground, spread evenly over a raster.
 #[derive(Debug)]
 pub(super) struct Sample {
-    /// One of eight.
+    /// One of eight, the more of them the rougher the ground.
     pub(super) few: Vec<TileId>,
     /// All, where there are not too many.
     pub(super) many: Vec<TileId>,
@@ -31,14 +32,11 @@ impl Sample {
         let grid = job.grid;
         let all = evenly(grid, grid.len().min(MOST[1]));
         let looked = for_each(job, makers, &all, |maker, job, id| maker.look(job, &grid.place_of(id)))?;
-        let is_ground = |(_, looked): &(&TileId, &Looked)| looked.span.is_some();
-        let many: Vec<TileId> = all.iter().zip(&looked).filter(is_ground).map(|(id, _)| *id).collect();
-        let wanted = (grid.len() / ONE_OF).clamp(1, MOST[0]);
-        let mut few = evenly(grid, wanted);
-        few.retain(|id| many.contains(id));
-        if 2 * few.len() < wanted {
-            few = many.iter().copied().step_by(many.len().div_ceil(wanted).max(1)).collect();
-        }
+        let grounded = all.iter().zip(&looked).filter_map(|(id, looked)| Some((*id, looked.span?)));
+        let grounded: Vec<(TileId, f64)> = grounded.collect();
+        let wanted = (grid.len() / ONE_OF).clamp(LEAST.min(grid.len() / 4).max(1), MOST[0]);
+        let few = by_relief(&grounded, wanted);
+        let many = grounded.iter().map(|(id, _)| *id).collect();
         let span = looked.iter().filter_map(|looked| looked.span).fold(0.0, f64::max);
         let step = looked.iter().all(|looked| looked.are_whole).then_some(1.0);
         Ok(Sample { few, many, span, step })
@@ -66,6 +64,25 @@ pub(super) fn for_each<T: Send>(
     all
 }
 
+/// So many tiles, at even shares of the relief of all: where it is large most triangles are.
+fn by_relief(tiles: &[(TileId, f64)], wanted: usize) -> Vec<TileId> {
+    let mut sorted = tiles.to_vec();
+    sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let relief: f64 = sorted.iter().map(|(_, span)| span).sum();
+    if relief == 0.0 {
+        return spread(tiles.len(), wanted).map(|i| tiles[i].0).collect();
+    }
+    let mut found = Vec::new();
+    let mut sum = 0.0;
+    for (id, span) in sorted {
+        sum += span;
+        if sum > relief * ((2 * found.len() + 1) as f64 / (2 * wanted) as f64) {
+            found.push(id);
+        }
+    }
+    found
+}
+
 /// No more tiles than so many, spread evenly over a raster.
 fn evenly(grid: TileGrid, most: usize) -> Vec<TileId> {
     let rows = (most * grid.rows() / grid.columns()).isqrt().clamp(1, grid.rows().min(most));
@@ -78,6 +95,16 @@ fn evenly(grid: TileGrid, most: usize) -> Vec<TileId> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rough_tiles_are_tried() {
+        let tile = |column, span| (TileId { column, row: 0 }, span);
+        let tiles = [tile(0, 0.0), tile(1, 1.0), tile(2, 40.0), tile(3, 2.0), tile(4, 60.0), tile(5, 0.0)];
+        let columns = |wanted| by_relief(&tiles, wanted).iter().map(|id| id.column).collect::<Vec<_>>();
+        assert_eq!([columns(1), columns(2)], [vec![4], vec![2, 4]]);
+        let flat = [tile(0, 0.0), tile(1, 0.0), tile(2, 0.0)];
+        assert_eq!(by_relief(&flat, 1), [flat[1].0]);
+    }
 
     #[test]
     fn tiles_are_spread() {
