@@ -33,14 +33,30 @@ fn agree(folder: &Folder, dem: &str, options: &[&str]) -> (f64, f64) {
 fn under_a_budget_it_is_the_budget() {
     let folder = Folder::new();
     let dem = Dem::new(300, 200).heights(ground).write(&folder, "dem.tif");
-    let (output, survey) = agree(&folder, &dem, &["--max-points", "3000"]);
+    let agree = |goal: &[&str]| agree(&folder, &dem, &[goal, &["--quality", "none"]].concat());
+    let (output, survey) = agree(&["--max-points", "3000"]);
     assert!(output > 100_000.0 && survey > 100_000.0, "{output}, {survey}");
-    agree(&folder, &dem, &["--max-triangles", "3000"]);
+    agree(&["--max-triangles", "3000"]);
     // More than there are samples.
-    agree(&folder, &dem, &["--max-points", "3000000"]);
+    agree(&["--max-points", "3000000"]);
     // Whichever ends it.
-    agree(&folder, &dem, &["--max-points", "20000", "--max-error", "300"]);
-    agree(&folder, &dem, &["--max-points", "1000", "--max-error", "10"]);
+    agree(&["--max-points", "20000", "--max-error", "300"]);
+    agree(&["--max-points", "1000", "--max-error", "10"]);
+}
+
+#[test]
+fn a_search_is_begun() {
+    let folder = Folder::new();
+    let dem = Dem::new(300, 200).heights(ground).write(&folder, "dem.tif");
+    let (output, survey) = agree(&folder, &dem, &["--max-triangles", "3000"]);
+    assert!(output > 30_000.0 && survey == 0.0, "{output}, {survey}");
+    let command =
+        ["simplify", &dem, &folder.at("tin.ply"), "--max-triangles", "3000", "--tile", "64", "--json", "--overwrite"];
+    let needs = terrabite(command.iter().chain(&["--dry-run"])).succeeds().json();
+    let tolerance = terrabite(command).succeeds().json()["tolerance"].as_f64().unwrap();
+    let expected = needs["tolerance"].as_f64().unwrap();
+    assert!((expected / tolerance - 1.0).abs() < 0.5, "{expected}, {tolerance}");
+    assert!(needs["thread_seconds"].as_f64().is_some_and(|seconds| seconds > 0.0), "{needs}");
 }
 
 #[test]
@@ -84,9 +100,13 @@ fn points_count_also_beside_bridged_holes() {
 fn a_budget_that_is_too_small_is_told_of() {
     let folder = Folder::new();
     let dem = Dem::new(300, 200).heights(ground).write(&folder, "dem.tif");
-    let command = ["simplify", &dem, &folder.at("tin.ply"), "--tile", "64", "--max-points", "9", "--dry-run"];
-    terrabite(command).fails(2, &["at least 30 vertices, found 9"]);
+    let command = ["simplify", &dem, &folder.at("tin.ply"), "--tile", "64", "--max-points", "9"];
+    let stops = command.iter().copied().chain(["--quality", "none", "--dry-run"]).collect::<Vec<_>>();
+    terrabite(&stops).fails(2, &["at least 30 vertices, found 9"]);
     // Nothing was begun: the first tile is never come to.
-    let run = terrabite_with_fault("kill:tile-begun:1", command);
+    let run = terrabite_with_fault("kill:tile-begun:1", &stops);
     assert_eq!(run.code, Some(2), "{run:#?}");
+    // What the coarsest polished mesh has is known when it is made.
+    terrabite(command).fails(2, &["expected a budget of at least ", " vertices, found 9"]);
+    assert_eq!(folder.names(), ["dem.tif"]);
 }

@@ -26,7 +26,7 @@ pub use clocks::TileTimes;
 pub(super) use gather::{Gathered, gather, must_be_of_samples, same_samples};
 pub(super) use pool::Pool;
 pub(super) use survey::{End, check_corners, error_needs, lowest};
-pub(super) use tiles::{Looked, TileMaker};
+pub(super) use tiles::TileMaker;
 
 use std::ops::Range;
 use std::sync::Arc;

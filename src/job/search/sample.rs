@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::base::control::Stage;
 use crate::base::tiling::{TileGrid, TileId, spread};
 use crate::job::Error;
-use crate::job::passes::{Job, Looked, Pool, TileMaker};
+use crate::job::passes::{Job, Pool, TileMaker};
 
 /// One of so many tiles is among the few, and two where there are eight.
 const ONE_OF: usize = 8;
