@@ -108,6 +108,9 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     } else if !args.quiet {
         warnings::print(&report.warnings);
         print::report(&report.verdict.to_string())?;
+        if let Some(checkpoints) = &report.checkpoints {
+            print::report(&checkpoints.to_string())?;
+        }
     }
     Ok(if report.passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

@@ -36,6 +36,15 @@ pub(super) fn checks(verdict: &Verdict) -> String {
     if let Some(extended) = &verdict.extended {
         rows.push(row("Samples above the tolerance in heights and attributes together", &extended.above_tolerance));
     }
+    if let Some(lines) = &verdict.lines {
+        let what = format!(
+            "Stretches of breaklines that no edges follow, of {} ({} segments, {} of them off the ground)",
+            grouped(lines.stretches),
+            grouped(lines.segments),
+            grouped(lines.off_ground)
+        );
+        rows.push(row(&what, &lines.broken));
+    }
     if let Some(trim) = &verdict.trim {
         rows.extend([
             row("Ground left bare farther from missing samples than the trim allows", &trim.bare_core),

@@ -66,8 +66,9 @@ pub(super) fn verdict(report: &VerifyReport, unit: &str) -> String {
     };
     format!(
         "At every one of {samples} samples of the ground the mesh is within {tolerance} ({what}){trimmed}, and it covers \
-         the ground once, without cracks or overlaps.{}",
-        between(report, unit)
+         the ground once, without cracks or overlaps.{}{}",
+        between(report, unit),
+        report.verdict.lines.as_ref().map_or("", |_| " Its edges follow all breaklines.")
     )
 }
 
@@ -98,7 +99,11 @@ pub(super) fn not_promised(has_checkpoints: bool, has_strays: bool, is_georefere
         true => "Between samples the surface is held to the limit on straying, and to nothing else.".to_string(),
         false => "Between samples nothing was judged: <code>--max-stray</code> does that.".to_string(),
     });
-    points.push("Horizontal accuracy is not judged. Vertices lie on the raster's own grid.".to_string());
+    points.push(
+        "Horizontal accuracy is not judged: vertices lie at samples of the raster, or between them on quarters of its cells. How far \
+         edges are from breaklines is judged where these are given."
+            .to_string(),
+    );
     if is_georeferenced {
         points.push(
             "CRS, vertical datum and units are what the raster says of itself. Nobody has checked that it is right."

@@ -47,7 +47,8 @@ impl Written {
             // Not one sample has a height.
             return Err(Error::NoGround { path: band.path().to_path_buf() }.into());
         }
-        let room = if tolerance.is_open() { range.width() } else { 2.0 * tolerance.asked() };
+        // A search for a tolerance goes a little beyond the range.
+        let room = if tolerance.is_open() { 8.0 * range.width() } else { 2.0 * tolerance.asked() };
         // Fitted heights may be beyond those of samples.
         let largest = range.min.abs().max(range.max.abs()) + room;
         let loss = largest * if frame.single { f64::from(f32::EPSILON) / 2.0 } else { 0.0 };
@@ -66,7 +67,10 @@ impl Written {
             }
             Ok(Tolerance::new(limit).less(counted))
         };
-        let kept = if tolerance.is_open() { tolerance } else { less("tolerance", tolerance.asked(), weight)? };
+        let kept = match tolerance.is_open() {
+            true => tolerance.less(loss * weight),
+            false => less("tolerance", tolerance.asked(), weight)?,
+        };
         // What moves no height by more than this moves the root of the mean square by no more.
         let max_rms = goal.max_rms.map(|rms| less("root mean square", rms, 1.0)).transpose()?;
         let goal = Goal { max_rms: max_rms.map(|rms| rms.kept()), ..goal };

@@ -102,6 +102,7 @@ impl VerifyRequest {
     pub fn inputs(&self) -> Vec<&Path> {
         let mut files = vec![self.input.path(), self.mesh.as_path()];
         files.extend(self.importance.as_ref().map(Input::path));
+        files.extend(self.breaklines.as_ref().and_then(LineInput::file));
         files.extend(self.extras.checkpoints.as_ref().map(|source| source.path.as_path()));
         #[cfg(feature = "gdal")]
         if let Input::Raster { view, .. } = &self.input {

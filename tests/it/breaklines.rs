@@ -60,6 +60,21 @@ impl Scene {
     }
 }
 
+/// The lines hold at the tolerance that is found; what they take at the least is told where a budget is too small for it.
+#[test]
+fn a_budget_has_room_for_the_lines_or_is_refused() {
+    let scene = Scene::new();
+    let lines = scene.layer("roads.geojson", &LINES);
+    let [dem, tin] = [&scene.dem, &scene.folder.at("tin.ply")];
+    let fixed = ["simplify", dem, tin, "--tile", "16", "--overwrite", "--json", "--breaklines", &lines];
+    let told = terrabite(fixed.iter().chain(&["--max-triangles", "450"])).succeeds().json();
+    assert!((350..=450).contains(&told["triangles"].as_u64().unwrap()), "{told}");
+    let tolerance = told["tolerance"].to_string();
+    terrabite(["verify", dem, tin, "--max-error", &tolerance, "--breaklines", &lines]).succeeds();
+    terrabite(fixed.iter().chain(&["--max-triangles", "20"]))
+        .fails(2, &["expected a budget of at least", "breaklines"]);
+}
+
 #[test]
 fn edges_follow_lines_and_verify_finds_them() {
     let scene = Scene::new();

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::util::{Dem, Folder, hills, shared_data, terrabite, terrabite_with_fault};
+use crate::util::{Dem, Folder, Kind, hills, shared_data, terrabite, terrabite_with_fault};
 
 const INSERTION: [&str; 2] = ["--engine", "greedy-insertion"];
 
@@ -149,6 +149,21 @@ fn a_budget_has_its_tolerance_looked_for() {
         let goal = format!("comment {} {}\n", options[0][2..].replace('-', "_"), options[1]);
         assert!(found.replace(&goal, "") == expected || options.contains(&"glb"), "{options:?}");
         assert!(found.contains(&format!("max_error {tolerance}\n")) || options.contains(&"glb"), "{options:?}");
+    }
+}
+
+/// In single precision heights lose something: that is taken from every tolerance that is tried.
+#[test]
+fn what_rounding_loses_is_taken_from_a_tolerance_that_is_found() {
+    let folder = Folder::new();
+    let heights = |column: usize, row: usize| 1e6 + hills(column, row) / 7.0;
+    let dem = Dem::new(120, 90).heights(heights).kind(Kind::Float64).write(&folder, "dem.tif");
+    for (name, goal) in [("tin.glb", ["--max-triangles", "900"]), ("tin.stl", ["--max-rms", "0.2"])] {
+        let tin = folder.at(name);
+        let command = ["simplify", &dem, &tin, "--tile", "40", "--heights", "fitted", "--json"];
+        let told = terrabite(command.iter().chain(&goal)).succeeds().json();
+        assert!(told["map"]["kept_for_rounding"].as_f64().is_some_and(|lost| lost > 0.01), "{told}");
+        verified(&dem, &tin, told["tolerance"].as_f64().unwrap());
     }
 }
 

@@ -178,6 +178,8 @@ fn names_are_no_markup_and_what_is_read_is_not_replaced() {
     judge(&tin, &["--overwrite"]).fails(1, &["tin.ply", "input"]);
     judge(&page, &["--overwrite", "--error-raster", &page]).fails(2, &["--error-raster"]);
     judge(&folder.at("none/qa.html"), &[]).fails(1, &["none"]);
+    let lines = folder.with("lines.geojson", r#"{"type": "LineString", "coordinates": [[1, -1], [5, -5]]}"#);
+    judge(&lines, &["--overwrite", "--breaklines", &lines]).fails(1, &["lines.geojson", "input"]);
     assert_eq!(fs::read_to_string(&page).unwrap(), text);
 }
 

@@ -79,7 +79,7 @@ pub enum Budget {
 /// A budget is too small for what is there from the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "expected a budget of at least {smallest} {what}, found {found}: corners of tiles, outlines of voids and points are there from the start"
+    "expected a budget of at least {smallest} {what}, found {found}: corners of tiles, outlines of voids, points and breaklines are there from the start"
 )]
 pub struct GoalTooSmall {
     /// Vertices or triangles.

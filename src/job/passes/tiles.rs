@@ -35,7 +35,6 @@ pub(in crate::job) struct TileMaker {
 #[derive(Debug, Clone, Copy)]
 pub(in crate::job) struct Probed {
     pub(in crate::job) samples: u64,
-    pub(in crate::job) cells: u64,
     pub(in crate::job) vertices: u64,
     pub(in crate::job) triangles: u64,
     /// The sum of the squares of errors, and of how many; zeros where nobody wanted them.
@@ -46,7 +45,7 @@ pub(in crate::job) struct Probed {
 /// What the heights of a tile's samples are like.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::job) struct Looked {
-    /// From the least to the greatest; none where less than a quarter is ground.
+    /// From the least to the greatest; none where there is no ground.
     pub(in crate::job) span: Option<f64>,
     /// Whether all are whole numbers.
     pub(in crate::job) are_whole: bool,
@@ -127,7 +126,6 @@ impl TileMaker {
         let (width, height) = (place.window.width as u64, place.window.height as u64);
         let mut probed = Probed {
             samples: width * height,
-            cells: (width - 1) * (height - 1),
             vertices: self.mesh.vertices.len() as u64,
             triangles: self.mesh.triangles.len() as u64,
             squares: 0.0,
@@ -152,7 +150,7 @@ impl TileMaker {
         let is_ground = |(column, row)| validity.is_ground(column as i32, row as i32);
         let ground =
             if validity.is_whole() { places().count() } else { places().filter(|&place| is_ground(place)).count() };
-        let span = (4 * ground >= tile.width() * tile.height()).then_some(heights.max - heights.min);
+        let span = (ground > 0 && !heights.is_empty()).then_some(heights.max - heights.min);
         Ok(Looked { span, are_whole })
     }
 

@@ -67,8 +67,8 @@ enum Verdict {
     Meets,
 }
 
-/// More runs than ever were needed.
-const MOST_RUNS: usize = 8;
+/// Brackets that are halved are closed by then.
+const MOST_RUNS: usize = 20;
 
 /// How often a preview is tried for one guess, and in all.
 const MOST_PREVIEWS: usize = 8;
@@ -76,6 +76,9 @@ const MOST_PREVIEWS_IN_ALL: usize = 12;
 
 /// Errors are not larger than from the least height to the greatest; weights may make them so, or heights that nobody has seen.
 const BEYOND: f64 = 4.0;
+
+/// How far steps go at the least, by how many runs in a row have been on the same side.
+const STEPS: [f64; 6] = [1.05, 1.05, 1.2, 1.6, 2.5, 4.0];
 
 /// At so many steps of the heights counts jump.
 const LARGE_STEPS: f64 = 3.0;
@@ -149,13 +152,16 @@ pub(super) struct Hunt<'a> {
     /// The largest tolerance whose mesh is too fine, and the least whose mesh is too coarse.
     low: Option<f64>,
     high: Option<f64>,
+    /// How many runs in a row have been on the same side.
+    streak: usize,
+    last: Option<f64>,
     best: Option<(f64, Figures)>,
 }
 
 impl<'a> Hunt<'a> {
     pub(super) fn new(bench: &'a mut dyn Bench, aim: Aim) -> Hunt<'a> {
         let curves = (0..=bench.previews().len()).map(|_| Curve::default()).collect();
-        Hunt { bench, aim, curves, low: None, high: None, best: None }
+        Hunt { bench, aim, curves, low: None, high: None, streak: 0, last: None, best: None }
     }
 
     /// The tolerance of the first run, and what is known of one close to it.
@@ -183,14 +189,13 @@ impl<'a> Hunt<'a> {
             self.bench.keep(self.best.map(|(best, _)| best))?;
             match verdict {
                 Verdict::Meets => break,
-                Verdict::TooFine if self.is_coarsest(tolerance, &figures) && !self.aim.is_within(&figures) => {
-                    return match self.best {
-                        Some(_) => Ok(self.found(runs)),
-                        None => Err(self.aim.too_small(&figures).into()),
-                    };
-                }
-                Verdict::TooFine => self.low = Some(tolerance),
-                Verdict::TooCoarse => self.high = Some(tolerance),
+                // A larger tolerance changes nothing.
+                Verdict::TooFine if self.is_coarsest(tolerance, &figures) => match self.best {
+                    Some(_) => break,
+                    None => return Err(self.aim.too_small(&figures).into()),
+                },
+                Verdict::TooFine => self.narrow(tolerance, true),
+                Verdict::TooCoarse => self.narrow(tolerance, false),
             }
             let is_closed = self.low.zip(self.high).is_some_and(|(low, high)| high - low <= CLOSE * high);
             if self.best.is_some() && (is_closed || runs >= MOST_RUNS) {
@@ -198,6 +203,15 @@ impl<'a> Hunt<'a> {
             }
         }
         Ok(self.found(runs))
+    }
+
+    /// Takes a run into account that does not meet the goal.
+    fn narrow(&mut self, tolerance: f64, is_too_fine: bool) {
+        let side = if is_too_fine { &mut self.low } else { &mut self.high };
+        let was_before = *side == self.last;
+        *side = Some(tolerance);
+        self.streak = if was_before && self.last.is_some() { self.streak + 1 } else { 1 };
+        self.last = Some(tolerance);
     }
 
     /// Whether a larger tolerance changes nothing: this one exceeds all errors there can be.
@@ -262,18 +276,29 @@ impl<'a> Hunt<'a> {
         Ok(self.untried(guess.max(self.aim.finest)))
     }
 
-    /// A tolerance near a guess that can bring something new.
+    /// A tolerance near a guess that can bring something new. Where one run after the other ends on the same side, guesses are
+    /// not trusted any more: steps grow, and brackets are halved.
     fn untried(&self, guess: f64) -> f64 {
+        let factor = STEPS[self.streak.min(STEPS.len() - 1)];
         match (self.low, self.high) {
             (Some(low), Some(high)) => {
                 let (above, below) = (next_above(low), next_below(high));
+                let middle = if high > 4.0 * low { (low * high).sqrt().max(high / 16.0) } else { (low + high) / 2.0 };
+                let guess = if self.streak > 2 { tidy(middle) } else { guess };
                 if above > below { high } else { guess.clamp(above, below) }
             }
-            (Some(low), None) if guess <= low => tidy(1.05 * low).max(next_above(low)),
+            (Some(low), None) => {
+                let least = tidy(factor * low).max(next_above(low));
+                if guess <= low || self.streak > 1 { guess.max(least) } else { guess }
+            }
             // A jump is all there is between, perhaps.
             (None, Some(high)) if guess >= 0.97 * high && self.is_large_step(high) => next_below(high),
-            (None, Some(high)) if guess >= high => tidy(0.95 * high).min(next_below(high)).max(self.aim.finest),
-            _ => guess,
+            (None, Some(_)) if self.streak > 3 => self.aim.finest,
+            (None, Some(high)) => {
+                let most = tidy(high / factor).min(next_below(high)).max(self.aim.finest);
+                if guess >= high || self.streak > 1 { guess.min(most) } else { guess }
+            }
+            (None, None) => guess,
         }
     }
 

@@ -131,5 +131,8 @@ pub(super) fn expect(field: &Field, params: &Params, control: &Control<'_>) -> R
 
 fn aim(params: &Params) -> Aim {
     // What rounding loses is at most half of any tolerance.
-    Aim { goal: params.goal, coarsest: params.tolerance.asked(), finest: 2.0 * params.tolerance.lost() }
+    let finest = 2.0 * params.tolerance.lost();
+    let is_exact = params.goal.max_rms == Some(0.0);
+    let coarsest = if is_exact { finest } else { params.tolerance.asked().max(finest) };
+    Aim { goal: params.goal, coarsest, finest }
 }

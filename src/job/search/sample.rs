@@ -13,13 +13,15 @@ const LEAST: usize = 2;
 /// No more tiles than this are among the few, or the many.
 const MOST: [usize; 2] = [256, 1024];
 
-/// Tiles with a good share of ground, spread evenly over a raster.
+/// Tiles with ground, spread evenly over a raster.
 #[derive(Debug)]
 pub(super) struct Sample {
     /// One of eight, the more of them the rougher the ground.
     pub(super) few: Vec<TileId>,
     /// All, where there are not too many.
     pub(super) many: Vec<TileId>,
+    /// What counts of the few, and of the many, are to be multiplied by for the whole raster.
+    pub(super) times: [f64; 2],
     /// From the least height to the greatest of a tile, at the most.
     pub(super) span: f64,
     /// What heights are multiples of: 1, where all are whole numbers.
@@ -36,10 +38,17 @@ impl Sample {
         let grounded: Vec<(TileId, f64)> = grounded.collect();
         let wanted = (grid.len() / ONE_OF).clamp(LEAST.min(grid.len() / 4).max(1), MOST[0]);
         let few = by_relief(&grounded, wanted);
-        let many = grounded.iter().map(|(id, _)| *id).collect();
+        let many: Vec<TileId> = grounded.iter().map(|(id, _)| *id).collect();
+        let cells = |tiles: &[TileId]| -> f64 {
+            let of_tile = |&id: &TileId| (grid.window(id).width as f64 - 1.0) * (grid.window(id).height as f64 - 1.0);
+            tiles.iter().map(of_tile).sum()
+        };
+        // Tiles without ground were looked at, and have nothing.
+        let whole = (job.field.width() as f64 - 1.0) * (job.field.height() as f64 - 1.0) / cells(&all);
+        let times = [whole * (cells(&many) / cells(&few).max(1.0)), whole];
         let span = looked.iter().filter_map(|looked| looked.span).fold(0.0, f64::max);
         let step = looked.iter().all(|looked| looked.are_whole).then_some(1.0);
-        Ok(Sample { few, many, span, step })
+        Ok(Sample { few, many, times, span, step })
     }
 }
 

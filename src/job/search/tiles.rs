@@ -28,6 +28,8 @@ pub(super) struct Tiles<'a> {
     makers: Pool<TileMaker>,
     /// Meshes of runs, by their tolerances.
     meshes: Vec<(f64, Mesh)>,
+    /// The tolerances of runs whose chunks may be kept, by this process or an earlier one.
+    kept: Vec<f64>,
     /// Of all runs together.
     times: TileTimes,
     found: u64,
@@ -95,6 +97,7 @@ impl<'a> Tiles<'a> {
             start,
             makers,
             meshes: Vec::new(),
+            kept: Vec::new(),
             times: TileTimes::default(),
             found: 0,
             spool_bytes: 0,
@@ -147,9 +150,9 @@ impl<'a> Tiles<'a> {
             false => (Params { quality: Quality::None, ..params }, f64::INFINITY),
             true => (params, job.max_stray),
         };
-        let tiles = match tiles {
-            Which::Few => &self.sample.few,
-            Which::Many => &self.sample.many,
+        let (tiles, times) = match tiles {
+            Which::Few => (&self.sample.few, self.sample.times[0]),
+            Which::Many => (&self.sample.many, self.sample.times[1]),
         };
         let tried = for_each(job, &self.makers, tiles, |maker, job, id| {
             let alone = Job { params: &params, max_stray, polishes_seams: false, chains: None, ..job.clone() };
@@ -158,21 +161,19 @@ impl<'a> Tiles<'a> {
             Ok((probed, start.elapsed().as_secs_f64()))
         })?;
         let seconds: f64 = tried.iter().map(|(_, seconds)| seconds).sum();
-        let (mut cells, mut sum) = (0, Figures::default());
+        let mut sum = Figures::default();
         let (mut squares, mut samples) = (0.0, 0);
         for (tile, _) in &tried {
-            cells += tile.cells;
             sum.vertices += tile.vertices;
             sum.triangles += tile.triangles;
             squares += tile.squares;
             samples += tile.measured;
         }
-        let all = (job.field.width() as f64 - 1.0) * (job.field.height() as f64 - 1.0);
         self.seconds += seconds;
         let is_run = polished || job.params.quality == Quality::None;
-        self.run_seconds = is_run.then_some(seconds * (all / cells as f64)).or(self.run_seconds);
+        self.run_seconds = is_run.then_some(seconds * times).or(self.run_seconds);
         let rms = if samples == 0 { 0.0 } else { (squares / samples as f64).sqrt() };
-        Ok(Figures { rms, ..sum.scaled(all / cells as f64) })
+        Ok(Figures { rms, ..sum.scaled(times) })
     }
 
     /// What a tolerance comes to in some way.
@@ -224,6 +225,7 @@ impl Bench for Tiles<'_> {
     }
 
     fn run(&mut self, tolerance: f64) -> Result<Figures, Error> {
+        self.kept.push(tolerance);
         self.known(RUN, tolerance, |tiles| {
             let mesh = tiles.make(tolerance)?;
             let figures = mesh.figures()?;
@@ -233,8 +235,8 @@ impl Bench for Tiles<'_> {
     }
 
     fn keep(&mut self, best: Option<f64>) -> Result<(), Error> {
-        let others = self.meshes.extract_if(.., |(tolerance, _)| Some(*tolerance) != best);
-        let others: Vec<f64> = others.map(|(tolerance, _)| tolerance).collect();
+        self.meshes.retain(|(tolerance, _)| Some(*tolerance) == best);
+        let others: Vec<f64> = self.kept.extract_if(.., |tolerance| Some(*tolerance) != best).collect();
         others.into_iter().try_for_each(|tolerance| self.store.map_or(Ok(()), |store| store.forget(tolerance)))
     }
 

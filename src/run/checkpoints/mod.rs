@@ -57,6 +57,18 @@ pub struct CheckpointReport {
     pub worst: Vec<WorstResidual>,
 }
 
+impl std::fmt::Display for CheckpointReport {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let CheckpointReport { read, off_mesh, all, nva, vva, .. } = self;
+        write!(f, "checkpoints: {} of {read} on the mesh", read - off_mesh)?;
+        if let Some(all) = all {
+            write!(f, ", mean {:.4}, RMSE {:.4}, 95 % up to {:.4}", all.mean, all.rmse, all.p95)?;
+        }
+        nva.map_or(Ok(()), |nva| write!(f, "; NVA {nva:.4}"))?;
+        vva.map_or(Ok(()), |vva| write!(f, "; VVA {vva:.4}"))
+    }
+}
+
 /// A checkpoint and the surface at it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WorstResidual {

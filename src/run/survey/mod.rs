@@ -136,6 +136,12 @@ impl Surveyor {
         let largest = largest.unwrap_or(self.largest);
         let share = |share: f64| self.histogram.share(share, largest);
         let [low, high] = self.beyond;
+        let mut signed: Vec<u64> = self.histogram.signed(2 * SIGNED).collect();
+        if self.measure.tolerance == 0.0 {
+            // All that is within is in the middle; the bins have counted by another scale.
+            signed.fill(0);
+            signed[SIGNED] = measured - low - high;
+        }
         Survey {
             raster: self.raster,
             measured,
@@ -146,7 +152,7 @@ impl Surveyor {
             p99: share(0.99),
             p100: largest,
             above_nine_tenths: self.near,
-            signed_errors: [low].into_iter().chain(self.histogram.signed(2 * SIGNED)).chain([high]).collect(),
+            signed_errors: [low].into_iter().chain(signed).chain([high]).collect(),
             cumulative: (1..=100).map(|percent| share(f64::from(percent) / 100.0)).collect(),
             slopes: self.classes.iter().zip(FROM).map(|(class, from)| class.report(from)).collect(),
             smallest_angles: self.angles.to_vec(),
