@@ -474,7 +474,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="terrabite-readers-") as folder:
         meshes = made(Path(folder))
         reference = Reference(meshes["ascii.ply", "map"][0])
-        print(f"{run(TERRABITE, '--version').strip()}: {len(reference.triangles)} triangles\n")
+        print(f"{run(TERRABITE, '-V').strip()}: {len(reference.triangles)} triangles\n")
         print("| reader | format | map coordinates | `--local` | also read |\n|---|---|---|---|---|")
         for reader, forms in READERS.items():
             if reader is qgis and not there_is_qgis():

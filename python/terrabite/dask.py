@@ -199,7 +199,7 @@ def _finished(words: Sequence[str], said: IO[str], stop: Any) -> int:
 def _must_be(command: str, program: str, where: str) -> None:
     """Refuses a command that is not of the version that laid the run out."""
     try:
-        found = subprocess.run([command, "--version"], capture_output=True, text=True, check=True).stdout.strip()
+        found = subprocess.run([command, "-V"], capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError) as error:
         raise ShardError(f"{command}: expected {program} {where}, found no command that runs ({error}); --command names it") from error
     if found != program:

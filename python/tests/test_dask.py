@@ -97,8 +97,8 @@ def test_stopping_ends_the_processes(command: Path, tmp_path: Path, cluster: Clu
     work = tmp_path / "work"
     (tmp_path / "work" / "logs").mkdir(parents=True)
     slow = tmp_path / "slow"
-    version = run(command, "--version").strip()
-    slow.write_text(f'#!/bin/sh\n[ "$1" = --version ] && echo "{version}" || exec sleep 600\n')
+    version = run(command, "-V").strip()
+    slow.write_text(f'#!/bin/sh\n[ "$1" = -V ] && echo "{version}" || exec sleep 600\n')
     slow.chmod(0o755)
     (work / "plan.json").write_text(f'{{"program": "{version}", "passes": 1, "words": [], "folder": "/"}}')
     words = [str(work), "tin.ply", "--scheduler", cluster.address, "--shards", "1", "--command", str(slow)]

@@ -109,7 +109,7 @@ def test_options_have_the_names_and_defaults_of_the_command(command):
     of_files = {
         "input", "output", "overwrite", "quiet", "json", "dry-run", "work-dir", "keep-work-dir", "help", "format", "ascii", "precision",
         "local", "z-scale", "normals", "texture", "texture-size", "base-height", "base-depth", "mesh-compression",
-        "ogr-geometry", "cutline-layer", "points-layer", "breaklines-layer", "bbox-crs", "importance-band", "importance-oo", "image",
+        "ogr-geometry", "cutline-layer", "points-layer", "breaklines-layer", "bbox-crs", "importance-band", "importance-oo", "image", "report",
     }
     shown = subprocess.run([command, "simplify", "--help"], capture_output=True, text=True, check=True).stdout
     names = {line.split("--")[1].split()[0].strip(",") for line in shown.splitlines() if line.strip().startswith(("--", "-q, --", "-h, --"))}

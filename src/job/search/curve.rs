@@ -21,7 +21,7 @@ const CLOSE: f64 = 0.2;
 const FAR: f64 = 2.0;
 
 /// How steep a line may be: measurements on either side of a jump say little of what lies beyond.
-fn within_reason(step: f64, in_proportion: f64) -> f64 {
+pub(super) fn within_reason(step: f64, in_proportion: f64) -> f64 {
     let (least, most) = (LEAST * in_proportion, MOST * in_proportion);
     step.clamp(least.min(most), least.max(most))
 }

@@ -1,6 +1,6 @@
 //! Looking for a tolerance: guesses by cheap measurements first, whole runs then.
 
-use super::curve::Curve;
+use super::curve::{Curve, within_reason};
 use super::decimals::{next_above, next_below, tidy};
 use super::figures::{Figures, Quantity, SHARE};
 use crate::job::{Budget, Error, Goal, GoalTooSmall};
@@ -78,7 +78,7 @@ const MOST_PREVIEWS_IN_ALL: usize = 12;
 const BEYOND: f64 = 4.0;
 
 /// How far steps go at the least, by how many runs in a row have been on the same side.
-const STEPS: [f64; 6] = [1.05, 1.05, 1.2, 1.6, 2.5, 4.0];
+const STEPS: [f64; 7] = [1.05, 1.05, 1.05, 1.2, 1.6, 2.5, 4.0];
 
 /// At so many steps of the heights counts jump.
 const LARGE_STEPS: f64 = 3.0;
@@ -289,14 +289,14 @@ impl<'a> Hunt<'a> {
             }
             (Some(low), None) => {
                 let least = tidy(factor * low).max(next_above(low));
-                if guess <= low || self.streak > 1 { guess.max(least) } else { guess }
+                if guess <= low || self.streak > 2 { guess.max(least) } else { guess }
             }
             // A jump is all there is between, perhaps.
             (None, Some(high)) if guess >= 0.97 * high && self.is_large_step(high) => next_below(high),
             (None, Some(_)) if self.streak > 3 => self.aim.finest,
             (None, Some(high)) => {
                 let most = tidy(high / factor).min(next_below(high)).max(self.aim.finest);
-                if guess >= high || self.streak > 1 { guess.min(most) } else { guess }
+                if guess >= high || self.streak > 2 { guess.min(most) } else { guess }
             }
             (None, None) => guess,
         }
@@ -324,7 +324,16 @@ impl<'a> Hunt<'a> {
                 Quantity::Rms(_) => target,
             },
         };
-        self.settle(way - 1, quantity, expected)
+        let nearest = curve.nearest(quantity, target);
+        let guess = self.settle(way - 1, quantity, expected)?;
+        // Cheaper ways know steps of heights, but of a small difference they know little.
+        let is_smooth = |near: f64| self.bench.step().is_none_or(|step| near > LARGE_STEPS * step);
+        Ok(match nearest {
+            Some((near, value)) if way + 1 == self.curves.len() && value > 0.0 && is_smooth(near) => {
+                near + within_reason(guess - near, near * (target / value - 1.0))
+            }
+            _ => guess,
+        })
     }
 
     /// Tries a preview until it has been tried near where the quantity comes to a target.
