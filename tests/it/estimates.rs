@@ -57,6 +57,9 @@ fn a_search_is_begun() {
     let expected = needs["tolerance"].as_f64().unwrap();
     assert!((expected / tolerance - 1.0).abs() < 0.5, "{expected}, {tolerance}");
     assert!(needs["thread_seconds"].as_f64().is_some_and(|seconds| seconds > 0.0), "{needs}");
+    // In one tile, too.
+    let alone = ["simplify", &dem, &folder.at("tin.ply"), "--max-triangles", "3000", "--overwrite", "--dry-run"];
+    assert!(terrabite(alone).succeeds().out.contains("time "));
 }
 
 #[test]

@@ -125,6 +125,7 @@ pub(super) fn expect(field: &Field, params: &Params, control: &Control<'_>) -> R
     let job = Job::new(field, params, control)?;
     let mut tiles = Tiles::new(&job, None)?;
     let (tolerance, figures) = Hunt::new(&mut tiles, aim(params)).expect()?;
+    tiles.time(tolerance)?;
     let (seconds, run_seconds) = tiles.seconds();
     Ok(Expectation { tolerance, figures, seconds, run_seconds })
 }

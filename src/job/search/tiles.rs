@@ -122,6 +122,14 @@ impl<'a> Tiles<'a> {
         (self.seconds, self.run_seconds)
     }
 
+    /// Makes sure that it is known how long a run takes, where no tile has been polished so far.
+    pub(super) fn time(&mut self, tolerance: f64) -> Result<(), Error> {
+        if self.run_seconds.is_none() && !self.sample.few.is_empty() {
+            self.made(Which::Few, true, tolerance)?;
+        }
+        Ok(())
+    }
+
     /// Makes a run at a tolerance.
     fn make(&mut self, tolerance: f64) -> Result<Mesh, Error> {
         let Job { field, control, .. } = *self.job;
