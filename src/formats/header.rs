@@ -21,8 +21,9 @@ pub struct Header {
     pub frame: CoordinateFrame,
     /// The part of the raster that was simplified, where it is not the whole.
     pub window: Option<Window>,
-    /// The tolerance that the mesh keeps to, in the unit of the heights; `None` where there is none, but a budget that insertion
-    /// stopped at for instance.
+    /// The tolerance that was asked for, or that was found for a goal, in the unit of the heights; `None` where there is none, but
+    /// a budget that insertion stopped at for instance. (Insertion that a budget stops before a tolerance that is asked for does not
+    /// keep it.)
     pub tolerance: Option<f64>,
     /// What else was asked for and decides the mesh, in a fixed order.
     pub options: Vec<RunOption>,

@@ -222,15 +222,19 @@ fn attributes_that_are_not_in_the_file_are_named() {
     assert!(found.expect_err("no red").to_string().contains("attribute \"red\" of vertices"));
 }
 
-#[test]
-fn what_does_not_keep_channels_is_not_given_any() {
+fn striped_field() -> (tempfile::TempDir, Field) {
     let folder = testing::folder();
     striped(&folder);
     let raster = testing::band(&folder.path().join("dem.tif"), 1);
     let colours = colours().open(raster.path());
     let ranges = find_ranges(&raster, &colours, &Control::default()).expect("ranges");
     let field = Field::open_extended(&raster, &FieldOptions::default(), &colours, &ranges, &Control::default());
-    let field = field.expect("a field");
+    (folder, field.expect("a field"))
+}
+
+#[test]
+fn what_does_not_keep_channels_is_not_given_any() {
+    let (_folder, field) = striped_field();
     let cuts = Params { engine: EngineChoice::GreedyCuts(GreedyCuts::PLAIN), ..delaunay(Params::new(1.0)) };
     let run = triangulate(&field, &cuts, &Control::default());
     assert!(matches!(run, Err(Error::Incompatible(_))), "{run:?}");
@@ -241,15 +245,9 @@ fn what_does_not_keep_channels_is_not_given_any() {
 
 #[test]
 fn a_budget_is_kept_with_channels() {
-    let folder = testing::folder();
-    striped(&folder);
-    let raster = testing::band(&folder.path().join("dem.tif"), 1);
-    let colours = colours().open(raster.path());
-    let ranges = find_ranges(&raster, &colours, &Control::default()).expect("ranges");
-    let field = Field::open_extended(&raster, &FieldOptions::default(), &colours, &ranges, &Control::default());
+    let (_folder, field) = striped_field();
     let goal = Goal { max_points: Some(400), ..Goal::default() };
     let params = delaunay(Params { goal, ..Params::new(f64::INFINITY) });
-    let field = field.expect("a field");
     let mesh = triangulate(&field, &params, &Control::default()).expect("a mesh");
     let search = mesh.outcome().and_then(|outcome| outcome.search).expect("a search");
     assert!(search.share.is_some_and(|share| share <= 1.0) && search.tolerance > 0.0, "{search:?}");

@@ -60,16 +60,6 @@ const OF_POLISHING: &[Feature] = &[
     Feature::WeakPolishEdges,
 ];
 
-/// Polishing and all that is part of it.
-const ALL_POLISHING: &[Feature] = &[
-    Feature::Polishing,
-    Feature::FittedHeights,
-    Feature::MinAngle,
-    Feature::PolishingNumbers,
-    Feature::StrongPolishEdges,
-    Feature::WeakPolishEdges,
-];
-
 /// The engine of greedy cuts, and what is part of it.
 const CUTS: &[Feature] = &[Feature::GreedyCuts, Feature::CutOrder];
 
@@ -97,11 +87,11 @@ const OF_INSERTION: &[Feature] = &[
 /// What keeps greedy insertion from stopping at a goal by itself, one sample after the other in the order of a whole raster:
 /// what follows insertion, what comes before it with a tolerance of its own, other engines, other orders, other errors.
 const OUT_OF_ORDER: &[&[Feature]] = &[
-    ALL_POLISHING,
     CUTS,
     HITTING_SETS,
     ATTRIBUTES,
     &[
+        Feature::Polishing,
         Feature::Trim,
         Feature::FilledVoids,
         Feature::Breaklines,

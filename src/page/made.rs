@@ -4,6 +4,7 @@ use super::html::{document, facts, figure, list, section, text};
 use super::words::unit_of;
 use super::{Counts, Origin, angles, charts, files, ground, heading, html, json, numbers, warnings, words};
 use crate::base::decimal::Decimal;
+use crate::job::rules;
 use crate::run::Report;
 use crate::run::report::{BinaryBytes, grouped};
 
@@ -45,12 +46,14 @@ pub(super) fn page(report: &Report, origin: &Origin) -> String {
 fn verdict(report: &Report, unit: &str) -> String {
     let samples = grouped(report.samples);
     let figure = |number: f64| format!("{}{unit}", Decimal(number));
+    if let Some(goal) = report.goal.as_ref().filter(|goal| goal.fell_short()) {
+        let tolerance = goal.max_error.map(|most| format!("the tolerance of {}", figure(most)));
+        let rms = goal.goal.max_rms.map(|rms| format!("the root mean square of {}", figure(rms)));
+        let asked = rules::list(tolerance.into_iter().chain(rms));
+        let largest = figure(report.error.max);
+        return format!("A budget ended the run before it reached {asked}. The largest error is {largest}.");
+    }
     match (report.tolerance, &report.goal) {
-        (Some(tolerance), _) if report.fell_short() => format!(
-            "A budget ended the run before the tolerance of {} was reached. The largest error is {}.",
-            figure(tolerance),
-            figure(report.error.max)
-        ),
         (Some(tolerance), _) if report.importance.is_some() => {
             format!("At every one of {samples} samples of the ground error × weight is at most {}.", figure(tolerance))
         }

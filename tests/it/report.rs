@@ -204,7 +204,8 @@ fn a_run_has_a_page_too() {
     make(&dem, &["--overwrite"]).fails(1, &["dem.tif", "input"]);
     let names = folder.names();
     make(&page, &["--max-triangles", "20", "--overwrite"]);
-    assert!(fs::read_to_string(&page).unwrap().contains("<b>FAIL</b>"), "a budget ended it");
+    let text = fs::read_to_string(&page).unwrap();
+    assert!(text.contains("<b>FAIL</b>") && text.contains("before it reached the tolerance of 3"), "a budget ended it");
     assert_eq!(folder.names(), names);
 }
 

@@ -131,7 +131,7 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
 /// What the first run of a search will come to.
 fn searched(field: &Field, params: &Params, samples: f64, control: &Control<'_>) -> Result<Expected, Error> {
     let few = Params { points: None, ..params.clone() };
-    let Expectation { tolerance, figures, seconds, run_seconds } = search::expect(field, &few, control)?;
+    let Expectation { tolerance, figures, seconds, run_seconds } = search::foretell(field, &few, control)?;
     let most = params.goal.most_triangles().map_or(2.0 * samples, |most| most as f64);
     let triangles = figures.map_or(most, |figures| (figures.triangles as f64).min(most));
     let samples_per_triangle = samples / triangles.max(1.0);

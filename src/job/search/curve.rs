@@ -20,10 +20,11 @@ const CLOSE: f64 = 0.2;
 /// Measurements whose tolerances differ by a larger factor are far apart.
 const FAR: f64 = 2.0;
 
-/// How steep a line may be: measurements on either side of a jump say little of what lies beyond.
+/// How steep a line may be: measurements on either side of a jump say little of what lies beyond. Any numbers will do, also those
+/// that are none.
 pub(super) fn within_reason(step: f64, in_proportion: f64) -> f64 {
     let (least, most) = (LEAST * in_proportion, MOST * in_proportion);
-    step.clamp(least.min(most), least.max(most))
+    step.max(least.min(most)).min(least.max(most))
 }
 
 /// How long steps are in general, beside those in proportion.

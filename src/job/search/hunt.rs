@@ -101,8 +101,9 @@ impl Aim {
         if is_spent || tolerance <= self.finest { Verdict::Meets } else { Verdict::TooCoarse }
     }
 
+    /// A root mean square to come to; one of 0 is a matter of [`Aim::coarsest`].
     fn rms(&self) -> Option<Quantity> {
-        self.goal.max_rms.map(Quantity::Rms)
+        self.goal.max_rms.filter(|rms| *rms > 0.0).map(Quantity::Rms)
     }
 
     fn asks_for_quality(&self) -> bool {
@@ -165,7 +166,7 @@ impl<'a> Hunt<'a> {
     }
 
     /// The tolerance of the first run, and what is known of one close to it.
-    pub(super) fn expect(&mut self) -> Result<(f64, Option<Figures>), Error> {
+    pub(super) fn foretell(&mut self) -> Result<(f64, Option<Figures>), Error> {
         let tolerance = self.next()?;
         let tried = self.curves.iter().rev().find_map(|curve| curve.estimate(tolerance));
         Ok((tolerance, tried))

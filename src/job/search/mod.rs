@@ -121,10 +121,10 @@ pub(super) fn triangulate(
 ///
 /// # Errors
 /// [`Error`].
-pub(super) fn expect(field: &Field, params: &Params, control: &Control<'_>) -> Result<Expectation, Error> {
+pub(super) fn foretell(field: &Field, params: &Params, control: &Control<'_>) -> Result<Expectation, Error> {
     let job = Job::new(field, params, control)?;
     let mut tiles = Tiles::new(&job, None)?;
-    let (tolerance, figures) = Hunt::new(&mut tiles, aim(params)).expect()?;
+    let (tolerance, figures) = Hunt::new(&mut tiles, aim(params)).foretell()?;
     tiles.time(tolerance)?;
     let (seconds, run_seconds) = tiles.seconds();
     Ok(Expectation { tolerance, figures, seconds, run_seconds })

@@ -117,6 +117,21 @@ proptest! {
     }
 }
 
+/// Nothing is too small to be asked for, or too large.
+#[test]
+fn a_root_mean_square_may_be_any_number() {
+    for rms in [0.0, f64::from_bits(1), 1e-320, 1e-300, 1e300, f64::MAX] {
+        for levels in 0..3 {
+            let mut bench = made(1e6, 1.0, 0.25);
+            bench.previews.truncate(levels);
+            let goal = Goal { max_rms: Some(rms), max_points: Some(1 << 50), ..Goal::default() };
+            let coarsest = if rms == 0.0 { 0.0 } else { f64::INFINITY };
+            let found = Hunt::new(&mut bench, aim(goal, coarsest)).finish().expect("found");
+            assert!(found.figures.rms <= rms && found.ended_by.is_none(), "{found:?} for {rms}");
+        }
+    }
+}
+
 #[test]
 fn a_tolerance_beside_a_budget_is_not_undercut() {
     let mut bench = made(1e6, 1.0, 0.0);

@@ -70,8 +70,6 @@ pub struct Capabilities {
     ///
     /// [`ChannelError::limit`]: crate::base::channels::ChannelError::limit
     pub channels: bool,
-    /// It can end at a budget or a root mean square, if its options allow that: see [`Engine::progressive`].
-    pub goals: bool,
 }
 
 /// A way to triangulate a tile. The engines there are stand in [`registry`].

@@ -68,7 +68,6 @@ mod tests {
             assert!(all[..i].iter().all(|other| other.name() != engine.name()), "{}", engine.name());
             assert!(all[..i].iter().all(|other| other.identity() != engine.identity()), "{}", engine.identity());
             assert!(engine.bytes_per_sample() >= 40);
-            assert!(engine.capabilities().goals || engine.progressive().is_none());
         }
         assert!(all.contains(&EngineChoice::default()));
         let (plain, improved) = (EngineChoice::from(GreedyCuts::PLAIN), EngineChoice::from(GreedyCuts::IMPROVED));

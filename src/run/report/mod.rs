@@ -186,6 +186,8 @@ pub struct GoalReport {
     /// What was asked for.
     #[serde(flatten)]
     pub goal: Goal,
+    /// The tolerance that was asked for beside it; null where none was.
+    pub max_error: Option<f64>,
     /// Whether a quality was asked for, and all that were are reached.
     pub reached: Option<bool>,
     /// What ended the run.
@@ -424,7 +426,8 @@ impl GoalReport {
     fn new(params: &Params, outcome: Outcome) -> GoalReport {
         let goal = params.goal;
         let asked = !params.tolerance.is_open() || goal.max_rms.is_some();
-        GoalReport { goal, reached: asked.then_some(outcome.ended_by.is_none()), outcome }
+        let max_error = Some(params.tolerance.asked()).filter(|asked| asked.is_finite());
+        GoalReport { goal, max_error, reached: asked.then_some(outcome.ended_by.is_none()), outcome }
     }
 
     /// Whether a quality was asked for that a budget did not allow.

@@ -137,7 +137,7 @@ impl Engine for GreedyInsertion {
     }
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities { points: true, edges: true, channels: true, goals: true }
+        Capabilities { points: true, edges: true, channels: true }
     }
 
     /// The vertices; for a triangle 24 bytes of half-edges and 24 of its candidate, and the mesh's triangles when the
