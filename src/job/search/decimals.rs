@@ -5,25 +5,27 @@ pub(super) fn tidy(tolerance: f64) -> f64 {
     format!("{tolerance:.3e}").parse().unwrap_or(tolerance)
 }
 
-/// The next such number above, or below. At the ends of what doubles can be, the same.
+/// The next such number above; where four digits tell no more apart, the next number.
 pub(super) fn next_above(tolerance: f64) -> f64 {
     let tidied = tidy(tolerance);
-    if tidied > tolerance { tidied } else { tidy(tidied + unit(tidied)) }
+    let above = if tidied > tolerance { tidied } else { tidy(tidied + unit(tidied)) };
+    above.max(tolerance.next_up())
 }
 
-/// See [`next_above`].
+/// The next such number below, likewise; 0 at the least.
 pub(super) fn next_below(tolerance: f64) -> f64 {
     let tidied = tidy(tolerance);
-    if tidied < tolerance {
-        return tidied;
-    }
     let below = tidied - unit(tidied);
     // Below a power of ten steps are a tenth.
-    tidy(tidied - unit(below))
+    let below = if tidied < tolerance { tidied } else { tidy(tidied - unit(below)) };
+    below.min(tolerance.next_down()).max(0.0)
 }
 
-/// A unit in the fourth digit.
+/// A unit in the fourth digit; of 0 none.
 fn unit(tolerance: f64) -> f64 {
+    if tolerance == 0.0 {
+        return 0.0;
+    }
     let text = format!("{tolerance:.3e}");
     let exponent = text.split_once('e').map_or("0", |(_, exponent)| exponent);
     format!("1e{}", exponent.parse::<i32>().unwrap_or(0) - 3).parse().unwrap_or(0.0)
@@ -40,6 +42,11 @@ mod tests {
         assert_eq!(
             [next_below(1.0), next_below(1.001), next_below(0.9999), next_below(1.0005)],
             [0.9999, 1.0, 0.9998, 1.0]
+        );
+        let least = f64::from_bits(1);
+        assert_eq!(
+            [next_above(0.0), next_above(least), next_below(least), next_below(0.0)],
+            [least, 2.0 * least, 0.0, 0.0]
         );
         assert_eq!([next_above(1e300), next_below(1e-300)], [1.001e300, 9.999e-301]);
     }

@@ -198,7 +198,8 @@ impl<'a> Hunt<'a> {
                 Verdict::TooFine => self.narrow(tolerance, true),
                 Verdict::TooCoarse => self.narrow(tolerance, false),
             }
-            let is_closed = self.low.zip(self.high).is_some_and(|(low, high)| high - low <= CLOSE * high);
+            let is_close = |(low, high)| high - low <= CLOSE * high || next_above(low) >= high;
+            let is_closed = self.low.zip(self.high).is_some_and(is_close);
             if self.best.is_some() && (is_closed || runs >= MOST_RUNS) {
                 break;
             }
@@ -283,10 +284,17 @@ impl<'a> Hunt<'a> {
         let factor = STEPS[self.streak.min(STEPS.len() - 1)];
         match (self.low, self.high) {
             (Some(low), Some(high)) => {
-                let (above, below) = (next_above(low), next_below(high));
                 let middle = if high > 4.0 * low { (low * high).sqrt().max(high / 16.0) } else { (low + high) / 2.0 };
                 let guess = if self.streak > 2 { tidy(middle) } else { guess };
-                if above > below { high } else { guess.clamp(above, below) }
+                guess.max(next_above(low)).min(next_below(high))
+            }
+            // Nothing is in proportion to 0.
+            (Some(0.0), None) => {
+                if guess > 0.0 {
+                    guess
+                } else {
+                    self.bench.start()
+                }
             }
             (Some(low), None) => {
                 let least = tidy(factor * low).max(next_above(low));
@@ -330,7 +338,7 @@ impl<'a> Hunt<'a> {
         // Cheaper ways know steps of heights, but of a small difference they know little.
         let is_smooth = |near: f64| self.bench.step().is_none_or(|step| near > LARGE_STEPS * step);
         Ok(match nearest {
-            Some((near, value)) if way + 1 == self.curves.len() && value > 0.0 && is_smooth(near) => {
+            Some((near, value)) if way + 1 == self.curves.len() && near > 0.0 && value > 0.0 && is_smooth(near) => {
                 near + within_reason(guess - near, near * (target / value - 1.0))
             }
             _ => guess,

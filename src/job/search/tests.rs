@@ -18,6 +18,8 @@ struct Made {
     rate: f64,
     bend: f64,
     jump: f64,
+    /// The share of all triangles that previews see.
+    seen: f64,
     previews: Vec<Preview>,
     tries: usize,
     runs: Vec<f64>,
@@ -39,7 +41,7 @@ impl Bench for Made {
 
     fn preview(&mut self, number: usize, tolerance: f64) -> Result<Figures, Error> {
         self.tries += 1;
-        Ok(self.count(tolerance, self.rate + 0.1, if number == 0 { 2.3 } else { 0.8 }))
+        Ok(self.count(tolerance, self.rate + 0.1, self.seen * if number == 0 { 2.3 } else { 0.8 }))
     }
 
     fn run(&mut self, tolerance: f64) -> Result<Figures, Error> {
@@ -67,7 +69,7 @@ impl Bench for Made {
 
 fn made(triangles: f64, rate: f64, jump: f64) -> Made {
     let previews = vec![Preview { near: 0.1, bias: 0.42 }, Preview { near: 0.04, bias: 1.0 }];
-    Made { triangles, rate, bend: 0.0, jump, previews, tries: 0, runs: Vec::new() }
+    Made { triangles, rate, bend: 0.0, jump, seen: 1.0, previews, tries: 0, runs: Vec::new() }
 }
 
 fn aim(goal: Goal, coarsest: f64) -> Aim {
@@ -129,6 +131,18 @@ fn a_root_mean_square_may_be_any_number() {
             let found = Hunt::new(&mut bench, aim(goal, coarsest)).finish().expect("found");
             assert!(found.figures.rms <= rms && found.ended_by.is_none(), "{found:?} for {rms}");
         }
+    }
+}
+
+/// Previews that see nothing lead to tolerance 0, where a run tells next to nothing of others.
+#[test]
+fn a_search_leaves_zero_at_once() {
+    for levels in 1..3 {
+        let mut bench = Made { seen: 0.0, ..made(1e6, 1.0, 0.0) };
+        bench.previews.truncate(levels);
+        let found = Hunt::new(&mut bench, aim(triangles(10_000), f64::INFINITY)).finish().expect("found");
+        assert_eq!(bench.runs[0], 0.0);
+        assert!(share(&found, 10_000) >= SHARE && found.runs <= 8, "{:?}", bench.runs);
     }
 }
 
