@@ -1,8 +1,9 @@
 //! Where the output of a run is staged, so that what a killed run leaves can be found.
 //!
-//! The note is a line, `staging` or `committing DEVICE INODE`, and the partial file's path as it is, whatever its bytes.
+//! The note is a line, `staging` or `committing FILE`, and the partial file's path as it is, whatever its bytes. FILE is
+//! DEVICE-INODE-LENGTH-SECONDS-NANOSECONDS, the last two being the time of its last change.
 //! It is durable before the partial file is made, and again before it is renamed. A run that was killed after that is
-//! done once more: its line ends with ` over DEVICE INODE`, the output that is there already.
+//! done once more: its line ends with ` over FILE`, the output that is there already.
 
 use std::ffi::OsStr;
 use std::fs::Metadata;
@@ -16,8 +17,8 @@ use crate::base::private_file::PrivateFile;
 
 pub(super) const NAME: &str = "staged";
 
-/// A file, whatever its name: device and inode.
-type Identity = (u64, u64);
+/// A file, whatever its name. An inode may serve another file once its own is removed, so length and time count, too.
+type Identity = String;
 
 struct Note {
     partial: PathBuf,
@@ -46,7 +47,7 @@ pub(super) fn has_committed(dir: &Path, output: &Path) -> bool {
 }
 
 fn identity(file: &Metadata) -> Identity {
-    (file.dev(), file.ino())
+    format!("{}-{}-{}-{}-{}", file.dev(), file.ino(), file.len(), file.mtime(), file.mtime_nsec())
 }
 
 /// Removes the partial file of a run that was killed, if there is one. A file that has taken its name stays.
@@ -56,7 +57,7 @@ pub(super) fn remove_partial(dir: &Path) -> io::Result<()> {
         Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(()),
         Err(e) => Err(e),
         Ok(found) if found.is_file() && is_partial(&note.partial) => {
-            // Its inode may serve another file from now on.
+            // Nothing is complete once it is gone.
             let note = Note { complete: None, ..note };
             note.write(dir)?;
             durable::remove_if_there(&note.partial)
@@ -72,12 +73,12 @@ fn is_partial(path: &Path) -> bool {
 
 impl Note {
     fn write(&self, dir: &Path) -> io::Result<()> {
-        let mut line = match self.complete {
+        let mut line = match &self.complete {
             None => "staging".to_string(),
-            Some((device, inode)) => format!("committing {device} {inode}"),
+            Some(file) => format!("committing {file}"),
         };
-        if let Some((device, inode)) = self.over {
-            line += &format!(" over {device} {inode}");
+        if let Some(file) = &self.over {
+            line += &format!(" over {file}");
         }
         line.push('\n');
         let mut bytes = line.into_bytes();
@@ -97,18 +98,14 @@ impl Note {
         let line = String::from_utf8_lossy(&bytes[..end]);
         let words: Vec<&str> = line.split(' ').collect();
         let (words, over) = match words.as_slice() {
-            [words @ .., "over", device, inode] => (words, parse(device, inode)),
+            [words @ .., "over", file] => (words, Some(file.to_string())),
             words => (words, None),
         };
         let complete = match words {
             ["staging"] => None,
-            ["committing", device, inode] => parse(device, inode),
+            ["committing", file] => Some(file.to_string()),
             _ => return Ok(None),
         };
         Ok(Some(Note { partial, complete, over }))
     }
-}
-
-fn parse(device: &str, inode: &str) -> Option<Identity> {
-    device.parse().ok().zip(inode.parse().ok())
 }
