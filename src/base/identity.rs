@@ -7,7 +7,7 @@ use crate::base::decimal::Decimal;
 /// The places whose samples are read, spread evenly over the rows, the first and the last among them.
 const PLACES: usize = 64;
 
-/// The same where each costs a block that is fetched from another machine.
+/// The same where each costs a block or two that are fetched from another machine.
 const REMOTE_PLACES: usize = 8;
 
 /// What the checksum of samples is called.
@@ -16,6 +16,9 @@ pub const SOME_SAMPLES: &str = "checksum of some samples";
 /// The samples read at one place, along a row.
 const RUN: usize = 1024;
 
+/// The same where they come from another machine.
+const REMOTE_RUN: usize = 64;
+
 /// What a raster is recognised by, whatever its file is called and wherever it lies: names and values for people to
 /// compare. Equal doubles are told by their bits.
 ///
@@ -23,7 +26,7 @@ const RUN: usize = 1024;
 /// the samples tells rasters apart that agree in all of them, as mosaics of one survey do. It is no proof that all
 /// samples are equal; who needs that compares tile by tile ([`crate::base::Tile::checksum`]).
 ///
-/// Cost: 64 windows of 1024 × 1 samples are read (8 where the raster is on another machine), at most 64 × (1024 / block width + 2) blocks are decoded.
+/// Cost: 64 windows of 1024 × 1 samples are read (8 of 64 × 1 where the raster is on another machine), at most 64 × (1024 / block width + 2) blocks are decoded.
 ///
 /// # Errors
 /// [`RasterError::Read`].
@@ -65,8 +68,8 @@ pub fn exact_double(value: f64) -> String {
 }
 
 fn some_samples(raster: &Band) -> Result<u32, RasterError> {
-    let (width, height) = (raster.width().min(RUN), 1);
-    let places = raster.height().min(if raster.is_remote() { REMOTE_PLACES } else { PLACES });
+    let (places, run) = if raster.is_remote() { (REMOTE_PLACES, REMOTE_RUN) } else { (PLACES, RUN) };
+    let (width, height, places) = (raster.width().min(run), 1, raster.height().min(places));
     let bytes = width * raster.sample_type().bytes();
     let mut words = vec![0u64; bytes.div_ceil(8)];
     let mut hasher = crc32fast::Hasher::new();

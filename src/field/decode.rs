@@ -2,13 +2,13 @@
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use super::FieldError;
 use super::map::map;
 use super::store::{Bytes, Offsets, Store};
-use super::{FieldError, FieldOptions};
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
 use crate::base::{Band, Window};
@@ -48,24 +48,45 @@ pub fn decoded_bytes(band: &Band) -> u64 {
     Layout::of(band, band.sample_type().bytes()).bytes + mask.unwrap_or(0)
 }
 
-/// A temporary file that is being filled.
-struct Decoding {
+/// A temporary file of samples, or of the bytes of a mask, that is being filled; already unlinked.
+pub(super) struct Decoding {
     file: File,
     layout: Layout,
+    is_mask: bool,
+    folder: PathBuf,
 }
 
 impl Decoding {
-    fn new(band: &Band, sample_bytes: usize, folder: &Path) -> std::io::Result<Decoding> {
-        let layout = Layout::of(band, sample_bytes);
-        let file = tempfile::tempfile_in(folder)?;
-        file.set_len(layout.bytes)?;
-        Ok(Decoding { file, layout })
+    /// Makes the file. It has its full size, and no blocks on the disk.
+    pub(super) fn new(band: &Band, is_mask: bool, folder: &Path) -> Result<Decoding, FieldError> {
+        let sample_bytes = if is_mask { 1 } else { band.sample_type().bytes() };
+        let (layout, folder) = (Layout::of(band, sample_bytes), folder.to_path_buf());
+        let sized = |file: File| file.set_len(layout.bytes).map(|()| file);
+        match tempfile::tempfile_in(&folder).and_then(sized) {
+            Ok(file) => Ok(Decoding { file, layout, is_mask, folder }),
+            Err(source) => Err(FieldError::Temporary { dir: folder, bytes: layout.bytes, source }),
+        }
     }
 
-    fn finish(self) -> std::io::Result<Store> {
-        let Decoding { file, layout } = self;
+    /// Reads a window of the band, and writes it to the file. Takes the window's bytes.
+    pub(super) fn fill(&self, band: &Band, unit: Window) -> Result<(), FieldError> {
+        let unit_bytes = unit.len() * self.layout.sample_bytes;
+        let mut words = vec![0u64; unit_bytes.div_ceil(8)];
+        let read = &mut bytemuck::cast_slice_mut(&mut words)[..unit_bytes];
+        if self.is_mask {
+            band.read_mask(unit, read)?
+        } else {
+            band.read(unit, read)?
+        }
+        write_unit(&self.file, self.layout, unit, read).map_err(|source| self.failed(source))
+    }
+
+    /// The file, mapped. What is filled later is seen, too.
+    pub(super) fn mapped(&self) -> Result<Store, FieldError> {
+        let (file, layout) = (&self.file, self.layout);
+        let bytes = file.try_clone().and_then(|clone| Ok(Bytes::Mapped(map(file)?, clone)));
         Ok(Store {
-            bytes: Bytes::Mapped(map(&file)?, file),
+            bytes: bytes.map_err(|source| self.failed(source))?,
             block_width: layout.block_width,
             block_height: layout.block_height,
             blocks_across: layout.blocks_across,
@@ -74,6 +95,10 @@ impl Decoding {
             first: (0, 0),
         })
     }
+
+    fn failed(&self, source: std::io::Error) -> FieldError {
+        FieldError::Temporary { dir: self.folder.clone(), bytes: self.layout.bytes, source }
+    }
 }
 
 /// What decoding leaves: files already unlinked.
@@ -81,41 +106,27 @@ pub(super) struct Decoded {
     pub(super) samples: Store,
     /// A byte for every sample, where the raster has a mask.
     pub(super) mask: Option<Store>,
-    pub(super) bytes: u64,
 }
 
 /// Decodes all samples, in parallel, and the mask beside them.
-pub(super) fn decode(band: &Band, options: &FieldOptions, control: &Control<'_>) -> Result<Decoded, FieldError> {
-    let (folder, bytes) = (options.temp_dir.as_path(), decoded_bytes(band));
-    let failed = |source| FieldError::Temporary { dir: options.temp_dir.clone(), bytes, source };
-    let samples = Decoding::new(band, band.sample_type().bytes(), folder).map_err(failed)?;
-    let mask = band.has_mask().then(|| Decoding::new(band, 1, folder)).transpose().map_err(failed)?;
+pub(super) fn decode(band: &Band, folder: &Path, control: &Control<'_>) -> Result<Decoded, FieldError> {
+    let samples = Decoding::new(band, false, folder)?;
+    let mask = band.has_mask().then(|| Decoding::new(band, true, folder)).transpose()?;
 
     let units = units(band);
     control.progress.begin(Stage::Decode, units.len() as u64, band.width() as u64 * band.height() as u64);
     units.par_iter().try_for_each(|&unit| {
         control.cancel.check()?;
         faults::reach(Point::DecodeUnit);
-        let unit_bytes = unit.len() * samples.layout.sample_bytes;
-        let mut words = vec![0u64; unit_bytes.div_ceil(8)];
-        let read = &mut bytemuck::cast_slice_mut(&mut words)[..unit_bytes];
-        band.read(unit, read)?;
-        write_unit(&samples.file, samples.layout, unit, read).map_err(failed)?;
-        if let Some(mask) = &mask {
-            let mut valid = vec![0u8; unit.len()];
-            band.read_mask(unit, &mut valid)?;
-            write_unit(&mask.file, mask.layout, unit, &valid).map_err(failed)?;
-        }
+        samples.fill(band, unit)?;
+        mask.iter().try_for_each(|mask| mask.fill(band, unit))?;
         control.progress.step(Stage::Decode, unit.len() as u64);
         Ok::<(), FieldError>(())
     })?;
     control.progress.end(Stage::Decode);
     // Nothing is read any more.
     band.release();
-
-    let samples = samples.finish().map_err(failed)?;
-    let mask = mask.map(Decoding::finish).transpose().map_err(failed)?;
-    Ok(Decoded { samples, mask, bytes })
+    Ok(Decoded { samples: samples.mapped()?, mask: mask.map(|mask| mask.mapped()).transpose()? })
 }
 
 /// Windows that together are the raster. Whole blocks of the source as far as [`UNIT_BYTES`] allow; where one row of
@@ -124,12 +135,16 @@ pub(super) fn units(band: &Band) -> Vec<Window> {
     windows_of((band.width(), band.height()), band.block_size(), band.sample_type().bytes())
 }
 
-/// The same for so many samples across and down in blocks of this size, where a unit takes so many bytes for each.
-pub(super) fn windows_of(
+/// Samples across and down in each of [`units`], but for the last ones.
+pub(super) fn unit_size(band: &Band) -> (usize, usize) {
+    size_of_units((band.width(), band.height()), band.block_size(), band.sample_type().bytes())
+}
+
+fn size_of_units(
     (raster_width, raster_height): (usize, usize),
     (block_width, block_height): (usize, usize),
     sample_bytes: usize,
-) -> Vec<Window> {
+) -> (usize, usize) {
     let most = (UNIT_BYTES / sample_bytes).max(1);
     let fitting = |side: usize, other: usize, whole: usize| {
         let blocks = (most / other / side).max(1);
@@ -139,6 +154,12 @@ pub(super) fn windows_of(
     let rows = fitting(block_height, width, raster_height);
     // One block larger than a unit is read in parts; GDAL keeps it decoded.
     let rows = if rows * width > most && block_height > 1 { (most / width).max(1) } else { rows };
+    (width, rows)
+}
+
+/// Units for so many samples across and down in blocks of this size, where a unit takes so many bytes for each.
+pub(super) fn windows_of(size: (usize, usize), block: (usize, usize), sample_bytes: usize) -> Vec<Window> {
+    let ((raster_width, raster_height), (width, rows)) = (size, size_of_units(size, block, sample_bytes));
     let mut units = Vec::new();
     for row in (0..raster_height).step_by(rows) {
         for column in (0..raster_width).step_by(width) {
@@ -186,7 +207,7 @@ fn write_unit(file: &File, layout: Layout, unit: Window, samples: &[u8]) -> std:
 mod tests {
     use super::*;
     use crate::base::Tile;
-    use crate::field::{Choice, Field};
+    use crate::field::{Choice, Field, FieldOptions};
     use crate::raster::Raster;
     use gdal::raster::{Buffer, RasterCreationOptions};
 

@@ -2,8 +2,8 @@
 //!
 //! In comes a [`crate::base::Band`] (or an array); out go [`crate::base::Tile`]s. An uncompressed GeoTIFF is mapped where it
 //! lies; a raster in blocks of a moderate size is read through GDAL window by window; anything else is decoded once, in
-//! parallel, into an unlinked temporary file of square blocks, which is then mapped. This is the only module that maps
-//! files.
+//! parallel, into an unlinked temporary file of square blocks, which is then mapped; or, where a part of the raster is wanted,
+//! in the units that are, when they are (`partial`). This is the only module that maps files.
 //!
 //! A second raster may come with the first, an importance raster: the weights of errors at the same samples. It is a
 //! field of its own, read in the same ways, and its numbers become the weights of a tile.
@@ -23,6 +23,7 @@ mod in_place;
 mod load;
 mod map;
 mod open;
+mod partial;
 mod source;
 mod store;
 

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use super::FieldError;
 use super::channels::Channels;
-use super::decode::{Decoded, decode};
+use super::decode::{Decoded, decode, decoded_bytes};
 use super::holes::Holes;
 use super::in_place::map_in_place;
+use super::partial::Partial;
 use super::source::Source;
 use super::store::{Bytes, Offsets, Store};
 use crate::base::GeoTransform;
@@ -58,7 +59,7 @@ pub enum Access {
     Decoded {
         /// Why it could not be mapped in place, or read by windows.
         reason: String,
-        /// The temporary file's size.
+        /// The temporary file's size, where a part is decoded at the most.
         bytes: u64,
     },
     /// Given as an array.
@@ -90,11 +91,14 @@ pub struct FieldOptions {
     /// Whether [`Choice::Auto`] may map the raster's own file, which is faster than reading it. Where another process truncates
     /// a mapped file, the next look at it raises SIGBUS, which ends this process unless it is caught: programs may say yes.
     pub maps_files: bool,
+    /// Whether a part of the raster is all that is wanted: then what has to be decoded is decoded when it is loaded for the first
+    /// time, a few megabytes around it at once, and not beforehand.
+    pub in_parts: bool,
 }
 
 impl Default for FieldOptions {
     fn default() -> Self {
-        FieldOptions { temp_dir: std::env::temp_dir(), choice: Choice::default(), maps_files: false }
+        FieldOptions { temp_dir: std::env::temp_dir(), choice: Choice::default(), maps_files: false, in_parts: false }
     }
 }
 
@@ -137,8 +141,16 @@ impl Field {
             (Err(reason), Choice::Auto) if suits_windows(band) => windows(reason),
             (Err(reason), Choice::Windows) => windows(reason),
             (Err(reason), Choice::Auto | Choice::Decode) => {
-                let Decoded { samples, mask, bytes } = decode(band, options, control)?;
-                (Source::Blocks(samples), mask.map(Source::Blocks), Access::Decoded { reason, bytes })
+                let (folder, bytes) = (options.temp_dir.as_path(), decoded_bytes(band));
+                let (samples, mask) = if options.in_parts {
+                    let band = Arc::new(band.clone());
+                    let part = |is_mask| Partial::new(band.clone(), is_mask, folder).map(Source::Partial);
+                    (part(false)?, band.has_mask().then(|| part(true)).transpose()?)
+                } else {
+                    let Decoded { samples, mask } = decode(band, folder, control)?;
+                    (Source::Blocks(samples), mask.map(Source::Blocks))
+                };
+                (samples, mask, Access::Decoded { reason, bytes })
             }
         };
         Ok(Field {

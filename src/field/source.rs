@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::FieldError;
+use super::partial::Partial;
 use super::store::Store;
 use crate::base::{Band, Window};
 
@@ -11,6 +12,8 @@ use crate::base::{Band, Window};
 pub(super) enum Source {
     /// Blocks in memory or mapped.
     Blocks(Store),
+    /// The same, read into a temporary file when they are wanted for the first time.
+    Partial(Partial),
     /// The band itself, by windows.
     Windows(Arc<Band>),
     /// The band's mask: a byte for every sample, 0 where it is invalid.
@@ -36,6 +39,7 @@ impl Source {
                 }
                 store.for_each_run(window, run)
             }
+            Source::Partial(partial) => partial.with(window)?.for_each_run(window, run),
             Source::Level => {
                 scratch.clear();
                 scratch.resize(window.width.div_ceil(8), 0);

@@ -1,12 +1,15 @@
 //! Fields of every way to the samples give the same tiles.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
 use gdal::DriverManager;
 use gdal::raster::{Buffer, RasterCreationOptions};
 use proptest::prelude::*;
 
 use super::*;
 use crate::base::control::Control;
-use crate::base::{Heights, Tile, Window};
+use crate::base::{Band, Heights, RasterError, SampleType, Tile, Window, Windows};
 use crate::raster::Raster;
 
 fn window(column: usize, row: usize, width: usize, height: usize) -> Window {
@@ -91,18 +94,19 @@ fn masks_tags_and_nan_mark_the_same_samples_whichever_way_they_are_read() {
     let is_missing = |column: usize, row: usize| {
         [(99, 70), (120, 51)].contains(&(column, row)) || row == 130 && (64..80).contains(&column)
     };
-    for choice in [Choice::Windows, Choice::Decode, Choice::Auto] {
-        let options = FieldOptions { choice, ..FieldOptions::default() };
+    let ways = [(Choice::Windows, false), (Choice::Decode, false), (Choice::Decode, true), (Choice::Auto, false)];
+    for (choice, in_parts) in ways {
+        let options = FieldOptions { choice, in_parts, ..FieldOptions::default() };
         let field = Field::open(&raster.to_band().expect("a band"), &options, &Control::default()).expect("a field");
         let mut tile = Tile::default();
         for (column, row, width, height) in [(0, 0, 300, 200), (60, 50, 40, 81), (100, 52, 20, 20), (0, 0, 50, 50)] {
             field.load(window(column, row, width, height), &mut tile).expect("heights");
             let left = column.saturating_sub(1)..(column + width + 1).min(300);
             let whole = left.clone().all(|c| (row.max(1) - 1..(row + height + 1).min(200)).all(|r| !is_missing(c, r)));
-            assert_eq!(tile.validity().is_whole(), whole, "{choice:?} at {column}, {row}");
+            assert_eq!(tile.validity().is_whole(), whole, "{options:?} at {column}, {row}");
             for (c, r) in left.flat_map(|c| (row.max(1) - 1..(row + height + 1).min(200)).map(move |r| (c, r))) {
                 let (x, y) = (c as i32 - column as i32, r as i32 - row as i32);
-                assert_eq!(tile.validity().is_valid(x, y), !is_missing(c, r), "{choice:?}: sample {c}, {r}");
+                assert_eq!(tile.validity().is_valid(x, y), !is_missing(c, r), "{options:?}: sample {c}, {r}");
             }
             for (c, r) in (0..width).flat_map(|c| (0..height).map(move |r| (c, r))) {
                 let expected = if is_missing(column + c, row + r) { 0 } else { at(column + c, row + r) % 97 };
@@ -110,4 +114,62 @@ fn masks_tags_and_nan_mark_the_same_samples_whichever_way_they_are_read() {
             }
         }
     }
+}
+
+/// Heights of column + row, in blocks of 64 × 64, that count the samples they are asked for, and of which some may not be had.
+#[derive(Default)]
+struct Counted {
+    asked: AtomicU64,
+    is_away: AtomicBool,
+}
+
+impl Windows for Counted {
+    fn read(&self, window: Window, out: &mut [u8]) -> Result<(), RasterError> {
+        let Window { column, row, width, height } = window;
+        if self.is_away.load(Ordering::Relaxed) {
+            let (path, reason) = ("far.tif".into(), "no answer".to_string());
+            return Err(RasterError::Read { path, column, row, width, height, reason });
+        }
+        self.asked.fetch_add(window.len() as u64, Ordering::Relaxed);
+        for (i, sample) in out.chunks_exact_mut(8).enumerate() {
+            sample.copy_from_slice(&((column + i % width + row + i / width) as f64).to_ne_bytes());
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn of_a_raster_in_parts_each_is_read_once_and_the_others_never() {
+    let (counted, size) = (Arc::new(Counted::default()), (5000, 3000));
+    let band = Band::new("far.tif", size, SampleType::F64, counted.clone()).expect("a band").with_blocks(64, 64);
+    let options = FieldOptions { choice: Choice::Decode, in_parts: true, ..FieldOptions::default() };
+    let field = Field::open(&band, &options, &Control::default()).expect("a field");
+    assert_eq!(counted.asked.load(Ordering::Relaxed), 0);
+    let check = |at: Window| {
+        let mut tile = Tile::default();
+        let loaded = field.load(at, &mut tile);
+        let right = (0..at.len()).all(|i| {
+            let (column, row) = (i % at.width, i / at.width);
+            loaded.is_err() || tile.at(column, row) == (at.column + column + at.row + row) as f64
+        });
+        assert!(right, "{at:?}");
+        loaded
+    };
+    // No answer, and nothing is taken for read.
+    counted.is_away.store(true, Ordering::Relaxed);
+    let error = check(window(1000, 1000, 300, 300)).expect_err("no answer").to_string();
+    assert!(error.contains("far.tif") && error.contains("no answer"), "{error}");
+    counted.is_away.store(false, Ordering::Relaxed);
+    // Windows by windows, in the part from row 1000 on, by several threads at the same time.
+    let windows = || (0..64).map(|i| window(i % 8 * 600, 1000 + i / 8 * 30, 700, 100));
+    std::thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(|| windows().for_each(|at| check(at).expect("heights")));
+        }
+    });
+    let asked = counted.asked.load(Ordering::Relaxed);
+    let rows = asked / size.0 as u64;
+    assert!((310..=310 + 2 * 64).contains(&rows) && asked % size.0 as u64 == 0, "{asked} samples");
+    check(window(0, 0, 5000, 3000)).expect("heights");
+    assert_eq!(counted.asked.load(Ordering::Relaxed), 15_000_000);
 }

@@ -36,7 +36,7 @@ fn compare(raster: &Raster) {
     let Ok(band) = raster.to_band() else { return };
     let layout = band.plain_layout();
     let open = |choice| {
-        let options = FieldOptions { temp_dir: temp_dir(), choice, maps_files: false };
+        let options = FieldOptions { temp_dir: temp_dir(), choice, ..FieldOptions::default() };
         Field::open(&band, &options, &Control::default())
     };
     let Ok(in_place) = open(Choice::InPlace) else { return };

@@ -1,11 +1,11 @@
 //! The way to a raster's samples from any thread.
 
 use std::collections::HashMap;
-use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::ThreadId;
 
 use super::plain::plain_layout;
+use super::remote::is_remote;
 use super::{Opening, Raster, RasterError};
 use crate::base::{Band, PlainLayout, SampleType, Window, Windows};
 
@@ -128,33 +128,5 @@ impl Raster {
     /// [`RasterError`], for a band that is not there among others.
     pub fn other_bands(&self, numbers: &[usize], nodata: &[String]) -> Result<Vec<Band>, RasterError> {
         numbers.iter().map(|&number| self.opening().open_band(number)?.with_nodata(nodata)?.to_band()).collect()
-    }
-}
-
-/// GDAL's names for files that are fetched over a network.
-const NETWORKS: [&str; 9] =
-    ["/vsicurl/", "/vsicurl?", "/vsis3/", "/vsigs/", "/vsiaz/", "/vsiadls/", "/vsioss/", "/vsiswift/", "/vsiwebhdfs/"];
-
-/// Whether a name of GDAL's is one of a file on another machine, also within an archive. The `_streaming` kinds cannot be read
-/// twice at all, and are not among them.
-fn is_remote(path: &Path) -> bool {
-    let name = path.to_string_lossy();
-    // A folder may be called so, too: names begin the path, or stand in quotes, braces or another name.
-    let begins = |at: usize| name[..at].chars().next_back().is_none_or(|before| "/\":{,".contains(before));
-    NETWORKS.iter().any(|network| name.match_indices(network).any(|(at, _)| begins(at)))
-}
-
-#[cfg(test)]
-mod remote_tests {
-    use super::*;
-
-    #[test]
-    fn names_of_files_on_other_machines() {
-        for name in ["/vsicurl/https://a/b.tif", "/vsizip//vsis3/bucket/a.zip/b.tif", "NETCDF:\"/vsigs/b/c.nc\":z"] {
-            assert!(is_remote(Path::new(name)), "{name}");
-        }
-        for name in ["dem.tif", "/vsizip/a.zip/b.tif", "/data/vsicurl/dem.tif", "/vsimem/dem.tif"] {
-            assert!(!is_remote(Path::new(name)), "{name}");
-        }
     }
 }

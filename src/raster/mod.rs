@@ -30,6 +30,7 @@ mod plain;
 mod points;
 mod read;
 mod reference;
+mod remote;
 mod sample_type;
 mod shapes;
 mod view;

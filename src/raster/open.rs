@@ -14,6 +14,7 @@ use super::drivers::{self, Unread};
 use super::encoding::Encoded;
 use super::gdal_error::reason;
 use super::gdal_messages::About;
+use super::remote::be_patient;
 use super::sample_type::of_gdal;
 use crate::base::warning::Warning;
 
@@ -128,6 +129,7 @@ impl Raster {
                 | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
             ..DatasetOptions::default()
         };
+        be_patient(path);
         let _about = About::opening(path);
         let failed = |reason| RasterError::Open { path: path.to_path_buf(), reason };
         let name = GdalName::of(path).map_err(|e| failed(format!("its name is no UTF-8, and no link to it: {e}")))?;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::companions::Companions;
+use super::remote::{afresh, is_remote};
 use super::{Opening, Raster, RasterError};
 use crate::base::{FileState, Files, Watch, identity};
 
@@ -43,6 +44,8 @@ pub struct FileWatch {
     is_layer: bool,
     watched: Watched,
     files: Files,
+    /// Whether samples come, or may come, from another machine.
+    is_remote: bool,
     /// How the raster is opened once more, and what it was recognised by.
     identity: Option<(Opening, Vec<(&'static str, String)>)>,
 }
@@ -60,13 +63,21 @@ impl FileWatch {
         let watched = Watched::of(path, Companions::of_raster(path));
         let files = watched.files(is_plain_geotiff(raster));
         let identity = if files.are_all() { None } else { Some((raster.opening(), identity(&raster.to_band()?)?)) };
-        Ok(FileWatch { path: path.to_path_buf(), is_layer: false, watched, files, identity })
+        let is_remote = is_remote(path) || raster.driver() == "VRT";
+        Ok(FileWatch { path: path.to_path_buf(), is_layer: false, watched, files, is_remote, identity })
     }
 
     /// Begins to watch the files of a layer of points or polygons. To be called before it is opened.
     pub fn layer(path: &Path) -> FileWatch {
         let watched = Watched::of(path, Companions::of_layer(path));
-        FileWatch { path: path.to_path_buf(), is_layer: true, watched, files: Files::none(), identity: None }
+        FileWatch {
+            path: path.to_path_buf(),
+            is_layer: true,
+            watched,
+            files: Files::none(),
+            is_remote: false,
+            identity: None,
+        }
     }
 
     fn compare(&self, most: usize) -> Result<(), RasterError> {
@@ -99,7 +110,8 @@ impl Watch for FileWatch {
         self.compare(usize::MAX)?;
         let Some((opening, before)) = &self.identity else { return Ok(()) };
         // A handle of its own: GDAL may hold blocks of the old one.
-        let now = identity(&opening.open()?.to_band()?)?;
+        let look = || identity(&opening.open()?.to_band()?);
+        let now = if self.is_remote { afresh(look)? } else { look()? };
         match before.iter().zip(now).find(|(before, now)| *before != now) {
             Some(((what, expected), (_, found))) => Err(self.changed(what, expected.clone(), found)),
             None => Ok(()),

@@ -95,7 +95,7 @@ impl Run<'_> {
             None => probe(self.band(), self.inputs.importance.as_ref(), &self.params, self.control)?,
             Some(ranged) => {
                 let temp_dir = self.params.temp_dir.clone();
-                let windows = FieldOptions { temp_dir, choice: Choice::Windows, maps_files: false };
+                let windows = FieldOptions { temp_dir, choice: Choice::Windows, ..FieldOptions::default() };
                 let field = ranged.open(self.band(), &windows, self.control)?;
                 probe_field(&field, &self.params, self.control)?
             }
@@ -252,7 +252,7 @@ impl Run<'_> {
     /// The samples where nobody reads them: nothing is decoded, and no void is looked for.
     fn field_of_no_use(&self, ranged: Option<&Ranged<'_>>) -> Result<Field, Error> {
         let temp_dir = self.params.temp_dir.clone();
-        self.opened(ranged, &FieldOptions { temp_dir, choice: Choice::Windows, maps_files: false })
+        self.opened(ranged, &FieldOptions { temp_dir, choice: Choice::Windows, ..FieldOptions::default() })
     }
 
     fn opened(&self, ranged: Option<&Ranged<'_>>, options: &FieldOptions) -> Result<Field, Error> {
@@ -267,7 +267,9 @@ impl Run<'_> {
     pub(super) fn field(&self, ranged: Option<&Ranged<'_>>, partial: &Path) -> Result<Field, Error> {
         let (request, temp_dir) = (self.request, &self.params.temp_dir);
         let maps_files = request.guard.is_some();
-        let options = FieldOptions { temp_dir: temp_dir.clone(), choice: request.access, maps_files };
+        // A share of the tiles needs a part of the samples; where it needs more, they come one after the other.
+        let in_parts = self.purpose == Purpose::Share;
+        let options = FieldOptions { temp_dir: temp_dir.clone(), choice: request.access, maps_files, in_parts };
         let field = self.opened(ranged, &options)?.watched(Arc::clone(&self.inputs.watches));
         let in_place = |f: &&Field| *f.access() == Access::InPlace;
         // Attributes are bands of the same file.

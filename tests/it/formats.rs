@@ -1,8 +1,5 @@
 //! Rasters of every format that GDAL can write here: the table of `docs/rasters.md`.
 
-use std::io::{Read, Write};
-use std::net::TcpListener;
-
 use std::path::Path;
 
 use gdal::raster::RasterCreationOptions;
@@ -264,66 +261,6 @@ fn subdatasets_are_listed_and_opened_by_name() {
     let words = ["expected a raster band, found none", "subdatasets", ":Band1'", ":Band2'"];
     terrabite(["simplify", &dems, &tin, "--max-error", "1"]).fails(1, &words);
     tried(&format!("NETCDF:\"{dems}\":Band2"), &tin, &Passes).unwrap();
-}
-
-#[test]
-fn archives_and_servers() {
-    let folder = Folder::new();
-    let base = Dem::new(30, 20).on_the_map().write(&folder, "base.tif");
-    let driver = DriverManager::get_driver_by_name("AAIGrid").unwrap();
-    // Written through GDAL into the archive.
-    let inside = format!("/vsizip/{}/dem.asc", folder.at("dems.zip"));
-    let copy = Dataset::open(&base).unwrap().create_copy(&driver, &inside, &Default::default());
-    copy.unwrap().close().unwrap();
-    let tin = folder.at("tin.ply");
-    tried(&inside, &tin, &Passes).unwrap();
-    terrabite(["verify", &inside, &tin, "--max-error", "2", "--window", "0,0,30,20"]).succeeds();
-
-    let bytes = std::fs::read(&base).unwrap();
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = listener.local_addr().unwrap();
-    std::thread::spawn(move || listener.incoming().flatten().for_each(|stream| serve(stream, &bytes)));
-    let url = format!("/vsicurl/http://{address}/dem.tif");
-    let run = terrabite(["simplify", &url, &tin, "--max-error", "2", "--overwrite", "-q"]);
-    if run.code != Some(0) && run.err.contains("not recognized") {
-        eprintln!("skipped: this GDAL knows no servers: {run:?}");
-        return;
-    }
-    run.succeeds();
-    terrabite(["verify", &url, &tin, "--max-error", "2"]).succeeds();
-    let missing = format!("/vsicurl/http://{address}/none.tif");
-    terrabite(["info", &missing]).fails(1, &["none.tif", "cannot be opened as a raster"]);
-}
-
-/// Answers one request, for a file or a range of it.
-fn serve(mut stream: std::net::TcpStream, bytes: &[u8]) {
-    let mut request = [0; 4096];
-    let length = stream.read(&mut request).unwrap_or(0);
-    let request = String::from_utf8_lossy(&request[..length]).into_owned();
-    let (head, there) = (request.starts_with("HEAD"), request.contains("/dem.tif "));
-    let range = request.lines().find_map(|l| l.strip_prefix("Range: bytes=")).and_then(|r| {
-        let (first, last) = r.trim().split_once('-')?;
-        let first: usize = first.parse().ok()?;
-        Some(first..last.parse().map_or(bytes.len(), |last: usize| (last + 1).min(bytes.len())))
-    });
-    let (status, part) = match (there, range) {
-        (false, _) => ("404 Not Found".to_string(), 0..0),
-        (true, None) => ("200 OK".to_string(), 0..bytes.len()),
-        (true, Some(r)) if r.start >= bytes.len() => ("416 Range Not Satisfiable".to_string(), 0..0),
-        (true, Some(r)) => {
-            let of = format!("Content-Range: bytes {}-{}/{}", r.start, r.end - 1, bytes.len());
-            (format!("206 Partial Content\r\n{of}"), r)
-        }
-    };
-    let header = format!(
-        "HTTP/1.1 {status}\r\nContent-Length: {}\r\nAccept-Ranges: bytes\r\nConnection: close\r\n\r\n",
-        part.len()
-    );
-    // A client that has seen enough is nobody's failure.
-    let _ = stream.write_all(header.as_bytes());
-    if !head {
-        let _ = stream.write_all(&bytes[part]);
-    }
 }
 
 #[test]

@@ -28,6 +28,7 @@ mod output_names;
 mod points;
 mod preview_bad_input;
 mod readers;
+mod remote;
 mod report;
 mod resume;
 mod shards;

@@ -74,7 +74,8 @@ pub fn probe(
     params: &Params,
     control: &Control<'_>,
 ) -> Result<Expected, Error> {
-    let options = FieldOptions { temp_dir: params.temp_dir.clone(), choice: Choice::Windows, maps_files: false };
+    let options =
+        FieldOptions { temp_dir: params.temp_dir.clone(), choice: Choice::Windows, ..FieldOptions::default() };
     probe_field(&Field::open_with_importance(band, importance, &options, control)?, params, control)
 }
 

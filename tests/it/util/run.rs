@@ -42,7 +42,15 @@ pub(crate) fn terrabite_stopped<S: AsRef<OsStr>>(
 
 /// Runs the binary with a fault (`ACTION:POINT:N`) in its way.
 pub(crate) fn terrabite_with_fault<S: AsRef<OsStr>>(fault: &str, arguments: impl IntoIterator<Item = S>) -> Run {
-    Run::of(Command::new(TERRABITE).args(arguments).env("TERRABITE_FAULT", fault))
+    terrabite_in_environment(&[("TERRABITE_FAULT", fault)], arguments)
+}
+
+/// Runs the binary with environment variables.
+pub(crate) fn terrabite_in_environment<S: AsRef<OsStr>>(
+    variables: &[(&str, &str)],
+    arguments: impl IntoIterator<Item = S>,
+) -> Run {
+    Run::of(Command::new(TERRABITE).args(arguments).envs(variables.iter().copied()))
 }
 
 /// A run that stands still at a point of the test's choice.
