@@ -96,16 +96,24 @@ def run(
     with dask.Client(scheduler, set_as_default=False) as client:
         event = dask.Event(stop, client=client)
         try:
-            passes = range(1, plan["passes"] + 1)
-            for number in passes:
-                _make_pass(client, make(number), number, plan["passes"], retries, in_flight, tell)
-            tell("merging")
-            merged = subprocess.run(merge, capture_output=True, text=True, check=False)
-            if merged.returncode == WAITING and (folder / "short-links").exists():
-                # Seldom: some edges would stray too far beside long links between tiles.
-                for number in range(plan["passes"] + 1, 2 * plan["passes"] + 1):
-                    _make_pass(client, make(number), number, 2 * plan["passes"], retries, in_flight, tell)
+            passes, last = range(1, plan["passes"] + 1), plan["passes"]
+            while True:
+                tried = _tolerance(folder)
+                for number in passes:
+                    _make_pass(client, make(number), number, last, retries, in_flight, tell)
+                tell("merging")
                 merged = subprocess.run(merge, capture_output=True, text=True, check=False)
+                if merged.returncode != WAITING:
+                    break
+                if (following := _tolerance(folder)) != tried:
+                    # A budget: the next run of the search.
+                    passes, last = range(1, plan["passes"] + 1), plan["passes"]
+                    tell(f"the search goes on at the tolerance of {following}")
+                elif last == plan["passes"] and (folder / "short-links").exists():
+                    # Seldom: some edges would stray too far beside long links between tiles.
+                    passes, last = range(plan["passes"] + 1, 2 * plan["passes"] + 1), 2 * plan["passes"]
+                else:
+                    break
         except BaseException:
             event.set()
             raise
@@ -129,6 +137,12 @@ def _plan(folder: Path) -> dict[str, Any]:
     if not isinstance(plan, dict) or not isinstance(plan.get("passes"), int) or not isinstance(plan.get("program"), str):
         raise ValueError(f"{path}: expected the plan of a run, found something else")
     return plan
+
+
+def _tolerance(folder: Path) -> float | None:
+    """Where a budget is met by a search: the tolerance of the run that is being made."""
+    path = folder / "tolerance"
+    return float(path.read_text()) if path.is_file() else None
 
 
 def _tasks(

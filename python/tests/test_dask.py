@@ -68,6 +68,15 @@ def test_a_worker_is_killed_and_the_bytes_are_the_same(command: Path, tmp_path: 
     assert said[-1] == "merging" and "pass 4 of 4: 5 shards done" in said
     assert not work.exists()
 
+    # A budget, which takes several runs.
+    budget = ["--max-triangles", "1500", "--quality", "fast", "--tile", "128", "--overwrite", "--quiet"]
+    run(command, "simplify", dem, expected, *budget)
+    run(command, "plan", dem, work, *(word for word in budget if word != "--overwrite"))
+    said.clear()
+    tb_dask.run(work, output, scheduler=cluster.address, shards=2, command=str(command), merge_options=["--overwrite"], tell=said.append)
+    assert output.read_bytes() == expected.read_bytes()
+    assert any("the search goes on at the tolerance of" in line for line in said)
+
     # A shard that cannot be made, and a command of another version.
     run(command, "plan", dem, work, *OPTIONS)
     dem.rename(tmp_path / "elsewhere.tif")

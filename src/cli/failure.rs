@@ -283,8 +283,11 @@ fn kept(dir: &Path, fate: &Fate) -> String {
     let (dir, way_out) = (dir.display(), "delete that folder, or restore the input");
     match fate {
         Fate::Damaged => format!("terrabite run {dir} --pass 1, and the passes after it, make it again"),
-        Fate::Incomplete { pass } => {
+        Fate::Incomplete { pass: Some(pass) } => {
             format!("terrabite run {dir} --pass {pass} makes them, once the passes before are there")
+        }
+        Fate::Incomplete { pass: None } => {
+            format!("make all passes of {dir} (terrabite run), then merge again: a search takes about two rounds")
         }
         Fate::Continue => format!("finished tiles are kept in {dir}: the same command continues"),
         Fate::Outdated(files) if files.is_empty() => {

@@ -10,6 +10,7 @@ use super::mesh::MeshArgs;
 use super::progress::Bars;
 use super::simplify::tell;
 use super::{Failure, output_format, print, values, warnings};
+use crate::base::decimal::Decimal;
 use crate::base::features::Feature;
 use crate::formats::{self, Format};
 use crate::job::shards::Shard;
@@ -216,6 +217,12 @@ impl Layout {
             let tiles = pass.columns * pass.rows;
             ("pass", format!("{}, {}: {} × {} = {tiles} tiles", pass.pass, pass.name, pass.columns, pass.rows))
         }));
+        if let Some(tolerance) = self.tolerance {
+            lines.push((
+                "tolerance",
+                format!("{} at first; merge says whether another one is needed", Decimal(tolerance)),
+            ));
+        }
         if let Some(TakenOver { tiles, taken }) = self.taken_over {
             lines.push(("update", format!("{taken} of {tiles} tiles taken over, {} left to be made", tiles - taken)));
         }
@@ -228,6 +235,7 @@ impl ShardReport {
     /// The report as names and values.
     fn lines(&self) -> Vec<Line> {
         let mut lines = vec![("shard", self.shard.clone())];
+        lines.extend(self.tolerance.map(|tolerance| ("tolerance", Decimal(tolerance).to_string())));
         lines.extend(self.passes.iter().map(|pass| {
             let share = pass.share;
             let mut line = format!("{}: {} tiles made, {} found", pass.pass, share.made, share.found);
@@ -243,5 +251,6 @@ impl ShardReport {
 
 /// A feature that a run in shards has to do without.
 pub(super) fn refused(feature: Feature, failure: Failure) -> Failure {
-    failure.hint(&format!("use simplify, or --max-error instead of {}", super::combinations::option(feature)))
+    let option = super::combinations::option(feature);
+    failure.hint(&format!("use simplify, a --quality that polishes, or --max-error instead of {option}"))
 }

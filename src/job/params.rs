@@ -126,6 +126,11 @@ impl Params {
         !self.goal.is_none() && !rules::stops_in_order(self.features().and(field))
     }
 
+    /// What decides the mesh of a search's run at a tolerance.
+    pub fn at(&self, tolerance: f64) -> Params {
+        Params { tolerance: self.tolerance.at(tolerance), goal: Goal::default(), ..self.clone() }
+    }
+
     /// How far the surface may stray, with all features of a run.
     pub fn straying(&self, features: FeatureSet) -> f64 {
         self.max_stray.unwrap_or_else(|| rules::default_max_stray(features, self.quality))

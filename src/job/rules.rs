@@ -216,7 +216,9 @@ pub const RULES: &[Rule] = &[
 
 /// A feature that a run made in shards has to do without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("{0} cannot be had of a run that is made in shards: what all tiles come to decides what becomes of each")]
+#[error(
+    "{0} without polishing cannot be had of a run that is made in shards: insertion stops where all tiles together meet it"
+)]
 pub struct NotInShards(pub Feature);
 
 /// Makes sure that a run with these features can be made in shards.
@@ -224,7 +226,10 @@ pub struct NotInShards(pub Feature);
 /// # Errors
 /// [`NotInShards`].
 pub fn check_shards(features: FeatureSet) -> Result<(), NotInShards> {
-    features.among(GOALS).first().map_or(Ok(()), |&goal| Err(NotInShards(goal)))
+    match features.among(GOALS).first() {
+        Some(&goal) if stops_in_order(features) => Err(NotInShards(goal)),
+        _ => Ok(()),
+    }
 }
 
 /// A feature that a run which takes over tiles of an earlier one has to do without.

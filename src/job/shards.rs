@@ -4,15 +4,21 @@
 //! A share is a range of tiles in their order, so what a tile of a later pass needs is in the same share but for what lies along
 //! its ends. Nothing is locked: chunks come to their names whole, and whoever makes one twice makes the same bytes
 //! ([`crate::job::work_dir`]).
+//!
+//! Under a goal that a tolerance is looked for ([`Params::is_searched`]) whole runs are made so, one after the other: whoever merges
+//! says at which tolerance, and the processes make its tiles ([`first_trial`], [`merge`]).
 
 use std::fmt;
 use std::ops::Range;
 
 use super::passes::{Gathered, Job, Pass, gather, must_be_of_samples, run_pass};
+use super::search::{self, Makers, Store};
 use super::spool::{Chunks, Spool};
 use super::triangulate::must_have_ground;
 use super::{Error, MakeSpool, Mesh, Params};
 use crate::base::control::Control;
+use crate::base::decimal::Decimal;
+use crate::base::features::FeatureSet;
 use crate::base::tiling::TileId;
 use crate::field::Field;
 
@@ -124,10 +130,26 @@ fn ready(pass: &Pass, tiles: Range<usize>, inputs: Option<&Spool>) -> Result<Vec
     Ok(runs)
 }
 
+impl Error {
+    /// The same of a search's run at a tolerance.
+    pub(super) fn of_trial(self, tolerance: f64) -> Error {
+        match self {
+            Error::Missing(missing) => MissingTiles { trial: Some(tolerance), ..missing }.into(),
+            other => other,
+        }
+    }
+}
+
 /// Tiles of a pass that nobody has made yet.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("expected the chunks of all {of} tiles of pass {pass}, found {missing} missing: {}", named(tiles, *missing))]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "expected the chunks of all {of} tiles of pass {pass}{}, found {missing} missing: {}",
+    trial.map_or(String::new(), |tolerance| format!(" at the tolerance of {}, which the search tries next", Decimal(tolerance))),
+    named(tiles, *missing)
+)]
 pub struct MissingTiles {
+    /// The tolerance of a search's run that they are tiles of.
+    pub trial: Option<f64>,
     /// The pass, from 1, as [`rounds`] counts them.
     pub pass: usize,
     /// How many are missing.
@@ -142,7 +164,7 @@ impl Gathered {
     /// What is missing of a pass of this number.
     fn missing_of(self, number: usize, pass: Pass) -> MissingTiles {
         let tiles = self.first_missing.into_iter().map(|tile| pass.grid().tile(tile)).collect();
-        MissingTiles { pass: number, missing: self.missing, of: pass.grid().len(), tiles }
+        MissingTiles { trial: None, pass: number, missing: self.missing, of: pass.grid().len(), tiles }
     }
 }
 
@@ -159,16 +181,41 @@ pub fn rounds<'a>(job: &Job<'a>) -> Vec<(Job<'a>, usize)> {
     jobs.into_iter().flatten().flat_map(|job| (0..job.passes().len()).map(move |pass| (job.clone(), pass))).collect()
 }
 
-/// Puts the mesh of a job together from chunks that others have made, on the threads of the current rayon pool.
-///
-/// Reads every chunk of the last pass once, and with trimming those of the first. Memory: a chunk for each busy thread.
+/// At which tolerance the first run of a search is made, on the threads of the current rayon pool: a few tiles are tried, and what
+/// they come to is noted in the store.
 ///
 /// # Errors
-/// [`Error::Missing`], also where the passes with short links have to be made; or another [`Error`].
+/// [`Error`].
+pub fn first_trial(store: &dyn Store, field: &Field, params: &Params, control: &Control<'_>) -> Result<f64, Error> {
+    search::first_run(store, field, params, control)
+}
+
+/// Puts the mesh of a job together from chunks that others have made, on the threads of the current rayon pool. Of a search it is that
+/// of the run that meets the goal.
+///
+/// Reads every chunk of the last pass once, and with trimming those of the first; of a search those of each run whose count is not
+/// noted, and a few tiles of the raster. Memory: a chunk for each busy thread.
+///
+/// # Errors
+/// [`Error::Missing`], also where the passes with short links have to be made, and where a search needs another run, whose tolerance
+/// it tells; or another [`Error`].
 ///
 /// # Panics
-/// If spools are for another number of tiles, or there is a goal.
-pub fn merge(make_spool: &MakeSpool<'_>, field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
+/// If spools are for another number of tiles, or there is a goal that insertion stops at.
+pub fn merge(store: &dyn Store, field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
+    if params.is_searched(FeatureSet::of_field(field)) {
+        return search::triangulate(Makers::Others, store, field, params, control);
+    }
+    merge_run(&|pass| store.spool(None, pass), field, params, control)
+}
+
+/// The same of one run.
+pub(super) fn merge_run(
+    make_spool: &MakeSpool<'_>,
+    field: &Field,
+    params: &Params,
+    control: &Control<'_>,
+) -> Result<Mesh, Error> {
     assert!(params.goal.is_none(), "a goal is met by one process");
     let job = Job::new(field, params, control)?;
     match merge_passes(&job, 0, make_spool)? {

@@ -3,7 +3,7 @@
 use super::passes::{Job, Pass, PassResult, run_pass};
 use std::path::Path;
 
-use super::search::{self, Store};
+use super::search::{self, Makers, Store};
 use super::spool::{Chunks, Spool, SpoolError};
 use super::{Error, Mesh, Params};
 use crate::base::control::Control;
@@ -48,7 +48,7 @@ pub fn triangulate_into(
     control: &Control<'_>,
 ) -> Result<Mesh, Error> {
     if params.is_searched(FeatureSet::of_field(field)) {
-        return search::triangulate(store, field, params, control);
+        return search::triangulate(Makers::Here, store, field, params, control);
     }
     run_to_the_end(&|pass| store.spool(None, pass), field, params, control)
 }

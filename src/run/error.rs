@@ -186,10 +186,10 @@ pub enum RunError {
 pub enum Fate {
     /// The same request goes on with them.
     Continue,
-    /// They are not all there: this pass, from 1, has to be made.
+    /// They are not all there.
     Incomplete {
-        /// The pass.
-        pass: usize,
+        /// The pass, from 1, that has to be made; `None` for all, at the tolerance that a search tries next.
+        pass: Option<usize>,
     },
     /// One of them is damaged, or of another run.
     Damaged,

@@ -109,10 +109,13 @@ impl Run<'_> {
 
     fn estimate(&self, expected: Expected) -> Estimate {
         let band = self.band();
-        let searches = self.params.is_searched(self.request.features());
         // No run of a search is far beyond the budget.
-        let most =
-            self.params.goal.most_triangles().filter(|_| searches).map_or(f64::INFINITY, |most| 2.0 * most as f64);
+        let most = self
+            .params
+            .goal
+            .most_triangles()
+            .filter(|_| self.is_searched())
+            .map_or(f64::INFINITY, |most| 2.0 * most as f64);
         let density = expected.samples_per_triangle.max(band.samples() as f64 / most);
         let heights = estimate(band, self.inputs.importance.as_ref(), density, self.format);
         let once = match &self.inputs.attributes {
@@ -124,7 +127,7 @@ impl Run<'_> {
             .map_or((1, 1), |grid| (grid.len() as u64, self.params.passes(grid)));
         let (kept, of_best) = if self.request.work_dir.is_some() { (passes, passes) } else { (passes.min(2), 1) };
         // A search keeps its best run beside the one that is being made.
-        let kept = if searches { kept + of_best } else { kept };
+        let kept = if self.is_searched() { kept + of_best } else { kept };
         Estimate { survey_bytes: expected.survey_bytes, ..once.with_tiles(tiles, kept) }
     }
 
@@ -243,10 +246,10 @@ impl Run<'_> {
     }
 
     /// Whether any sample is read once everything is open: chunks that are there already have to be compared with them only where
-    /// nothing else proves that the raster is the same.
+    /// nothing else proves that the raster is the same; but a search tries a few tiles.
     fn needs_samples(&self, kept: Option<&Kept>) -> bool {
         let is_proved = kept.is_some_and(|kept| kept.dir().has_same_samples());
-        self.purpose != Purpose::Merge || self.request.normals.is_some() || !is_proved
+        self.purpose != Purpose::Merge || self.request.normals.is_some() || self.is_searched() || !is_proved
     }
 
     /// The samples where nobody reads them: nothing is decoded, and no void is looked for.

@@ -178,6 +178,11 @@ impl<'a> Run<'a> {
         &self.inputs.band
     }
 
+    /// Whether a tolerance is looked for.
+    pub(super) fn is_searched(&self) -> bool {
+        self.params.is_searched(self.request.features())
+    }
+
     /// The attributes and their ranges, where there are some; finding the ranges may read the whole raster.
     pub(super) fn ranged(&self) -> Result<Option<Ranged<'_>>, Error> {
         let find = |bands| Ranged::find(self.band(), bands, self.control);

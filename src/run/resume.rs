@@ -99,7 +99,9 @@ impl Kept {
     pub(super) fn explain(self, error: Error) -> RunError {
         let fate = match &error {
             Error::Spool(SpoolError::Damaged { .. }) | Error::Unlike { .. } => Fate::Damaged,
-            Error::Missing(missing) => Fate::Incomplete { pass: missing.pass },
+            Error::Missing(missing) => {
+                Fate::Incomplete { pass: Some(missing.pass).filter(|_| missing.trial.is_none()) }
+            }
             _ if !self.dir.has_chunks() => return error.into(),
             Error::Raster(error) | Error::Field(FieldError::Raster(error)) if error.is_change() => {
                 Fate::Outdated(self.changed)

@@ -22,19 +22,28 @@ struct Scene {
 
 impl Scene {
     fn new(options: &[&str]) -> Scene {
+        Scene::of(&[&OPTIONS, options].concat())
+    }
+
+    /// With no options but these.
+    fn of(options: &[&str]) -> Scene {
         let folder = Folder::new();
         let dem = dem().write(&folder, "dem.tif");
         let tin = folder.at("tin.ply");
-        terrabite([["simplify", &dem, &tin].as_slice(), &OPTIONS, options].concat()).succeeds();
+        terrabite([["simplify", &dem, &tin].as_slice(), options].concat()).succeeds();
         let expected = fs::read(&tin).unwrap();
         fs::remove_file(tin).unwrap();
         let scene = Scene { folder, dem, expected };
-        scene.plan(options).succeeds();
+        scene.plan_as(options).succeeds();
         scene
     }
 
     fn plan(&self, options: &[&str]) -> Run {
-        terrabite([["plan", &self.dem, &self.work()].as_slice(), &OPTIONS, options].concat())
+        self.plan_as(&[&OPTIONS, options].concat())
+    }
+
+    fn plan_as(&self, options: &[&str]) -> Run {
+        terrabite([["plan", &self.dem, &self.work()].as_slice(), options].concat())
     }
 
     fn work(&self) -> String {
@@ -161,7 +170,9 @@ fn the_plan_is_what_counts() {
     scene.plan(&["--quality", "none", "--local"]).succeeds();
     scene.plan(&["--quality", "none"]).succeeds();
     scene.plan(&["--quality", "fast", "--local"]).fails(1, &["another job", "quality", "another WORK"]);
-    scene.plan(&["--max-triangles", "100"]).fails(2, &["a budget of triangles", "made in shards", "--max-error"]);
+    scene
+        .plan(&["--quality", "none", "--max-triangles", "100"])
+        .fails(2, &["a budget of triangles", "made in shards", "--max-error"]);
     scene.plan(&["--quality", "none", "--local"]).succeeds();
     scene.run("1/1", &["--pass", "5"]).fails(2, &["expected a pass from 1 to 1", "--pass"]);
     for shard in ["0/3", "4/3", "1/0", "x", "1"] {
@@ -177,6 +188,41 @@ fn the_plan_is_what_counts() {
     scene.merge(&["--overwrite"]).succeeds();
     assert!(fs::read(scene.folder.join("tin.ply")).unwrap() == scene.expected);
     assert_eq!(scene.folder.names(), ["dem.tif", "tin.ply"]);
+}
+
+/// A search takes several runs. Whoever merges says at which tolerance, and the bytes are those of one process.
+#[test]
+fn a_budget_is_met_in_rounds() {
+    // Single precision: what it loses is taken from every tolerance that is tried.
+    let budget = ["--max-triangles", "1500", "--precision", "float", "--tile", "100"];
+    let quality = ["--max-rms", "0.9", "--quality", "fast", "--tile", "100"];
+    for options in [budget.as_slice(), &quality] {
+        let scene = Scene::of(options);
+        let runs = |merged: &Run| merged.json()["goal"]["search"]["runs"].as_u64().unwrap();
+        let once =
+            terrabite([["simplify", &scene.dem, &scene.folder.at("other.ply"), "--json"].as_slice(), options].concat());
+        fs::remove_file(scene.folder.join("other.ply")).unwrap();
+        let mut tolerances = Vec::new();
+        let merged = loop {
+            for shard in ["2/2", "1/2", "2/2"] {
+                tolerances.push(scene.run(shard, &[]).json()["tolerance"].as_f64().unwrap());
+            }
+            let merged = scene.merge(&["--json"]);
+            if merged.code != Some(WAITING) {
+                break merged.succeeds();
+            }
+            merged.fails(WAITING, &["which the search tries next", "terrabite run", "merge again"]);
+            // Laid out once more it goes on.
+            scene.plan_as(options).succeeds();
+        };
+        tolerances.dedup();
+        assert_eq!(runs(&merged), runs(&once));
+        assert_eq!(tolerances.len() as u64, runs(&once), "{tolerances:?}");
+        let is_budget = options == budget;
+        assert!(tolerances.len() > 1 || !is_budget, "no second round");
+        assert!(fs::read(scene.folder.join("tin.ply")).unwrap() == scene.expected, "other bytes");
+        assert_eq!(scene.folder.names(), ["dem.tif", "tin.ply"]);
+    }
 }
 
 #[test]

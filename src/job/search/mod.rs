@@ -19,7 +19,7 @@ mod tests;
 mod tiles;
 
 pub use figures::Figures;
-pub(super) use tiles::RUN;
+pub(super) use tiles::{Makers, RUN};
 
 use self::hunt::{Aim, Hunt};
 use self::tiles::Tiles;
@@ -91,18 +91,19 @@ pub struct Searched {
     pub exceeded_vertices: Option<u64>,
 }
 
-/// Makes the mesh that meets a goal.
+/// Makes the mesh that meets a goal, of tiles that `makers` make.
 ///
 /// # Errors
 /// [`Error`]; what becomes of finished tiles is the store's matter.
 pub(super) fn triangulate(
+    makers: Makers,
     store: &dyn Store,
     field: &Field,
     params: &Params,
     control: &Control<'_>,
 ) -> Result<Mesh, Error> {
     let job = Job::new(field, params, control)?;
-    let mut tiles = Tiles::new(&job, Some(store))?;
+    let mut tiles = Tiles::new(&job, Some(store), makers)?;
     let found = Hunt::new(&mut tiles, aim(params)).finish()?;
     let mesh = tiles.mesh(found.tolerance)?;
     let searched = Searched {
@@ -117,13 +118,28 @@ pub(super) fn triangulate(
     Ok(Mesh { outcome: Some(outcome), ..mesh })
 }
 
+/// Finds out at which tolerance a search's first run is made. What it has tried is noted in the store.
+///
+/// # Errors
+/// [`Error`].
+pub(super) fn first_run(
+    store: &dyn Store,
+    field: &Field,
+    params: &Params,
+    control: &Control<'_>,
+) -> Result<f64, Error> {
+    let job = Job::new(field, params, control)?;
+    let mut tiles = Tiles::new(&job, Some(store), Makers::Others)?;
+    Ok(Hunt::new(&mut tiles, aim(params)).foretell()?.0)
+}
+
 /// Finds out where a search will begin, at a few tiles.
 ///
 /// # Errors
 /// [`Error`].
 pub(super) fn foretell(field: &Field, params: &Params, control: &Control<'_>) -> Result<Expectation, Error> {
     let job = Job::new(field, params, control)?;
-    let mut tiles = Tiles::new(&job, None)?;
+    let mut tiles = Tiles::new(&job, None, Makers::Here)?;
     let (tolerance, figures) = Hunt::new(&mut tiles, aim(params)).foretell()?;
     tiles.time(tolerance)?;
     let (seconds, run_seconds) = tiles.seconds();

@@ -265,7 +265,7 @@ fn a_search_goes_on_where_it_was_interrupted() {
     let whole = make(&field, &params, &control).expect("a mesh");
     let mut memory = Memory { most: 1, ..Memory::default() };
     let mesh = loop {
-        match triangulate(&memory, &field, &params, &control) {
+        match triangulate(Makers::Here, &memory, &field, &params, &control) {
             Ok(mesh) => break mesh,
             Err(Error::Cancelled(_)) => memory.most += 1,
             Err(error) => panic!("{error}"),

@@ -8,17 +8,28 @@ use super::figures::Figures;
 use super::hunt::{Bench, Preview};
 use super::sample::{Sample, for_each};
 use crate::job::passes::{Job, Pool, TileMaker, TileTimes};
+use crate::job::shards::merge_run;
 use crate::job::triangulate::run_to_the_end;
-use crate::job::{Error, Goal, Mesh, Params, Quality};
+use crate::job::{Error, Mesh, Params, Quality};
 
 /// With fewer tiles none is polished beforehand: a run is little more.
 const FEW: usize = 4;
 
+/// Who makes the tiles of runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::job) enum Makers {
+    /// This process.
+    Here,
+    /// Others, in shards: a run whose tiles are not all there ends the search with [`Error::Missing`].
+    Others,
+}
+
 /// What runs make, and what a few tiles foretell.
 pub(super) struct Tiles<'a> {
     job: &'a Job<'a>,
-    /// None where no run is made.
+    /// None where nothing is kept, and no run is made.
     store: Option<&'a dyn Store>,
+    run_makers: Makers,
     sample: Sample,
     ways: Vec<Way>,
     previews: Vec<Preview>,
@@ -72,7 +83,7 @@ pub(in crate::job) const RUN: &str = "run";
 
 impl<'a> Tiles<'a> {
     /// Looks at the heights of a few tiles.
-    pub(super) fn new(job: &'a Job<'a>, store: Option<&'a dyn Store>) -> Result<Tiles<'a>, Error> {
+    pub(super) fn new(job: &'a Job<'a>, store: Option<&'a dyn Store>, run_makers: Makers) -> Result<Tiles<'a>, Error> {
         let Job { params, grid, .. } = *job;
         let makers = Pool::default();
         let sample = Sample::look(job, &makers)?;
@@ -90,6 +101,7 @@ impl<'a> Tiles<'a> {
         Ok(Tiles {
             job,
             store,
+            run_makers,
             sample,
             ways,
             previews,
@@ -133,9 +145,13 @@ impl<'a> Tiles<'a> {
     /// Makes a run at a tolerance.
     fn make(&mut self, tolerance: f64) -> Result<Mesh, Error> {
         let Job { field, control, .. } = *self.job;
-        let params = self.at(tolerance);
+        let params = self.job.params.at(tolerance);
         let store = self.store.expect("a store where runs are made");
-        let mesh = run_to_the_end(&|pass| store.spool(Some(tolerance), pass), field, &params, control)?;
+        let make_spool = |pass: &_| store.spool(Some(tolerance), pass);
+        let mesh = match self.run_makers {
+            Makers::Here => run_to_the_end(&make_spool, field, &params, control)?,
+            Makers::Others => merge_run(&make_spool, field, &params, control).map_err(|e| e.of_trial(tolerance))?,
+        };
         let held: u64 = self.meshes.iter().map(|(_, mesh)| mesh.spool.bytes()).sum();
         self.spool_bytes = self.spool_bytes.max(held + mesh.spool_bytes);
         self.times = self.times.plus(mesh.times);
@@ -143,16 +159,10 @@ impl<'a> Tiles<'a> {
         Ok(mesh)
     }
 
-    /// What decides the mesh of a run at a tolerance.
-    fn at(&self, tolerance: f64) -> Params {
-        let params = self.job.params;
-        Params { tolerance: params.tolerance.at(tolerance), goal: Goal::default(), ..params.clone() }
-    }
-
     /// What tiles come to, with or without polishing, scaled to the whole raster.
     fn made(&mut self, tiles: Which, polished: bool, tolerance: f64) -> Result<Figures, Error> {
         // Lines have their edges in whole runs.
-        let (params, job) = (Params { breaklines: None, ..self.at(tolerance) }, self.job);
+        let (params, job) = (Params { breaklines: None, ..self.job.params.at(tolerance) }, self.job);
         let wants_errors = job.params.goal.max_rms.is_some();
         let (params, max_stray) = match polished {
             false => (Params { quality: Quality::None, ..params }, f64::INFINITY),

@@ -15,6 +15,9 @@ pub(super) const COMMAND: &str = "plan.json";
 /// The file that says that passes with short links have to be made.
 pub(super) const AGAIN: &str = "short-links";
 
+/// The file with the tolerance of a search's run that is being made.
+pub(super) const TRIAL: &str = "tolerance";
+
 /// The form of the file.
 const FORMAT: u32 = 1;
 
@@ -80,4 +83,22 @@ pub(super) fn note_again(dir: &Path) -> io::Result<()> {
 /// Whether that is noted.
 pub(super) fn is_again(dir: &Path) -> bool {
     dir.join(AGAIN).exists()
+}
+
+/// Notes at which tolerance shards are made from now on.
+pub(super) fn note_trial(dir: &Path, tolerance: f64) -> io::Result<()> {
+    // What strays at one tolerance need not at another.
+    durable::remove_if_there(&dir.join(AGAIN))?;
+    PrivateFile::create(&dir.join(TRIAL))?.commit(format!("{tolerance:e}\n").as_bytes(), || {})?;
+    durable::sync_dir(dir)
+}
+
+/// The tolerance that is noted.
+pub(super) fn trial(dir: &Path) -> io::Result<Option<f64>> {
+    match std::fs::read_to_string(dir.join(TRIAL)) {
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(e),
+        // The shortest decimal that is read as the same number.
+        Ok(text) => Ok(text.trim().parse().ok().filter(|tolerance: &f64| *tolerance >= 0.0)),
+    }
 }

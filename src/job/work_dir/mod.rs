@@ -191,6 +191,22 @@ impl WorkDir {
         layout::note_again(&self.dir)
     }
 
+    /// Notes at which tolerance shards make the tiles of a search's run from now on.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn note_trial_of_shards(&self, tolerance: f64) -> io::Result<()> {
+        layout::note_trial(&self.dir, tolerance)
+    }
+
+    /// The tolerance that shards make the tiles of a search's run at, where one is noted.
+    ///
+    /// # Errors
+    /// [`WorkDirError::Io`].
+    pub fn trial_of_shards(&self) -> Result<Option<f64>, WorkDirError> {
+        layout::trial(&self.dir).map_err(failed(&self.dir))
+    }
+
     /// Whether passes with short links have to be made.
     pub fn is_again(&self) -> bool {
         layout::is_again(&self.dir)
@@ -352,10 +368,10 @@ fn make(dir: &Path) -> Result<bool, WorkDirError> {
 }
 
 /// The files in a work dir that are written more than once, or that a kill may leave unfinished.
-fn notes(dir: &Path) -> [PathBuf; 5] {
-    let names = [staged_output::NAME, layout::COMMAND, layout::AGAIN, trials::TRIALS];
-    let [staged, command, again, trials] = names.map(|name| dir.join(name));
-    [Manifest::path(dir), staged, command, again, trials]
+fn notes(dir: &Path) -> [PathBuf; 6] {
+    let names = [staged_output::NAME, layout::COMMAND, layout::AGAIN, layout::TRIAL, trials::TRIALS];
+    let [staged, command, again, trial, trials] = names.map(|name| dir.join(name));
+    [Manifest::path(dir), staged, command, again, trial, trials]
 }
 
 /// What was kept for a job that continues it, and whether the samples are known to be the same.

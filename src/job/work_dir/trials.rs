@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::layout::COMMAND;
 use super::{CHUNKS, WorkDir, WorkDirError, chunk_bytes, failed};
 use crate::base::durable;
 use crate::base::private_file::PrivateFile;
@@ -58,12 +59,13 @@ const FOLDER: &str = "at-";
 
 impl WorkDir {
     /// What has been noted of a tolerance that was tried in some way. Nothing where the raster may have changed since: then
-    /// nothing but the samples of tiles can tell.
+    /// nothing but the samples of tiles can tell. Of a run in shards notes count all the same, as machines may see other times of
+    /// files: they say at which tolerances runs are made, and the tiles of the one that counts are compared.
     ///
     /// # Errors
     /// [`WorkDirError::Io`].
     pub fn recall_trial(&self, way: &str, tolerance: f64) -> Result<Option<Figures>, WorkDirError> {
-        if !self.same_samples {
+        if !self.same_samples && !self.dir.join(COMMAND).exists() {
             return Ok(None);
         }
         let path = self.dir.join(TRIALS);
