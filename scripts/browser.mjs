@@ -23,8 +23,12 @@ for (const file of files) {
     await opened(name, `file://${file}`, scheme, async page => {
       await page.screenshot({ path: `${OUT}/${name}-${scheme}.png`, fullPage: true });
       check(name, scheme, await page.evaluate(look));
-      if (scheme === 'light') await page.pdf({ path: `${OUT}/${name}.pdf`, format: 'A4' });
-      if (scheme === 'light') await checkView(page, name, name === 'large' ? undefined : mesh, OUT);
+      if (scheme === 'dark') return;
+      await page.pdf({ path: `${OUT}/${name}.pdf`, format: 'A4' });
+      await page.emulateMedia({ media: 'print' });
+      await page.screenshot({ path: `${OUT}/${name}-print.png`, fullPage: true });
+      await page.emulateMedia({ media: null });
+      await checkView(page, name, name === 'large' ? undefined : mesh, OUT);
     });
   }
   const plain = await browser.newContext({ javaScriptEnabled: false });

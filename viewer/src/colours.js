@@ -22,11 +22,13 @@ export function heightColours({ geometries }) {
 // Colours and their heights, as the legends of maps have them.
 export function heightLegend({ geometries, frame }, { heightDigits, unit }) {
   const [low, high] = range(geometries);
+  // Of what spans hundreds nobody reads the digits after the point.
+  const digits = high - low > 100 ? 0 : heightDigits;
   const entry = (colour, i) => {
     const [, , height] = frame.toMap({ x: 0, y: low + ((high - low) * i) / (HEIGHTS.length - 1), z: 0 });
     const swatch = document.createElement('i'), words = document.createElement('span');
     swatch.style.background = `#${colour.getHexString()}`;
-    words.append(swatch, `${height.toFixed(heightDigits)}${unit}`);
+    words.append(swatch, `${height.toFixed(digits)}${unit}`);
     return words;
   };
   return HEIGHTS.map(entry);
