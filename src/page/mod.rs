@@ -2,7 +2,7 @@
 //!
 //! In comes what a run tells in the end ([`VerifyReport`], [`Report`]); out goes a text. A page takes no figure from anywhere else,
 //! but for the checksums of the files, which it reads once. Charts are SVG, maps are small pictures inside. The mesh is in it for a
-//! view in three dimensions ([`view`]), which the only program on it draws. The report is in it as JSON, too.
+//! view in three dimensions (`view`), which the only program on it draws. The report is in it as JSON, too.
 
 mod charts;
 mod checkpoints;

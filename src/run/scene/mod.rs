@@ -1,8 +1,8 @@
 //! A mesh as pages show it: all of it where it is small, else a copy of fewer triangles, which is for looking and nothing else.
 //!
-//! In come triangles by their corners, in a stream: those that a sink is given ([`Watched`]), those that `verify` passes, or those of
-//! a file ([`read()`]); out goes a [`Scene`]. A mesh that is too large is thinned while it comes ([`gather`]), by putting vertices
-//! together that lie in one small square, and in the end by meshoptimizer's simplifier ([`fewer`]). So memory does not grow with
+//! In come triangles by their corners, in a stream: those that a sink is given (`watched`), those that `verify` passes, or those of
+//! a file ([`read()`]); out goes a [`Scene`]. A mesh that is too large is thinned while it comes (`gather`), by putting vertices
+//! together that lie in one small square, and in the end by meshoptimizer's simplifier (`fewer`). So memory does not grow with
 //! the mesh.
 
 mod fewer;
