@@ -7,7 +7,7 @@ export PATH := $(PATH):$(HOME)/.cargo/bin
 # A Python that makes environments.
 PYTHON = $$(scripts/any_python.sh)
 
-.PHONY: help setup demo test test-long test-readers test-browser wheel check checksums fuzz bench bench-quality bench-scale bench-kernels pictures paper fmt accept
+.PHONY: help setup demo test test-long test-readers test-browser viewer wheel check checksums fuzz bench bench-quality bench-scale bench-kernels pictures paper fmt accept
 
 help:
 	@echo 'make setup   install what is missing (Debian: GDAL, a C++ compiler, programs that read meshes for tests)'
@@ -15,7 +15,8 @@ help:
 	@echo 'make test    all tests, those of the Python package among them'
 	@echo 'make test-long  the same, and random cases by the thousand'
 	@echo 'make test-readers  meshes of every format in PyVista, Open3D, pymeshlab, xugrid, uxarray, geopandas and QGIS (2.5 GB once)'
-	@echo 'make test-browser  the pages of --report in headless Chromium (Debian, and playwright-core from npm)'
+	@echo 'make test-browser  the pages of --report and view in headless Chromium (Debian, and playwright-core from npm)'
+	@echo 'make viewer  bundles the view of those pages anew (node, and three.js, meshoptimizer and esbuild from npm)'
 	@echo 'make wheel   the Python package for any Linux with glibc 2.17 or newer, in target/wheels, tried in a clean environment'
 	@echo 'make check   formatting, lints and documentation, warnings denied'
 	@echo 'make bench   the benchmark: against pydelatin and against GDAL alone; what the Python package takes'
@@ -69,6 +70,10 @@ test-browser: setup
 	$(CARGO) build --release --locked --bin terrabite
 	@scripts/setup_browser.sh
 	@python3 scripts/browser_tests.py
+
+# The program that draws the view of pages, from viewer/src and the packages of viewer/package-lock.json.
+viewer:
+	cd viewer && npm ci --ignore-scripts --no-audit --no-fund && node build.mjs
 
 wheel: setup
 	@$(PYTHON_TEST) --wheel

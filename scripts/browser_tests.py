@@ -1,5 +1,6 @@
-"""Opens pages of `verify --report` and `simplify --report` in headless Chromium: nothing is requested, nothing is said on the
-console, figures are those of the JSON, charts and maps are drawn, in light and dark and on paper.
+"""Opens pages of `verify --report`, `simplify --report` and `view` in headless Chromium: nothing is requested, nothing is said on the
+console, figures are those of the JSON, charts, maps and the view are drawn, in light and dark and on paper. And makes the bundle of
+viewer/ anew, which must be the one that is committed.
 
     scripts/browser_tests.py            all of it; screenshots in target/browser
 """
@@ -27,8 +28,9 @@ def main():
     terrabite = TARGET / os.environ.get("PROFILE", "release") / "terrabite"
     OUT.mkdir(parents=True, exist_ok=True)
     pages = make_pages(terrabite)
+    check_bundle()
     script = ROOT / "scripts" / "browser.mjs"
-    variables = {**os.environ, "NODE_MODULES": str(modules), "CHROMIUM": browser, "OUT": str(OUT)}
+    variables = {**os.environ, "NODE_MODULES": str(modules), "CHROMIUM": browser, "OUT": str(OUT), "TERRABITE": str(terrabite)}
     done = subprocess.run(["node", script, *(str(page) for page in pages)], env=variables)
     sys.exit(done.returncode)
 
@@ -52,8 +54,22 @@ def environment(folder):
     return folder / "node_modules"
 
 
+def check_bundle():
+    """The program of the view, made from its sources with the packages that are locked: byte for byte what is committed."""
+    folder = TARGET / "environments" / "viewer"
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(ROOT / "viewer", folder, ignore=shutil.ignore_patterns("node_modules", "dist"))
+    for command in (["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--silent"], ["node", "build.mjs"]):
+        if subprocess.run(command, cwd=folder).returncode != 0:
+            sys.exit(f"viewer: {' '.join(command)} fails (see above)")
+    for name in ("view.js", "sums.txt"):
+        if (folder / "dist" / name).read_bytes() != (ROOT / "viewer" / "dist" / name).read_bytes():
+            sys.exit(f"viewer/dist/{name} is not what its sources make: make viewer")
+    print("viewer: the bundle is what its sources make")
+
+
 def make_pages(terrabite):
-    """A page of a mesh that passes, one of a mesh with three kinds of faults, and one of the run."""
+    """Pages of a mesh that passes, of one with three kinds of faults, of one that is too large for a page, and of the run."""
     def run(*words, code=0):
         found = subprocess.run([str(word) for word in (terrabite, *words)], capture_output=True, text=True)
         if found.returncode != code:
@@ -70,9 +86,22 @@ def make_pages(terrabite):
     points.write_text("x,y,z,cover\n" + "\n".join(rows) + "\n0,0,0,N\n")
     judge = ("verify", dem, "--max-error", "5", "--max-stray", "1.5", "--quiet", "--overwrite", "--report")
     run(*judge, passed, tin, "--checkpoints", points)
+    (OUT / "tin.json").write_text(json.dumps(triangles_of(lines)))
     bad.write_text("\n".join(spoiled(lines)) + "\n")
     run(*judge, failed, bad, code=1)
-    return [passed, failed, made]
+    many, large = OUT / "many.tif", OUT / "large.html"
+    run("synth", many, "--size", "1500x1000", "--seed", "7", "--overwrite")
+    run("simplify", many, OUT / "many.ply", "--max-error", "0.3", "--quality", "fast", "--overwrite", "--quiet")
+    run("verify", many, OUT / "many.ply", "--max-error", "0.3", "--quiet", "--overwrite", "--report", large)
+    return [passed, failed, large, made]
+
+
+def triangles_of(lines):
+    """Vertices and triangles of a mesh in text."""
+    numbers = [line.split(" ") for line in lines[lines.index("end_header") + 1:]]
+    count = int(next(line for line in lines if line.startswith("element vertex")).split(" ")[2])
+    vertices = [[float(number) for number in vertex[:3]] for vertex in numbers[:count]]
+    return {"vertices": vertices, "triangles": [[int(vertex) for vertex in face[1:4]] for face in numbers[count:]]}
 
 
 def spoiled(lines):

@@ -16,6 +16,7 @@ use crate::job::rules::NotInShards;
 use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
 use crate::kernel::breaklines::LinesError;
+use crate::page::PageError;
 use crate::preview::PreviewError;
 use crate::raster::{DrapeError, PointsError, ShapesError, ViewError, WriteError};
 use crate::run::checkpoints::CheckpointError;
@@ -430,6 +431,18 @@ impl From<PreviewError> for Failure {
                 "choose another --mode, or a mesh with colours: simplify writes them with --attributes or --image",
             ),
             _ => Failure::new(error),
+        }
+    }
+}
+
+impl From<PageError> for Failure {
+    fn from(error: PageError) -> Failure {
+        match error {
+            PageError::Output(error) => error.into(),
+            PageError::Sink(error) => Error::Sink(error).into(),
+            PageError::Temporary(ref source) => {
+                Failure { code: code_of(source), ..Failure::new(&error) }.hint("choose another folder with --temp-dir")
+            }
         }
     }
 }

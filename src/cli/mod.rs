@@ -35,6 +35,7 @@ mod simplify;
 mod synth;
 mod values;
 mod verify;
+mod view;
 mod warnings;
 
 use std::ffi::OsString;
@@ -67,6 +68,7 @@ enum Command {
     Info(info::InfoArgs),
     Synth(synth::SynthArgs),
     Preview(preview::PreviewArgs),
+    View(view::ViewArgs),
     Completions(shell::CompletionsArgs),
     Man(shell::ManArgs),
 }
@@ -83,6 +85,7 @@ impl Command {
             Command::Info(args) => info::run(args),
             Command::Synth(args) => synth::run(args),
             Command::Preview(args) => preview::run(args),
+            Command::View(args) => view::run(args),
             Command::Completions(args) => shell::completions(args),
             Command::Man(args) => shell::man(args),
         }
@@ -97,6 +100,7 @@ impl Command {
             Command::Verify(args) => args.quiet,
             Command::Convert(args) => args.quiet,
             Command::Preview(args) => args.quiet,
+            Command::View(args) => args.quiet,
             Command::Synth(_) | Command::Info(_) | Command::Completions(_) | Command::Man(_) => false,
         }
     }

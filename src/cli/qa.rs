@@ -7,11 +7,12 @@ use super::Failure;
 use crate::base::staged::StagedFile;
 use crate::page::{self, Origin};
 use crate::run::checkpoints::CheckpointSource;
+use crate::run::scene::Most;
 use crate::run::{Extras, VerifyReport, VerifyRequest};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct QaArgs {
-    /// Write the verdict with its figures, charts and maps as a page for a browser, in one file
+    /// Write the verdict with its figures, charts, maps and a view of the mesh as a page for a browser, in one file
     #[arg(long, help_heading = "Report", value_name = "HTML")]
     report: Option<PathBuf>,
     /// Write the vertical error of every sample, surface less raster, as a tiled GeoTIFF with the raster's place and CRS. Its
@@ -38,6 +39,7 @@ impl QaArgs {
             error_raster: self.error_raster.clone(),
             overwrite: self.overwrite,
             survey: self.report.is_some(),
+            scene: self.report.as_ref().map(|_| Most::OF_A_PAGE),
             checkpoints: self.checkpoints.as_ref().map(source),
         }
     }
@@ -54,7 +56,8 @@ impl QaArgs {
     /// Writes the page, if there is to be one.
     pub(super) fn write(&self, report: &VerifyReport, request: &VerifyRequest) -> Result<(), Failure> {
         let Some(path) = &self.report else { return Ok(()) };
-        let page = page::of_verdict(report, &origin(request.input.path(), &request.mesh));
+        let origin = origin(request.input.path(), &request.mesh, request.temp_dir.as_deref());
+        let page = page::of_verdict(report, &origin)?;
         Ok(page::write(&page, path, self.overwrite, &self.kept(request))?)
     }
 
@@ -65,12 +68,18 @@ impl QaArgs {
 }
 
 /// What a page of these files says of how it came to be.
-pub(super) fn origin(raster: &Path, mesh: &Path) -> Origin {
+pub(super) fn origin(raster: &Path, mesh: &Path, temp_dir: Option<&Path>) -> Origin {
     let words = std::env::args_os().enumerate().map(|(i, word)| {
         let word = if i == 0 { "terrabite".into() } else { word.to_string_lossy() };
         quoted(&word)
     });
-    Origin { command: words.collect(), made: now(), raster: raster.to_path_buf(), mesh: mesh.to_path_buf() }
+    Origin {
+        command: words.collect(),
+        made: now(),
+        raster: raster.to_path_buf(),
+        mesh: mesh.to_path_buf(),
+        temp_dir: temp_dir.map(Path::to_path_buf),
+    }
 }
 
 /// A word as a shell takes it.

@@ -8,6 +8,7 @@ use super::progress::Bars;
 use super::{Failure, print, qa, warnings};
 use crate::base::staged::StagedFile;
 use crate::base::warning::Warnings;
+use crate::run::scene::Most;
 use crate::run::{Needs, Report, Request, plan, simplify};
 
 /// Turn a raster into a mesh that is within a tolerance of every sample
@@ -30,7 +31,7 @@ pub(crate) struct SimplifyArgs {
     /// Replace an existing output, and the page that --report names
     #[arg(long, help_heading = "Run")]
     overwrite: bool,
-    /// Write what the run measured as a page for a browser, in one file
+    /// Write what the run measured, and a view of the mesh, as a page for a browser, in one file
     #[arg(long, help_heading = "Run", value_name = "HTML", conflicts_with = "dry_run")]
     report: Option<PathBuf>,
     #[command(flatten)]
@@ -47,6 +48,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
         overwrite: args.overwrite,
         work_dir: args.work_dir.clone(),
         keep_work_dir: args.keep_work_dir,
+        scene: args.report.as_ref().map(|_| Most::OF_A_PAGE),
         ..mesh.request(asked.features(), format, &args.output)
     };
     if args.dry_run {
@@ -65,7 +67,8 @@ pub(crate) fn run(args: &SimplifyArgs) -> Result<ExitCode, Failure> {
     drop(bars);
     let report = Report { warnings: warnings::take(), ..report };
     if let Some(page) = &args.report {
-        let made = crate::page::of_run(&report, &qa::origin(request.input.path(), &args.output));
+        let temp_dir = Some(request.params.temp_dir.as_path());
+        let made = crate::page::of_run(&report, &qa::origin(request.input.path(), &args.output, temp_dir))?;
         crate::page::write(&made, page, args.overwrite, &kept(&request))?;
     }
     tell(report, mesh.json, mesh.quiet)

@@ -1,5 +1,9 @@
 //! The pieces that pages are put together from. All text that comes in is made harmless here.
 
+use sha2::{Digest, Sha256};
+
+use super::image::base64;
+
 /// What a browser shows as this text, whatever is in it.
 pub(super) fn text(text: &str) -> String {
     quick_xml::escape::escape(text).into_owned()
@@ -43,21 +47,27 @@ pub(super) fn list(points: &[String]) -> String {
     format!("<ul>\n{}</ul>\n", points.iter().map(|point| format!("<li>{point}</li>\n")).collect::<String>())
 }
 
-/// JSON that a program can take out of the page again, as the text of an element.
-pub(super) fn embedded_json(json: &str) -> String {
+/// JSON that a program can take out of the page again, as the text of the element with this id.
+pub(super) fn embedded_json(id: &str, json: &str) -> String {
     // No "</script>" and no "<!--" can be in it then; in JSON the escape is the same character.
     let json = json.replace('<', "\\u003c");
-    format!("<script type=\"application/json\" id=\"report\">{json}</script>\n")
+    format!("<script type=\"application/json\" id=\"{id}\">{json}</script>\n")
 }
 
-/// The whole page.
-pub(super) fn document(title: &str, body: &str) -> String {
+/// The whole page. The only program that it may run is `script`, where there is one.
+pub(super) fn document(title: &str, body: &str, script: Option<&str>) -> String {
     let (title, style) = (text(title), include_str!("style.css"));
+    let policy = script.map_or(String::new(), |script| {
+        let sum = Sha256::digest(script.as_bytes());
+        format!("; script-src 'sha256-{}'", base64(&sum))
+    });
+    let script = script.map_or(String::new(), |script| format!("<script type=\"module\">{script}</script>\n"));
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n\
-         <title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n{body}</body>\n</html>\n"
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'{policy}\">\n\
+         <link rel=\"icon\" href=\"data:,\">\n\
+         <title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n{body}{script}</body>\n</html>\n"
     )
 }
 
@@ -68,7 +78,7 @@ mod tests {
     #[test]
     fn names_of_files_cannot_become_markup() {
         assert_eq!(text("<img src=x onerror='a'>&\""), "&lt;img src=x onerror=&apos;a&apos;&gt;&amp;&quot;");
-        let json = embedded_json(r#"{"file":"</script><!-- a"}"#);
+        let json = embedded_json("report", r#"{"file":"</script><!-- a"}"#);
         assert_eq!(json.matches('<').count(), 2);
         assert!(json.contains(r"\u003c/script>"));
     }

@@ -1,14 +1,15 @@
 //! The page of a mesh that was made: from the run's own measurement.
 
 use super::html::{document, facts, figure, list, section, text};
+use super::view::{self, Drawn};
 use super::words::unit_of;
-use super::{Counts, Origin, angles, charts, files, ground, heading, html, json, numbers, warnings, words};
+use super::{Counts, Origin, PageError, angles, charts, files, ground, heading, html, json, numbers, warnings, words};
 use crate::base::decimal::Decimal;
 use crate::job::rules;
 use crate::run::Report;
 use crate::run::report::{BinaryBytes, grouped};
 
-pub(super) fn page(report: &Report, origin: &Origin) -> String {
+pub(super) fn page(report: &Report, origin: &Origin) -> Result<String, PageError> {
     let reference = &report.map.reference;
     let unit = unit_of(reference);
     let title = "A terrain mesh and how it was made";
@@ -26,6 +27,11 @@ pub(super) fn page(report: &Report, origin: &Origin) -> String {
     }
     body += &section("Coordinates and heights", &facts(&rows));
     body += &section("Vertical error", &errors(report, &unit));
+    let scene = view::drawable(report.scene.as_ref());
+    if let Some(scene) = scene {
+        let temp_dir = origin.temp_dir.as_deref();
+        body += &view::view(&Drawn { scene, reference, unit: &unit, survey: None, is_mailed: true, temp_dir })?;
+    }
     let counts = Counts {
         raster: report.raster_samples,
         ground: report.samples,
@@ -40,7 +46,8 @@ pub(super) fn page(report: &Report, origin: &Origin) -> String {
     body += &section("The run", &facts(&lines));
     body += &section("Warnings", &warnings(&report.warnings));
     body += &section("What this does not say", &list(&not_promised(report)));
-    document(title, &(body + &json(report, origin)))
+    let script = scene.map(|_| view::SCRIPT);
+    Ok(document(title, &(body + &json(report, origin)), script))
 }
 
 fn verdict(report: &Report, unit: &str) -> String {

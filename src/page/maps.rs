@@ -43,6 +43,14 @@ const DENSITIES: Steps = [
 const CLOSE: [(f64, Colour); 4] =
     [(0.0, [254, 237, 160, 170]), (0.05, [254, 196, 79, 190]), (0.2, [236, 112, 20, 210]), (0.5, [153, 52, 4, 225])];
 
+/// What maps are called, in their order.
+pub(super) const TITLES: [&str; 3] = ["Largest error", "Density of triangles", "Close to the tolerance"];
+
+/// The id of the image of what a map shows: a square of the map is a pixel.
+pub(super) fn id(title: &str) -> String {
+    title.to_lowercase().replace(' ', "-")
+}
+
 /// All maps. `worst` is the column and row of the largest error.
 pub(super) fn maps(survey: &Survey, tolerance: f64, worst: Option<(usize, usize)>, unit: &str) -> String {
     let frame = Frame::of(survey);
@@ -77,14 +85,14 @@ pub(super) fn maps(survey: &Survey, tolerance: f64, worst: Option<(usize, usize)
     let bounds = |step: &(f64, Colour)| numbers::figure(step.0 * tolerance);
     let legend = legend(&ERRORS, bounds, unit, Some(&numbers::figure(tolerance)), "above the tolerance");
     let ring = if worst.is_some() { " The ring is around the largest of all." } else { "" };
-    add("Largest error", &errors, worst, format!("The largest error in each square. {square}{ring}{legend}"));
+    add(TITLES[0], &errors, worst, format!("The largest error in each square. {square}{ring}{legend}"));
 
     let (density, mean) = density(map);
     let bounds = |step: &(f64, Colour)| numbers::figure(step.0 * mean * 1000.0);
     let legend = self::legend(&DENSITIES, bounds, "", None, "");
     let mean = numbers::figure(mean * 1000.0);
     let caption = format!("Triangles in 1000 samples, by the middle of each; the mean is {mean}. {square}{legend}");
-    add("Density of triangles", &density, None, caption);
+    add(TITLES[1], &density, None, caption);
 
     let close = overlay(map, &colours(&CLOSE), |map, at| {
         let cell = &map.cells[at];
@@ -102,7 +110,7 @@ pub(super) fn maps(survey: &Survey, tolerance: f64, worst: Option<(usize, usize)
     let bound = numbers::figure(0.9 * tolerance);
     let caption =
         format!("The share of samples with an error above 0.9 of the tolerance ({bound}{unit}). {square}{legend}");
-    add("Close to the tolerance", &close, None, caption);
+    add(TITLES[2], &close, None, caption);
     out + "</div>\n"
 }
 
@@ -152,7 +160,7 @@ impl Frame {
         let mut out = format!(
             "<svg viewBox=\"0 0 {width} {height:.1}\" role=\"img\" aria-label=\"{}\" style=\"max-width:{narrow:.1}rem\">\n{below}{}",
             text(label),
-            image(overlay, "")
+            image(overlay, &format!(" id=\"{}\"", id(label)))
         );
         if let Some((column, row)) = mark {
             let (x, y) = ((column as f64 + 0.5) * self.sample.0, (row as f64 + 0.5) * self.sample.1);

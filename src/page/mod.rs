@@ -1,8 +1,8 @@
 //! Reports as pages: one HTML file each, without a network, that is read in a browser and printed.
 //!
 //! In comes what a run tells in the end ([`VerifyReport`], [`Report`]); out goes a text. A page takes no figure from anywhere else,
-//! but for the checksums of the files, which it reads once. Charts are SVG, maps are small pictures inside; nothing on it is a
-//! program. The report is in it as JSON, too.
+//! but for the checksums of the files, which it reads once. Charts are SVG, maps are small pictures inside. The mesh is in it for a
+//! view in three dimensions (`view`), which the only program on it draws. The report is in it as JSON, too.
 
 mod charts;
 mod checkpoints;
@@ -13,6 +13,8 @@ mod image;
 mod made;
 mod maps;
 mod numbers;
+mod opened;
+mod view;
 mod words;
 
 use std::io::Write;
@@ -21,12 +23,15 @@ use std::path::{Path, PathBuf};
 use crate::base::decimal::Decimal;
 use crate::base::staged::{OutputError, StagedFile};
 use crate::base::warning::Warnings;
+use crate::formats::SinkError;
 use crate::run::report::{BinaryBytes, grouped};
+use crate::run::scene::SceneReport;
 use crate::run::survey::Survey;
 use crate::run::{Report, VerifyReport};
 
 use html::{facts, figure, list, section, text};
 use numbers::percent;
+use view::Drawn;
 use words::unit_of;
 
 /// What a page says of how it came to be.
@@ -40,13 +45,34 @@ pub struct Origin {
     pub raster: PathBuf,
     /// The mesh.
     pub mesh: PathBuf,
+    /// The folder of temporary files; `None` is the system's.
+    pub temp_dir: Option<PathBuf>,
 }
 
-/// The page of a mesh that was judged. It has no maps, no shares and no slopes where the report has no survey.
-pub fn of_verdict(report: &VerifyReport, origin: &Origin) -> String {
+/// Why a page cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum PageError {
+    /// The mesh in it cannot be encoded.
+    #[error(transparent)]
+    Sink(#[from] SinkError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// Temporary files are of no use.
+    #[error("the view of the page: temporary files: {0}")]
+    Temporary(std::io::Error),
+}
+
+/// The page of a mesh that was judged. It has no maps, no shares and no slopes where the report has no survey, and no view where it has
+/// no scene.
+///
+/// # Errors
+/// [`PageError`]: the mesh cannot be put into it.
+pub fn of_verdict(report: &VerifyReport, origin: &Origin) -> Result<String, PageError> {
     let verdict = &report.verdict;
     let reference = report.survey.as_ref().map(|survey| &survey.raster.reference);
     let unit = reference.map_or(String::new(), unit_of);
+    let scene = view::drawable(report.scene.as_ref()).filter(|_| report.survey.is_some());
     let mut body = heading("Quality of a terrain mesh", report.passed, &words::verdict(report, &unit));
     if !report.passed {
         body += &list(&report.failures.iter().map(|failure| text(failure)).collect::<Vec<_>>());
@@ -59,6 +85,12 @@ pub fn of_verdict(report: &VerifyReport, origin: &Origin) -> String {
         let worst = worst.map(|worst| (worst.place.column as usize, worst.place.row as usize));
         body += &section("Maps", &maps::maps(survey, verdict.tolerance, worst, &unit));
         body += &section("Error by slope", &slopes(survey, &unit));
+        if let Some(scene) = scene {
+            let reference = &survey.raster.reference;
+            let temp_dir = origin.temp_dir.as_deref();
+            let drawn = Drawn { scene, reference, unit: &unit, survey: Some(survey), is_mailed: true, temp_dir };
+            body += &view::view(&drawn)?;
+        }
     }
     let counts = Counts {
         raster: verdict.samples,
@@ -78,12 +110,24 @@ pub fn of_verdict(report: &VerifyReport, origin: &Origin) -> String {
     let is_georeferenced = reference.is_none_or(|reference| reference.georeferenced);
     let points = words::not_promised(report.checkpoints.is_some(), verdict.stray.is_some(), is_georeferenced);
     body += &section("What this does not say", &list(&points));
-    html::document("Quality of a terrain mesh", &(body + &json(report, origin)))
+    let script = scene.map(|_| view::SCRIPT);
+    Ok(html::document("Quality of a terrain mesh", &(body + &json(report, origin)), script))
 }
 
 /// The page of a mesh that was made.
-pub fn of_run(report: &Report, origin: &Origin) -> String {
+///
+/// # Errors
+/// [`PageError`]: the mesh cannot be put into it.
+pub fn of_run(report: &Report, origin: &Origin) -> Result<String, PageError> {
     made::page(report, origin)
+}
+
+/// The page of a mesh that was read to be looked at.
+///
+/// # Errors
+/// [`PageError`]: the mesh cannot be put into it.
+pub fn of_mesh(report: &SceneReport, mesh: &Path, temp_dir: Option<&Path>) -> Result<String, PageError> {
+    opened::page(report, mesh, temp_dir)
 }
 
 /// Writes a page to a file, whole or not at all. `inputs` are files that it may not replace.
@@ -307,5 +351,5 @@ fn json(report: &impl serde::Serialize, origin: &Origin) -> String {
         text(&json)
     );
     let place = "<p class=\"soft\">The same figures, as JSON, are in this file, in the element with the id <code>report</code>.</p>\n";
-    section("For programs", &format!("{place}{shown}")) + &html::embedded_json(&json)
+    section("For programs", &format!("{place}{shown}")) + &html::embedded_json("report", &json)
 }

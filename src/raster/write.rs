@@ -80,6 +80,8 @@ impl RowWriter {
             format!("BLOCKYSIZE={}", tile.1),
             "COMPRESS=DEFLATE".to_string(),
             "PREDICTOR=3".to_string(),
+            // Errors are nearly noise: more work makes the file 3 % smaller, and takes 70 % longer.
+            "ZLEVEL=1".to_string(),
             // Compressed by threads of its own, written in order.
             "NUM_THREADS=ALL_CPUS".to_string(),
             "BIGTIFF=IF_SAFER".to_string(),

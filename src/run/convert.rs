@@ -344,7 +344,7 @@ fn write_triangles(
 }
 
 /// Between what the vertices lie, as the file has them; all of them must be somewhere.
-fn bounds(reader: &mut dyn MeshReader) -> Result<Bounds, RunError> {
+pub(super) fn bounds(reader: &mut dyn MeshReader) -> Result<Bounds, RunError> {
     let mut bounds = Bounds::EMPTY;
     let path = reader.path().to_path_buf();
     reader.for_each_vertex(|index, vertex| {

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use super::RunError;
 use super::checkpoints::{CheckpointReport, CheckpointSource, Finding};
 use super::judge::VerifyRequest;
+use super::scene::{Gatherer, Most, Scene};
 use super::survey::{Survey, Surveyor};
-use crate::base::Band;
+use crate::base::{Band, GeoTransform};
 #[cfg(feature = "gdal")]
 use crate::raster::{Described, RowWriter, WriteError};
 use crate::verify::{ObservedRows, Observer};
@@ -26,6 +27,8 @@ pub struct Extras {
     pub overwrite: bool,
     /// Whether a [`Survey`] is made.
     pub survey: bool,
+    /// How much of the mesh is in [`super::VerifyReport::scene`], for looking at it; `None` for nothing.
+    pub scene: Option<Most>,
     /// Checkpoints that are held against the mesh.
     pub checkpoints: Option<CheckpointSource>,
 }
@@ -37,12 +40,14 @@ pub(super) struct Making {
     raster: Option<ErrorRaster>,
     surveyor: Option<Surveyor>,
     finding: Option<Finding>,
+    scene: Option<(Gatherer, GeoTransform)>,
 }
 
 /// What was made.
 pub(super) struct Made {
     pub(super) survey: Option<Survey>,
     pub(super) checkpoints: Option<CheckpointReport>,
+    pub(super) scene: Option<Scene>,
 }
 
 impl Making {
@@ -55,24 +60,35 @@ impl Making {
             raster: raster.map(|path| ErrorRaster::create(path, request, band)).transpose()?,
             finding: request.extras.checkpoints.as_ref().map(|source| Finding::begin(source, band)).transpose()?,
             surveyor: request.extras.survey.then(|| Surveyor::new(band, request.max_error)),
+            scene: request.extras.scene.map(|most| {
+                let last = |count: usize| (count - 1) as f64;
+                let extent = [0.0, 0.0, last(band.width()), last(band.height())];
+                (Gatherer::new(extent, most), band.geo_transform())
+            }),
         })
     }
 
     /// Who is to be told of faces and rows; nobody, if nothing is made.
     pub(super) fn observer(&mut self) -> Option<&mut dyn Observer> {
-        let is_watching = self.surveyor.is_some() || self.finding.is_some();
+        let is_watching = self.surveyor.is_some() || self.finding.is_some() || self.scene.is_some();
         #[cfg(feature = "gdal")]
         let is_watching = is_watching || self.raster.is_some();
         is_watching.then_some(self as &mut dyn Observer)
     }
 
-    /// Ends what was made, given the largest error (× weight).
-    pub(super) fn finish(self, largest: Option<f64>) -> Result<Made, RunError> {
+    /// Ends what was made, given the largest error (× weight) and the number of triangles.
+    pub(super) fn finish(self, largest: Option<f64>, triangles: u64) -> Result<Made, RunError> {
         #[cfg(feature = "gdal")]
         self.raster.map_or(Ok(()), |raster| raster.writer.finish())?;
         Ok(Made {
             survey: self.surveyor.map(|surveyor| surveyor.finish(largest)),
             checkpoints: self.finding.map(Finding::finish),
+            scene: self.scene.map(|(gatherer, map)| {
+                gatherer.finish(triangles).placed(|[column, row, height]| {
+                    let (x, y) = map.place(column, row);
+                    [x, y, height]
+                })
+            }),
         })
     }
 }
@@ -81,6 +97,12 @@ impl Observer for Making {
     fn face(&mut self, corners: [(i64, i64); 3], heights: [f64; 3]) {
         self.surveyor.iter_mut().for_each(|surveyor| surveyor.face(corners, heights));
         self.finding.iter_mut().for_each(|finding| finding.face(corners, heights));
+        if let Some((gatherer, _)) = &mut self.scene {
+            let cells = |quarters: i64| quarters as f64 / 4.0;
+            let [a, b, c] = corners.map(|(column, row)| [cells(column), cells(row)]);
+            let [za, zb, zc] = heights;
+            gatherer.triangle([[a[0], a[1], za], [b[0], b[1], zb], [c[0], c[1], zc]]);
+        }
     }
 
     fn rows(&mut self, rows: &ObservedRows<'_>) -> Result<(), Box<dyn Error + Send + Sync>> {

@@ -11,6 +11,7 @@ use super::inputs::{open, open_importance};
 use super::look::look;
 use super::prepare::all_cores;
 use super::report::SCHEMA;
+use super::scene::Scene;
 use super::survey::Survey;
 use super::threads::start_threads;
 use super::{Attributes, Input, LineInput, RunError, Warned};
@@ -73,6 +74,9 @@ pub struct VerifyReport {
     /// Where there are some ([`Extras::checkpoints`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub checkpoints: Option<CheckpointReport>,
+    /// The mesh to be looked at, if that was asked for ([`Extras::scene`]).
+    #[serde(skip)]
+    pub scene: Option<Scene>,
     /// Everything else.
     #[serde(flatten)]
     pub verdict: Verdict,
@@ -173,7 +177,7 @@ fn judge(
     })?;
     drop(pool);
     let largest = verdict.weighted_worst.map(|w| w.weighted_error).or(verdict.worst.map(|w| w.error));
-    let Made { survey, checkpoints } = making.finish(largest)?;
+    let Made { survey, checkpoints, scene } = making.finish(largest, verdict.triangles)?;
     let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
     if verdict.nodata + verdict.bridged > 0 && !is_flat {
         let look = look(&band, control).map_err(RunError::of_look)?;
@@ -189,6 +193,7 @@ fn judge(
         trimmed_samples: verdict.trim.map_or(0, |trim| trim.trimmed),
         survey,
         checkpoints,
+        scene,
         verdict,
     })
 }

@@ -10,6 +10,7 @@ use super::look::look;
 use super::prepare::{Purpose, Run, first_look, titles};
 use super::report::{Needs, Report, Seconds, Sources, WorkDirState};
 use super::resume::{Kept, finished};
+use super::scene::{Gatherer, Watched};
 use super::{Coordinates, IN_MEMORY, InMemory, Request, RunError, Warned, provenance};
 use crate::base::control::Control;
 use crate::base::staged::StagedFile;
@@ -184,7 +185,12 @@ impl Run<'_> {
             },
         )?;
         self.warn_of_attributes(ranged);
-        self.make_into(sink, &partial, start, ranged, kept)
+        let Some(most) = request.scene else { return self.make_into(sink, &partial, start, ranged, kept) };
+        let mut gatherer = Gatherer::new(self.band().extent(), most);
+        let watched = Box::new(Watched::new(sink, &mut gatherer));
+        let report = self.make_into(watched, &partial, start, ranged, kept)?;
+        let scene = gatherer.finish(report.triangles);
+        Ok(Report { scene: Some(scene), ..report })
     }
 
     /// Makes the mesh in arrays. Gives what a file with it would say of itself.

@@ -27,6 +27,7 @@ mod provenance;
 pub mod report;
 mod request;
 mod resume;
+pub mod scene;
 mod shards;
 pub mod survey;
 mod threads;

@@ -13,6 +13,7 @@ use crate::job::normals::Normals;
 use crate::job::{Params, VertexHeights};
 #[cfg(feature = "gdal")]
 use crate::raster::{LineSource, PointSource, View};
+use crate::run::scene::Most;
 
 /// Where samples come from.
 // There are two of them in a run.
@@ -232,6 +233,8 @@ pub struct Request<'a> {
     pub work_dir: Option<PathBuf>,
     /// Whether the work dir stays, with all its tiles, once the output is there.
     pub keep_work_dir: bool,
+    /// How much of the mesh is in [`super::Report::scene`], for looking at it; `None` for nothing. It costs no pass over the raster.
+    pub scene: Option<Most>,
 }
 
 impl Request<'_> {
@@ -259,6 +262,7 @@ impl Request<'_> {
             threads: None,
             work_dir: None,
             keep_work_dir: false,
+            scene: None,
         }
     }
 

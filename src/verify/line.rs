@@ -24,30 +24,24 @@ pub(super) struct Errors {
     pub(super) sum_of_squares: f64,
 }
 
-impl Line {
+impl Errors {
+    /// From one value for each sample, the first one in column `first`, and what makes an error of column and value.
     #[inline(always)]
-    fn surface(&self, columns: f64) -> f64 {
-        let (wb, wc) = (self.weights.0 + columns * self.steps.0, self.weights.1 + columns * self.steps.1);
-        self.height + (wb * self.slopes.0 + wc * self.slopes.1)
-    }
-
-    /// The errors of these samples, the first one in column `first`.
-    pub(super) fn errors(&self, first: i64, samples: &[f64]) -> Errors {
+    fn of(first: f64, values: &[f64], error: impl Fn(f64, f64) -> f64) -> Errors {
         const LANES: usize = 8;
-        let first = (first - self.first) as f64;
-        let (lanes, rest) = samples.as_chunks::<LANES>();
+        let (lanes, rest) = values.as_chunks::<LANES>();
         let (mut largest, mut sums) = ([0.0f64; LANES], [0.0f64; LANES]);
-        for (chunk, samples) in lanes.iter().enumerate() {
+        for (chunk, values) in lanes.iter().enumerate() {
             let first = first + (chunk * LANES) as f64;
-            for (i, sample) in samples.iter().enumerate() {
-                let error = (sample - self.surface(first + i as f64)).abs();
+            for (i, value) in values.iter().enumerate() {
+                let error = error(first + i as f64, *value).abs();
                 largest[i] = if error > largest[i] { error } else { largest[i] };
                 sums[i] += error * error;
             }
         }
         let (mut largest_of_all, mut sum) = (0.0f64, 0.0);
-        for (i, sample) in rest.iter().enumerate() {
-            let error = (sample - self.surface(first + (lanes.len() * LANES + i) as f64)).abs();
+        for (i, value) in rest.iter().enumerate() {
+            let error = error(first + (lanes.len() * LANES + i) as f64, *value).abs();
             largest_of_all = if error > largest_of_all { error } else { largest_of_all };
             sum += error * error;
         }
@@ -57,25 +51,39 @@ impl Line {
         }
         Errors { largest: largest_of_all, sum_of_squares: sum }
     }
+}
+
+impl Line {
+    #[inline(always)]
+    fn surface(&self, columns: f64) -> f64 {
+        let (wb, wc) = (self.weights.0 + columns * self.steps.0, self.weights.1 + columns * self.steps.1);
+        self.height + (wb * self.slopes.0 + wc * self.slopes.1)
+    }
+
+    /// The errors of these samples, the first one in column `first`.
+    pub(super) fn errors(&self, first: i64, samples: &[f64]) -> Errors {
+        Errors::of((first - self.first) as f64, samples, |column, sample| sample - self.surface(column))
+    }
+
+    /// The same, and in `errors` the height of the surface less that of each sample.
+    pub(super) fn errors_into(&self, first: i64, samples: &[f64], errors: &mut [f64]) -> Errors {
+        let first = (first - self.first) as f64;
+        // Two loops that are vectors: what the second reads is at hand.
+        for (i, (error, sample)) in (0i32..).zip(errors.iter_mut().zip(samples)) {
+            *error = self.surface(first + f64::from(i)) - sample;
+        }
+        Errors::of(first, errors, |_, error| error)
+    }
 
     /// Notes the height of the surface less that of the sample for each of these samples of the row, the first one in column
     /// `first`, where it is farther from 0 than what is there, or nothing is there. `samples` and `errors` are the whole row.
+    #[inline]
     pub(super) fn note_errors(&self, (first, last): (i64, i64), samples: &[f64], errors: &mut [f64]) {
-        const LANES: usize = 8;
-        let columns = first as usize..=last as usize;
-        let first = (first - self.first) as f64;
-        let (errors, last_errors) = errors[columns.clone()].as_chunks_mut::<LANES>();
-        let (samples, last_samples) = samples[columns].as_chunks::<LANES>();
-        let farther = |before: f64, found: f64| if before.abs() >= found.abs() { before } else { found };
-        for (chunk, (errors, samples)) in errors.iter_mut().zip(samples).enumerate() {
-            let first = first + (chunk * LANES) as f64;
-            for i in 0..LANES {
-                errors[i] = farther(errors[i], self.surface(first + i as f64) - samples[i]);
-            }
-        }
-        let first = first + (samples.len() * LANES) as f64;
-        for (i, (error, sample)) in (0i32..).zip(last_errors.iter_mut().zip(last_samples)) {
-            *error = farther(*error, self.surface(first + f64::from(i)) - sample);
+        // Few, most often: those on the edges of a face.
+        for column in first..=last {
+            let found = self.surface((column - self.first) as f64) - samples[column as usize];
+            let error = &mut errors[column as usize];
+            *error = if error.abs() >= found.abs() { *error } else { found };
         }
     }
 

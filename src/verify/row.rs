@@ -58,9 +58,13 @@ impl Row<'_> {
     pub(super) fn compare(&mut self, plane: &Plane, row: i64, span: &RowSpan) {
         let line = plane.line(row, span);
         let ((first, last), (inner_first, inner_last)) = (span.closed, span.interior);
-        if let Some(errors) = self.errors.as_deref_mut().filter(|_| plane.has_heights()) {
-            line.note_errors(span.closed, self.samples.heights, errors);
+        if !self.is_new(span) {
+            self.note_errors(plane, &line, (first, last));
+            return self.judge(plane, &line, span, (first, last));
         }
+        // Those of the interior are noted as they are found.
+        self.note_errors(plane, &line, (first, inner_first - 1));
+        self.note_errors(plane, &line, (inner_last + 1, last));
         let Some(largest) = self.pass_interior(plane, &line, span) else {
             return self.judge(plane, &line, span, (first, last));
         };
@@ -74,22 +78,39 @@ impl Row<'_> {
         self.judge(plane, &line, span, (inner_last + 1, last));
     }
 
-    /// Marks and counts the samples in the triangle's interior, and gives their largest error, if all have a height, are
-    /// within the tolerance for sure and in no triangle before. Does nothing if that is not so.
+    /// Whether there are samples in the triangle's interior, whose errors count as they are, and none of them was in a triangle before.
+    fn is_new(&self, span: &RowSpan) -> bool {
+        let (first, last) = span.interior;
+        let marks = || &self.marks[first as usize..=last as usize];
+        first <= last && self.samples.weights.is_none() && marks().iter().fold(0, |all, mark| all | mark) == 0
+    }
+
+    /// Notes the errors of samples of a span, first and last column, for the observer, if there is one.
+    #[inline]
+    fn note_errors(&mut self, plane: &Plane, line: &Line, columns: (i64, i64)) {
+        if columns.0 > columns.1 {
+            return;
+        }
+        if let Some(errors) = self.errors.as_deref_mut().filter(|_| plane.has_heights()) {
+            line.note_errors(columns, self.samples.heights, errors);
+        }
+    }
+
+    /// Marks and counts the samples in the triangle's interior, which are new, and gives their largest error, if all have a height and
+    /// are within the tolerance for sure. If that is not so, only their errors are noted.
     fn pass_interior(&mut self, plane: &Plane, line: &Line, span: &RowSpan) -> Option<f64> {
         let (first, last) = span.interior;
-        if first > last || self.samples.weights.is_some() {
-            return None;
-        }
         let columns = first as usize..=last as usize;
-        let errors = line.errors(first, &self.samples.heights[columns.clone()]);
-        let marks = &mut self.marks[columns];
-        if errors.sum_of_squares.is_nan()
-            || !plane.is_surely_within(errors.largest)
-            || marks.iter().fold(0, |all, mark| all | mark) != 0
-        {
+        let samples = &self.samples.heights[columns.clone()];
+        let errors = match self.errors.as_deref_mut().filter(|_| plane.has_heights()) {
+            // Nothing is there yet that might be farther from 0.
+            Some(errors) => line.errors_into(first, samples, &mut errors[columns.clone()]),
+            None => line.errors(first, samples),
+        };
+        if errors.sum_of_squares.is_nan() || !plane.is_surely_within(errors.largest) {
             return None;
         }
+        let marks = &mut self.marks[columns];
         marks.fill(mark::COVERED | mark::INTERIOR);
         self.tally.covered += marks.len() as u64;
         self.tally.sum_of_squares += errors.sum_of_squares;

@@ -42,5 +42,6 @@ mod usage;
 mod util;
 mod verify;
 mod verify_bad_input;
+mod view;
 mod xyz;
 mod zarr;

@@ -41,16 +41,23 @@ fn sha256(path: &str) -> String {
     String::from_utf8(said).unwrap().split(' ').next().unwrap().to_string()
 }
 
-/// Nothing is fetched, nothing runs.
+/// The text of the element that begins so.
+fn element<'p>(page: &'p str, start: &str) -> &'p str {
+    page.split_once(start).unwrap().1.split_once("</script>").unwrap().0
+}
+
+/// Nothing is fetched, and nothing runs but the program of the view.
 fn assert_stands_alone(page: &str) {
-    for (attribute, allowed) in [("href=\"", &["#", "data:image/png;base64,"][..]), ("src=\"", &[])] {
+    let (whole, program) = (page, element(page, "<script type=\"module\">"));
+    let page = &page.replace(program, "");
+    for (attribute, allowed) in [("href=\"", &["#", "data:image/png;base64,", "data:,"][..]), ("src=\"", &[])] {
         for (at, _) in page.match_indices(attribute) {
             let value = &page[at + attribute.len()..];
             assert!(allowed.iter().any(|start| value.starts_with(start)), "{}", &value[..40]);
         }
     }
-    assert!(!page.contains("url(") && !page.contains("@import") && page.matches("<script").count() == 1);
-    assert!(page.len() < 3_000_000, "{} bytes", page.len());
+    assert!(!page.contains("url(") && !page.contains("@import") && page.matches("<script").count() == 4);
+    assert!(whole.len() < 3_000_000, "{} bytes", whole.len());
 }
 
 #[test]
@@ -207,6 +214,67 @@ fn a_run_has_a_page_too() {
     let text = fs::read_to_string(&page).unwrap();
     assert!(text.contains("<b>FAIL</b>") && text.contains("before it reached the tolerance of 3"), "a budget ended it");
     assert_eq!(folder.names(), names);
+}
+
+/// The mesh inside of a page, as a file.
+fn mesh_of(page: &str, folder: &Folder) -> String {
+    let text = folder.with("view.txt", element(page, "<script type=\"application/octet-stream\" id=\"view-mesh\">"));
+    let decoded = Command::new("base64").args(["-d", &text]).output().unwrap();
+    assert!(decoded.status.success());
+    folder.with("view.glb", decoded.stdout)
+}
+
+fn settings(page: &str) -> Value {
+    serde_json::from_str(element(page, "<script type=\"application/json\" id=\"view-settings\">")).unwrap()
+}
+
+#[test]
+fn the_mesh_in_a_page_is_the_mesh() {
+    let folder = Folder::new();
+    let (dem, tin) = scene(&folder);
+    let (judged, made) = (folder.at("judged.html"), folder.at("made.html"));
+    let report = terrabite(["verify", &dem, &tin, "--max-error", "4", "--report", &judged, "--json"]).json();
+    let options = ["--max-error", "4", "--tile", "64", "--overwrite", "--report", &made];
+    terrabite(["simplify", &dem, &tin].iter().chain(&options)).succeeds();
+    for page in [judged, made] {
+        let page = fs::read_to_string(page).unwrap();
+        let shown = settings(&page);
+        assert_eq!(
+            (&shown["triangles"], &shown["of"], &shown["isCopy"]),
+            (&report["triangles"], &report["triangles"], &false.into())
+        );
+        // What single precision loses of heights is far below a thousandth.
+        let view = mesh_of(&page, &folder);
+        let again = terrabite(["verify", &dem, &view, "--max-error", "4.001", "--json"]).succeeds().json();
+        assert_eq!((&again["triangles"], &again["vertices"]), (&report["triangles"], &report["vertices"]));
+    }
+}
+
+#[test]
+fn a_large_mesh_has_a_copy_in_its_page() {
+    let folder = Folder::new();
+    let rough = |column: usize, row: usize| {
+        hills(column, row) + ((31 * column * column + 17 * row * row + 7 * column * row) % 97) as f64
+    };
+    let dem = Dem::new(380, 340).kind(Kind::Float64).heights(rough).on_the_map().write(&folder, "dem.tif");
+    let (tin, made, judged) = (folder.at("tin.ply"), folder.at("made.html"), folder.at("judged.html"));
+    let run = ["simplify", &dem, &tin, "--max-error", "0", "--quality", "none", "--report", &made, "--json"];
+    let report = terrabite(run).succeeds().json();
+    assert!(report["triangles"].as_u64().unwrap() > 200_000);
+    terrabite(["verify", &dem, &tin, "--max-error", "0", "--report", &judged, "--quiet"]).succeeds();
+    for page in [made, judged] {
+        let page = fs::read_to_string(page).unwrap();
+        assert_stands_alone(&page);
+        let shown = settings(&page);
+        assert_eq!((&shown["of"], &shown["isCopy"]), (&report["triangles"], &true.into()));
+        let triangles = shown["triangles"].as_u64().unwrap();
+        assert!((20_000..=100_000).contains(&triangles), "{triangles}");
+        assert!(page.contains("Not certified"));
+        // A mesh without gaps over the ground of the raster, if not within its tolerance.
+        let verdict = terrabite(["verify", &dem, &mesh_of(&page, &folder), "--max-error", "1", "--json"]).json();
+        assert_eq!(verdict["triangles"].as_u64(), Some(triangles));
+        assert_eq!(verdict["passed"], false);
+    }
 }
 
 #[test]

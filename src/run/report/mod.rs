@@ -21,6 +21,7 @@ use serde::Serialize;
 
 use super::attributes::Ranged;
 use super::coordinates::Written;
+use super::scene::Scene;
 use super::{Input, Request};
 use crate::base::channels::{Channel, Ranges};
 use crate::base::lattice::STEPS;
@@ -111,6 +112,9 @@ pub struct Report {
     pub memory: Plan,
     /// What the user should know of the inputs and the output.
     pub warnings: Warnings,
+    /// The mesh to be looked at, if that was asked for.
+    #[serde(skip)]
+    pub scene: Option<Scene>,
 }
 
 /// The weights, and what they made of the errors.
@@ -363,6 +367,7 @@ impl Report {
             points: sources.points.map(|(layer, counts)| PointsReport::new(layer, counts, request)),
             memory: plan,
             warnings: Warnings::default(),
+            scene: None,
         }
     }
 

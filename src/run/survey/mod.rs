@@ -13,7 +13,7 @@ mod slopes;
 
 use serde::Serialize;
 
-use crate::base::{Band, Reference};
+use crate::base::{Band, GeoTransform, Reference};
 use crate::verify::{ObservedRows, Observer};
 
 pub use grid::{MapCell, MapGrid};
@@ -43,6 +43,9 @@ pub struct RasterFacts {
     pub cell_metres: Option<(f64, f64)>,
     /// What coordinates and heights mean.
     pub reference: Reference,
+    /// Where samples lie on the map. Not part of reports.
+    #[serde(skip)]
+    pub geo_transform: GeoTransform,
 }
 
 impl RasterFacts {
@@ -56,6 +59,7 @@ impl RasterFacts {
             extent: band.extent(),
             cell_metres: is_known.then(|| ((xp * x).hypot(yp * y), (xl * x).hypot(yl * y))),
             reference: band.reference().clone(),
+            geo_transform: band.geo_transform(),
         }
     }
 }
