@@ -6,6 +6,7 @@ mod folder;
 mod netcdf;
 mod ply;
 mod run;
+mod served;
 mod shared;
 
 pub(crate) use dem::{Dem, Kind, hills};
@@ -13,9 +14,10 @@ pub(crate) use folder::{Folder, names_that_come_up};
 pub(crate) use netcdf::{Axis, Cube};
 pub(crate) use ply::{flat, ply, without_comments};
 pub(crate) use run::{
-    Halted, Run, Served, terrabite, terrabite_disturbed, terrabite_in_environment, terrabite_in_group,
-    terrabite_stopped, terrabite_with_fault, terrabite_with_file_limit,
+    Halted, Run, terrabite, terrabite_disturbed, terrabite_in_environment, terrabite_in_group, terrabite_stopped,
+    terrabite_with_fault, terrabite_with_file_limit,
 };
+pub(crate) use served::Served;
 pub(crate) use shared::made_once;
 
 use std::path::{Path, PathBuf};

@@ -1,7 +1,6 @@
 //! Running the program, and what it says.
 
 use std::ffi::OsStr;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
@@ -97,46 +96,6 @@ impl Drop for Halted {
     }
 }
 
-/// A server that runs until it is told to end.
-pub(crate) struct Served {
-    child: Option<Child>,
-    address: String,
-}
-
-impl Served {
-    /// Starts the binary, and waits for the address that it prints.
-    pub(crate) fn start<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Served {
-        let mut child = started(arguments);
-        let mut address = String::new();
-        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut address).unwrap();
-        Served { child: Some(child), address: address.trim().to_string() }
-    }
-
-    /// Its port, and the path after it.
-    pub(crate) fn address(&self) -> (u16, String) {
-        let (port, path) = self.address.strip_prefix("http://127.0.0.1:").unwrap().split_once('/').unwrap();
-        (port.parse().unwrap(), format!("/{path}"))
-    }
-
-    /// Interrupts it, as Ctrl-C does.
-    pub(crate) fn interrupted(mut self) -> Run {
-        let child = self.child.take().unwrap();
-        let sent = Command::new("kill").args(["-INT".to_string(), child.id().to_string()]).status().unwrap();
-        assert!(sent.success());
-        Run::from(child.wait_with_output().unwrap())
-    }
-}
-
-/// A test that fails leaves no process behind.
-impl Drop for Served {
-    fn drop(&mut self) {
-        if let Some(child) = &mut self.child {
-            child.kill().unwrap();
-            child.wait().unwrap();
-        }
-    }
-}
-
 /// Starts the program, does something to its files while it is busy, and waits for its end. Busy means: it holds two
 /// nameless files open, those of the spool or two of what the verifier sorts.
 pub(crate) fn terrabite_disturbed<S: AsRef<OsStr>>(
@@ -155,7 +114,7 @@ pub(crate) fn terrabite_disturbed<S: AsRef<OsStr>>(
     Run::from(child.wait_with_output().unwrap())
 }
 
-fn started<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Child {
+pub(super) fn started<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Child {
     Command::new(TERRABITE).args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
@@ -179,7 +138,7 @@ impl Run {
         Run::from(command.output().unwrap())
     }
 
-    fn from(Output { status, stdout, stderr }: Output) -> Run {
+    pub(super) fn from(Output { status, stdout, stderr }: Output) -> Run {
         let text = |bytes| String::from_utf8(bytes).expect("reports and messages are UTF-8");
         Run { code: status.code(), out: text(stdout), err: text(stderr) }
     }
