@@ -42,6 +42,8 @@ pub enum WarningCode {
     Depths,
     /// The format of the output does not keep the attributes of vertices.
     AttributesLost,
+    /// The format of the output does not mark edges that follow lines.
+    EdgesLost,
     /// The format of the output does not keep all that the mesh says of itself.
     HeaderLost,
 }

@@ -40,7 +40,7 @@ fn mend(code: WarningCode) -> &'static str {
         WarningCode::FellShort => "choose a larger budget, or a larger --max-error or --max-rms",
         WarningCode::WorkDirLeft => "it is not needed any more and can be deleted",
         WarningCode::HeaderLost => "PLY and OBJ keep it",
-        WarningCode::AttributesLost => "PLY keeps them",
+        WarningCode::AttributesLost | WarningCode::EdgesLost => "PLY keeps them",
         WarningCode::NearVoids => "if they are no heights, exclude them with --valid-range",
     }
 }

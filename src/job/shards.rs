@@ -161,7 +161,8 @@ pub fn rounds<'a>(job: &Job<'a>) -> Vec<(Job<'a>, usize)> {
 
 /// Puts the mesh of a job together from chunks that others have made, on the threads of the current rayon pool.
 ///
-/// Reads every chunk of the last pass once, and with trimming those of the first. Memory: a chunk for each busy thread.
+/// Reads every chunk of the last pass once, and with trimming those of the first. Memory: a chunk for each busy thread. With
+/// breaklines tiles are loaded again, as by [`Job::surveyed`].
 ///
 /// # Errors
 /// [`Error::Missing`], also where the passes with short links have to be made; or another [`Error`].
@@ -170,7 +171,8 @@ pub fn rounds<'a>(job: &Job<'a>) -> Vec<(Job<'a>, usize)> {
 /// If spools are for another number of tiles, or there is a goal.
 pub fn merge(make_spool: &MakeSpool<'_>, field: &Field, params: &Params, control: &Control<'_>) -> Result<Mesh, Error> {
     assert!(params.goal.is_none(), "a goal is met by one process");
-    let job = Job::new(field, params, control)?;
+    // There is no goal; the chains of breaklines are found, as their edges are marked.
+    let job = Job::new(field, params, control)?.surveyed()?;
     match merge_passes(&job, 0, make_spool)? {
         Some(mesh) => Ok(mesh),
         None => {
