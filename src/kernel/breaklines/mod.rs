@@ -19,6 +19,8 @@ mod reach;
 mod wall;
 
 #[cfg(test)]
+mod constrained_tests;
+#[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
