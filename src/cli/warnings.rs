@@ -28,7 +28,7 @@ pub(super) fn take() -> Warnings {
 /// What mends it, in the words of the command line; empty where nothing does.
 fn mend(code: WarningCode) -> &'static str {
     match code {
-        WarningCode::Gdal | WarningCode::Picture => "",
+        WarningCode::Gdal | WarningCode::Picture | WarningCode::NoGeometry => "",
         WarningCode::UnreachableNodata => "name the value that marks voids with --nodata",
         WarningCode::NearNodata | WarningCode::ZeroNodata => "if they are heights, use --nodata none",
         WarningCode::SwappedAxes => "ncpdq -a brings its dimensions in another order",

@@ -139,6 +139,21 @@ fn a_run_that_was_killed_continues_with_the_same_lines_only_and_shards_make_the_
 }
 
 #[test]
+fn features_without_geometry_are_told() {
+    let scene = Scene::new();
+    let line = json!({"type": "LineString", "coordinates": [[500_020.0, 5_199_970.0], [500_300.0, 5_199_800.0]]});
+    let lines = scene.geometries("roads.geojson", vec![Value::Null, line, Value::Null]);
+    for report in [scene.simplify(&lines, &[]).succeeds().json(), scene.verify(&lines, &[]).succeeds().json()] {
+        let told = report["warnings"].as_array().unwrap().iter().find(|told| told["code"] == "no_geometry").unwrap();
+        assert!(told["count"] == 2 && told["file"].as_str().unwrap().ends_with("roads.geojson"), "{told}");
+    }
+    let nothing = scene.geometries("nothing.geojson", vec![Value::Null]);
+    scene
+        .simplify(&nothing, &[])
+        .fails(1, &["nothing.geojson", "expected lines, found none; features without geometry: 1"]);
+}
+
+#[test]
 fn what_cannot_be_used_is_refused_by_name() {
     let scene = Scene::new();
     let lines = scene.layer("roads.geojson", &LINES);

@@ -1,4 +1,4 @@
-//! Written meshes in readers that others wrote: trimesh, meshio, ugrid-checks and the netCDF library from PyPI,
+//! Written meshes in readers that others wrote: trimesh, meshio, plyfile, ugrid-checks and the netCDF library from PyPI,
 //! Khronos's validator, glTF Transform and meshoptimizer's decoder from npm, admesh, xmllint, ncdump and ogrinfo from
 //! Debian. Those that take longer to install are in `scripts/readers.py` (`make test-readers`).
 
@@ -12,11 +12,12 @@ use terrabite::formats::{Contents, Header, PlySink, Sink};
 
 use crate::util::{Dem, Folder, Kind, Run, hills, made_once, terrabite};
 
-const PACKAGES: [&str; 6] = [
+const PACKAGES: [&str; 7] = [
     "meshio==5.3.5",
     "netCDF4==1.7.5.1.post1",
     "numpy==2.3.5",
     "pillow==13.0.0",
+    "plyfile==1.1.5",
     "trimesh==5.2.0",
     "ugrid-checks==0.2.0",
 ];
@@ -345,7 +346,7 @@ fn xmllint_reads_landxml() {
 }
 
 #[test]
-fn trimesh_xmllint_and_ogrinfo_read_edges_of_breaklines() {
+fn plyfile_xmllint_and_ogrinfo_read_edges_of_breaklines() {
     if are_skipped() {
         return;
     }
