@@ -24,14 +24,15 @@ use crate::run::{Watch, run};
 pub(crate) struct PyMesh {
     vertices: Py<PyArray2<f64>>,
     triangles: Py<PyArray2<u32>>,
+    edges: Py<PyArray2<u32>>,
     attributes: Vec<(Channel, Py<PyArray1<f64>>)>,
     header: Header,
     report: String,
 }
 
-/// An array of rows of three over numbers that it takes, read-only.
-fn in_threes<T: Element>(py: Python<'_>, numbers: Vec<T>) -> PyResult<Py<PyArray2<T>>> {
-    let rows = Array2::from_shape_vec((numbers.len() / 3, 3), numbers);
+/// An array of rows of `columns` over numbers that it takes, read-only.
+fn in_rows<T: Element>(py: Python<'_>, columns: usize, numbers: Vec<T>) -> PyResult<Py<PyArray2<T>>> {
+    let rows = Array2::from_shape_vec((numbers.len() / columns, columns), numbers);
     let array = rows.map_err(|e| PyValueError::new_err(e.to_string()))?.into_pyarray(py);
     array.try_readwrite().map_err(|e| PyValueError::new_err(e.to_string()))?.make_nonwriteable();
     Ok(array.unbind())
@@ -46,8 +47,9 @@ impl PyMesh {
             Ok((channel, array.unbind()))
         };
         Ok(PyMesh {
-            vertices: in_threes(py, arrays.vertices)?,
-            triangles: in_threes(py, arrays.triangles)?,
+            vertices: in_rows(py, 3, arrays.vertices)?,
+            triangles: in_rows(py, 3, arrays.triangles)?,
+            edges: in_rows(py, 2, arrays.edges)?,
             attributes: arrays.attributes.into_iter().map(kept).collect::<PyResult<_>>()?,
             header,
             report,
@@ -65,6 +67,8 @@ impl PyMesh {
         let lent = |error: numpy::BorrowError| MeshError::new_err(error.to_string());
         let vertices = self.vertices.bind(py).try_readonly().map_err(lent)?;
         let triangles = self.triangles.bind(py).try_readonly().map_err(lent)?;
+        let edges = self.edges.bind(py).try_readonly().map_err(lent)?;
+        let edges = edges.as_slice().map_err(failed)?;
         let values = self.attributes.iter().map(|(_, values)| values.bind(py).try_readonly());
         let values: Vec<PyReadonlyArray1<'_, f64>> = values.collect::<Result<_, _>>().map_err(lent)?;
         let arrays = (vertices.as_slice().map_err(failed)?, triangles.as_slice().map_err(failed)?);
@@ -74,6 +78,7 @@ impl PyMesh {
         let header = self.header.clone();
         run(py, watch, move |control| {
             let mesh = ArrayReader::new("the mesh", header, arrays, attributes, control.cancel.clone());
+            let mesh = mesh.and_then(|mesh| mesh.with_edges(edges));
             work(&mut mesh.map_err(|e| ReadError::Damaged(e.into()))?, control)
         })
     }
@@ -89,6 +94,11 @@ impl PyMesh {
     #[getter]
     fn triangles(&self, py: Python<'_>) -> Py<PyArray2<u32>> {
         self.triangles.clone_ref(py)
+    }
+
+    #[getter]
+    fn edges(&self, py: Python<'_>) -> Py<PyArray2<u32>> {
+        self.edges.clone_ref(py)
     }
 
     /// Names and values.

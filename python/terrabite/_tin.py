@@ -59,6 +59,11 @@ class TIN:
         return self._mesh.triangles
 
     @property
+    def breakline_edges(self) -> NDArray[np.uint32]:
+        """The two vertices of each edge that follows a line of ``breaklines``: uint32 of shape (k, 2), line by line."""
+        return self._mesh.edges
+
+    @property
     def attributes(self) -> dict[str, NDArray[np.float64]]:
         """Further values of the vertices by their names: float64 of shape (n,), one for each attribute that was asked for."""
         return dict(self._mesh.attributes)

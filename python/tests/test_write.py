@@ -23,6 +23,19 @@ def test_every_format_is_written_and_is_within_the_bound_that_it_states(tmp_path
     assert tin.write(tmp_path / name, overwrite=True) == written
 
 
+def test_edges_that_follow_breaklines_are_there_and_are_written(tmp_path, dem):
+    line = np.array([[3.2, -2.1], [dem.shape[1] - 4.0, -dem.shape[0] + 3.5]])
+    tin = tb.simplify(dem, 2, breaklines=[line])
+    edges = tin.breakline_edges
+    assert edges.dtype == np.uint32 and edges.shape == (tin.report["breaklines"]["chains"]["edges"], 2) and len(edges) > 1
+    assert (edges[1:, 0] == edges[:-1, 1]).all() and not edges.flags.writeable
+    sides = {frozenset(side) for a, b, c in tin.triangles.tolist() for side in ((a, b), (b, c), (c, a))}
+    assert all(frozenset(edge) in sides for edge in edges.tolist())
+    assert tin.write(tmp_path / "a.ply")["edges"] == len(edges)
+    assert f"\nelement edge {len(edges)}\n".encode() in (tmp_path / "a.ply").read_bytes()
+    assert tb.simplify(dem, 2).breakline_edges.shape == (0, 2)
+
+
 def test_single_precision_adds_its_loss_to_the_bound(tmp_path, dem):
     heights = dem + 1e4 / 3
     tin = tb.simplify(heights, 0.5)

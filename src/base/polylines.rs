@@ -9,6 +9,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Polylines {
     lines: Arc<Vec<Vec<(f64, f64)>>>,
+    without_geometry: u64,
 }
 
 impl Polylines {
@@ -26,7 +27,17 @@ impl Polylines {
 
     /// These lines. Coordinates are finite.
     pub fn new(lines: Vec<Vec<(f64, f64)>>) -> Polylines {
-        Polylines { lines: Arc::new(lines) }
+        Polylines { lines: Arc::new(lines), without_geometry: 0 }
+    }
+
+    /// The same lines, of a layer in which so many features have no geometry.
+    pub fn beside(self, without_geometry: u64) -> Polylines {
+        Polylines { without_geometry, ..self }
+    }
+
+    /// How many features of their layer have no geometry.
+    pub fn without_geometry(&self) -> u64 {
+        self.without_geometry
     }
 
     /// The vertices of each line.

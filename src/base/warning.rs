@@ -42,6 +42,10 @@ pub enum WarningCode {
     Depths,
     /// The format of the output does not keep the attributes of vertices.
     AttributesLost,
+    /// Features of a layer have no geometry.
+    NoGeometry,
+    /// The format of the output does not mark edges that follow lines.
+    EdgesLost,
     /// The format of the output does not keep all that the mesh says of itself.
     HeaderLost,
 }
@@ -58,6 +62,18 @@ pub struct Warning {
     pub count: u64,
     /// A sentence, without a full stop.
     pub message: String,
+}
+
+impl Warning {
+    /// That so many features of a layer are passed over; `None` where there are none.
+    pub(crate) fn of_no_geometry(file: &Path, count: u64) -> Option<Warning> {
+        let message = match count {
+            0 => return None,
+            1 => "1 feature has no geometry and is passed over".to_string(),
+            count => format!("{count} features have no geometry and are passed over"),
+        };
+        Some(Warning { code: WarningCode::NoGeometry, file: file.to_path_buf(), count, message })
+    }
 }
 
 fn displayed<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {

@@ -28,7 +28,7 @@ pub(super) fn take() -> Warnings {
 /// What mends it, in the words of the command line; empty where nothing does.
 fn mend(code: WarningCode) -> &'static str {
     match code {
-        WarningCode::Gdal | WarningCode::Picture => "",
+        WarningCode::Gdal | WarningCode::Picture | WarningCode::NoGeometry => "",
         WarningCode::UnreachableNodata => "name the value that marks voids with --nodata",
         WarningCode::NearNodata | WarningCode::ZeroNodata => "if they are heights, use --nodata none",
         WarningCode::SwappedAxes => "ncpdq -a brings its dimensions in another order",
@@ -40,7 +40,7 @@ fn mend(code: WarningCode) -> &'static str {
         WarningCode::FellShort => "choose a larger budget, or a larger --max-error or --max-rms",
         WarningCode::WorkDirLeft => "it is not needed any more and can be deleted",
         WarningCode::HeaderLost => "PLY and OBJ keep it",
-        WarningCode::AttributesLost => "PLY keeps them",
+        WarningCode::AttributesLost | WarningCode::EdgesLost => "PLY keeps them",
         WarningCode::NearVoids => "if they are no heights, exclude them with --valid-range",
     }
 }

@@ -15,6 +15,8 @@ pub(super) struct Given {
     pub(super) vertices: Vec<[f64; 3]>,
     pub(super) triangles: Vec<[u64; 3]>,
     pub(super) attributes: Vec<(Channel, Vec<f64>)>,
+    /// Sides of triangles.
+    pub(super) edges: Vec<[u64; 2]>,
     /// How many vertices or triangles come at a time.
     pub(super) batch: usize,
 }
@@ -105,14 +107,20 @@ pub(super) fn given() -> impl Strategy<Value = Given> {
                 vec([number(), number(), number()], vertices),
                 vec([corner.clone(), corner.clone(), corner], triangles),
                 vec(attribute(vertices), attributes),
+                vec((any::<prop::sample::Index>(), 0..3usize), 0..9),
                 Just(batch),
             )
         })
-        .prop_map(|(header, vertices, triangles, attributes, batch)| {
+        .prop_map(|(header, vertices, triangles, attributes, sides, batch)| {
+            let side = |(triangle, from): (prop::sample::Index, usize)| {
+                let corners: [u64; 3] = *triangle.get(&triangles);
+                [corners[from], corners[(from + 1) % 3]]
+            };
+            let edges = sides.into_iter().map(side).collect();
             let name = |i: usize| ["red", "band_7", "_heat", "Z9"][i].to_string();
             let attributes = attributes.into_iter().enumerate();
             let attributes =
                 attributes.map(|(i, (number, values))| (Channel { name: name(i), number }, values)).collect();
-            Given { header, vertices, triangles, attributes, batch }
+            Given { header, vertices, triangles, attributes, edges, batch }
         })
 }

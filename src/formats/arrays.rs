@@ -3,12 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::reader::{FaceVisitor, VertexVisitor};
-use super::{Contents, Header, MeshReader, ReadError, Sink, SinkError};
+use super::reader::{EdgeVisitor, FaceVisitor, VertexVisitor};
+use super::{Contents, Header, Marks, MeshReader, Needs, ReadError, Sink, SinkError};
 use crate::base::channels::Channel;
 use crate::base::control::CancelToken;
 
-/// A mesh in memory. Memory: 24 bytes a vertex, 8 for each of its attributes, 12 a triangle.
+/// A mesh in memory. Memory: 24 bytes a vertex, 8 for each of its attributes, 12 a triangle, 8 an edge of a line.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Arrays {
     /// x, y on the map and height, vertex by vertex.
@@ -17,6 +17,8 @@ pub struct Arrays {
     pub triangles: Vec<u32>,
     /// What vertices have beside that, and the values, as many as vertices.
     pub attributes: Vec<(Channel, Vec<f64>)>,
+    /// Two numbers of vertices for each edge that follows a line.
+    pub edges: Vec<u32>,
 }
 
 /// Fills [`Arrays`].
@@ -38,6 +40,10 @@ impl<'a> ArraySink<'a> {
 const MOST: u64 = 1 << 32;
 
 impl Sink for ArraySink<'_> {
+    fn needs(&self) -> Needs {
+        Needs { edges: Marks::Numbers, ..Needs::default() }
+    }
+
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
         let (vertices, triangles) = (contents.vertices, contents.triangles);
         if vertices > MOST {
@@ -46,6 +52,7 @@ impl Sink for ArraySink<'_> {
         }
         self.into.vertices.reserve_exact(3 * vertices as usize);
         self.into.triangles.reserve_exact(3 * triangles as usize);
+        self.into.edges.reserve_exact(2 * contents.edges as usize);
         let named = |channel: &Channel| (channel.clone(), Vec::with_capacity(vertices as usize));
         self.into.attributes = contents.attributes.iter().map(named).collect();
         Ok(())
@@ -59,6 +66,11 @@ impl Sink for ArraySink<'_> {
 
     fn triangles(&mut self, triangles: &[[u64; 3]], _corners: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
         self.into.triangles.extend(triangles.as_flattened().iter().map(|&vertex| vertex as u32));
+        Ok(())
+    }
+
+    fn edges(&mut self, edges: &[[u64; 2]]) -> Result<(), SinkError> {
+        self.into.edges.extend(edges.as_flattened().iter().map(|&vertex| vertex as u32));
         Ok(())
     }
 
@@ -76,6 +88,7 @@ pub struct ArrayReader<'a> {
     triangles: &'a [[u32; 3]],
     channels: Vec<Channel>,
     values: Vec<&'a [f64]>,
+    edges: &'a [[u32; 2]],
     cancel: CancelToken,
 }
 
@@ -107,7 +120,25 @@ impl<'a> ArrayReader<'a> {
             return Err(format!("expected {} values of {name}, as many as vertices, found {found}", vertices.len()));
         }
         let (channels, values) = attributes.into_iter().unzip();
-        Ok(ArrayReader { name: name.into(), header, vertices, triangles, channels, values, cancel })
+        Ok(ArrayReader { name: name.into(), header, vertices, triangles, channels, values, edges: &[], cancel })
+    }
+
+    /// The same mesh with edges that follow lines, two numbers of vertices for each.
+    ///
+    /// # Errors
+    /// A sentence if there is an odd one, or one that is no vertex's.
+    pub fn with_edges(self, edges: &'a [u32]) -> Result<ArrayReader<'a>, String> {
+        let (edges, rest) = edges.as_chunks::<2>();
+        if !rest.is_empty() {
+            return Err("expected two vertices for each edge".to_string());
+        }
+        match edges.as_flattened().iter().find(|&&vertex| vertex as usize >= self.vertices.len()) {
+            None => Ok(ArrayReader { edges, ..self }),
+            Some(beyond) => {
+                let vertices = self.vertices.len();
+                Err(format!("expected vertices below {vertices}, found vertex {beyond} in an edge"))
+            }
+        }
     }
 }
 
@@ -160,6 +191,22 @@ impl MeshReader for ArrayReader<'_> {
         }
         Ok(())
     }
+
+    fn edge_count(&self) -> u64 {
+        self.edges.len() as u64
+    }
+
+    fn edges(&mut self, visit: &mut EdgeVisitor<'_>) -> Result<(), ReadError> {
+        for (index, edge) in self.edges.iter().enumerate() {
+            if index % AT_A_TIME == 0 {
+                self.cancel.check()?;
+            }
+            if visit(index as u64, edge.map(u64::from)).is_break() {
+                break;
+            }
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -181,11 +228,15 @@ mod tests {
         sink.vertices(&[[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]], &[&[7.0, 8.0]]).expect("vertices");
         sink.vertices(&[[6.0, 7.0, 8.0]], &[&[9.0]]).expect("vertices");
         sink.triangles(&[[2, 0, 1]], &[]).expect("triangles");
+        sink.edges(&[[2, 1]]).expect("edges");
         sink.finish().expect("a mesh");
         let values = arrays.attributes.iter().map(|(channel, values)| (channel.clone(), values.as_slice())).collect();
         let slices = (arrays.vertices.as_slice(), arrays.triangles.as_slice());
         let cancel = CancelToken::default();
-        let mut reader = ArrayReader::new("arrays", Header::default(), slices, values, cancel.clone()).expect("a mesh");
+        let reader = ArrayReader::new("arrays", Header::default(), slices, values, cancel.clone()).expect("a mesh");
+        assert!(reader.edges.is_empty());
+        let mut reader = reader.with_edges(&arrays.edges).expect("edges");
+        assert_eq!(reader.edges, [[2, 1]]);
         let reader: &mut dyn MeshReader = &mut reader;
         let mut read = Vec::new();
         let visit = |_, [_, _, z]: [f64; 3], values: &[f64]| -> Result<(), ReadError> {
@@ -219,5 +270,12 @@ mod tests {
         assert!(refused(&[0.0; 3], &[0, 0, 1], &[0.0]).contains("found vertex 1"));
         assert!(refused(&[0.0; 3], &[0, 0, 0], &[]).contains("slope"));
         assert_eq!(refused(&[0.0; 3], &[0, 0, 0], &[0.0]), "");
+        let edges = |edges: &[u32]| {
+            let mesh = ArrayReader::new("a", Header::default(), (&[0.0; 6], &[]), Vec::new(), CancelToken::default());
+            mesh.expect("two vertices").with_edges(edges).err().unwrap_or_default()
+        };
+        assert!(edges(&[0, 1, 1]).contains("two vertices for each edge"));
+        assert!(edges(&[0, 1, 1, 2]).contains("found vertex 2 in an edge"));
+        assert_eq!(edges(&[0, 1, 1, 0]), "");
     }
 }

@@ -21,6 +21,7 @@ struct Read {
     vertices: Vec<[u64; 3]>,
     triangles: Vec<[u64; 3]>,
     attributes: Vec<(Channel, Vec<u64>)>,
+    edges: Vec<[u64; 2]>,
 }
 
 fn write(format: &Format, path: &Path, given: &Given) -> Result<(), SinkError> {
@@ -53,7 +54,15 @@ fn feed(sink: &mut dyn Sink, given: &Given, calls: usize) -> Result<(), SinkErro
         has_normals: false,
         tolerance: given.header.tolerance,
         bounds: needs.bounds.then_some(bounds),
+        edges: if needs.edges == Marks::None { 0 } else { given.edges.len() as u64 },
     })?;
+    for batch in given.edges.chunks(given.batch).filter(|_| needs.edges == Marks::Places) {
+        if calls.next().is_none() {
+            return Ok(());
+        }
+        let ends = batch.iter().map(|edge| edge.map(|v| given.vertices[v as usize]));
+        sink.lines(&ends.collect::<Vec<[[f64; 3]; 2]>>())?;
+    }
     for (first, batch) in (0..).step_by(given.batch).zip(given.vertices.chunks(given.batch)) {
         if calls.next().is_none() {
             return Ok(());
@@ -68,6 +77,12 @@ fn feed(sink: &mut dyn Sink, given: &Given, calls: usize) -> Result<(), SinkErro
         let corners = batch.iter().map(|t| t.map(|v| given.vertices[v as usize]));
         let corners: Vec<[[f64; 3]; 3]> = corners.filter(|_| needs.corners).collect();
         sink.triangles(batch, &corners)?;
+    }
+    for batch in given.edges.chunks(given.batch).filter(|_| needs.edges == Marks::Numbers) {
+        if calls.next().is_none() {
+            return Ok(());
+        }
+        sink.edges(batch)?;
     }
     Ok(())
 }
@@ -85,6 +100,13 @@ fn read(path: &Path) -> Result<Read, ReadError> {
         triangles.push(face);
         Ok::<(), ReadError>(())
     })?;
+    let mut edges = Vec::new();
+    reader.for_each_edge(|index, edge| {
+        assert!(index == edges.len() as u64 && edge.iter().all(|v| *v < count));
+        edges.push(edge);
+        Ok::<(), ReadError>(())
+    })?;
+    assert_eq!(edges.len() as u64, reader.edge_count());
     for _ in 0..2 {
         vertices.clear();
         values.iter_mut().for_each(Vec::clear);
@@ -101,6 +123,7 @@ fn read(path: &Path) -> Result<Read, ReadError> {
         vertices,
         triangles,
         attributes: channels.into_iter().zip(values).collect(),
+        edges,
     })
 }
 
@@ -140,8 +163,16 @@ fn renumbered(given: &Given) -> Given {
         vertices: order.iter().map(|&v| given.vertices[v]).collect(),
         triangles: given.triangles.iter().map(|t| t.map(|v| new[&v])).collect(),
         attributes: given.attributes.iter().map(|(channel, all)| (channel.clone(), values(all))).collect(),
+        edges: given.edges.iter().map(|e| e.map(|v| new[&v])).collect(),
         ..given.clone()
     }
+}
+
+/// How a format marks edges.
+fn marks(format: &Format) -> Marks {
+    let folder = testing::folder();
+    let staged = StagedFile::create(&file(&folder, format), false, &[]).expect("staged");
+    (format.sink)(staged, setup(Header::default(), 0.0)).expect("a sink").needs().edges
 }
 
 /// What a format promises to give back.
@@ -162,11 +193,20 @@ fn promised(format: &Format, given: &Given) -> Read {
     };
     let attribute =
         |(channel, values): &(Channel, Vec<f64>)| (channel.clone(), values.iter().map(|v| v.to_bits()).collect());
+    let vertices: Vec<[u64; 3]> = given.vertices.iter().map(|v| place(*v)).collect();
+    // By places, the first vertex that stands there.
+    let first = |v: u64| vertices.iter().position(|place| *place == vertices[v as usize]).expect("itself") as u64;
+    let edges = match marks(format) {
+        Marks::None => Vec::new(),
+        Marks::Numbers => given.edges.clone(),
+        Marks::Places => given.edges.iter().map(|edge| edge.map(first)).collect(),
+    };
     Read {
         header: kept(format, &given.header),
-        vertices: given.vertices.iter().map(|v| place(*v)).collect(),
         triangles: given.triangles.clone(),
         attributes: attributes.iter().map(attribute).collect(),
+        vertices,
+        edges,
     }
 }
 
@@ -224,7 +264,8 @@ proptest! {
             let staged = StagedFile::create(&file(&folder, format), false, &[]).expect("staged");
             let given = fitted(format, &given);
             let mut sink = (format.sink)(staged, setup(given.header.clone(), f64::INFINITY)).expect("a sink");
-            let all = 1 + given.vertices.len().div_ceil(given.batch) + given.triangles.len().div_ceil(given.batch);
+            let counts = [given.vertices.len(), given.triangles.len(), given.edges.len()];
+            let all = 1 + counts.map(|count| count.div_ceil(given.batch)).iter().sum::<usize>();
             feed(sink.as_mut(), &given, calls.index(all + 1)).expect("fed");
             drop(sink);
             prop_assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 0, "{}", format.title);
@@ -271,6 +312,7 @@ fn triangle() -> Given {
         vertices: vec![[0.0; 3], [1.0, 0.0, 0.5], [0.0, 1.0, 0.25]],
         triangles: vec![[0, 1, 2]],
         attributes: Vec::new(),
+        edges: vec![[0, 1], [1, 2]],
         batch: 8,
     }
 }
@@ -320,7 +362,9 @@ fn a_cancelled_token_ends_every_pass() {
         cancel.cancel();
         let vertices = reader.for_each_vertex(|_, _| Ok::<(), ReadError>(()));
         let faces = reader.for_each_face(|_, _| Ok::<(), ReadError>(()));
-        for pass in [vertices, faces] {
+        let edges = reader.for_each_edge(|_, _| Ok::<(), ReadError>(()));
+        assert_eq!(reader.edge_count() > 0, marks(format) != Marks::None);
+        for pass in [vertices, faces].into_iter().chain((reader.edge_count() > 0).then_some(edges)) {
             assert!(matches!(pass, Err(ReadError::Cancelled(_))), "{}: {pass:?}", format.title);
         }
     }

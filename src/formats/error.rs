@@ -115,6 +115,16 @@ pub enum ReadError {
         /// What was looked for.
         name: String,
     },
+    /// An edge that follows a line ends where there is no vertex.
+    #[error("{}: edge {edge}: expected two vertices, found another {found}", path.display())]
+    EdgeEnd {
+        /// The mesh.
+        path: PathBuf,
+        /// The edge, from 0.
+        edge: u64,
+        /// A number or a place.
+        found: &'static str,
+    },
     /// The file is damaged, or has what is not read of its format. The error is the format's own.
     #[error(transparent)]
     Damaged(Box<dyn std::error::Error + Send + Sync>),

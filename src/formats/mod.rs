@@ -12,10 +12,12 @@ mod arrays;
 mod columns;
 #[cfg(test)]
 mod conformance;
+mod ends;
 mod error;
 mod format;
 pub mod glb;
 mod header;
+mod joiner;
 pub mod landxml;
 mod lines;
 pub mod obj;
@@ -44,8 +46,8 @@ pub use format::{
 pub use header::{Crs, Header, Heights, OptionName, RunOption};
 pub use open::{by_extension, by_name, open, recognised};
 pub use ply::PlySink;
-pub use reader::{FaceVisitor, MeshReader, VertexVisitor};
-pub use sink::{Bounds, Contents, Needs, Sink};
+pub use reader::{EdgeVisitor, FaceVisitor, MeshReader, VertexVisitor};
+pub use sink::{Bounds, Contents, Marks, Needs, Sink};
 pub use sink_options::{Base, Compression, OgrGeometry, SinkOption, SinkOptions};
 pub use text::TextError;
 

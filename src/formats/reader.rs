@@ -12,6 +12,9 @@ pub type VertexVisitor<'a> = dyn FnMut(u64, [f64; 3], &[f64]) -> ControlFlow<()>
 /// Is handed a face: its index and its three vertices.
 pub type FaceVisitor<'a> = dyn FnMut(u64, [u64; 3]) -> ControlFlow<()> + 'a;
 
+/// Is handed an edge that follows a line: its index and its two vertices.
+pub type EdgeVisitor<'a> = dyn FnMut(u64, [u64; 2]) -> ControlFlow<()> + 'a;
+
 /// A mesh file, open for reading.
 ///
 /// Memory use is constant, because a pass hands on what it reads and keeps nothing. Passes may be repeated, in any order. The
@@ -46,6 +49,21 @@ pub trait MeshReader: Send {
     /// # Errors
     /// [`ReadError`], also for a face that is no triangle.
     fn faces(&mut self, visit: &mut FaceVisitor<'_>) -> Result<(), ReadError>;
+
+    /// How many edges are marked as following lines.
+    fn edge_count(&self) -> u64 {
+        0
+    }
+
+    /// Hands every such edge to `visit`, in order, until it breaks: each vertex is below [`MeshReader::vertex_count`]. Nobody makes
+    /// sure that it is an edge of the mesh.
+    ///
+    /// # Errors
+    /// [`ReadError`], [`ReadError::EdgeEnd`] among them.
+    fn edges(&mut self, visit: &mut EdgeVisitor<'_>) -> Result<(), ReadError> {
+        let _ = visit;
+        Ok(())
+    }
 }
 
 /// Passes whose visitors may fail.
@@ -96,6 +114,20 @@ impl dyn MeshReader + '_ {
     ) -> Result<(), E> {
         let mut failed = None;
         self.faces(&mut |index, face| kept(&mut failed, visit(index, face)))?;
+        failed.map_or(Ok(()), Err)
+    }
+
+    /// Hands every edge that follows a line to `visit`: its index and its two vertices. Stops at the first error, the visitor's own
+    /// included.
+    ///
+    /// # Errors
+    /// [`ReadError`], or what `visit` returns.
+    pub fn for_each_edge<E: From<ReadError>>(
+        &mut self,
+        mut visit: impl FnMut(u64, [u64; 2]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut failed = None;
+        self.edges(&mut |index, edge| kept(&mut failed, visit(index, edge)))?;
         failed.map_or(Ok(()), Err)
     }
 }

@@ -21,6 +21,8 @@ pub struct Contents<'a> {
     pub tolerance: Option<f64>,
     /// Between what the vertices lie; `None` unless asked for ([`Needs::bounds`]), or where there are none.
     pub bounds: Option<Bounds>,
+    /// How many edges of the mesh follow lines; 0 unless asked for ([`Needs::edges`]).
+    pub edges: u64,
 }
 
 /// The least and the largest x, y on the map and height of vertices.
@@ -55,10 +57,24 @@ pub struct Needs {
     /// The corners of triangles in [`Sink::triangles`]: the vertices that tiles share are kept at hand, two rows of tiles at
     /// a time.
     pub corners: bool,
+    /// How edges that follow lines are marked, where the format has a place for that.
+    pub edges: Marks,
 }
 
-/// Takes one mesh, in order: [`Sink::begin`] once, [`Sink::vertices`] and then [`Sink::triangles`] until the counts are
-/// reached, [`Sink::finish`] once. After an error, or to abort, it is dropped.
+/// How a format marks edges of the mesh that follow lines.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Marks {
+    /// Not at all.
+    #[default]
+    None,
+    /// By the numbers of vertices: [`Sink::edges`].
+    Numbers,
+    /// By places: [`Sink::lines`].
+    Places,
+}
+
+/// Takes one mesh, in order: [`Sink::begin`] once, [`Sink::lines`] if asked for, [`Sink::vertices`], [`Sink::triangles`] and, if asked
+/// for, [`Sink::edges`] until the counts are reached, [`Sink::finish`] once. After an error, or to abort, it is dropped.
 pub trait Sink {
     /// What it asks for; asked before anything else.
     fn needs(&self) -> Needs {
@@ -84,6 +100,25 @@ pub trait Sink {
     /// # Errors
     /// [`SinkError`] if they cannot be written.
     fn triangles(&mut self, triangles: &[[u64; 3]], corners: &[[[f64; 3]; 3]]) -> Result<(), SinkError>;
+
+    /// The next edges that follow lines, as numbers of vertices ([`Marks::Numbers`]). Those of a line come one after the other, and
+    /// each begins where the one before it ended.
+    ///
+    /// # Errors
+    /// [`SinkError`] if they cannot be written.
+    fn edges(&mut self, edges: &[[u64; 2]]) -> Result<(), SinkError> {
+        let _ = edges;
+        Ok(())
+    }
+
+    /// The same edges in the same order, as the vertices themselves ([`Marks::Places`]).
+    ///
+    /// # Errors
+    /// [`SinkError`] if they cannot be written.
+    fn lines(&mut self, edges: &[[[f64; 3]; 2]]) -> Result<(), SinkError> {
+        let _ = edges;
+        Ok(())
+    }
 
     /// Everything has come: makes the file complete and gives it its name.
     ///

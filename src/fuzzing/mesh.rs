@@ -88,7 +88,7 @@ fn read_all(path: &Path, folder: &Path) {
     let Ok(mut mesh) = formats::open(path, None, &options) else { return };
     let names: Vec<String> = mesh.attributes().iter().map(|attribute| attribute.name.clone()).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let (vertices, faces) = (mesh.vertex_count(), mesh.face_count());
+    let (vertices, faces, edges) = (mesh.vertex_count(), mesh.face_count(), mesh.edge_count());
     for _ in 0..2 {
         let mut found = 0;
         let all = mesh.for_each_vertex_with(&names, |index, _, values| {
@@ -104,6 +104,13 @@ fn read_all(path: &Path, folder: &Path) {
             Ok::<(), ReadError>(())
         });
         assert!(all.is_err() || found == faces, "{found} of {faces} faces");
+        let mut found = 0;
+        let all = mesh.for_each_edge(|index, edge| {
+            assert!(index == found && edge.iter().all(|vertex| *vertex < vertices), "{edge:?}");
+            found += 1;
+            Ok::<(), ReadError>(())
+        });
+        assert!(all.is_err() || found == edges, "{found} of {edges} edges");
     }
     let request = ConvertRequest { temp_dir: options.temp_dir, ..ConvertRequest::new(path, folder.join("out.ply")) };
     if convert(&request, &Control::default()).is_ok() {

@@ -1,5 +1,6 @@
 //! Breaklines all the way from lines to a written mesh, judged by the verifier, which reckons the lines again.
 
+use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -11,7 +12,7 @@ use crate::base::control::{CancelToken, Control};
 use crate::base::staged::StagedFile;
 use crate::base::{PointSet, Polylines};
 use crate::field::Field;
-use crate::formats::{Header, PlySink, ReadOptions, open};
+use crate::formats::{Header, MeshReader, PlySink, ReadError, ReadOptions, open};
 use crate::job::spool::Chunk;
 use crate::kernel::breaklines::Breaklines;
 use crate::testing::{self, cases};
@@ -69,6 +70,7 @@ impl Scene {
         assert!(verdict.passes(), "{verdict}");
         let lines = LinesOptions { lines: &Polylines::new(self.lines.clone()), shift: self.shift };
         let mut reader = open(&tin, None, &ReadOptions::default()).expect("a mesh");
+        assert_eq!(marked(reader.as_mut()), mesh.chains().map_or(0, |chains| chains.edges));
         let verdict = verify_lines(&band, reader.as_mut(), max_error, &lines, &CancelToken::default());
         Some((mesh, verdict.expect("judged")))
     }
@@ -83,6 +85,23 @@ impl Scene {
         // The verifier may find shorter ways over edges that are there by chance.
         assert!(verdict.edges <= chains.edges, "{verdict:?} of {chains:?}");
     }
+}
+
+/// How many edges are marked: each once, and each a side of a triangle.
+fn marked(mesh: &mut dyn MeshReader) -> u64 {
+    let (mut sides, mut edges) = (HashSet::new(), HashSet::new());
+    let either = |a: u64, b: u64| [a.min(b), a.max(b)];
+    mesh.for_each_face(|_, [a, b, c]| {
+        sides.extend([either(a, b), either(b, c), either(c, a)]);
+        Ok::<(), ReadError>(())
+    })
+    .expect("faces");
+    mesh.for_each_edge(|index, [a, b]| {
+        assert!(sides.contains(&either(a, b)) && edges.insert(either(a, b)), "edge {index}");
+        Ok::<(), ReadError>(())
+    })
+    .expect("edges");
+    edges.len() as u64
 }
 
 fn chunks(mesh: &Mesh) -> Vec<Chunk> {

@@ -1,5 +1,8 @@
 //! The finished mesh: chunks on disk, and how they are handed to a sink.
 
+use std::sync::Arc;
+
+use super::marks::Marked;
 use super::{Error, Figures, Job, Outcome, Pass, TileTimes};
 use crate::base::channels::{Channel, Number};
 use crate::base::control::{Control, Stage};
@@ -27,7 +30,7 @@ pub struct Mesh {
     pub(super) tolerance: Tolerance,
     pub(super) error_scale: f64,
     pub(super) outcome: Option<Outcome>,
-    pub(super) chains: Option<ChainCounts>,
+    pub(super) chains: Option<Arc<Chains>>,
     pub(super) times: TileTimes,
     pub(super) spool_bytes: u64,
     pub(super) found: u64,
@@ -64,7 +67,7 @@ impl Mesh {
             tolerance: params.tolerance,
             error_scale: end.map_or(kept, |end| end.scale(job)),
             outcome: end.map(|end| end.outcome),
-            chains: job.chains.as_deref().map(Chains::counts),
+            chains: job.chains.clone(),
             times: TileTimes::default(),
             found: job.grid.len() as u64,
         }
@@ -107,9 +110,9 @@ impl Mesh {
         self.outcome
     }
 
-    /// What became of breaklines; `None` where there are none, or where others have made the tiles.
+    /// What became of breaklines; `None` where there are none.
     pub fn chains(&self) -> Option<ChainCounts> {
-        self.chains
+        self.chains.as_deref().map(Chains::counts)
     }
 
     /// Where the time of the tiles went.
@@ -142,7 +145,8 @@ impl Mesh {
     ///
     /// Three passes over the chunks' counts, their vertices and their triangles; memory: two rows of counts, one chunk and its
     /// encoded form. A sink that asks for bounds costs a pass more; one that asks for corners costs another, and two rows of
-    /// the vertices that tiles lend to each other.
+    /// the vertices that tiles lend to each other; one that marks edges of breaklines 16 bytes for each of them, and some 100 at the
+    /// beginning.
     ///
     /// # Errors
     /// [`Error`]; the sink is dropped unfinished then.
@@ -170,9 +174,17 @@ impl Mesh {
         let has_normals = normals.is_some();
         let attributes = self.attributes(has_normals);
         let tolerance = Some(self.tolerance.asked()).filter(|asked| asked.is_finite());
-        sink.begin(&Contents { vertices, triangles, attributes: &attributes, has_normals, tolerance, bounds })?;
-        self.write_vertices(sink.as_mut(), normals, &mut summary, control)?;
+        let mut marked = Marked::new(self.chains.as_deref(), needs.edges);
+        let edges = marked.as_ref().map_or(0, Marked::count);
+        sink.begin(&Contents { vertices, triangles, attributes: &attributes, has_normals, tolerance, bounds, edges })?;
+        if let Some(marked) = &marked {
+            marked.write_places(sink.as_mut(), |place, height| self.placed(place.x, place.y, height))?;
+        }
+        self.write_vertices(sink.as_mut(), normals, marked.as_mut(), &mut summary, control)?;
         self.write_triangles(sink.as_mut(), needs.corners, control)?;
+        if let Some(marked) = &marked {
+            marked.write_numbers(sink.as_mut())?;
+        }
         may_finish()?;
         sink.finish()?;
         control.progress.end(Stage::Write);
@@ -217,14 +229,20 @@ impl Mesh {
     fn on_the_map(&self, tile: TileId, vertex: &Vertex) -> [f64; 3] {
         let window = self.chunks.window(tile);
         let (column, row) = (window.column as i64 * i64::from(STEPS), window.row as i64 * i64::from(STEPS));
-        let (x, y) = self.geo_transform.apply(column + i64::from(vertex.at.x), row + i64::from(vertex.at.y));
-        [x, y, vertex.height]
+        self.placed(column + i64::from(vertex.at.x), row + i64::from(vertex.at.y), vertex.height)
+    }
+
+    /// The same of a place on the lattice of the raster.
+    fn placed(&self, column: i64, row: i64, height: f64) -> [f64; 3] {
+        let (x, y) = self.geo_transform.apply(column, row);
+        [x, y, height]
     }
 
     fn write_vertices(
         &self,
         sink: &mut dyn Sink,
         normals: Option<NormalSource<'_>>,
+        mut marked: Option<&mut Marked<'_>>,
         summary: &mut Summary,
         control: &Control<'_>,
     ) -> Result<(), Error> {
@@ -235,6 +253,9 @@ impl Mesh {
             control.cancel.check()?;
             let chunk = chunk?;
             let tile = self.chunks.tile(chunk.tile);
+            if let Some(marked) = &mut marked {
+                marked.number(self.chunks.window(tile), &chunk.vertices);
+            }
             let mut attributes: Vec<&[f64]> = chunk.attributes.iter().map(|a| a.values.as_slice()).collect();
             if let Some(maker) = &mut normals {
                 let normals = maker.of_chunk(&chunk)?;

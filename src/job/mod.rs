@@ -8,6 +8,7 @@
 mod chains;
 mod error;
 mod goal;
+mod marks;
 mod mesh;
 pub mod normals;
 mod order;

@@ -407,7 +407,7 @@ fn outside_of_a_cutline_is_as_without_heights() {
         .expect("written");
     let source = CutlineSource { path: layer, layer: None };
     let open = || Raster::open(&path, 1).expect("a raster");
-    let cutline = read_cutline(&open(), &source, &Control::default().cancel).expect("polygons");
+    let cutline = read_cutline(&open(), &source, &Control::default().cancel).expect("polygons").0;
     let mut inside = Vec::new();
     cutline.mask(Window { column: 0, row: 0, width: SIZE.0, height: SIZE.1 }, &mut inside);
     assert!((1000..2500).contains(&inside.iter().filter(|i| **i).count()));

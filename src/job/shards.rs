@@ -194,7 +194,8 @@ pub fn first_trial(store: &dyn Store, field: &Field, params: &Params, control: &
 /// of the run that meets the goal.
 ///
 /// Reads every chunk of the last pass once, and with trimming those of the first; of a search those of each run whose count is not
-/// noted, and a few tiles of the raster. Memory: a chunk for each busy thread.
+/// noted, and a few tiles of the raster. With breaklines tiles are loaded again, as by [`Job::surveyed`]. Memory: a chunk for each busy
+/// thread.
 ///
 /// # Errors
 /// [`Error::Missing`], also where the passes with short links have to be made, and where a search needs another run, whose tolerance
@@ -217,7 +218,8 @@ pub(super) fn merge_run(
     control: &Control<'_>,
 ) -> Result<Mesh, Error> {
     assert!(params.goal.is_none(), "a goal is met by one process");
-    let job = Job::new(field, params, control)?;
+    // There is no goal; the chains of breaklines are found, as their edges are marked.
+    let job = Job::new(field, params, control)?.surveyed()?;
     match merge_passes(&job, 0, make_spool)? {
         Some(mesh) => Ok(mesh),
         None => {

@@ -45,7 +45,8 @@ impl Sink for Asking {
 
 fn seen(mesh: &Mesh, bounds: bool, corners: bool) -> Seen {
     let seen = Arc::new(Mutex::new(Seen::default()));
-    mesh.write(Box::new(Asking(Needs { bounds, corners }, seen.clone())), &Control::default()).expect("written");
+    mesh.write(Box::new(Asking(Needs { bounds, corners, ..Needs::default() }, seen.clone())), &Control::default())
+        .expect("written");
     std::mem::take(&mut *seen.lock().expect("whole"))
 }
 

@@ -19,7 +19,7 @@ pub struct LineSource {
 }
 
 /// Reads a layer of lines (LineString or MultiLineString; z and m are ignored) and brings them to the samples of `raster`, or of the
-/// window of it that is looked at. An empty line is one without vertices.
+/// window of it that is looked at. An empty line is one without vertices; features without geometry are counted.
 ///
 /// Vertices are transformed to the raster's CRS where both have one, and lines that are bent there are given further ones, a tenth
 /// of a cell exact; where one has none, coordinates are taken as they are.
@@ -30,7 +30,8 @@ pub struct LineSource {
 /// [`ShapesError`]: nothing to open, no such layer, a feature that is no line, a CRS there is no way from.
 pub fn read_lines(raster: &Raster, source: &LineSource, cancel: &CancelToken) -> Result<Polylines, ShapesError> {
     let from = (source.path.as_path(), source.layer.as_deref());
-    Ok(Polylines::new(for_each_geometry(raster, from, ("lines", "a line or lines"), cancel, lines)?))
+    let (found, without_geometry) = for_each_geometry(raster, from, ("lines", "a line or lines"), cancel, lines)?;
+    Ok(Polylines::new(found).beside(without_geometry))
 }
 
 fn lines(placer: &Placer, geometry: &Geometry, found: &mut Vec<Vec<(f64, f64)>>) -> Result<(), String> {

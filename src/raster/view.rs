@@ -5,6 +5,7 @@ use std::path::Path;
 use super::{BoundingBox, CutlineSource, Raster, RasterError, ShapesError, read_cutline};
 use crate::base::Window;
 use crate::base::control::CancelToken;
+use crate::base::warning::Warning;
 use crate::base::{Encoding, ValidRange};
 
 /// Which part of a raster is meant.
@@ -75,13 +76,14 @@ impl View {
         let mut raster = self.part(raster)?.with_nodata(&self.nodata)?;
         raster.warnings.extend(raster.unreachable_tag());
         raster.warnings.extend(raster.caveats());
-        let raster = match self.valid_range {
+        let mut raster = match self.valid_range {
             Some(valid) => raster.with_valid_range(valid),
             None => raster,
         };
         match &self.cutline {
             Some(source) => {
-                let cutline = read_cutline(&raster, source, cancel)?;
+                let (cutline, without_geometry) = read_cutline(&raster, source, cancel)?;
+                raster.warnings.extend(Warning::of_no_geometry(&source.path, without_geometry));
                 Ok(raster.with_cutline(cutline))
             }
             None => Ok(raster),

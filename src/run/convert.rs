@@ -1,5 +1,7 @@
 //! From one format of meshes to another, without the raster.
 
+mod marks;
+
 use std::path::PathBuf;
 
 use serde::Serialize;
@@ -14,8 +16,8 @@ use crate::base::staged::StagedFile;
 use crate::base::warning::{Warning, WarningCode, Warnings};
 use crate::base::{CoordinateFrame, Metres, metres_in};
 use crate::formats::{
-    self, Attributes, Bounds, Contents, Format, Header, HeaderKept, MeshReader, Precision, ReadOptions, Setup, Sink,
-    SinkOption, SinkOptions, Unit,
+    self, Attributes, Bounds, Contents, Format, Header, HeaderKept, Marks, MeshReader, Precision, ReadOptions, Setup,
+    Sink, SinkOption, SinkOptions, Unit,
 };
 
 /// Vertices or triangles handed on at a time.
@@ -57,6 +59,8 @@ pub struct ConvertReport {
     pub format: &'static str,
     pub vertices: u64,
     pub triangles: u64,
+    /// Edges that follow lines, as far as they are marked in the output.
+    pub edges: u64,
     /// What vertices have beside their places.
     pub attributes: Vec<Channel>,
     /// How coordinates are written: less this, times this, heights times this.
@@ -96,8 +100,8 @@ impl ConvertRequest {
 /// is added to the tolerance that the header names. Attributes, CRS and the rest of the header go as far as the format keeps
 /// them; what it does not is told by warnings.
 ///
-/// The mesh is read three times at the most. Memory: some buffers; temporary files: 24 bytes a vertex where the format wants
-/// the corners of triangles.
+/// The mesh is read three times at the most, and once more for edges that follow lines. Memory: some buffers, 32 MiB where such edges
+/// are read by places; temporary files: 24 bytes a vertex where the format wants the corners of triangles or the ends of such edges.
 ///
 /// # Errors
 /// [`RunError`]; nothing is left under the output's name then.
@@ -146,7 +150,7 @@ fn write(
     let mut conversion = Conversion::plan(request, target, reader)?;
     conversion.tell_of_losses(warned);
     let staged = StagedFile::create(&request.output, request.overwrite, &inputs)?;
-    conversion.write(request, staged, reader, control)?;
+    let edges = conversion.write(request, staged, reader, warned, control)?;
     let Conversion { frame, loss, header, kept, .. } = conversion;
     Ok(ConvertReport {
         schema: SCHEMA,
@@ -156,6 +160,7 @@ fn write(
         format: target.name,
         vertices: reader.vertex_count(),
         triangles: reader.face_count(),
+        edges,
         attributes: kept,
         offset: frame.origin,
         xy_scale: frame.xy_scale,
@@ -241,13 +246,15 @@ impl Conversion {
         warned.tell(Warning { code: WarningCode::HeaderLost, file, count: 1, message });
     }
 
+    /// Gives how many edges are marked.
     fn write(
         &mut self,
         request: &ConvertRequest,
         staged: StagedFile,
         reader: &mut dyn MeshReader,
+        warned: &Warned<'_>,
         control: &Control<'_>,
-    ) -> Result<(), RunError> {
+    ) -> Result<u64, RunError> {
         let setup = Setup {
             header: self.header.clone(),
             loss: f64::INFINITY,
@@ -264,13 +271,34 @@ impl Conversion {
         control.progress.begin(Stage::Write, steps, 0);
         let bounds = self.bounds.filter(|_| needs.bounds);
         let has_normals = self.has_normals;
-        sink.begin(&Contents { vertices, triangles, attributes: &self.kept, has_normals, tolerance: None, bounds })?;
+        let edges = match needs.edges {
+            Marks::None => 0,
+            Marks::Numbers | Marks::Places => reader.edge_count(),
+        };
+        if edges < reader.edge_count() {
+            self.tell_of_edges(reader.edge_count(), warned);
+        }
+        let attributes = &self.kept;
+        sink.begin(&Contents { vertices, triangles, attributes, has_normals, tolerance: None, bounds, edges })?;
         let scratch = Scratch::new(request.temp_dir.as_deref(), control.cancel.clone());
+        let step = Step { from: self.source_frame, to: self.frame };
+        if needs.edges == Marks::Places && edges > 0 {
+            marks::write_places(sink.as_mut(), reader, &scratch, |vertex| step.take(vertex))?;
+        }
         let store = self.write_vertices(sink.as_mut(), reader, needs.corners.then_some(&scratch), control)?;
         write_triangles(sink.as_mut(), reader, store, control)?;
+        if needs.edges == Marks::Numbers {
+            marks::write_numbers(sink.as_mut(), reader)?;
+        }
         sink.finish()?;
         control.progress.end(Stage::Write);
-        Ok(())
+        Ok(edges)
+    }
+
+    fn tell_of_edges(&self, count: u64, warned: &Warned<'_>) {
+        let message = format!("{} has no place for edges that follow lines: they are not marked", self.target.title);
+        let file = self.request_output.clone();
+        warned.tell(Warning { code: WarningCode::EdgesLost, file, count, message });
     }
 
     fn write_vertices<'s>(

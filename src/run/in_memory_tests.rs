@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::{
-    ConvertRequest, InMemory, PointInput, Request, RunError, VerifyRequest, convert_mesh, simplify, simplify_in_memory,
-    verify_mesh,
+    ConvertRequest, InMemory, LineInput, Lines, PointInput, Request, RunError, VerifyRequest, convert_mesh, simplify,
+    simplify_in_memory, verify_mesh,
 };
 use crate::base::control::{CancelToken, Control};
 use crate::base::{Band, PointCounts};
@@ -21,7 +21,8 @@ fn made(request: &Request<'_>) -> InMemory {
 
 fn reader(mesh: &InMemory) -> ArrayReader<'_> {
     let arrays = (mesh.arrays.vertices.as_slice(), mesh.arrays.triangles.as_slice());
-    ArrayReader::new("arrays", mesh.header.clone(), arrays, Vec::new(), CancelToken::default()).expect("a mesh")
+    let mesh_in_it = ArrayReader::new("arrays", mesh.header.clone(), arrays, Vec::new(), CancelToken::default());
+    mesh_in_it.and_then(|found| found.with_edges(&mesh.arrays.edges)).expect("a mesh")
 }
 
 fn request(output: &Path) -> Request<'static> {
@@ -47,6 +48,21 @@ fn the_same_bytes_as_a_file_and_the_same_verdict() {
         verify_mesh(&mut reader(&mesh), &request, &Control::default()).expect("a verdict").passed
     };
     assert!(judged(0.5) && !judged(0.01));
+}
+
+#[test]
+fn edges_that_follow_breaklines_go_with_arrays() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (file, copy) = (folder.path().join("file.ply"), folder.path().join("copy.ply"));
+    let lines = [vec![(2.3, -4.1), (33.2, -20.7), (36.0, -3.0)]];
+    let breaklines = Some(LineInput { from: Lines::Places(lines.into()), shift: 0.5 });
+    let request = Request { breaklines, ..request(&file) };
+    let chains = simplify(&request, &Control::default()).expect("a file").breaklines.expect("lines").chains;
+    let mesh = made(&request);
+    assert!(chains.edges > 2 && mesh.arrays.edges.len() as u64 == 2 * chains.edges, "{chains:?}");
+    let written = convert_mesh(&mut reader(&mesh), &ConvertRequest::new("arrays", &copy), &Control::default());
+    assert_eq!(written.expect("a file").edges, chains.edges);
+    assert_eq!(std::fs::read(&copy).expect("bytes"), std::fs::read(&file).expect("bytes"));
 }
 
 #[test]

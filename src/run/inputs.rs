@@ -6,6 +6,7 @@ use super::request::{AttributeBands, Attributes, Input, LineInput, Lines, PointI
 use super::{RunError, Warned};
 use crate::base::channels::ChannelBands;
 use crate::base::control::CancelToken;
+use crate::base::warning::Warning;
 use crate::base::{Band, PointCounts, PointSet, Polylines, Watch};
 use crate::job::grid;
 use crate::kernel::breaklines::{Breaklines, LinesError};
@@ -57,6 +58,8 @@ impl Inputs {
         grid(opened.band.width(), opened.band.height(), &request.params)?;
         let points = request.points.as_ref().map(|points| opened.points(points, cancel)).transpose()?;
         let lines = request.breaklines.as_ref().map(|lines| opened.lines(lines, cancel)).transpose()?;
+        let read = lines.as_ref().zip(request.breaklines.as_ref());
+        read.and_then(|(lines, input)| no_geometry(lines, input)).into_iter().for_each(|found| warned.tell(found));
         let Opened { band, attributes, .. } = opened;
         let importance = importance.map(|opened| opened.band);
         Ok(Inputs { band, attributes, importance, points, lines, watches: begun.into() })
@@ -75,6 +78,11 @@ impl Inputs {
         }
         Ok(Some(breaklines))
     }
+}
+
+/// What is to be told of lines that have been read.
+pub(super) fn no_geometry(lines: &Polylines, input: &LineInput) -> Option<Warning> {
+    Warning::of_no_geometry(input.file()?, lines.without_geometry())
 }
 
 /// A raster, and what is read of it.

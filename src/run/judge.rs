@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::checkpoints::CheckpointReport;
 use super::extras::{Extras, Made, Making};
-use super::inputs::{open, open_importance};
+use super::inputs::{no_geometry, open, open_importance};
 use super::look::look;
 use super::prepare::all_cores;
 use super::report::SCHEMA;
@@ -144,10 +144,11 @@ fn judge(
     let warned = Warned::new(control);
     let opened = open(&request.input, request.attributes.as_ref(), &control.cancel)?;
     let importance = request.importance.as_ref().map(|input| open_importance(input, &opened)).transpose()?;
-    let lines = request
-        .breaklines
-        .as_ref()
-        .map(|lines| Ok::<_, RunError>((opened.lines(lines, &control.cancel)?, lines.shift)));
+    let lines = request.breaklines.as_ref().map(|input| {
+        let lines = opened.lines(input, &control.cancel)?;
+        no_geometry(&lines, input).into_iter().for_each(|found| warned.tell(found));
+        Ok::<_, RunError>((lines, input.shift))
+    });
     let lines = lines.transpose()?;
     let (band, attributes) = (opened.band, opened.attributes);
     let importance = importance.map(|opened| opened.band);

@@ -255,7 +255,8 @@ impl Run<'_> {
     /// nothing else proves that the raster is the same; but a search tries a few tiles.
     fn needs_samples(&self, kept: Option<&Kept>) -> bool {
         let is_proved = kept.is_some_and(|kept| kept.dir().has_same_samples());
-        self.purpose != Purpose::Merge || self.request.normals.is_some() || self.is_searched() || !is_proved
+        let is_free = self.request.normals.is_none() && self.params.breaklines.is_none() && !self.is_searched();
+        self.purpose != Purpose::Merge || !is_free || !is_proved
     }
 
     /// The samples where nobody reads them: nothing is decoded, and no void is looked for.

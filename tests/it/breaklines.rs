@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 use crate::util::{Dem, Folder, Run, terrabite, terrabite_with_fault};
 
 /// A folder with a raster of 40 × 30 samples, ten metres a cell, to be cut into tiles of 16 cells.
-struct Scene {
-    folder: Folder,
-    dem: String,
+pub(crate) struct Scene {
+    pub(crate) folder: Folder,
+    pub(crate) dem: String,
 }
 
 /// Across seams and corners of tiles, one of them along a seam, one outside.
-const LINES: [&[(f64, f64)]; 4] = [
+pub(crate) const LINES: [&[(f64, f64)]; 4] = [
     &[(1.3, 2.7), (16.0, 9.2), (38.9, 27.4)],
     &[(16.0, 20.3), (16.0, 3.1), (20.0, 3.1)],
     &[(30.0, -4.0), (30.2, 40.0)],
@@ -21,13 +21,13 @@ const LINES: [&[(f64, f64)]; 4] = [
 ];
 
 impl Scene {
-    fn new() -> Scene {
+    pub(crate) fn new() -> Scene {
         let folder = Folder::new();
         let dem = Dem::new(40, 30).on_the_map().write(&folder, "dem.tif");
         Scene { folder, dem }
     }
 
-    fn layer(&self, name: &str, lines: &[&[(f64, f64)]]) -> String {
+    pub(crate) fn layer(&self, name: &str, lines: &[&[(f64, f64)]]) -> String {
         let at = |&(c, r): &(f64, f64)| json!([500_000.0 + (c + 0.5) * 10.0, 5_200_000.0 - (r + 0.5) * 10.0, 7.0]);
         let line = |line: &&[(f64, f64)]| json!({"type": "LineString", "coordinates": line.iter().map(at).collect::<Vec<_>>()});
         self.geometries(name, lines.iter().map(line).collect())
@@ -136,6 +136,21 @@ fn a_run_that_was_killed_continues_with_the_same_lines_only_and_shards_make_the_
     }
     terrabite(["merge", &work, &scene.folder.at("tin.ply"), "--overwrite"]).succeeds();
     assert!(scene.written() == expected, "other bytes in shards");
+}
+
+#[test]
+fn features_without_geometry_are_told() {
+    let scene = Scene::new();
+    let line = json!({"type": "LineString", "coordinates": [[500_020.0, 5_199_970.0], [500_300.0, 5_199_800.0]]});
+    let lines = scene.geometries("roads.geojson", vec![Value::Null, line, Value::Null]);
+    for report in [scene.simplify(&lines, &[]).succeeds().json(), scene.verify(&lines, &[]).succeeds().json()] {
+        let told = report["warnings"].as_array().unwrap().iter().find(|told| told["code"] == "no_geometry").unwrap();
+        assert!(told["count"] == 2 && told["file"].as_str().unwrap().ends_with("roads.geojson"), "{told}");
+    }
+    let nothing = scene.geometries("nothing.geojson", vec![Value::Null]);
+    scene
+        .simplify(&nothing, &[])
+        .fails(1, &["nothing.geojson", "expected lines, found none; features without geometry: 1"]);
 }
 
 #[test]

@@ -20,6 +20,7 @@ mod importance;
 mod info;
 mod insertion;
 mod map;
+mod marked_edges;
 mod marks;
 mod netcdf;
 mod nodata;

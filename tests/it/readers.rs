@@ -1,4 +1,4 @@
-//! Written meshes in readers that others wrote: trimesh, meshio, ugrid-checks and the netCDF library from PyPI,
+//! Written meshes in readers that others wrote: trimesh, meshio, plyfile, ugrid-checks and the netCDF library from PyPI,
 //! Khronos's validator, glTF Transform and meshoptimizer's decoder from npm, admesh, xmllint, ncdump and ogrinfo from
 //! Debian. Those that take longer to install are in `scripts/readers.py` (`make test-readers`).
 
@@ -12,11 +12,12 @@ use terrabite::formats::{Contents, Header, PlySink, Sink};
 
 use crate::util::{Dem, Folder, Kind, Run, hills, made_once, terrabite};
 
-const PACKAGES: [&str; 6] = [
+const PACKAGES: [&str; 7] = [
     "meshio==5.3.5",
     "netCDF4==1.7.5.1.post1",
     "numpy==2.3.5",
     "pillow==13.0.0",
+    "plyfile==1.1.5",
     "trimesh==5.2.0",
     "ugrid-checks==0.2.0",
 ];
@@ -342,6 +343,37 @@ fn xmllint_reads_landxml() {
         all.push(meshes);
     }
     check(&all);
+}
+
+#[test]
+fn plyfile_xmllint_and_ogrinfo_read_edges_of_breaklines() {
+    if are_skipped() {
+        return;
+    }
+    let mut meshes = Meshes::of(&on_the_map(heights), heights);
+    let line = json!({"type": "LineString", "coordinates": [[500_001.1, 5_200_000.3], [500_014.2, 5_199_990.1]]});
+    let crs = json!({"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}});
+    let feature = json!({"type": "Feature", "properties": {}, "geometry": line});
+    let lines = json!({"type": "FeatureCollection", "crs": crs, "features": [feature]});
+    let lines = meshes.folder.with("lines.geojson", lines.to_string());
+    let options = ["--breaklines", &lines];
+    let (_, report) = meshes.make("edges", "edges.ply", &options);
+    meshes.make("edges", "edges-ascii.ply", &[&options[..], &["--ascii"]].concat());
+    let edges = report["breaklines"]["chains"]["edges"].as_u64().unwrap();
+    assert!(edges > 5, "{report}");
+    let (path, _) = meshes.make("ogr", "edges.xml", &options);
+    let points = "string(//*[local-name()='SourceData']/*/*[@brkType='standard'])";
+    let points = of_debian("xmllint", "libxml2-utils", &["--xpath", points, &path]).out;
+    // A line that meets nothing is in one piece.
+    assert_eq!(points.trim().split(' ').count() as u64, 3 * (edges + 1), "{points}");
+    let (path, report) = meshes.make("ogr", "edges.gpkg", &options);
+    let said = of_debian("ogrinfo", "gdal-bin", &["-al", "-so", &path]).out;
+    let of = |label: &str| said.lines().filter_map(|line| line.strip_prefix(label)).collect::<Vec<_>>();
+    assert_eq!(of("Layer name: "), ["tin", "tin_breaklines"]);
+    assert_eq!(of("Geometry: "), ["3D Polygon", "3D Line String"]);
+    assert_eq!(of("Feature Count: "), [report["triangles"].to_string().as_str(), "1"]);
+    meshes.cases.retain(|case| case["check"] == "edges");
+    check(&[meshes]);
 }
 
 #[test]

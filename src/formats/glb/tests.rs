@@ -47,8 +47,8 @@ fn write(path: &Path, given: &Given, options: SinkOptions, batch: usize) -> Resu
         triangles: given.triangles.len() as u64,
         attributes: &attributes,
         has_normals: given.has_normals,
-        tolerance: None,
         bounds: (sink.needs().bounds && !given.vertices.is_empty()).then_some(bounds),
+        ..Contents::default()
     })?;
     for (first, vertices) in (0..).step_by(batch).zip(given.vertices.chunks(batch)) {
         let values: Vec<&[f64]> = given.attributes.iter().map(|(_, v)| &v[first..first + vertices.len()]).collect();

@@ -1,5 +1,7 @@
 //! The chains of all lines of a raster, by place.
 
+mod along;
+
 use super::Place;
 use crate::base::Window;
 use crate::base::lattice::{Point, STEPS};

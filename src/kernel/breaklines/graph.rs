@@ -123,13 +123,14 @@ pub fn tile_of([a, b]: Segment, grid: &TileGrid, (width, height): (usize, usize)
 }
 
 /// Segments by their ends.
-struct Graph {
+pub(super) struct Graph {
     /// From a place to another, in order.
     ways: Vec<(Place, Place)>,
 }
 
 impl Graph {
-    fn new(segments: &[Segment]) -> Graph {
+    /// Of segments that are each there once.
+    pub(super) fn new(segments: &[Segment]) -> Graph {
         let mut ways: Vec<(Place, Place)> = segments.iter().flat_map(|&[a, b]| [(a, b), (b, a)]).collect();
         ways.sort_unstable();
         Graph { ways }
@@ -140,7 +141,7 @@ impl Graph {
     }
 
     /// The segments that leave a place.
-    fn beside(&self, p: Place) -> &[(Place, Place)] {
+    pub(super) fn beside(&self, p: Place) -> &[(Place, Place)] {
         let from = self.ways.partition_point(|(q, _)| *q < p);
         let count = self.ways[from..].iter().take_while(|(q, _)| *q == p).count();
         &self.ways[from..from + count]
@@ -148,7 +149,7 @@ impl Graph {
 
     /// Calls `take` with the places of every way between two ends, each once, in the order of first places. A ring without an end
     /// begins and ends at its first place.
-    fn walk(&self, is_end: impl Fn(Place) -> bool, mut take: impl FnMut(&[Place])) {
+    pub(super) fn walk(&self, is_end: impl Fn(Place) -> bool, mut take: impl FnMut(&[Place])) {
         let mut is_done = vec![false; self.ways.len()];
         let mut places = Vec::new();
         for only_ends in [true, false] {

@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use super::obstacles::{Obstacles, for_each_cell};
+use super::reach::{Around, Reach};
 use super::wall::{keeps_to_surface, vertex};
 use super::{FINE, Place};
 use crate::base::control::{CancelToken, Cancelled};
@@ -15,6 +16,9 @@ use crate::base::{Cell, Tile, Window};
 
 /// After this number of places in a row that cannot be joined to one, none beyond them is tried.
 const PATIENCE: usize = 16;
+
+/// From so many places on it is worth while to look for a short answer.
+const FAR: usize = 24;
 
 /// What the chains of a tile are made from.
 #[derive(Debug, Clone, Copy)]
@@ -61,18 +65,9 @@ impl From<Cancelled> for Untenable {
 /// # Errors
 /// [`Untenable`].
 pub fn thin(task: &Thinning<'_>, pieces: &[(usize, Vec<Place>)]) -> Result<Vec<[Vertex; 2]>, Untenable> {
-    let mut obstacles = Obstacles::default();
-    for &(column, row) in task.points {
-        let at = Point::of_sample(column as i32, row as i32);
-        obstacles.add([at, at], None);
-    }
     let pieces: Vec<Vec<Point>> =
         pieces.iter().map(|(_, piece)| piece.iter().map(|&p| task.local(p)).collect()).collect();
-    for (number, piece) in (0..).zip(&pieces) {
-        for (i, ends) in (0..).zip(piece.windows(2)) {
-            obstacles.add([ends[0], ends[1]], Some((number, i)));
-        }
-    }
+    let mut obstacles = task.obstacles(&pieces);
     let mut edges = Vec::new();
     for (number, piece) in (0..).zip(&pieces) {
         task.cancel.check()?;
@@ -89,6 +84,21 @@ pub fn thin(task: &Thinning<'_>, pieces: &[(usize, Vec<Place>)]) -> Result<Vec<[
 }
 
 impl Thinning<'_> {
+    /// The points of the tile, and the segments of all pieces.
+    fn obstacles(&self, pieces: &[Vec<Point>]) -> Obstacles {
+        let mut obstacles = Obstacles::default();
+        for &(column, row) in self.points {
+            let at = Point::of_sample(column as i32, row as i32);
+            obstacles.add([at, at], None);
+        }
+        for (number, piece) in (0..).zip(pieces) {
+            for (i, ends) in (0..).zip(piece.windows(2)) {
+                obstacles.add([ends[0], ends[1]], Some((number, i)));
+            }
+        }
+        obstacles
+    }
+
     fn local(&self, place: Place) -> Point {
         let local = |at: i64, first: usize| (at - first as i64 * i64::from(STEPS)) as i32;
         Point { x: local(place.x, self.window.column), y: local(place.y, self.window.row) }
@@ -125,10 +135,10 @@ impl Thinning<'_> {
 }
 
 /// A piece of a line, as vertices.
-struct Along<'a> {
-    task: &'a Thinning<'a>,
-    vertices: &'a [Vertex],
-    number: u32,
+pub(super) struct Along<'a> {
+    pub(super) task: &'a Thinning<'a>,
+    pub(super) vertices: &'a [Vertex],
+    pub(super) number: u32,
     is_on_side: bool,
 }
 
@@ -141,14 +151,25 @@ impl Along<'_> {
         let last = self.vertices.len() - 1;
         let mut before = vec![NONE; last + 1];
         let mut layer = vec![0];
+        let mut around = Around::new(self, obstacles);
+        // All places up to this one are reached.
+        let mut reached = 0;
         while before[last] == NONE {
             let mut next = Vec::new();
             // The farthest first: it reaches what the others need not try.
             for &from in layer.iter().rev() {
-                let (mut to, mut refused) = (from + 1, 0);
+                while reached < last && before[reached + 1] != NONE {
+                    reached += 1;
+                }
+                let (mut to, mut refused) = (from.max(reached) + 1, 0);
+                let mut reach = Reach::new(from);
                 while to <= last && refused < PATIENCE {
                     let is_reached = before[to] != NONE;
-                    let may_join = is_reached || to == from + 1 || self.may_join(from, to, obstacles);
+                    let mut may_join = || {
+                        let is_sure = to - from >= FAR && reach.is_sure(to, &mut around);
+                        self.may_join(from, to, is_sure, obstacles)
+                    };
+                    let may_join = is_reached || to == from + 1 || may_join();
                     if may_join && !is_reached {
                         before[to] = from;
                         next.push(to);
@@ -166,13 +187,18 @@ impl Along<'_> {
         chain
     }
 
-    /// Whether two places that are not next to each other can be joined by an edge.
-    fn may_join(&self, from: usize, to: usize, obstacles: &Obstacles) -> bool {
+    /// Whether two places that are not next to each other can be joined by an edge; `is_sure` where all is known that takes long to find out.
+    fn may_join(&self, from: usize, to: usize, is_sure: bool, obstacles: &Obstacles) -> bool {
+        let edge = [self.vertices[from].at, self.vertices[to].at];
+        // An edge along a side would lie on others.
+        (self.is_on_side || !self.task.is_on_side(&edge)) && (is_sure || self.is_free(from, to, obstacles))
+    }
+
+    /// Whether an edge between two places is near to those between them, off voids and other lines, and keeps to the surface.
+    fn is_free(&self, from: usize, to: usize, obstacles: &Obstacles) -> bool {
         let (p, q) = (self.vertices[from], self.vertices[to]);
         let edge = [p.at, q.at];
-        // An edge along a side would lie on others.
-        (self.is_on_side || !self.task.is_on_side(&edge))
-            && self.vertices[from + 1..to].iter().all(|v| is_near(v.at, edge, self.task.lines.shift))
+        self.vertices[from + 1..to].iter().all(|v| is_near(v.at, edge, self.task.lines.shift))
             && self.task.is_far_from_voids(edge)
             && keeps_to_surface(self.task.tile, self.task.tolerance, p, q)
             && obstacles.let_pass(edge, self.number, Range { start: from as u32, end: to as u32 })
@@ -195,19 +221,4 @@ fn is_near(place: Point, [a, b]: [Point; 2], shift: i64) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_distance_to_an_edge_is_exact() {
-        let at = |x, y| Point { x, y };
-        let cell = FINE;
-        // Beside it, before it and behind it.
-        for (place, cells) in [(at(8, 4), 1.0), (at(-4, 0), 1.0), (at(20, 3), 1.25)] {
-            let shift = (cells * cell as f64) as i64;
-            let edge = [at(0, 0), at(16, 0)];
-            assert!(is_near(place, edge, shift) && !is_near(place, edge, shift - 1));
-        }
-        assert!(is_near(at(2, 2), [at(0, 0), at(9, 9)], 0));
-    }
-}
+mod tests;

@@ -5,7 +5,7 @@
 //! quarter cells; `noding` makes one plane graph of all lines, by iterated snap rounding (Halperin & Packer 2002). So far the lines
 //! and the raster's size decide alone: [`Breaklines`]. `graph` says what of that lies on the ground and which places must be ends of
 //! edges; between two of those `links` finds the fewest edges, by `wall` within the tolerance of the raster's surface and by
-//! `obstacles` off all other lines. [`Chains`] has the edges of a whole raster, and lends those of a tile.
+//! `obstacles` off all other lines; `reach` tells at once of many that they may be used. [`Chains`] has the edges of a whole raster, and lends those of a tile.
 //!
 //! What holds of the chain, and how `verify` judges it by code of its own: docs/breaklines.md.
 
@@ -15,8 +15,11 @@ mod links;
 mod noding;
 mod obstacles;
 mod places;
+mod reach;
 mod wall;
 
+#[cfg(test)]
+mod constrained_tests;
 #[cfg(test)]
 mod tests;
 

@@ -30,6 +30,13 @@ impl Obstacles {
         });
     }
 
+    /// Whether everything in a cell is a segment of this piece with a number that `is_near`.
+    pub(super) fn is_own(&self, cell: (i32, i32), piece: u32, is_near: impl Fn(u32) -> bool) -> bool {
+        let there = self.cells.get(&cell).map_or(&[][..], Vec::as_slice);
+        let of = |&item: &u32| self.items[item as usize].of;
+        there.iter().map(of).all(|of| of.is_some_and(|(of, number)| of == piece && is_near(number)))
+    }
+
     /// Whether an edge touches nothing but at its own ends, apart from the stretch of a piece that it stands for.
     pub(super) fn let_pass(&self, edge: [Point; 2], piece: u32, stretch: Range<u32>) -> bool {
         let is_own = |item: &Item| item.of.is_some_and(|(of, number)| of == piece && stretch.contains(&number));
@@ -62,7 +69,7 @@ pub(super) fn for_each_cell([a, b]: [Point; 2], mut visit: impl FnMut((i32, i32)
 }
 
 /// Whether two closed segments have more in common than an end of both. Either may be a place.
-fn touches([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
+pub(super) fn touches([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
     let common = [c, d].into_iter().filter(|&p| p == a || p == b).count();
     if c == d {
         return common == 0 && is_on([a, b], c);

@@ -14,7 +14,7 @@ use crate::kernel::seam::{MinLink, Rim, Sides};
 use crate::kernel::triangulate::insertion::{GreedyInsertion, mend_tile};
 use crate::kernel::triangulate::{Engine, EngineScratch, Feasibility, Task};
 
-fn lines_of(lines: Vec<Vec<(f64, f64)>>, size: (usize, usize)) -> Breaklines {
+pub(super) fn lines_of(lines: Vec<Vec<(f64, f64)>>, size: (usize, usize)) -> Breaklines {
     Breaklines::new(&Polylines::new(lines), size, 0.5).expect("near lines")
 }
 
@@ -28,7 +28,7 @@ fn clash([a, b]: Segment, [c, d]: Segment) -> bool {
     sides(a, b, c, d) && sides(c, d, a, b) || on(a, b, c) || on(a, b, d) || on(c, d, a) || on(c, d, b)
 }
 
-fn line() -> impl Strategy<Value = Vec<(f64, f64)>> {
+pub(super) fn line() -> impl Strategy<Value = Vec<(f64, f64)>> {
     let number =
         prop_oneof![(-3.0..9.0f64), (-8..40i32).prop_map(|v| f64::from(v) / 4.0), (0..6i32).prop_map(f64::from),];
     prop::collection::vec((number.clone(), number), 0..7)
@@ -94,7 +94,7 @@ fn what_cannot_be_put_on_the_lattice_is_refused() {
 }
 
 /// The chains of lines in a tile that is a whole raster.
-fn chains_of(tile: &Tile, lines: &Breaklines, tolerance: f64) -> TileChains {
+pub(super) fn chains_of(tile: &Tile, lines: &Breaklines, tolerance: f64) -> TileChains {
     let size = (tile.width(), tile.height());
     let window = Window { column: 0, row: 0, width: size.0, height: size.1 };
     let pieces = Pieces::new(lines.segments(), &[], None, &TileGrid::new(size.0, size.1, 0), size);

@@ -20,7 +20,7 @@ pub struct CutlineSource {
 }
 
 /// Reads a layer of polygons (Polygon or MultiPolygon; z and m are ignored) and brings them to the samples of `raster`, or
-/// of the window of it that is looked at.
+/// of the window of it that is looked at. Gives also how many features have no geometry, which are passed over.
 ///
 /// Vertices are transformed to the raster's CRS where both have one, and sides that are bent there are given further
 /// vertices, a tenth of a cell exact; where one has none, coordinates are taken as they are.
@@ -29,10 +29,15 @@ pub struct CutlineSource {
 ///
 /// # Errors
 /// [`ShapesError`]: nothing to open, no such layer, a feature that is no polygon, a CRS there is no way from.
-pub fn read_cutline(raster: &Raster, source: &CutlineSource, cancel: &CancelToken) -> Result<Cutline, ShapesError> {
+pub fn read_cutline(
+    raster: &Raster,
+    source: &CutlineSource,
+    cancel: &CancelToken,
+) -> Result<(Cutline, u64), ShapesError> {
     let from = (source.path.as_path(), source.layer.as_deref());
-    let found = for_each_geometry(raster, from, ("polygons", "a polygon or polygons"), cancel, polygons)?;
-    Ok(Cutline::new(found))
+    let (found, without_geometry) =
+        for_each_geometry(raster, from, ("polygons", "a polygon or polygons"), cancel, polygons)?;
+    Ok((Cutline::new(found), without_geometry))
 }
 
 fn polygons(placer: &Placer, geometry: &Geometry, found: &mut Vec<Polygon>) -> Result<(), String> {

@@ -5,8 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::base::control::CancelToken;
 use crate::base::{Polygon, Window};
-use crate::raster::Raster;
-use crate::raster::ShapesError;
+use crate::raster::{LineSource, Raster, ShapesError, read_lines};
 
 const ALL: Window = Window { column: 0, row: 0, width: 20, height: 15 };
 
@@ -110,7 +109,7 @@ fn geojson(crs: &str, geometry: &str) -> String {
 const UTM: &str = "urn:ogc:def:crs:EPSG::32633";
 
 fn read(raster: &Raster, source: &CutlineSource) -> Result<Cutline, ShapesError> {
-    read_cutline(raster, source, &CancelToken::default())
+    Ok(read_cutline(raster, source, &CancelToken::default())?.0)
 }
 
 #[test]
@@ -140,12 +139,52 @@ fn sides_in_another_crs_are_bent() {
     assert_eq!(rows.len(), 20 * 9);
 }
 
+/// A line that is turned about its middle, where a meridian and the equator cross: there it meets its chord.
+#[test]
+fn sides_that_are_bent_to_both_sides_are_bent() {
+    let crs = gdal::spatial_ref::SpatialRef::from_epsg(32633).expect("UTM");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("dem.tif");
+    let driver = gdal::DriverManager::get_driver_by_name("GTiff").expect("GTiff");
+    let mut dataset = driver.create_with_band_type::<f32, _>(&path, 40, 40, 1).expect("a raster");
+    dataset.set_geo_transform(&[300_000.0, 10_000.0, 0.0, 200_000.0, 0.0, -10_000.0]).expect("placed");
+    dataset.set_spatial_ref(&crs).expect("a CRS");
+    dataset.close().expect("closed");
+    let raster = Raster::open(&path, 1).expect("opens");
+    let line = r#"{"type": "LineString", "coordinates": [[3.0, -14.0], [27.0, 14.0]]}"#;
+    let source = LineSource { path: folder.path().join("line.geojson"), layer: None };
+    std::fs::write(&source.path, geojson("", line)).expect("written");
+    let lines = read_lines(&raster, &source, &CancelToken::default()).expect("a line");
+    let line = &lines.lines()[0];
+    assert!(line.len() > 5, "{line:?}");
+    let turned = |(column, row): (f64, f64)| (39.0 - column, 39.0 - row);
+    for (&(column, row), &other) in line.iter().zip(line.iter().rev()) {
+        let (c, r) = turned(other);
+        assert!((c - column).abs() < 1e-3 && (r - row).abs() < 1e-3, "{line:?}");
+    }
+}
+
+#[test]
+fn features_without_geometry_are_counted() {
+    let rings = "[[[500020, 5199970], [500070, 5199970], [500070, 5199920], [500020, 5199920], [500020, 5199970]]]";
+    let polygon = format!(
+        r#"{{"type": "Feature", "properties": {{}}, "geometry": {{"type": "Polygon", "coordinates": {rings}}}}}"#
+    );
+    let nothing = r#"{"type": "Feature", "properties": {}, "geometry": null}"#;
+    let crs = format!(r#""crs": {{"type": "name", "properties": {{"name": "{UTM}"}}}}"#);
+    let layer = format!(r#"{{"type": "FeatureCollection", {crs}, "features": [{nothing}, {polygon}, {nothing}]}}"#);
+    let (_folder, raster, source) = scene(&layer);
+    let (cutline, without) = read_cutline(&raster, &source, &CancelToken::default()).expect("a polygon");
+    // Two of its sides are level.
+    assert_eq!((cutline.counts(), without), ((1, 2), 2));
+}
+
 #[test]
 fn what_is_no_polygon_is_refused() {
     for (geometry, expected) in [
         (r#"{"type": "Point", "coordinates": [1, 2]}"#, "feature 0, found POINT"),
         (r#"{"type": "LineString", "coordinates": [[1, 2], [3, 4]]}"#, "found LINESTRING"),
-        ("null", "found no geometry"),
+        ("null", "expected polygons, found none; features without geometry: 1"),
     ] {
         let (_folder, raster, source) = scene(&geojson(UTM, geometry));
         let message = read(&raster, &source).expect_err("refused").to_string();

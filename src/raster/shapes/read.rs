@@ -17,6 +17,10 @@ use crate::raster::{About, GdalName, Raster};
 /// How far a side in another CRS may be from its straight line, in cells, before it is given another vertex.
 const BENT_CELLS: f64 = 0.1;
 
+/// Where along a side its bend is looked for. A curve that meets its chord in the middle, as a side does that is turned about its
+/// middle, is seen at a quarter; one that meets it at all three places and both ends is no polynomial below the fifth degree.
+const LOOKED_AT: [f64; 3] = [0.25, 0.5, 0.75];
+
 /// How often a side is halved at most.
 const HALVINGS: u32 = 12;
 
@@ -25,7 +29,7 @@ const FEATURES_BETWEEN_CHECKS: u64 = 256;
 
 /// Calls `take` with the geometry of every feature of a layer, and with what brings its vertices to the samples of `raster`, or of the
 /// window of it that is looked at. `take` adds shapes to those found, at least one in all, or says what it found in place of one. The
-/// `shapes` are called `one` in a feature.
+/// `shapes` are called `one` in a feature. Features without geometry are passed over; gives how many there are.
 ///
 /// # Errors
 /// [`ShapesError`]: nothing to open, no such layer, a feature of another kind, a CRS there is no way from.
@@ -35,7 +39,7 @@ pub(in crate::raster) fn for_each_geometry<S>(
     (shapes, one): (&'static str, &str),
     cancel: &CancelToken,
     take: impl Fn(&Placer, &Geometry, &mut Vec<S>) -> Result<(), String>,
-) -> Result<Vec<S>, ShapesError> {
+) -> Result<(Vec<S>, u64), ShapesError> {
     let options = DatasetOptions {
         open_flags: GdalOpenFlags::GDAL_OF_READONLY
             | GdalOpenFlags::GDAL_OF_VECTOR
@@ -76,17 +80,19 @@ pub(in crate::raster) fn for_each_geometry<S>(
     };
     let placer = Placer { transform, geo_transform: raster.geo_transform() };
     let expected = there.try_feature_count();
-    let (mut all, mut found) = (Vec::new(), 0);
+    let (mut all, mut found, mut without_geometry) = (Vec::new(), 0, 0);
     for feature in there.features() {
         if found % FEATURES_BETWEEN_CHECKS == 0 {
             cancel.check()?;
         }
         let id = feature.fid().unwrap_or(found);
         // Null, where a feature has no geometry.
-        let geometry = feature.geometry_by_index(0).map_err(|_| "no geometry".to_string());
-        geometry
-            .and_then(|geometry| take(&placer, geometry, &mut all))
-            .map_err(|found| wrong(format!("{one} in feature {id}"), found))?;
+        match feature.geometry_by_index(0) {
+            Ok(geometry) => {
+                take(&placer, geometry, &mut all).map_err(|found| wrong(format!("{one} in feature {id}"), found))?
+            }
+            Err(_) => without_geometry += 1,
+        }
         found += 1;
     }
     // The end of a layer and a failure to read on look the same.
@@ -94,9 +100,13 @@ pub(in crate::raster) fn for_each_geometry<S>(
         return Err(wrong(format!("{expected} features"), format!("{found}: the file is damaged")));
     }
     if all.is_empty() {
-        return Err(wrong(shapes.to_string(), "none".to_string()));
+        let found = match without_geometry {
+            0 => "none".to_string(),
+            count => format!("none; features without geometry: {count}"),
+        };
+        return Err(wrong(shapes.to_string(), found));
     }
-    Ok(all)
+    Ok((all, without_geometry))
 }
 
 /// Brings vertices of a layer to columns and rows.
@@ -142,14 +152,14 @@ impl Placer {
         halvings: u32,
         places: &mut Vec<(f64, f64)>,
     ) {
-        let half = |a: (f64, f64), b: (f64, f64)| (a.0 + (b.0 - a.0) / 2.0, a.1 + (b.1 - a.1) / 2.0);
-        let middle = half(a.0, b.0);
-        let Some(place) = self.place(middle) else { return };
-        let straight = half(a.1, b.1);
-        let bent = (place.0 - straight.0).hypot(place.1 - straight.1) > BENT_CELLS;
-        if halvings == 0 || !bent {
-            return;
-        }
+        let part = |a: (f64, f64), b: (f64, f64), t: f64| (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t);
+        let is_bent = |&t: &f64| {
+            let straight = part(a.1, b.1, t);
+            let place = self.place(part(a.0, b.0, t));
+            place.is_some_and(|place| (place.0 - straight.0).hypot(place.1 - straight.1) > BENT_CELLS)
+        };
+        let middle = part(a.0, b.0, 0.5);
+        let Some(place) = self.place(middle).filter(|_| halvings > 0 && LOOKED_AT.iter().any(is_bent)) else { return };
         self.bend(a, (middle, place), halvings - 1, places);
         places.push(place);
         self.bend((middle, place), b, halvings - 1, places);

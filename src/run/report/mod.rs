@@ -149,8 +149,8 @@ pub struct BreaklinesReport {
     /// What became of the lines.
     #[serde(flatten)]
     pub counts: LineCounts,
-    /// What became of them on the ground; null where other processes have made the tiles.
-    pub chains: Option<ChainCounts>,
+    /// What became of them on the ground.
+    pub chains: ChainCounts,
 }
 
 /// Points that were asked to be vertices.
@@ -380,7 +380,7 @@ impl Report {
 impl BreaklinesReport {
     fn new(request: &Request<'_>, params: &Params, mesh: &Mesh) -> Option<BreaklinesReport> {
         let (lines, input) = params.breaklines.as_ref().zip(request.breaklines.as_ref())?;
-        let (counts, chains) = (lines.counts(), mesh.chains());
+        let (counts, chains) = (lines.counts(), mesh.chains()?);
         Some(BreaklinesReport { file: shown(input.file()), shift: input.shift, counts, chains })
     }
 }

@@ -194,16 +194,8 @@ impl BreaklinesReport {
         let read = format!("{} with {}", counted(lines, "line"), counted(segments, "segment"));
         let outside =
             if left_out > 0 { format!(", {} of the lines outside", grouped(left_out)) } else { String::new() };
-        match self.chains {
-            None => read + &outside,
-            Some(ChainCounts { edges, off_ground }) => {
-                format!(
-                    "{} follow {read}, {} of these off the ground{outside}",
-                    counted(edges, "edge"),
-                    grouped(off_ground)
-                )
-            }
-        }
+        let ChainCounts { edges, off_ground } = self.chains;
+        format!("{} follow {read}, {} of these off the ground{outside}", counted(edges, "edge"), grouped(off_ground))
     }
 }
 

@@ -63,7 +63,7 @@ impl GlbSink {
 
 impl Sink for GlbSink {
     fn needs(&self) -> Needs {
-        Needs { bounds: matches!(self.0, Kind::Plain(_)), corners: false }
+        Needs { bounds: matches!(self.0, Kind::Plain(_)), ..Needs::default() }
     }
 
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {

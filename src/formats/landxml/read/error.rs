@@ -92,7 +92,7 @@ pub enum LandXmlError {
     Count {
         /// The mesh.
         path: PathBuf,
-        /// Vertices or triangles.
+        /// Vertices, triangles or edges.
         what: &'static str,
         /// What it says.
         expected: u64,
@@ -104,7 +104,7 @@ pub enum LandXmlError {
     Changed {
         /// The mesh.
         path: PathBuf,
-        /// Points, faces or bytes.
+        /// Points, faces, breaklines or bytes.
         what: &'static str,
         /// How many there were.
         expected: u64,

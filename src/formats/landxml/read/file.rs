@@ -9,8 +9,9 @@ use super::walk::{Item, Walk, Wanted};
 use crate::base::channels::Channel;
 use crate::base::control::CancelToken;
 use crate::base::external::Scratch;
+use crate::formats::ends::Ends;
 use crate::formats::weld::{Welded, Welder};
-use crate::formats::{FaceVisitor, Header, MeshReader, ReadError, ReadOptions, VertexVisitor, lines};
+use crate::formats::{EdgeVisitor, FaceVisitor, Header, MeshReader, ReadError, ReadOptions, VertexVisitor, lines};
 
 /// Bytes of what a file says of itself that are kept.
 const FACTS_LIMIT: usize = 1 << 20;
@@ -26,6 +27,9 @@ pub struct LandXmlReader {
     header: Header,
     points: u64,
     faces: u64,
+    /// Breaklines, and the edges that they are in a file of terrabite's; others need not be edges.
+    lines: u64,
+    edges: u64,
     ids: Ids,
     scratch: Scratch,
     cancel: CancelToken,
@@ -45,6 +49,7 @@ enum Ids {
 struct Found {
     points: u64,
     faces: u64,
+    lines: u64,
     first_id: u64,
     is_consecutive: bool,
     /// Surfaces: the first names, and how many with a definition there are.
@@ -55,6 +60,7 @@ struct Found {
     facts_bytes: usize,
     vertices_told: Option<u64>,
     triangles_told: Option<u64>,
+    edges_told: Option<u64>,
     /// What others say.
     others: Header,
 }
@@ -78,8 +84,9 @@ impl LandXmlReader {
         found.check(path)?;
         let (header, ids) = (found.header(), Ids::From(found.first_id));
         let scratch = Scratch::new(options.temp_dir.as_deref(), cancel.clone());
-        let Found { points, faces, is_consecutive, .. } = found;
-        let mut mesh = LandXmlReader { path: path.to_path_buf(), file, header, points, faces, ids, scratch, cancel };
+        let Found { points, faces, lines, is_consecutive, edges_told, .. } = found;
+        let (path, edges) = (path.to_path_buf(), edges_told.unwrap_or(0));
+        let mut mesh = LandXmlReader { path, file, header, points, faces, lines, edges, ids, scratch, cancel };
         if !is_consecutive {
             mesh.ids = Ids::Sorted(mesh.sorted()?);
         }
@@ -122,12 +129,19 @@ impl LandXmlReader {
         let mut walk = Walk::new(&self.path, &self.file, wanted, &self.cancel)?;
         let (what, expected) = match wanted {
             Wanted::Points => ("points", self.points),
+            Wanted::Lines => ("breaklines", self.lines),
             Wanted::Faces | Wanted::All => ("faces", self.faces),
         };
         let changed = |found| LandXmlError::Changed { path: self.path.clone(), what, expected, found };
         let mut found = 0;
         while let Some(item) = walk.next()? {
-            if !matches!((wanted, &item), (Wanted::Points, Item::Point(..)) | (Wanted::Faces, Item::Face(_))) {
+            let is_wanted = match item {
+                Item::Point(..) => wanted == Wanted::Points,
+                Item::Face(_) => wanted == Wanted::Faces,
+                Item::Line(_) => wanted == Wanted::Lines,
+                _ => false,
+            };
+            if !is_wanted {
                 continue;
             }
             found += 1;
@@ -187,6 +201,7 @@ impl Found {
                 self.points += 1;
             }
             Item::Face(_) => self.faces += 1,
+            Item::Line(_) => self.lines += 1,
             Item::Surface(name) if self.names.len() < NAMES_TOLD => self.names.push(name.chars().take(80).collect()),
             Item::Surface(_) => {}
             Item::Definition(kind) if kind.is_empty() || kind.eq_ignore_ascii_case("TIN") => self.definitions += 1,
@@ -208,6 +223,7 @@ impl Found {
         match label {
             "vertices" => self.vertices_told = value.parse().ok(),
             "triangles" => self.triangles_told = value.parse().ok(),
+            "edges" => self.edges_told = value.parse().ok(),
             "fact" if self.facts_bytes + value.len() <= FACTS_LIMIT => {
                 self.facts_bytes += value.len();
                 self.facts.push(unescaped(value));
@@ -294,6 +310,37 @@ impl MeshReader for LandXmlReader {
 
     fn faces(&mut self, visit: &mut FaceVisitor<'_>) -> Result<(), ReadError> {
         self.read_faces(visit)
+    }
+
+    fn edge_count(&self) -> u64 {
+        self.edges
+    }
+
+    fn edges(&mut self, visit: &mut EdgeVisitor<'_>) -> Result<(), ReadError> {
+        if self.edges == 0 {
+            return Ok(());
+        }
+        let (path, expected) = (&self.path, self.edges);
+        let (mut ends, mut found) = (Ends::new(&self.scratch), 0);
+        self.for_each(Wanted::Lines, |item| {
+            if let Item::Line(points) = item {
+                found += points.len().saturating_sub(1) as u64;
+                ends.line(&points)?;
+            }
+            Ok(ControlFlow::Continue(()))
+        })?;
+        if found != expected {
+            return Err(LandXmlError::Count { path: path.clone(), what: "edges", expected, found }.into());
+        }
+        let mut vertices = 0;
+        self.for_each(Wanted::Points, |item| {
+            if let Item::Point(_, place) = item {
+                ends.vertex(vertices, place)?;
+                vertices += 1;
+            }
+            Ok(ControlFlow::Continue(()))
+        })?;
+        ends.visit(path, visit)
     }
 }
 

@@ -10,6 +10,10 @@
 //! and sorts ids in temporary files, at most 80 bytes for each point and 240 for each face. Otherwise opening reads it once; each
 //! pass reads it again.
 //!
+//! In a file of terrabite's that says how many edges follow lines (a property `edges`), the breaklines of the source data are these
+//! edges; their ends are the points at the same places, which two sorts find when they are asked for. Breaklines of other programs
+//! need not be edges, and are passed over.
+//!
 //! Memory: one buffer of 256 KiB, one tag or text of at most 16 MiB, and what is said of the mesh, 1 MiB of it at most; two
 //! sorts of 16 MiB for ids.
 

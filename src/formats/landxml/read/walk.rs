@@ -23,6 +23,9 @@ const NAME_LIMIT: usize = 1024;
 /// The most bytes of three numbers.
 const NUMBERS_LIMIT: usize = 4096;
 
+/// The most bytes of a line: more than 16,384 points.
+const LINE_LIMIT: usize = 1 << 20;
+
 /// What comes next in a file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Item {
@@ -30,6 +33,8 @@ pub(super) enum Item {
     Point(u64, [f64; 3]),
     /// The ids of a face's corners. Zeros in a pass over points.
     Face([u64; 3]),
+    /// A breakline of the source data: its points, x, y, z. None in a pass over all.
+    Line(Vec<[f64; 3]>),
     /// A surface with this name.
     Surface(String),
     /// The surface has a definition of this type.
@@ -48,6 +53,7 @@ pub(super) enum Wanted {
     All,
     Points,
     Faces,
+    Lines,
 }
 
 /// An element that has begun.
@@ -61,6 +67,10 @@ enum Element {
     Faces,
     Point(u64),
     Face,
+    Source,
+    Breaklines,
+    Breakline,
+    Line,
     /// A face that is not to be seen.
     Hidden,
     /// The feature of terrabite's.
@@ -78,7 +88,7 @@ pub(super) struct Walk<'a> {
     open: Vec<Element>,
     has_root: bool,
     events: u64,
-    /// The text of a point or a face so far.
+    /// The text of a point, a face or a line so far.
     numbers: String,
 }
 
@@ -184,9 +194,13 @@ impl<'a> Walk<'a> {
                 item = self.is_all().then_some(Item::Property(label, value));
                 Element::Other
             }
+            (Some(Element::Surface), "SourceData") => Element::Source,
+            (Some(Element::Source), "Breaklines") => Element::Breaklines,
+            (Some(Element::Breaklines), "Breakline") => Element::Breakline,
+            (Some(Element::Breakline), "PntList3D") => Element::Line,
             (Some(Element::Definition), "Pnts") => Element::Points,
             (Some(Element::Definition), "Faces") => Element::Faces,
-            (Some(Element::Points), "P") if self.wanted == Wanted::Faces => Element::Point(0),
+            (Some(Element::Points), "P") if matches!(self.wanted, Wanted::Faces | Wanted::Lines) => Element::Point(0),
             (Some(Element::Points), "P") => Element::Point(self.id(tag)?),
             (Some(Element::Faces), "F") => match self.value(tag, "i")?.as_deref() {
                 Some("1" | "true") => Element::Hidden,
@@ -206,18 +220,27 @@ impl<'a> Walk<'a> {
         match self.open.pop() {
             Some(Element::Point(id)) => {
                 let [y, x, z] = match self.wanted {
-                    Wanted::Faces => [0.0; 3],
+                    Wanted::Faces | Wanted::Lines => [0.0; 3],
                     _ => three(&self.numbers).ok_or_else(|| self.numbers_error("northing, easting and elevation"))?,
                 };
                 Ok(Some(Item::Point(id, [x, y, z])))
             }
             Some(Element::Face) => {
                 let ids = match self.wanted {
-                    Wanted::Points => [0; 3],
+                    Wanted::Points | Wanted::Lines => [0; 3],
                     _ => three(&self.numbers)
                         .ok_or_else(|| self.numbers_error("the ids of a triangle's three points"))?,
                 };
                 Ok(Some(Item::Face(ids)))
+            }
+            Some(Element::Line) => {
+                let points = match self.wanted {
+                    Wanted::Lines => {
+                        points(&self.numbers).ok_or_else(|| self.numbers_error("northings, eastings and elevations"))?
+                    }
+                    _ => Vec::new(),
+                };
+                Ok(Some(Item::Line(points)))
             }
             _ => Ok(None),
         }
@@ -232,6 +255,14 @@ impl<'a> Walk<'a> {
             Some(Element::Point(_) | Element::Face) => {
                 let (path, what) = (self.path.to_path_buf(), "bytes of three numbers");
                 Err(LandXmlError::TooMuch { path, offset: self.offset(), what, limit: NUMBERS_LIMIT })
+            }
+            Some(Element::Line) if self.wanted == Wanted::Lines => {
+                if self.numbers.len() + text.len() > LINE_LIMIT {
+                    let (path, what) = (self.path.to_path_buf(), "bytes of a line");
+                    return Err(LandXmlError::TooMuch { path, offset: self.offset(), what, limit: LINE_LIMIT });
+                }
+                self.numbers.push_str(text);
+                Ok(None)
             }
             None if !text.trim().is_empty() => {
                 Err(self.element_error("one element LandXML, and no text beside it", text))
@@ -302,6 +333,14 @@ impl<'a> Walk<'a> {
     fn numbers_error(&self, expected: &'static str) -> LandXmlError {
         self.element_error(expected, &self.numbers)
     }
+}
+
+/// Northings, eastings and elevations as x, y, z.
+fn points(text: &str) -> Option<Vec<[f64; 3]>> {
+    let numbers: Option<Vec<f64>> = text.split_ascii_whitespace().map(|word| word.parse().ok()).collect();
+    let numbers = numbers?;
+    let (points, rest) = numbers.as_chunks::<3>();
+    rest.is_empty().then(|| points.iter().map(|[y, x, z]| [*x, *y, *z]).collect())
 }
 
 /// Three numbers with blanks between them, and no more.

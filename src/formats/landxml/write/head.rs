@@ -1,4 +1,4 @@
-//! What stands before the points: units, CRS, project, application.
+//! What stands before the surface: units, CRS, project, application.
 
 use super::text::{attribute, comment};
 use crate::formats::Header;
@@ -10,7 +10,7 @@ const ROOT: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<LandXML xmlns=\
                     http://www.landxml.org/schema/LandXML-1.2/LandXML-1.2.xsd\" version=\"1.2\" date=\"2000-01-01\" \
                     time=\"00:00:00\" readOnly=\"false\" language=\"English\">\n";
 
-/// Everything before the first point.
+/// Everything before what the surface has.
 pub(super) fn head(header: &Header) -> String {
     let mut head = ROOT.to_string();
     head.push_str(&units(header));
@@ -21,7 +21,6 @@ pub(super) fn head(header: &Header) -> String {
     let desc = "terrain, northing easting elevation";
     let surface = format!("<Surfaces>\n<Surface{}{}>\n", named("name", name), named("desc", desc));
     head.push_str(&surface);
-    head.push_str("<Definition surfType=\"TIN\">\n<Pnts>\n");
     head
 }
 

@@ -17,6 +17,34 @@ fn written(header: Header) -> String {
     std::fs::read_to_string(&path).expect("text")
 }
 
+/// Edges that go on from each other are one line; without any the file is as it would be.
+#[test]
+fn edges_are_breaklines_of_the_source_data() {
+    let folder = crate::testing::folder();
+    let with = |edges: &[[[f64; 3]; 2]]| {
+        let path = folder.path().join("tin.xml");
+        let staged = StagedFile::create(&path, true, &[]).expect("staged");
+        let mut sink = LandXmlSink::new(staged, Setup::default());
+        let contents = Contents { vertices: 3, triangles: 1, edges: edges.len() as u64, ..Contents::default() };
+        sink.begin(&contents).expect("begun");
+        sink.lines(edges).expect("written");
+        sink.vertices(&[[0.5, -0.5, 1.25], [3.0, 4.0, 5.0], [6.0, 7.0, 8.0]], &[]).expect("written");
+        sink.triangles(&[[0, 2, 1]], &[]).expect("written");
+        Box::new(sink).finish().expect("finished");
+        std::fs::read_to_string(&path).expect("text")
+    };
+    let [a, b, c] = [[0.5, -0.5, 1.25], [3.0, 4.0, 5.0], [6.0, 7.0, 8.0]];
+    let source = "<SourceData>\n<Breaklines>\n\
+        <Breakline brkType=\"standard\"><PntList3D>-0.5 0.5 1.25 4 3 5</PntList3D></Breakline>\n\
+        <Breakline brkType=\"standard\"><PntList3D>7 6 8 4 3 5 -0.5 0.5 1.25</PntList3D></Breakline>\n\
+        </Breaklines>\n</SourceData>\n<Definition surfType=\"TIN\">";
+    let (marked, plain) = (with(&[[a, b], [c, b], [b, a]]), with(&[]));
+    assert!(marked.contains(source), "{marked}");
+    assert!(marked.contains("<Property label=\"edges\" value=\"3\"/>\n"));
+    let without = marked.replace(source, "<Definition surfType=\"TIN\">");
+    assert_eq!(without.replace("<Property label=\"edges\" value=\"3\"/>\n", ""), plain);
+}
+
 fn named(definition: &str, unit: &str) -> Header {
     let text = |text: &str| Some(text.to_string());
     let crs =

@@ -71,7 +71,7 @@ pub enum OgrError {
     Count {
         /// The mesh.
         path: PathBuf,
-        /// Features or triangles.
+        /// Features, triangles or edges.
         what: &'static str,
         /// What the file says.
         expected: u64,

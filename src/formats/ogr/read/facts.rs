@@ -11,7 +11,7 @@ use crate::base::channels::{Channel, Number};
 use crate::formats::{Header, lines};
 
 /// The item that has it.
-const ITEM: &str = "terrabite";
+pub(super) const ITEM: &str = "terrabite";
 
 /// The facts of a mesh that terrabite has written.
 #[derive(Debug)]
@@ -19,6 +19,8 @@ pub(super) struct Facts {
     pub(super) header: Header,
     pub(super) triangles: u64,
     pub(super) attributes: Vec<Channel>,
+    /// Edges that follow lines, in another layer.
+    pub(super) edges: u64,
 }
 
 /// Those of a layer; `None` for one of another origin.
@@ -36,7 +38,9 @@ fn facts(value: &Value) -> Option<Facts> {
     let lines: Option<Vec<&str>> =
         value.get("facts")?.as_array()?.iter().map(|l| l.as_str().map(str::trim_end)).collect();
     let attributes: Option<Vec<Channel>> = value.get("attributes")?.as_array()?.iter().map(attribute).collect();
-    Some(Facts { header: lines::header(lines?), triangles: value.get("triangles")?.as_u64()?, attributes: attributes? })
+    let edges = value.get("edges").map_or(Some(0), Value::as_u64)?;
+    let triangles = value.get("triangles")?.as_u64()?;
+    Some(Facts { header: lines::header(lines?), triangles, attributes: attributes?, edges })
 }
 
 fn attribute(value: &Value) -> Option<Channel> {

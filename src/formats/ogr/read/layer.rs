@@ -6,10 +6,10 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use gdal::vector::{Feature, Layer, LayerAccess, OGRFieldType, OGRwkbGeometryType};
-use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
+use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
-use super::OgrError;
 use super::wkb::{self, Corners};
+use super::{OgrError, facts};
 use crate::base::channels::{Channel, Number};
 use crate::base::control::CancelToken;
 use crate::formats::{Crs, Header};
@@ -28,8 +28,13 @@ pub(super) struct MeshLayer {
     dataset: Dataset,
     _name: GdalName,
     index: usize,
+    /// The layer of edges that follow lines, in a file of terrabite's.
+    lines: Option<usize>,
     cancel: CancelToken,
 }
+
+/// What terrabite calls that layer.
+const LINES: &str = "tin_breaklines";
 
 /// The drivers for a file without a mark: those that read nothing but the file.
 const DRIVERS: &[&str] =
@@ -52,8 +57,8 @@ impl MeshLayer {
         };
         let dataset = Dataset::open_ex(name.path(), options)
             .map_err(|e| failed(reason(&e).trim_start_matches(&format!("{}: ", name.path().display())).to_string()))?;
-        let index = only(path, &dataset)?;
-        Ok(MeshLayer { path: path.to_path_buf(), dataset, _name: name, index, cancel: cancel.clone() })
+        let (index, lines) = only(path, &dataset)?;
+        Ok(MeshLayer { path: path.to_path_buf(), dataset, _name: name, index, lines, cancel: cancel.clone() })
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -133,13 +138,43 @@ impl MeshLayer {
         Ok(count)
     }
 
+    /// Hands the points of every line of the other layer to `visit`.
+    pub(super) fn for_each_line(
+        &self,
+        mut visit: impl FnMut(&[[f64; 3]]) -> Result<(), OgrError>,
+    ) -> Result<(), OgrError> {
+        let Some(lines) = self.lines else { return Ok(()) };
+        let _about = About::reading(&self.path);
+        let failed = |e| OgrError::Open { path: self.path.clone(), reason: reason(&e) };
+        let mut layer = self.dataset.layer(lines).map_err(failed)?;
+        for (index, feature) in (0..).zip(layer.features()) {
+            if index % BETWEEN_CHECKS == 0 {
+                self.cancel.check()?;
+            }
+            let expected = "a line with heights";
+            visit(&self.parsed(&feature, index, expected, wkb::line)?)?;
+        }
+        Ok(())
+    }
+
     fn triangles(&self, feature: &Feature<'_>, index: u64, triangles: &mut Vec<Corners>) -> Result<(), OgrError> {
+        self.parsed(feature, index, "triangles with heights", |wkb| wkb::triangles(wkb, triangles))
+    }
+
+    /// What a geometry is in well-known binary.
+    fn parsed<T>(
+        &self,
+        feature: &Feature<'_>,
+        index: u64,
+        expected: &str,
+        parse: impl FnOnce(&[u8]) -> Result<T, String>,
+    ) -> Result<T, OgrError> {
         let geometry = feature.geometry_by_index(0).map_err(|_| "no geometry".to_string());
         let wkb = geometry.and_then(|geometry| geometry.iso_wkb().map_err(|e| reason(&e)));
-        wkb.and_then(|wkb| wkb::triangles(&wkb, triangles)).map_err(|found| OgrError::Feature {
+        wkb.and_then(|wkb| parse(&wkb)).map_err(|found| OgrError::Feature {
             path: self.path.clone(),
             feature: feature.fid().unwrap_or(index),
-            expected: "triangles with heights".to_string(),
+            expected: expected.to_string(),
             found,
         })
     }
@@ -176,16 +211,22 @@ fn marked(path: &Path, beginning: &[u8]) -> Result<Option<&'static [&'static str
     Ok(is_package.then_some(&["GPKG"]))
 }
 
-/// The number of the only layer with geometry.
-fn only(path: &Path, dataset: &Dataset) -> Result<usize, OgrError> {
-    let mut layers = Vec::new();
+/// The number of the only layer with geometry; with it that of the edges that follow lines, if terrabite has written both.
+fn only(path: &Path, dataset: &Dataset) -> Result<(usize, Option<usize>), OgrError> {
+    let (mut layers, mut lines, mut is_ours) = (Vec::new(), None, false);
     for (index, layer) in dataset.layers().enumerate() {
         if layer.defn().geometry_type() != OGRwkbGeometryType::wkbNone {
             layers.push((index, layer.name()));
+            lines = lines.or((layer.name() == LINES).then_some(index));
+            is_ours |= layer.metadata_item(facts::ITEM, "").is_some();
         }
     }
+    if let Some(lines) = lines.filter(|_| is_ours && layers.len() == 2) {
+        let mesh = layers.iter().find(|(index, _)| *index != lines).expect("two layers");
+        return Ok((mesh.0, Some(lines)));
+    }
     match layers.as_slice() {
-        [(index, _)] => Ok(*index),
+        [(index, _)] => Ok((*index, None)),
         [] => Err(OgrError::Layers { path: path.to_path_buf(), found: "none".to_string() }),
         several => {
             let names: Vec<&str> = several.iter().map(|(_, name)| name.as_str()).collect();

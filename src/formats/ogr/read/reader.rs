@@ -12,8 +12,9 @@ use super::layer::MeshLayer;
 use super::wkb::Corners;
 use crate::base::channels::{Channel, Number};
 use crate::base::external::Scratch;
+use crate::formats::ends::Ends;
 use crate::formats::weld::{Welded, Welder};
-use crate::formats::{FaceVisitor, Header, MeshReader, ReadError, ReadOptions, VertexVisitor};
+use crate::formats::{EdgeVisitor, FaceVisitor, Header, MeshReader, ReadError, ReadOptions, VertexVisitor};
 
 /// A layer as a [`MeshReader`]. What terrabite has written in its metadata is the header; else it is the layer's CRS.
 #[derive(Debug)]
@@ -24,6 +25,7 @@ pub struct OgrReader {
     scratch: Scratch,
     welded: Welded,
     faces: u64,
+    edges: u64,
     /// Of all corners.
     checksum: u32,
 }
@@ -54,13 +56,13 @@ impl OgrReader {
             return Err(OgrError::Count { path: path.to_path_buf(), what, expected, found });
         }
         let welded = welder.finish()?;
-        let (header, attributes) = match facts {
-            Some(Facts { header, attributes, .. }) => (header, attributes),
-            None => (layer.header()?, layer.attributes()?),
+        let (header, attributes, edges) = match facts {
+            Some(Facts { header, attributes, edges, .. }) => (header, attributes, edges),
+            None => (layer.header()?, layer.attributes()?, 0),
         };
         // They are there.
         attributes.iter().try_for_each(|attribute| layer.fields(&attribute.name).map(drop))?;
-        Ok(OgrReader { layer, header, attributes, scratch, welded, faces, checksum: checksum.finalize() })
+        Ok(OgrReader { layer, header, attributes, scratch, welded, faces, edges, checksum: checksum.finalize() })
     }
 
     fn pass(&self, attributes: &[&str], visit: &mut VertexVisitor<'_>) -> Result<(), OgrError> {
@@ -163,5 +165,35 @@ impl MeshReader for OgrReader {
             }
         }
         Ok(())
+    }
+    fn edge_count(&self) -> u64 {
+        self.edges
+    }
+
+    fn edges(&mut self, visit: &mut EdgeVisitor<'_>) -> Result<(), ReadError> {
+        if self.edges == 0 {
+            return Ok(());
+        }
+        let (mut ends, mut found) = (Ends::new(&self.scratch), 0);
+        self.layer.for_each_line(|points| {
+            found += points.len().saturating_sub(1) as u64;
+            Ok(ends.line(points)?)
+        })?;
+        let (path, expected) = (self.layer.path(), self.edges);
+        if found != expected {
+            return Err(OgrError::Count { path: path.to_path_buf(), what: "edges", expected, found }.into());
+        }
+        let mut failed = None;
+        self.pass(&[], &mut |vertex, place, _| match ends.vertex(vertex, place) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                failed = Some(error);
+                ControlFlow::Break(())
+            }
+        })?;
+        match failed {
+            Some(error) => Err(error.into()),
+            None => ends.visit(path, visit),
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! Triangles in well-known binary, in the ISO's numbers and as GDAL gives it: little-endian.
+//! Triangles and lines in well-known binary, in the ISO's numbers and as GDAL gives it: little-endian.
 
 /// A triangle's corners.
 pub(super) type Corners = [[f64; 3]; 3];
@@ -6,6 +6,7 @@ pub(super) type Corners = [[f64; 3]; 3];
 /// How deep a geometry may lie in others.
 const DEPTH: u32 = 4;
 
+const LINE: u32 = 2;
 const POLYGON: u32 = 3;
 const MULTI_POLYGON: u32 = 6;
 const COLLECTION: u32 = 7;
@@ -21,6 +22,32 @@ pub(super) fn triangles(wkb: &[u8], triangles: &mut Vec<Corners>) -> Result<(), 
     let mut rest = Rest(wkb);
     geometry(&mut rest, triangles, DEPTH)?;
     if rest.0.is_empty() { Ok(()) } else { Err(format!("{} bytes more than the geometry", rest.0.len())) }
+}
+
+/// The points of a line with heights.
+///
+/// # Errors
+/// What it is, if it is none.
+pub(super) fn line(wkb: &[u8]) -> Result<Vec<[f64; 3]>, String> {
+    let mut rest = Rest(wkb);
+    let [1] = rest.bytes::<1>()? else { return Err("big-endian numbers".to_string()) };
+    let kind = rest.number()?;
+    if kind != 1000 + LINE {
+        return Err(format!("{} of another kind", name(kind % 1000)));
+    }
+    let count = rest.number()?;
+    if rest.0.len() as u64 != 24 * u64::from(count) {
+        return Err(format!("{} bytes for {count} points", rest.0.len()));
+    }
+    (0..count)
+        .map(|_| {
+            let mut point = [0.0; 3];
+            for value in &mut point {
+                *value = f64::from_le_bytes(rest.bytes()?);
+            }
+            Ok(point)
+        })
+        .collect()
 }
 
 fn geometry(rest: &mut Rest<'_>, triangles: &mut Vec<Corners>, depth: u32) -> Result<(), String> {
@@ -81,7 +108,7 @@ fn ring(rest: &mut Rest<'_>, dimensions: usize) -> Result<Corners, String> {
 fn name(kind: u32) -> String {
     match kind {
         1 => "a point".to_string(),
-        2 => "a line".to_string(),
+        LINE => "a line".to_string(),
         POLYGON => "a polygon".to_string(),
         4 => "points".to_string(),
         5 => "lines".to_string(),
@@ -156,10 +183,24 @@ mod tests {
         }
     }
 
+    #[test]
+    fn only_lines_with_heights_are_lines() {
+        let of = |kind: u32, count: u32, points: &[[f64; 3]]| {
+            let mut wkb = [&[1][..], &kind.to_le_bytes(), &count.to_le_bytes()].concat();
+            points.iter().flatten().for_each(|v| wkb.extend(v.to_le_bytes()));
+            line(&wkb)
+        };
+        assert_eq!(of(1002, 2, &[A, B]), Ok(vec![A, B]));
+        assert_eq!(of(1002, 0, &[]), Ok(vec![]));
+        assert_eq!(of(1002, 3, &[A, B]), Err("48 bytes for 3 points".to_string()));
+        assert_eq!(of(2, 2, &[A, B]), Err("a line of another kind".to_string()));
+        assert_eq!(of(1003, 2, &[A, B]), Err("a polygon of another kind".to_string()));
+    }
+
     proptest! {
         #[test]
         fn any_bytes_are_read_or_refused(bytes in proptest::collection::vec(prop_oneof![Just(0u8), Just(1), any::<u8>()], 0..200)) {
-            let _ = found(&bytes);
+            let _ = (found(&bytes), line(&bytes));
         }
     }
 }

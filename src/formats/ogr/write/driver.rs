@@ -14,6 +14,8 @@ pub(super) struct Driver {
     pub(super) extension: &'static str,
     /// Whether it keeps metadata of a layer: the header, and with it how coordinates stand.
     pub(super) keeps_header: bool,
+    /// Whether a file has more than one layer.
+    pub(super) has_layers: bool,
     /// Whether it says that coordinates are degrees where it is given no CRS.
     pub(super) needs_crs: bool,
     /// Whether a file with so many features has its end, where that is not known by opening it.
@@ -31,6 +33,7 @@ const DRIVERS: &[Driver] = &[
         name: "GPKG",
         extension: "gpkg",
         keeps_header: true,
+        has_layers: true,
         needs_crs: true,
         has_end: |_, _| Ok(true),
         has_transactions: true,
@@ -47,6 +50,7 @@ const DRIVERS: &[Driver] = &[
         name: "FlatGeobuf",
         extension: "fgb",
         keeps_header: false,
+        has_layers: false,
         needs_crs: false,
         has_end: flat::is_whole,
         has_transactions: false,

@@ -17,6 +17,9 @@ use crate::raster::{About, reason};
 /// The layer's name.
 const LAYER: &str = "tin";
 
+/// The name of the layer of edges that follow lines, the second one.
+const LINES: &str = "tin_breaklines";
+
 /// The number of no layer.
 const NO_LAYER: usize = 1 << 20;
 
@@ -36,6 +39,8 @@ pub(super) struct Plan<'a> {
     pub(super) crs: Option<&'a str>,
     /// What the file says of itself.
     pub(super) header: String,
+    /// Whether there are edges that follow lines.
+    pub(super) has_lines: bool,
 }
 
 /// The file that GDAL has open. Dropped, it is closed, complete or not.
@@ -49,6 +54,8 @@ pub(super) struct TinLayer {
     geometry: OgrGeometry,
     numbers: Vec<Number>,
     features: u64,
+    /// `None` without a layer for them.
+    lines: Option<u64>,
     wkb: Vec<u8>,
 }
 
@@ -71,6 +78,7 @@ impl TinLayer {
             geometry,
             numbers,
             features: 0,
+            lines: plan.has_lines.then_some(0),
             wkb: Vec::new(),
         })
     }
@@ -101,20 +109,41 @@ impl TinLayer {
         Ok(())
     }
 
+    /// Writes lines, each a feature of the second layer.
+    pub(super) fn write_lines(&mut self, lines: &[Vec<[f64; 3]>]) -> Result<(), SinkError> {
+        let _about = About::reading(&self.path);
+        let _settings = Settings::of(self.driver);
+        let wkb = &mut self.wkb;
+        let written = self.dataset.start_transaction().and_then(|transaction| {
+            let layer = transaction.layer(1)?;
+            for line in lines {
+                let mut feature = Feature::new(layer.defn())?;
+                wkb::line(wkb, line);
+                feature.set_geometry(Geometry::from_wkb(wkb)?)?;
+                feature.create(&layer)?;
+            }
+            transaction.commit()
+        });
+        written.map_err(|error| library(&self.path, &said(&self.dataset, &error)))?;
+        *self.lines.as_mut().expect("a layer for them") += lines.len() as u64;
+        Ok(())
+    }
+
     /// Closes the file and makes sure that everything is in it: GDAL before 3.7 says nothing of what fails then.
     pub(super) fn close(self) -> Result<(), SinkError> {
-        let TinLayer { mut dataset, link, path, driver, features, .. } = self;
+        let TinLayer { mut dataset, link, path, driver, features, lines, .. } = self;
         let _about = About::reading(&path);
         let _settings = Settings::of(driver);
         let failed = |error| library(&path, &reason(&error));
         dataset.flush_cache().and_then(|()| dataset.close()).map_err(failed)?;
         let found = Dataset::open(link.path()).and_then(|dataset| {
             let layer = dataset.layer(0)?;
-            Ok((layer.feature_count(), layer.metadata_item(HEADER, "").is_some()))
+            let found_lines = lines.map(|_| dataset.layer(1).map(|layer| layer.feature_count())).transpose()?;
+            Ok(((layer.feature_count(), found_lines), layer.metadata_item(HEADER, "").is_some()))
         });
         let (found, has_header) = found.map_err(failed)?;
         let has_end = (driver.has_end)(link.path(), features).map_err(|e| library(&path, &e.to_string()))?;
-        if found != features || has_header != driver.keeps_header || !has_end {
+        if found != (features, lines) || has_header != driver.keeps_header || !has_end {
             return Err(library(&path, "GDAL has not written all of it: a full disk, most often"));
         }
         Ok(())
@@ -144,6 +173,16 @@ fn fill_in(dataset: &mut Dataset, plan: &Plan<'_>) -> gdal::errors::Result<()> {
     }
     if plan.driver.keeps_header {
         layer.set_metadata_item(HEADER, &plan.header, "")?;
+    }
+    if plan.has_lines {
+        // GDAL makes tables where they are needed first: that of the triangles is to come before the other.
+        dataset.flush_cache()?;
+        dataset.create_layer(LayerOptions {
+            name: LINES,
+            srs: srs.as_ref(),
+            ty: OGRwkbGeometryType::wkbLineString25D,
+            options: Some(plan.driver.layer_options),
+        })?;
     }
     Ok(())
 }

@@ -11,16 +11,18 @@ use super::values::Values;
 use crate::base::CoordinateFrame;
 use crate::base::channels::Channel;
 use crate::base::staged::StagedFile;
+use crate::formats::joiner::Joiner;
 use crate::formats::ogr::FORMAT;
 use crate::formats::wording::{Placer, facts};
-use crate::formats::{Contents, Needs, OgrGeometry, Setup, Sink, SinkError};
+use crate::formats::{Contents, Marks, Needs, OgrGeometry, Setup, Sink, SinkError};
 
 /// A layer of GDAL's with a feature for each triangle: a polygon with heights, counter-clockwise; or TINs with heights, of many
 /// triangles each.
 ///
 /// GeoPackage or FlatGeobuf. An attribute is three fields, NAME_1 to NAME_3: its value at each corner, in the order of the ring;
 /// TINs have one triangle each then. In GeoPackage the header is an item of the layer's metadata, in JSON; FlatGeobuf has the CRS
-/// alone, so it takes no frame but the plain one.
+/// alone, so it takes no frame but the plain one. Edges that follow lines are a second layer of the GeoPackage, as lines that go
+/// from place to place; FlatGeobuf has one layer, and no marks.
 ///
 /// Memory: some megabytes. Temporary file: 8 bytes for each attribute of each vertex.
 #[derive(Debug)]
@@ -35,6 +37,8 @@ pub struct OgrSink {
     /// The attributes of all corners of those triangles.
     at_corners: Vec<f64>,
     of_tin: usize,
+    lines: Joiner,
+    has_lines: bool,
 }
 
 /// Triangles that are written together.
@@ -59,6 +63,8 @@ impl OgrSink {
             triangles: Vec::with_capacity(BATCH),
             at_corners: Vec::new(),
             of_tin: TRIANGLES_OF_TIN,
+            lines: Joiner::default(),
+            has_lines: false,
         };
         if !driver.keeps_header && sink.setup.header.frame != CoordinateFrame::PLAIN {
             let found =
@@ -106,13 +112,18 @@ impl OgrSink {
 
 /// Who reads it is to know what is missing, so the triangles are counted.
 fn header(setup: &Setup, contents: &Contents<'_>) -> String {
-    json!({ "triangles": contents.triangles, "attributes": contents.attributes, "facts": facts(&setup.header) })
-        .to_string()
+    let mut header =
+        json!({ "triangles": contents.triangles, "attributes": contents.attributes, "facts": facts(&setup.header) });
+    if contents.edges > 0 {
+        header["edges"] = contents.edges.into();
+    }
+    header.to_string()
 }
 
 impl Sink for OgrSink {
     fn needs(&self) -> Needs {
-        Needs { corners: true, ..Needs::default() }
+        let edges = if self.driver.has_layers { Marks::Places } else { Marks::None };
+        Needs { corners: true, edges, ..Needs::default() }
     }
 
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
@@ -138,10 +149,23 @@ impl Sink for OgrSink {
             attributes: contents.attributes,
             crs: header.crs.definition.as_deref().filter(|_| !header.frame.is_local()),
             header: self::header(&self.setup, contents),
+            has_lines: contents.edges > 0,
         };
+        self.has_lines = plan.has_lines;
         self.layer = Some(TinLayer::create(link, self.staged.path(), &plan)?);
         self.staged.keep_private().map_err(|e| self.staged.write_error(e))?;
         Ok(())
+    }
+
+    fn lines(&mut self, edges: &[[[f64; 3]; 2]]) -> Result<(), SinkError> {
+        let placer = Placer::of(&self.setup);
+        let mut lines = Vec::new();
+        for [from, to] in edges {
+            let path = self.staged.path();
+            let edge = [placer.place(path, *from)?, placer.place(path, *to)?];
+            lines.extend(self.lines.push(edge));
+        }
+        self.layer.as_mut().expect("begun").write_lines(&lines)
     }
 
     fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
@@ -175,7 +199,11 @@ impl Sink for OgrSink {
 
     fn finish(mut self: Box<Self>) -> Result<(), SinkError> {
         self.flush()?;
-        self.layer.take().expect("begun").close()?;
+        let mut layer = self.layer.take().expect("begun");
+        if self.has_lines {
+            layer.write_lines(&Vec::from_iter(self.lines.finish()))?;
+        }
+        layer.close()?;
         let OgrSink { staged, .. } = *self;
         Ok(staged.commit()?)
     }

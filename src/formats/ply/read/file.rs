@@ -44,7 +44,15 @@ pub struct PlyFile {
     coordinates: [usize; 3],
     faces: usize,
     corners: usize,
+    edges: Option<Edges>,
     cancel: CancelToken,
+}
+
+/// The element of edges, and which properties are their two vertices.
+#[derive(Debug, Clone, Copy)]
+struct Edges {
+    element: usize,
+    ends: [usize; 2],
 }
 
 impl PlyFile {
@@ -79,8 +87,14 @@ impl PlyFile {
             .or_else(|| face.position("vertex_index"))
             .filter(|&p| face.properties[p].length.is_some() && face.properties[p].value.is_integer())
             .ok_or_else(|| missing("an integer list vertex_indices (or vertex_index) of element face"))?;
+        let edges = find("edge").and_then(|element| {
+            let edge = &header.elements[element];
+            let whole = |p: &usize| edge.properties[*p].length.is_none() && edge.properties[*p].value.is_integer();
+            let end = |name| edge.position(name).filter(whole);
+            Some(Edges { element, ends: [end("vertex1")?, end("vertex2")?] })
+        });
         let (path, cancel) = (path.to_path_buf(), CancelToken::default());
-        Ok(PlyFile { path, file, header, vertices, coordinates, faces, corners, cancel })
+        Ok(PlyFile { path, file, header, vertices, coordinates, faces, corners, edges, cancel })
     }
 
     /// The same file, whose passes end with [`PlyError::Cancelled`] once `cancel` is cancelled.
@@ -101,6 +115,11 @@ impl PlyFile {
     /// How many faces there are; never more than the file's length has room for.
     pub fn face_count(&self) -> u64 {
         self.header.elements[self.faces].count
+    }
+
+    /// How many edges there are (`edge` with `vertex1` and `vertex2`); never more than the file's length has room for.
+    pub fn edge_count(&self) -> u64 {
+        self.edges.map_or(0, |edges| self.header.elements[edges.element].count)
     }
 
     /// The header's comments in order, without the keyword and the blanks around them.
@@ -206,6 +225,35 @@ impl PlyFile {
                 }
             }
             visit(index, face)?;
+        }
+        Ok(())
+    }
+
+    /// Hands every edge to `visit`: its index and its two vertices, as numbers of any size. Stops at the first error, the visitor's
+    /// own included.
+    ///
+    /// # Errors
+    /// [`PlyError`], or what `visit` returns.
+    pub fn for_each_edge<E: From<PlyError>>(
+        &mut self,
+        mut visit: impl FnMut(u64, [i128; 2]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let Some(Edges { element, ends }) = self.edges else { return Ok(()) };
+        let mut values = self.seek_to(element)?;
+        let element = &self.header.elements[element];
+        for index in 0..element.count {
+            self.pace(index)?;
+            let mut edge = [0; 2];
+            for (place, property) in element.properties.iter().enumerate() {
+                match ends.iter().position(|end| *end == place) {
+                    None => self.skip(&mut values, element, index, property)?,
+                    Some(end) => {
+                        let read = values.integer(property.value);
+                        edge[end] = read.map_err(|e| self.value_error(e, element, index, property))?;
+                    }
+                }
+            }
+            visit(index, edge)?;
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use super::{PlyError, PlyFile, ScalarType};
 use crate::base::CoordinateFrame;
 use crate::base::channels::{Channel, Number};
 use crate::base::control::CancelToken;
-use crate::formats::{FaceVisitor, Header, MeshReader, ReadError, VertexVisitor, lines};
+use crate::formats::{EdgeVisitor, FaceVisitor, Header, MeshReader, ReadError, VertexVisitor, lines};
 
 /// A [`PlyFile`] as a [`MeshReader`]. What terrabite writes in comments is its header; coordinates are single where x and y
 /// are `float`.
@@ -65,12 +65,12 @@ fn number(kind: ScalarType) -> Number {
 /// Why a pass ends: the visitor has had enough, or the file is damaged.
 enum End {
     Enough,
-    Damaged(PlyError),
+    Damaged(ReadError),
 }
 
 impl From<PlyError> for End {
     fn from(error: PlyError) -> End {
-        End::Damaged(error)
+        End::Damaged(error.into())
     }
 }
 
@@ -81,7 +81,7 @@ fn go_on(flow: ControlFlow<()>) -> Result<(), End> {
 fn ended(pass: Result<(), End>) -> Result<(), ReadError> {
     match pass {
         Ok(()) | Err(End::Enough) => Ok(()),
-        Err(End::Damaged(error)) => Err(error.into()),
+        Err(End::Damaged(error)) => Err(error),
     }
 }
 
@@ -115,5 +115,20 @@ impl MeshReader for PlyReader {
 
     fn faces(&mut self, visit: &mut FaceVisitor<'_>) -> Result<(), ReadError> {
         ended(self.file.for_each_face(|index, face| go_on(visit(index, face))))
+    }
+
+    fn edge_count(&self) -> u64 {
+        self.file.edge_count()
+    }
+
+    fn edges(&mut self, visit: &mut EdgeVisitor<'_>) -> Result<(), ReadError> {
+        let (path, vertices) = (self.file.path().to_path_buf(), self.file.vertex_count());
+        ended(self.file.for_each_edge(|index, edge| {
+            let [from, to] = edge.map(|end| u64::try_from(end).ok().filter(|end| *end < vertices));
+            match from.zip(to) {
+                Some((from, to)) => go_on(visit(index, [from, to])),
+                None => Err(End::Damaged(ReadError::EdgeEnd { path: path.clone(), edge: index, found: "number" })),
+            }
+        }))
     }
 }

@@ -10,11 +10,12 @@ use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
 use crate::formats::output::{Output, push_decimal, push_place};
 use crate::formats::wording::{Placer, frame_lines, one_line, run_lines};
-use crate::formats::{Contents, Header, Setup, Sink, SinkError};
+use crate::formats::{Contents, Header, Marks, Needs, Setup, Sink, SinkError};
 use comment::pieces;
 
 /// PLY, binary little-endian or text: vertices as x, y, z (`double`, or `float`, as the header's frame says) and a number for
-/// every attribute (`uchar`, `float` or `double`), faces as lists of three 32-bit numbers. The header's facts are comments.
+/// every attribute (`uchar`, `float` or `double`), faces as lists of three 32-bit numbers; edges that follow lines, if there are
+/// some, as pairs of such numbers in an element `edge`. The header's facts are comments.
 ///
 /// In text, numbers are the shortest decimals that are read again as the same doubles, in single precision as well; a comment
 /// says that the last line is ended, so that readers that know notice when a digit is missing.
@@ -119,9 +120,13 @@ impl PlySink {
 }
 
 impl Sink for PlySink {
+    fn needs(&self) -> Needs {
+        Needs { edges: Marks::Numbers, ..Needs::default() }
+    }
+
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
         self.header.complete(contents);
-        let Contents { vertices, triangles, attributes, .. } = *contents;
+        let Contents { vertices, triangles, attributes, edges, .. } = *contents;
         FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
         let encoding = if self.is_text { "ascii" } else { "binary_little_endian" };
         let mut header = format!("ply\nformat {encoding} 1.0\n");
@@ -143,7 +148,11 @@ impl Sink for PlySink {
             };
             header.push_str(&format!("property {number} {name}\n"));
         }
-        header.push_str(&format!("element face {triangles}\nproperty list uchar uint vertex_indices\nend_header\n"));
+        header.push_str(&format!("element face {triangles}\nproperty list uchar uint vertex_indices\n"));
+        if edges > 0 {
+            header.push_str(&format!("element edge {edges}\nproperty uint vertex1\nproperty uint vertex2\n"));
+        }
+        header.push_str("end_header\n");
         self.numbers = attributes.iter().map(|a| a.number).collect();
         self.output.buffer().extend_from_slice(header.as_bytes());
         Ok(())
@@ -178,13 +187,8 @@ impl Sink for PlySink {
 
     fn triangles(&mut self, triangles: &[[u64; 3]], _: &[[[f64; 3]; 3]]) -> Result<(), SinkError> {
         if self.is_text {
-            return self.output.put_side_by_side(triangles, |text, _, triangle| {
-                text.push(b'3');
-                for &vertex in triangle {
-                    text.push(b' ');
-                    push_decimal(text, vertex);
-                }
-                text.push(b'\n');
+            return self.output.put_side_by_side(triangles, |text, _, [a, b, c]| {
+                push_numbers(text, &[3, *a, *b, *c]);
                 Ok(())
             });
         }
@@ -195,9 +199,30 @@ impl Sink for PlySink {
         })
     }
 
+    fn edges(&mut self, edges: &[[u64; 2]]) -> Result<(), SinkError> {
+        if self.is_text {
+            return self.output.put_side_by_side(edges, |text, _, edge| {
+                push_numbers(text, edge);
+                Ok(())
+            });
+        }
+        self.output.put_all(edges, |edge| Ok::<[u8; 8], _>(cast(edge.map(|vertex| (vertex as u32).to_le_bytes()))))
+    }
+
     fn finish(self: Box<Self>) -> Result<(), SinkError> {
         self.output.commit()
     }
+}
+
+/// Whole numbers as a line.
+fn push_numbers(text: &mut Vec<u8>, numbers: &[u64]) {
+    for (i, &number) in numbers.iter().enumerate() {
+        if i > 0 {
+            text.push(b' ');
+        }
+        push_decimal(text, number);
+    }
+    text.push(b'\n');
 }
 
 #[cfg(test)]

@@ -133,7 +133,7 @@ impl StlSink {
 
 impl Sink for StlSink {
     fn needs(&self) -> Needs {
-        Needs { bounds: self.base.is_some(), corners: true }
+        Needs { bounds: self.base.is_some(), corners: true, ..Needs::default() }
     }
 
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
