@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use terrabite::base::Band;
 use terrabite::base::features::{Feature, FeatureSet};
+use terrabite::base::{Band, LineKind, Polylines};
 use terrabite::field::Choice;
 use terrabite::job::rules::{self, default_engine, default_quality};
 use terrabite::job::{EngineChoice, Goal, Params, Quality, VertexHeights};
@@ -17,7 +17,9 @@ use terrabite::kernel::triangulate::hitting_set::{Corners, HittingSet, HittingSe
 use terrabite::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
 };
-use terrabite::run::{AttributeBands, Attributes, Input, LineInput, Lines, PointInput, Request, VerifyRequest};
+use terrabite::run::{
+    AttributeBands, Attributes, HeightSource, Input, LineInput, Lines, PointInput, Request, VerifyRequest,
+};
 
 use crate::band::PyBand;
 use crate::errors::exception;
@@ -42,8 +44,9 @@ pub(crate) struct Options<'py> {
     attributes: Option<Vec<Bound<'py, PyBand>>>,
     attribute_weight: Option<f64>,
     points: Option<Vec<(f64, f64)>>,
-    breaklines: Option<Vec<Vec<(f64, f64)>>>,
+    breaklines: Option<Vertices>,
     breakline_shift: f64,
+    breakline_z: String,
     engine: Option<String>,
     cuts: Option<String>,
     swap: Option<String>,
@@ -74,8 +77,9 @@ pub(crate) struct VerifyOptions<'py> {
     importance: Option<Bound<'py, PyBand>>,
     attributes: Option<Vec<Bound<'py, PyBand>>>,
     attribute_weight: Option<f64>,
-    breaklines: Option<Vec<Vec<(f64, f64)>>>,
+    breaklines: Option<Vertices>,
     breakline_shift: f64,
+    breakline_z: String,
     threads: Option<usize>,
     temp_dir: Option<PathBuf>,
 }
@@ -158,7 +162,7 @@ impl Options<'_> {
             attributes: attributes(self.attributes.as_ref(), self.attribute_weight)?,
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             points: self.points.as_ref().map(|places| PointInput::Places(places.as_slice().into())),
-            breaklines: lines(self.breaklines.as_ref(), self.breakline_shift),
+            lines: lines(self.breaklines.as_ref(), self.breakline_shift, &self.breakline_z)?,
             fill_voids: self.fill_holes,
             access: choose(
                 "access",
@@ -203,6 +207,7 @@ impl Options<'_> {
             (Feature::Importance, self.importance.is_some()),
             (Feature::Points, self.points.is_some()),
             (Feature::Breaklines, self.breaklines.is_some()),
+            (Feature::LineHeights, self.breakline_z == HeightSource::Own.name()),
             (Feature::Trim, self.trim > 0),
             (Feature::FilledVoids, self.fill_holes > 0),
             (Feature::FittedHeights, heights == VertexHeights::Fitted),
@@ -291,9 +296,31 @@ impl Options<'_> {
     }
 }
 
+/// Vertices of lines, of two or three numbers each.
+type Vertices = Vec<Vec<Vec<f64>>>;
+
 /// Lines through places on the map, if there are any.
-fn lines(lines: Option<&Vec<Vec<(f64, f64)>>>, shift: f64) -> Option<LineInput> {
-    lines.map(|lines| LineInput { from: Lines::Places(lines.as_slice().into()), shift })
+fn lines(lines: Option<&Vertices>, shift: f64, z: &str) -> PyResult<Vec<LineInput>> {
+    let heights = choose("breakline_z", z, &[HeightSource::Raster, HeightSource::Own].map(|z| (z.name(), z)))?;
+    let set = |lines: &Vertices| {
+        let place = |vertex: &Vec<f64>| match vertex[..] {
+            [x, y, ..] => Ok((x, y)),
+            _ => Err(PyValueError::new_err("breaklines: expected vertices of two or three numbers")),
+        };
+        let places = lines.iter().map(|line| line.iter().map(place).collect()).collect::<PyResult<_>>()?;
+        let height = |vertex: &Vec<f64>| vertex.get(2).copied();
+        let own: Option<Vec<Vec<f64>>> = lines.iter().map(|line| line.iter().map(height).collect()).collect();
+        let placed = Polylines::new(places);
+        let lines = match own {
+            Some(own) => placed.with_heights(own),
+            None => placed,
+        };
+        Ok(LineInput { kind: LineKind::Breaklines, from: Lines::Places(lines), shift, heights })
+    };
+    if lines.is_none() && heights == HeightSource::Own {
+        return Err(PyValueError::new_err("breakline_z: expected breaklines, whose heights these are, found none"));
+    }
+    lines.map(set).into_iter().collect()
 }
 
 impl VerifyOptions<'_> {
@@ -308,7 +335,7 @@ impl VerifyOptions<'_> {
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             fill_voids: self.fill_holes,
             trim: self.trim,
-            breaklines: lines(self.breaklines.as_ref(), self.breakline_shift),
+            lines: lines(self.breaklines.as_ref(), self.breakline_shift, &self.breakline_z)?,
             threads: threads(self.threads)?,
             temp_dir: self.temp_dir.clone(),
             ..VerifyRequest::new(band.clone(), mesh, self.max_error)

@@ -57,6 +57,7 @@ def simplify(
     points: Any = None,
     breaklines: Any = None,
     breakline_shift: float = 0.5,
+    breakline_z: Literal["raster", "line"] = "raster",
     engine: Literal["greedy-cuts", "greedy-insertion", "hitting-set"] | None = None,
     cuts: Literal["plain", "improved"] | None = None,
     swap: Literal["delaunay", "data-dependent"] | None = None,
@@ -125,6 +126,7 @@ def simplify(
         points: Places in the raster's CRS, of shape (n, 2) or (n, 3): the samples nearest to them become vertices.
         breaklines: Lines in the raster's CRS, each of shape (n, 2) or (n, 3): edges of the mesh follow them.
         breakline_shift: How far those edges may be from the lines, in cells.
+        breakline_z: Which heights those edges have: ``"line"`` takes those of lines of shape (n, 3).
         engine: How tiles are triangulated.
         cuts: The order of greedy cuts.
         swap: By what edges of greedy insertion are swapped.
@@ -185,6 +187,7 @@ def simplify(
         "points": _facts.places(points),
         "breaklines": _facts.lines(breaklines),
         "breakline_shift": breakline_shift,
+        "breakline_z": breakline_z,
         "engine": engine,
         "cuts": cuts,
         "swap": swap,
@@ -230,6 +233,7 @@ def verify(
     importance: Raster | None = None,
     breaklines: Any = None,
     breakline_shift: float = 0.5,
+    breakline_z: Literal["raster", "line"] = "raster",
     threads: int | None = None,
     temp_dir: str | os.PathLike[str] | None = None,
     cancel: Flag | None = None,
@@ -262,6 +266,7 @@ def verify(
         importance: Weights.
         breaklines: Lines that edges of the mesh must follow.
         breakline_shift: How far those edges may be from them, in cells.
+        breakline_z: Which heights those edges have.
         threads: Threads to work with; the verdict does not depend on them.
         temp_dir: The folder of temporary files, about 200 bytes a triangle.
         cancel: Stops the call when it is set.
@@ -292,6 +297,7 @@ def verify(
         "attribute_weight": attribute_weight,
         "breaklines": _facts.lines(breaklines),
         "breakline_shift": breakline_shift,
+        "breakline_z": breakline_z,
         "threads": threads,
         "temp_dir": temp_dir,
     }

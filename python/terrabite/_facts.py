@@ -111,7 +111,7 @@ def places(points: Any) -> list[tuple[float, float]] | None:
     return [(float(x), float(y)) for x, y in found[:, :2]]
 
 
-def lines(breaklines: Any) -> list[list[tuple[float, float]]] | None:
+def lines(breaklines: Any) -> list[list[list[float]]] | None:
     """Lines on the map, each an array of shape (n, 2) or (n, 3), or an object of shapely."""
     if breaklines is None:
         return None
@@ -120,7 +120,7 @@ def lines(breaklines: Any) -> list[list[tuple[float, float]]] | None:
         vertices = np.asarray(getattr(line, "coords", line), dtype="float64")
         if vertices.ndim != 2 or vertices.shape[1] not in (2, 3):
             raise ValueError(f"breaklines: expected lines of shape (n, 2) or (n, 3), found {vertices.shape}")
-        found.append([(float(x), float(y)) for x, y in vertices[:, :2]])
+        found.append(vertices.tolist())
     return found
 
 

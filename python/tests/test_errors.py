@@ -104,6 +104,19 @@ def test_data_that_cannot_be_meshed(dem):
     assert all(error.__module__ == "terrabite" for error in (tb.Error, tb.RasterError, tb.Cancelled))
 
 
+def test_edges_have_the_heights_of_lines():
+    dem = np.add.outer(np.arange(40.0), np.arange(50.0)) % 7
+    dam = [np.array([[3.2, -5.1, 20.0], [40.7, -33.3, 22.0]])]
+    tin = tb.simplify(dem, 1, breaklines=dam, breakline_z="line")
+    assert tin.vertices[:, 2].max() >= 20 and tin.report["beside_lines"] > 50
+    assert tb.verify(dem, tin, 1, breaklines=dam, breakline_z="line").passed
+    assert not tb.verify(dem, tin, 1, breaklines=dam).passed
+    with pytest.raises(tb.Error, match="heights"):
+        tb.simplify(dem, 1, breaklines=[dam[0][:, :2]], breakline_z="line")
+    with pytest.raises(ValueError, match="breakline"):
+        tb.verify(dem, tin, 1, breakline_z="line")
+
+
 def test_options_have_the_names_and_defaults_of_the_command(command):
     """Those that are not there are for files: where they go, what is printed, and layers that GDAL's vector library reads."""
     of_files = {

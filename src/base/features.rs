@@ -38,6 +38,7 @@ features! {
     Importance = "importance weights",
     Points = "given points",
     Breaklines = "breaklines",
+    LineHeights = "heights of breaklines themselves",
     Trim = "trimming",
     FilledVoids = "filled voids",
     Band = "a choice of the band",

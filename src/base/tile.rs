@@ -29,8 +29,22 @@ pub struct Tile {
     /// What errors weigh: empty where all weigh 1; else as long as the heights, which are double then. 0 at samples of
     /// bridged holes.
     pub(crate) weights: Vec<f64>,
+    /// Samples beside lines with heights of their own, by rows, then by columns.
+    pub(crate) eased: Vec<EasedSample>,
     /// Which samples are heights. The ground's loops keep engines away from the others.
     pub(crate) validity: Validity,
+}
+
+/// A sample beside a line with heights of its own: the surface may be from `low` to `high` there, give or take the tolerance. Its
+/// height in the tile is one between, its weight allows no more than that.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EasedSample {
+    /// Its place in the tile: row · width + column.
+    pub sample: u32,
+    /// The lesser of the sample's height and the line's.
+    pub low: f64,
+    /// The larger.
+    pub high: f64,
 }
 
 /// Values behind the last sample, all 0: whole lanes can be read from every sample on.
@@ -133,6 +147,32 @@ impl Tile {
             double @ Heights::F64(_) => double,
         };
         Tile { heights, weights, ..self }
+    }
+
+    /// The eased samples from a place of the tile on, by rows, then by columns.
+    pub(crate) fn eased_from(&self, sample: u32) -> &[EasedSample] {
+        &self.eased[self.eased.partition_point(|eased| eased.sample < sample)..]
+    }
+
+    /// Eases samples, by rows, then by columns: each has another height, and a weight, from now on.
+    pub(crate) fn ease(&mut self, samples: Vec<(EasedSample, f64, f64)>) {
+        if samples.is_empty() {
+            return;
+        }
+        let len = self.width * self.height;
+        if let Heights::F32(single) = &self.heights {
+            self.heights = Heights::F64(single.iter().map(|&z| f64::from(z)).collect());
+        }
+        if self.weights.is_empty() {
+            padded(&mut self.weights, len).fill(1.0);
+        }
+        for (eased, height, weight) in samples {
+            if let Heights::F64(heights) = &mut self.heights {
+                heights[eased.sample as usize] = height;
+            }
+            self.weights[eased.sample as usize] = weight;
+            self.eased.push(eased);
+        }
     }
 
     /// Samples across.

@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
-use super::combinations::Asked;
+use super::combinations::{Asked, option};
+use super::failure::{Failure, of_shapes};
 use super::values;
-use crate::base::Polylines;
 use crate::base::features::Feature;
-use crate::raster::LineSource;
-use crate::run::{LineInput, Lines};
+use crate::base::{LineKind, Polylines};
+use crate::kernel::breaklines::LinesError;
+use crate::raster::{LineSource, ShapesError};
+use crate::run::{HeightSource, LineInput, Lines, UnusableLines};
+use crate::verify::VerifyError;
 
 /// Lines that edges of the mesh follow.
 #[derive(Debug, clap::Args)]
@@ -23,16 +26,82 @@ pub(crate) struct BreaklineArgs {
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "CELLS", requires = "breaklines", value_parser = values::shift,
         default_value_t = Polylines::USUAL_SHIFT, allow_hyphen_values = true)]
     breakline_shift: f64,
+    /// Which heights edges along --breaklines have. With `line` the lines need z, in the raster's unit; at a sample beside such a line the
+    /// surface may be anywhere between the sample and the line, give or take --max-error
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "Z", value_enum,
+        default_value_t = BreaklineZ::Raster)]
+    breakline_z: BreaklineZ,
+}
+
+/// Where heights of edges along breaklines come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum BreaklineZ {
+    /// The raster's surface
+    Raster,
+    /// The lines' own z
+    Line,
 }
 
 impl BreaklineArgs {
     pub(super) fn ask(&self, asked: &mut Asked) {
         asked.add(Feature::Breaklines, self.breaklines.is_some());
+        asked.add(Feature::LineHeights, self.breakline_z == BreaklineZ::Line);
     }
 
-    /// The lines, if there are any.
-    pub(super) fn input(&self) -> Option<LineInput> {
-        let source = LineSource { path: self.breaklines.clone()?, layer: self.breaklines_layer.clone() };
-        Some(LineInput { from: Lines::Layer(source), shift: self.breakline_shift })
+    /// The lines, if there are any: one set of each kind.
+    pub(super) fn inputs(&self) -> Vec<LineInput> {
+        let breaklines = self.breaklines.as_ref().map(|path| LineInput {
+            kind: LineKind::Breaklines,
+            from: Lines::Layer(LineSource { path: path.clone(), layer: self.breaklines_layer.clone() }),
+            shift: self.breakline_shift,
+            heights: match self.breakline_z {
+                BreaklineZ::Raster => HeightSource::Raster,
+                BreaklineZ::Line => HeightSource::Own,
+            },
+        });
+        breaklines.into_iter().collect()
+    }
+
+    /// Whether there are lines.
+    pub(super) fn are_given(&self) -> bool {
+        self.breaklines.is_some()
+    }
+}
+
+/// Why a layer of lines cannot be used.
+pub(super) fn of_layer(kind: LineKind, error: ShapesError) -> Failure {
+    let lacks_heights = matches!(&error, ShapesError::Layer { found, .. } if found.contains("without heights"));
+    if lacks_heights {
+        return Failure::new(error).hint("--breakline-z raster takes heights from the raster");
+    }
+    of_shapes(error, option(kind.feature()))
+}
+
+/// What mends two heights at one place.
+const ONE_HEIGHT: &str = "change the z of one of them there, choose a larger --max-error, or take heights from the raster with --breakline-z raster";
+
+/// Why lines cannot be used that have been read.
+pub(super) fn of_lines(error: &UnusableLines, failure: Failure) -> Failure {
+    let fewer =
+        |kind: &LineKind| format!("divide the raster with --window, or give {} fewer lines", option(kind.feature()));
+    let other_crs = |kind: &LineKind| {
+        format!(
+            "if the coordinates are in another CRS than the layer of {} says, ogr2ogr -a_srs sets the right one",
+            option(kind.feature())
+        )
+    };
+    match error {
+        UnusableLines::Lattice { error: LinesError::TooMany, kind, .. } => failure.hint(&fewer(kind)),
+        UnusableLines::Lattice { error: LinesError::TooFar { .. }, kind, .. } | UnusableLines::Outside { kind, .. } => {
+            failure.hint(&other_crs(kind))
+        }
+        UnusableLines::TwoHeights { .. } => failure.hint(ONE_HEIGHT),
+        UnusableLines::Judged { error, kind, .. } => match **error {
+            VerifyError::ManyLines => failure.hint(&fewer(kind)),
+            VerifyError::FarLine { .. } => failure.hint(&other_crs(kind)),
+            VerifyError::TwoHeights { .. } => failure.hint(ONE_HEIGHT),
+            _ => failure,
+        },
+        UnusableLines::Lattice { .. } | UnusableLines::Level { .. } => failure,
     }
 }

@@ -15,7 +15,6 @@ use crate::job::Error;
 use crate::job::rules::NotInShards;
 use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
-use crate::kernel::breaklines::LinesError;
 use crate::preview::PreviewError;
 use crate::raster::{DrapeError, PointsError, ShapesError, ViewError, WriteError};
 use crate::run::checkpoints::CheckpointError;
@@ -23,7 +22,7 @@ use crate::run::{Fate, LookError, RunError};
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
 
-use super::{print, shards, signals};
+use super::{breaklines, print, shards, signals};
 
 /// How a subcommand ends when it does not get through: one message for the user, and the exit code.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -175,7 +174,7 @@ impl From<PointsError> for Failure {
 }
 
 /// Why the layer of an option cannot be used.
-fn of_shapes(error: ShapesError, option: &str) -> Failure {
+pub(super) fn of_shapes(error: ShapesError, option: &str) -> Failure {
     let failure = Failure::new(&error);
     match error {
         ShapesError::Cancelled(stopped) => stopped.into(),
@@ -208,13 +207,8 @@ impl From<RunError> for Failure {
             }
             RunError::Importance(error) => error.into(),
             RunError::Points(error) => error.into(),
-            RunError::Lines(error) => of_shapes(error, "--breaklines"),
-            RunError::Breaklines(LinesError::TooMany) => {
-                failure.hint("divide the raster with --window, or give --breaklines fewer lines")
-            }
-            RunError::Breaklines(_) | RunError::NoLines { .. } => failure.hint(
-                "if the coordinates are in another CRS than the layer of --breaklines says, ogr2ogr -a_srs sets the right one",
-            ),
+            RunError::Shapes { kind, error } => breaklines::of_layer(kind, error),
+            RunError::Lines(error) => breaklines::of_lines(&error, failure),
             RunError::NotTakenOver(_) => Failure { code: 2, ..failure }.hint("remove --breaklines, or lay out without an earlier run"),
             RunError::Texture(DrapeError::Place { .. }) => failure.hint("gdal_translate -a_srs -a_ullr gives it one"),
             RunError::Texture(DrapeError::Elsewhere { .. }) => failure.hint("gdalinfo shows where it lies"),

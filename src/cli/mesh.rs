@@ -167,7 +167,7 @@ impl MeshArgs {
         asked.add(Feature::StrongFeasibility, self.feasibility == FeasibilityArg::Strong);
         self.polish.ask(&mut asked);
         self.engine.ask(&mut asked);
-        let has_fitted_heights = self.heights == HeightsArg::Fitted || self.breaklines.breaklines.is_some();
+        let has_fitted_heights = self.heights == HeightsArg::Fitted || self.breaklines.are_given();
         self.coordinates.ask(has_fitted_heights, single(format), &mut asked);
         let quality = self.quality(asked.features());
         if quality != Quality::None {
@@ -241,7 +241,7 @@ impl MeshArgs {
             attributes: self.attributes.attributes(),
             importance: self.importance.input(),
             points: self.points.clone().map(|path| PointInput::Layer(PointSource { path, layer })),
-            breaklines: self.breaklines.input(),
+            lines: self.breaklines.inputs(),
             normals: self.normals.map(|normals| match normals {
                 NormalsArg::Gradient => Normals::Gradient,
                 NormalsArg::Area => Normals::Area,

@@ -91,12 +91,13 @@ pub enum OptionName {
     Breaklines,
     BreaklinesLayer,
     BreaklineShift,
+    BreaklineZ,
     Attributes,
 }
 
 impl OptionName {
     /// All of them. One whose words begin another's comes after it, so that the first that fits a line is the right one.
-    pub const ALL: [OptionName; 17] = [
+    pub const ALL: [OptionName; 18] = [
         OptionName::MaxRms,
         OptionName::MaxPoints,
         OptionName::MaxTriangles,
@@ -113,6 +114,7 @@ impl OptionName {
         OptionName::BreaklinesLayer,
         OptionName::Breaklines,
         OptionName::BreaklineShift,
+        OptionName::BreaklineZ,
         OptionName::Attributes,
     ];
 
@@ -135,6 +137,7 @@ impl OptionName {
             OptionName::Breaklines => "breaklines",
             OptionName::BreaklinesLayer => "breaklines layer",
             OptionName::BreaklineShift => "breakline shift",
+            OptionName::BreaklineZ => "breakline z",
             OptionName::Attributes => "channels",
         }
     }

@@ -9,13 +9,14 @@ use super::tests::{geotiff, terrain};
 use super::*;
 use crate::base::control::{CancelToken, Control};
 use crate::base::staged::StagedFile;
-use crate::base::{PointSet, Polylines};
+use crate::base::{LineKind, LineSet, PointSet, Polylines};
 use crate::field::Field;
 use crate::formats::{Header, PlySink, ReadOptions, open};
 use crate::job::spool::Chunk;
 use crate::kernel::breaklines::Breaklines;
+use crate::kernel::measure::ErrorStats;
 use crate::testing::{self, cases};
-use crate::verify::{LinesOptions, LinesVerdict, VerifyOptions, verify, verify_lines};
+use crate::verify::{LinesVerdict, RequiredLines, Verdict, VerifyError, VerifyOptions, verify, verify_lines};
 
 type Line = Vec<(f64, f64)>;
 
@@ -25,12 +26,14 @@ struct Scene {
     size: (usize, usize),
     heights: Vec<f64>,
     lines: Vec<Line>,
+    /// The lines' own height at a place, if they have one.
+    own: Option<fn(f64, f64) -> f64>,
     shift: f64,
 }
 
 impl Scene {
     fn new(size: (usize, usize), seed: u64, lines: Vec<Line>) -> Scene {
-        Scene { size, heights: terrain(seed, size.0, size.1), lines, shift: 0.5 }
+        Scene { size, heights: terrain(seed, size.0, size.1), lines, own: None, shift: 0.5 }
     }
 
     /// Takes away every sample for which a cheap hash is below a share of 256, in blobs of up to two each way.
@@ -44,13 +47,35 @@ impl Scene {
         self
     }
 
+    fn sets(&self) -> Vec<LineSet> {
+        let lines = Polylines::new(self.lines.clone());
+        let heights = |own: fn(f64, f64) -> f64| {
+            self.lines.iter().map(|line| line.iter().map(|&(x, y)| own(x, y)).collect()).collect()
+        };
+        let lines = self.own.map_or(lines.clone(), |own| lines.with_heights(heights(own)));
+        vec![LineSet { kind: LineKind::Breaklines, lines, shift: self.shift }]
+    }
+
     fn params(&self, tolerance: f64) -> Params {
-        let lines = Breaklines::new(&Polylines::new(self.lines.clone()), self.size, self.shift).expect("near lines");
+        let lines = Breaklines::new(&self.sets(), self.size).expect("near lines");
         Params { breaklines: Some(Arc::new(lines)), ..Params::new(tolerance) }
     }
 
     /// The mesh, if there is ground, and what the verifier says of it. With nothing wrong, whatever is said of lines.
     fn made(&self, params: &Params) -> Option<(Mesh, LinesVerdict)> {
+        self.judged(params).map(|(verdict, mesh, lines)| {
+            let max_error = params.tolerance.kept();
+            assert!(verdict.passes(), "{verdict}");
+            let measured = measured(&mesh);
+            assert!(measured.max <= max_error && measured.beside <= verdict.beside_lines);
+            let agrees = verdict.worst.is_none_or(|worst| (worst.error - measured.max).abs() <= 1e-9);
+            assert!(mesh.chains().is_empty() || agrees, "{verdict} {measured:?}");
+            (mesh, lines)
+        })
+    }
+
+    /// The mesh and all that the verifier says of it.
+    fn judged(&self, params: &Params) -> Option<(Verdict, Mesh, LinesVerdict)> {
         let folder = testing::folder();
         let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
         geotiff(&dem, self.size.0, self.size.1, &self.heights);
@@ -64,25 +89,31 @@ impl Scene {
         mesh.write(Box::new(PlySink::new(staged, Header::default())), &control).expect("written");
         let max_stray = params.limit_on_straying(params.features());
         let max_error = params.tolerance.kept();
-        let options = VerifyOptions { max_error, max_stray, importance: None, temp_dir: None };
+        let lines = RequiredLines::new(&self.sets(), self.size, max_error).expect("one height at each place");
+        let options = VerifyOptions { lines: Some(&lines), max_error, max_stray, importance: None, temp_dir: None };
         let verdict = verify(&band, &tin, &options, &control).expect("judged");
-        assert!(verdict.passes(), "{verdict}");
-        let lines = LinesOptions { lines: &Polylines::new(self.lines.clone()), shift: self.shift };
         let mut reader = open(&tin, None, &ReadOptions::default()).expect("a mesh");
-        let verdict = verify_lines(&band, reader.as_mut(), max_error, &lines, &CancelToken::default());
-        Some((mesh, verdict.expect("judged")))
+        let found = verify_lines(&band, reader.as_mut(), max_error, &lines, &CancelToken::default());
+        Some((verdict, mesh, found.expect("judged")))
     }
 
     /// The same, and edges follow all lines: as many as the mesh was given.
     fn certify(&self, params: &Params) {
         let Some((mesh, verdict)) = self.made(params) else { return };
         assert_eq!(verdict.broken.count, 0, "{verdict:?}");
-        let chains = mesh.chains().expect("breaklines");
+        let chains = mesh.chains()[0];
         let segments = params.breaklines.as_ref().expect("breaklines").segments().len() as u64;
         assert_eq!((verdict.segments, verdict.off_ground), (segments, chains.off_ground));
         // The verifier may find shorter ways over edges that are there by chance.
         assert!(verdict.edges <= chains.edges, "{verdict:?} of {chains:?}");
     }
+}
+
+fn measured(mesh: &Mesh) -> ErrorStats {
+    mesh.chunks().fold(ErrorStats::default(), |mut all, chunk| {
+        all.add(&chunk.expect("a chunk").errors);
+        all
+    })
 }
 
 fn chunks(mesh: &Mesh) -> Vec<Chunk> {
@@ -127,6 +158,15 @@ fn scene() -> impl Strategy<Value = Scene> {
     )
 }
 
+/// Heights far above and across a terrain, as bridges and banks have them.
+fn heights() -> impl Strategy<Value = fn(f64, f64) -> f64> {
+    prop_oneof![
+        Just((|x, y| 25.0 + x / 8.0 - y / 16.0) as fn(f64, f64) -> f64),
+        Just((|_, _| 3.0) as fn(f64, f64) -> f64),
+        Just((|x, y| -4.0 * x + 3.0 * y) as fn(f64, f64) -> f64),
+    ]
+}
+
 fn qualities() -> impl Strategy<Value = (Quality, VertexHeights)> {
     prop_oneof![
         Just((Quality::None, VertexHeights::Sampled)),
@@ -151,6 +191,67 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(cases(60, 2000))]
+
+    #[test]
+    fn edges_keep_the_heights_of_lines_over_random_rasters(
+        scene in scene(), own in heights(), (quality, heights) in qualities(), tile in 2usize..20,
+        tolerance in prop_oneof![Just(0.5), Just(3.0), Just(20.0)], points in prop::collection::vec(0usize..500, 0..4),
+    ) {
+        let scene = Scene { own: Some(own), ..scene };
+        let points = points.into_iter().map(|i| (i % scene.size.0, i / scene.size.0 % scene.size.1));
+        let points = PointSet::new(points.filter(|_| scene.heights.iter().all(|z| !z.is_nan())));
+        let params = Params { quality, heights, tile, points: Some(Arc::new(points)), ..scene.params(tolerance) };
+        match RequiredLines::new(&scene.sets(), scene.size, tolerance) {
+            Ok(_) => scene.certify(&params),
+            // Where lines are steep, one that bends and meets another is not at its height to a cell.
+            Err((_, VerifyError::TwoHeights { .. })) => {
+                let lines = params.breaklines.as_ref().expect("lines");
+                prop_assert!(lines.check_heights(tolerance).is_err());
+            }
+            Err(other) => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_dam_stands_above_the_ground_and_two_heights_at_a_place_are_refused() {
+    let dam = |x: f64, _: f64| 60.0 + x / 8.0;
+    let scene = Scene { own: Some(dam), ..Scene::new((40, 30), 4, vec![vec![(3.2, 4.4), (20.0, 12.0), (36.7, 25.1)]]) };
+    let params = Params { tile: 16, ..scene.params(1.0) };
+    scene.certify(&params);
+    let (mesh, verdict) = scene.made(&params).expect("ground");
+    // All of it is followed, far from the samples, whose number is told.
+    let beside = measured(&mesh).beside;
+    assert!(beside > 60 && verdict.edges >= 2, "{beside} {verdict}");
+    // A mesh of the raster's heights does not keep them.
+    let raster = Scene { own: None, ..scene.clone() };
+    let (_, _, verdict) =
+        scene.judged(&Params { breaklines: raster.params(1.0).breaklines, ..params.clone() }).expect("ground");
+    assert_eq!(verdict.broken.count, 1);
+
+    let lines = |lift: f64| {
+        let crossing = Polylines::new(vec![vec![(2.0, 2.0), (12.0, 12.0)], vec![(2.0, 12.0), (12.0, 2.0)]]);
+        let lines = crossing.with_heights(vec![vec![5.0, 5.0], vec![5.0 + lift, 5.0 + lift]]);
+        vec![LineSet { kind: LineKind::Breaklines, lines, shift: 0.5 }]
+    };
+    for (lift, is_one) in [(1.0, true), (1.0f64.next_up(), true), (1.001, false)] {
+        let found = Breaklines::new(&lines(lift), (20, 20)).expect("near lines");
+        let is_ok = found.check_heights(1.0).is_ok();
+        assert_eq!(is_ok, is_one || 5.0 + lift <= 6.0, "{lift}");
+        assert_eq!(RequiredLines::new(&lines(lift), (20, 20), 1.0).is_ok(), is_ok);
+        if !is_ok {
+            let told = found.check_heights(1.0).unwrap_err().to_string();
+            assert!(told.contains("column 7, row 7") && told.contains("found 5 in feature 0"), "{told}");
+            let field = Field::from_heights(20, 20, crate::base::Heights::F64(vec![0.0; 400])).expect("a field");
+            let params = Params { breaklines: Some(Arc::new(found)), ..Params::new(1.0) };
+            let refused = triangulate(&field, &params, &Control::default());
+            assert!(matches!(refused, Err(Error::TwoHeights(_))), "{refused:?}");
+        }
+    }
+}
+
 #[test]
 fn meshes_do_not_depend_on_threads() {
     let line = (0..40).map(|i| (f64::from(i) * 2.3, 30.0 + 25.0 * (f64::from(i) * 0.4).sin())).collect();
@@ -158,9 +259,13 @@ fn meshes_do_not_depend_on_threads() {
     let scene = scene.with_gaps(11, 9);
     let params = Params { tile: 16, ..scene.params(2.0) };
     scene.certify(&params);
+    let dam = Scene { own: Some(|x, y| 30.0 + x / 9.0 + y / 7.0), ..scene.clone() };
+    let params_of_dam = Params { tile: 16, ..dam.params(2.0) };
+    dam.certify(&params_of_dam);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| chunks(&scene.made(&params).expect("ground").0))
+        let both = [(&scene, &params), (&dam, &params_of_dam)];
+        pool.install(|| both.map(|(scene, params)| chunks(&scene.made(params).expect("ground").0)))
     };
     assert_eq!(with(1), with(3));
 }
@@ -214,6 +319,8 @@ fn degenerate_lines() {
             let params = Params { tile: 8, quality, ..scene.params(1.5) };
             println!("{name}, {gaps} gaps, {quality:?}");
             scene.certify(&params);
+            let level = Scene { own: Some(|_, _| 11.0), ..scene };
+            level.certify(&Params { breaklines: level.params(1.5).breaklines, ..params });
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::base::{GeoTransform, Tolerance};
 use crate::formats::{Bounds, Contents, Sink};
 use crate::job::normals::{Maker, NAMES, NormalSource};
 use crate::job::spool::{Chunk, Ids, Spool};
-use crate::kernel::breaklines::{ChainCounts, Chains};
+use crate::kernel::breaklines::ChainCounts;
 use crate::kernel::measure::ErrorStats;
 
 /// A triangulated field: chunks on disk, one per tile. Whether they vanish when it is dropped is up to their spool.
@@ -27,7 +27,7 @@ pub struct Mesh {
     pub(super) tolerance: Tolerance,
     pub(super) error_scale: f64,
     pub(super) outcome: Option<Outcome>,
-    pub(super) chains: Option<ChainCounts>,
+    pub(super) chains: Vec<ChainCounts>,
     pub(super) times: TileTimes,
     pub(super) spool_bytes: u64,
     pub(super) found: u64,
@@ -64,7 +64,7 @@ impl Mesh {
             tolerance: params.tolerance,
             error_scale: end.map_or(kept, |end| end.scale(job)),
             outcome: end.map(|end| end.outcome),
-            chains: job.chains.as_deref().map(Chains::counts),
+            chains: job.chains.as_deref().map_or(Vec::new(), |chains| chains.counts().to_vec()),
             times: TileTimes::default(),
             found: job.grid.len() as u64,
         }
@@ -107,9 +107,9 @@ impl Mesh {
         self.outcome
     }
 
-    /// What became of breaklines; `None` where there are none, or where others have made the tiles.
-    pub fn chains(&self) -> Option<ChainCounts> {
-        self.chains
+    /// What became of each set of lines; nothing where there are none, or where others have made the tiles.
+    pub fn chains(&self) -> &[ChainCounts] {
+        &self.chains
     }
 
     /// Where the time of the tiles went.

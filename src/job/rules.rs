@@ -51,6 +51,9 @@ const GOALS: &[Feature] = &[Feature::VertexBudget, Feature::TriangleBudget, Feat
 /// Values of vertices beside their height, or instead of it.
 const ATTRIBUTES: &[Feature] = &[Feature::Attributes, Feature::Image];
 
+/// Lines that become edges, and what is part of them.
+const LINES: &[Feature] = &[Feature::Breaklines, Feature::LineHeights];
+
 /// What is part of polishing, and means nothing without it.
 const OF_POLISHING: &[Feature] = &[
     Feature::FittedHeights,
@@ -146,11 +149,7 @@ pub const RULES: &[Rule] = &[
         &[Feature::InexactScale, Feature::RoundedToSingle],
         "what rounding loses of heights is taken from the tolerance of heights, not from that of heights and attributes together",
     ),
-    exclude(
-        ATTRIBUTES,
-        &[Feature::Breaklines],
-        "edges of breaklines end between samples, where attributes have no values",
-    ),
+    exclude(ATTRIBUTES, LINES, "edges of breaklines end between samples, where attributes have no values"),
     everywhere(exclude(
         &[Feature::Breaklines],
         &[Feature::Importance],
@@ -175,6 +174,17 @@ pub const RULES: &[Rule] = &[
         &[Feature::Breaklines],
         &[Feature::StrongFeasibility],
         "edges of breaklines are not held to the diagonals of cells",
+    ),
+    everywhere(require(&[Feature::LineHeights], Feature::Breaklines, "it is the heights of these lines that count")),
+    everywhere(exclude(
+        &[Feature::LineHeights],
+        &[Feature::MaxStray],
+        "beside such lines the surface leaves the heights of samples, between which it would be held",
+    )),
+    exclude(
+        &[Feature::LineHeights],
+        GOALS,
+        "whether lines that meet have one height there depends on the tolerance, which a goal leaves open",
     ),
     exclude(&[Feature::Breaklines], CUTS, "greedy cuts take no given edges"),
     exclude(&[Feature::Breaklines], HITTING_SETS, "squares take no given edges"),

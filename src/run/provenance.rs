@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use super::Request;
 use super::attributes::Ranged;
 use super::coordinates::Written;
+use super::{HeightSource, Request};
 #[cfg(feature = "gdal")]
-use super::{Input, Lines, PointInput};
-use crate::base::{Band, exact_marks};
+use super::{Input, PointInput};
+use crate::base::{Band, LineKind, exact_marks};
 use crate::formats::{Crs, Header, Heights, OptionName, RunOption};
 use crate::job::Params;
 
@@ -78,13 +78,17 @@ fn options(request: &Request<'_>, band: &Band, attributes: Option<&Ranged<'_>>) 
     if let Some(PointInput::Layer(source)) = &request.points {
         say(OptionName::Points, Some(name(&source.path)));
     }
-    if let Some(lines) = &request.breaklines {
-        say(OptionName::Breaklines, lines.file().map(name));
-        #[cfg(feature = "gdal")]
-        if let Lines::Layer(source) = &lines.from {
-            say(OptionName::BreaklinesLayer, source.layer.clone());
+    for lines in &request.lines {
+        let (file, layer) = match lines.kind {
+            LineKind::Breaklines => (OptionName::Breaklines, OptionName::BreaklinesLayer),
+        };
+        say(file, lines.file().map(name));
+        say(layer, lines.layer().map(str::to_string));
+        if lines.kind == LineKind::Breaklines {
+            say(OptionName::BreaklineShift, Some(lines.shift.to_string()));
+            let is_own = lines.heights == HeightSource::Own;
+            say(OptionName::BreaklineZ, is_own.then(|| lines.heights.name().to_string()));
         }
-        say(OptionName::BreaklineShift, Some(lines.shift.to_string()));
     }
     options.extend(attributes.map(Ranged::option));
     options

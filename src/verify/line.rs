@@ -1,5 +1,7 @@
 //! The surface of a face over one row of samples.
 
+use super::samples::Samples;
+
 /// The surface over one row of samples, from the first one in the triangle on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Line {
@@ -13,6 +15,11 @@ pub(super) struct Line {
     pub(super) steps: (f64, f64),
     /// What a unit of each weight adds to the height.
     pub(super) slopes: (f64, f64),
+}
+
+/// The one of two errors that is farther from 0.
+fn farther(before: f64, found: f64) -> f64 {
+    if before.abs() >= found.abs() { before } else { found }
 }
 
 /// What samples next to each other come to.
@@ -60,13 +67,23 @@ impl Line {
 
     /// Notes the height of the surface less that of the sample for each of these samples of the row, the first one in column
     /// `first`, where it is farther from 0 than what is there, or nothing is there. `samples` and `errors` are the whole row.
-    pub(super) fn note_errors(&self, (first, last): (i64, i64), samples: &[f64], errors: &mut [f64]) {
+    pub(super) fn note_errors(&self, (first, last): (i64, i64), samples: Samples<'_>, errors: &mut [f64]) {
+        let intervals = (first..=last).filter_map(|column| Some((column, samples.top(column as usize)?)));
+        let noted: Vec<(i64, f64, f64)> = intervals.map(|(at, top)| (at, top, errors[at as usize])).collect();
+        self.note_all((first, last), samples.heights, errors);
+        for (column, top, before) in noted {
+            let surface = self.surface((column - self.first) as f64);
+            let found = surface - surface.clamp(samples.heights[column as usize], top);
+            errors[column as usize] = farther(before, found);
+        }
+    }
+
+    fn note_all(&self, (first, last): (i64, i64), samples: &[f64], errors: &mut [f64]) {
         const LANES: usize = 8;
         let columns = first as usize..=last as usize;
         let first = (first - self.first) as f64;
         let (errors, last_errors) = errors[columns.clone()].as_chunks_mut::<LANES>();
         let (samples, last_samples) = samples[columns].as_chunks::<LANES>();
-        let farther = |before: f64, found: f64| if before.abs() >= found.abs() { before } else { found };
         for (chunk, (errors, samples)) in errors.iter_mut().zip(samples).enumerate() {
             let first = first + (chunk * LANES) as f64;
             for i in 0..LANES {

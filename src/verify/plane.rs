@@ -1,6 +1,6 @@
 //! The plane of a face at samples, exact.
 
-use super::exact::{agreeing, rounded_error, within, within_weighted};
+use super::exact::{agreeing, rounded_error, within, within_interval, within_weighted};
 use super::grid::STEPS;
 use super::line::Line;
 use super::samples::Samples;
@@ -137,7 +137,13 @@ impl Plane {
         let row = line.row;
         match samples.weights {
             None => line.visit(columns, samples.heights, |column, sample, surface, error| {
-                visit(column, self.judge(column, row, sample, surface, error));
+                visit(
+                    column,
+                    match samples.top(column as usize) {
+                        None => self.judge(column, row, sample, surface, error),
+                        Some(top) => self.judge_interval(column, row, [sample, top], surface),
+                    },
+                );
             }),
             Some(weights) => line.visit(columns, samples.heights, |column, sample, surface, error| {
                 visit(column, self.judge_weighted(column, row, sample, surface, error, weights[column as usize]));
@@ -173,6 +179,22 @@ impl Plane {
         Judged { error: error.min(most), counted: agreeing(counted, within, self.tolerance), surface, within }
     }
 
+    /// The same of a sample that is an interval: its error is how far the surface is from it.
+    fn judge_interval(&self, column: i64, row: i64, [low, high]: [f64; 2], surface: f64) -> Judged {
+        let error = (surface - surface.clamp(low, high)).abs();
+        let judged = |within| {
+            let error = agreeing(error, within, self.tolerance);
+            Judged { error, counted: error, surface, within }
+        };
+        if error <= self.surely_within {
+            return judged(true);
+        }
+        if error > self.surely_above {
+            return judged(false);
+        }
+        judged(within_interval([low, high], self.triangle.heights, self.weights(column, row), self.tolerance))
+    }
+
     #[cold]
     fn judge_exactly(&self, column: i64, row: i64, sample: f64, surface: f64, error: f64) -> Judged {
         let within = within(sample, self.triangle.heights, self.weights(column, row), self.tolerance);
@@ -205,7 +227,7 @@ mod tests {
     }
 
     fn plain(heights: &[f64]) -> Samples<'_> {
-        Samples { heights, weights: None, flags: None }
+        Samples { heights, weights: None, tops: None, flags: None }
     }
 
     fn judge_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, visit: impl FnMut(i64, Judged)) {
@@ -246,7 +268,7 @@ mod tests {
                     assert_eq!(judged.error <= tolerance, exact);
                 });
                 let plane = Plane::new(triangle, tolerance * weight);
-                let weighted = Samples { heights: &samples, weights: Some(&[weight; 100]), flags: None };
+                let weighted = Samples { heights: &samples, weights: Some(&[weight; 100]), tops: None, flags: None };
                 judge_row(&plane, row, &span, weighted, |column, judged| {
                     let (sample, bary) = (samples[column as usize], plane.weights(column, row));
                     let exact = within_weighted(sample, triangle.heights, bary, weight, tolerance * weight);

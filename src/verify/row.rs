@@ -59,7 +59,7 @@ impl Row<'_> {
         let line = plane.line(row, span);
         let ((first, last), (inner_first, inner_last)) = (span.closed, span.interior);
         if let Some(errors) = self.errors.as_deref_mut().filter(|_| plane.has_heights()) {
-            line.note_errors(span.closed, self.samples.heights, errors);
+            line.note_errors(span.closed, self.samples, errors);
         }
         let Some(largest) = self.pass_interior(plane, &line, span) else {
             return self.judge(plane, &line, span, (first, last));
@@ -78,7 +78,7 @@ impl Row<'_> {
     /// within the tolerance for sure and in no triangle before. Does nothing if that is not so.
     fn pass_interior(&mut self, plane: &Plane, line: &Line, span: &RowSpan) -> Option<f64> {
         let (first, last) = span.interior;
-        if first > last || self.samples.weights.is_some() {
+        if first > last || self.samples.weights.is_some() || self.samples.tops.is_some() {
             return None;
         }
         let columns = first as usize..=last as usize;
@@ -182,6 +182,9 @@ impl RowTally {
     /// The judgement of a sample that may be the worst of its row so far, with its error rounded correctly; another as it is.
     #[inline(always)]
     fn refined(&self, plane: &Plane, (column, row): (i64, i64), samples: Samples<'_>, judged: Judged) -> Judged {
+        if samples.top(column as usize).is_some() {
+            return judged;
+        }
         let slack = plane.slack();
         let worst = self.worst.as_ref().map_or(f64::NEG_INFINITY, |w| w.judged.error);
         let error = judged.error + slack;

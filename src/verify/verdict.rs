@@ -95,9 +95,16 @@ pub struct Verdict {
     /// What channels come to, where the mesh was judged with some.
     #[serde(rename = "attributes", skip_serializing_if = "Option::is_none")]
     pub extended: Option<WeightedVerdict>,
+    /// Samples beside lines with heights of their own, where the surface may be anywhere between sample and line.
+    #[serde(skip_serializing_if = "is_none")]
+    pub beside_lines: u64,
     /// What became of breaklines, where the mesh was judged with some.
     #[serde(rename = "breaklines", skip_serializing_if = "Option::is_none")]
     pub lines: Option<LinesVerdict>,
+}
+
+fn is_none(count: &u64) -> bool {
+    *count == 0
 }
 
 /// What was found out about the boundary of a mesh that may end short of the ground's.

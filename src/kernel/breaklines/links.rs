@@ -6,9 +6,10 @@
 use std::ops::Range;
 
 use super::obstacles::{Obstacles, for_each_cell};
-use super::wall::{keeps_to_surface, vertex};
-use super::{FINE, Place};
+use super::wall::{keeps_to_heights, keeps_to_samples, keeps_to_surface, vertex};
+use super::{FINE, Place, SetBits, Stretch};
 use crate::base::control::{CancelToken, Cancelled};
+use crate::base::exact;
 use crate::base::lattice::{Point, STEPS, distance2, dot, orient};
 use crate::base::mesh::Vertex;
 use crate::base::{Cell, Tile, Window};
@@ -27,7 +28,7 @@ pub struct Thinning<'a> {
     pub size: (usize, usize),
     /// The distance allowed between the surface and the wall.
     pub tolerance: f64,
-    /// How far places of the line may be from their edge.
+    /// What edges are held to beside that: how far places of the line may be from their edge, and heights of the line's own.
     pub lines: &'a super::Breaklines,
     /// Samples of the window that become vertices.
     pub points: &'a [(usize, usize)],
@@ -55,34 +56,47 @@ impl From<Cancelled> for Untenable {
     }
 }
 
+/// An edge of a chain, and the sets of lines that it is of.
+pub type ChainEdge = ([Vertex; 2], SetBits);
+
 /// The edges of the chains of all pieces that a tile has ([`super::Pieces`]), as vertices of the tile. They touch each other at ends of pieces
 /// alone, and pieces of other lines nowhere else.
 ///
 /// # Errors
 /// [`Untenable`].
-pub fn thin(task: &Thinning<'_>, pieces: &[(usize, Vec<Place>)]) -> Result<Vec<[Vertex; 2]>, Untenable> {
+pub fn thin(task: &Thinning<'_>, stretches: &[Stretch]) -> Result<Vec<ChainEdge>, Untenable> {
     let mut obstacles = Obstacles::default();
     for &(column, row) in task.points {
         let at = Point::of_sample(column as i32, row as i32);
         obstacles.add([at, at], None);
     }
     let pieces: Vec<Vec<Point>> =
-        pieces.iter().map(|(_, piece)| piece.iter().map(|&p| task.local(p)).collect()).collect();
+        stretches.iter().map(|stretch| stretch.places.iter().map(|&p| task.local(p)).collect()).collect();
     for (number, piece) in (0..).zip(&pieces) {
         for (i, ends) in (0..).zip(piece.windows(2)) {
             obstacles.add([ends[0], ends[1]], Some((number, i)));
         }
     }
     let mut edges = Vec::new();
-    for (number, piece) in (0..).zip(&pieces) {
+    for ((number, piece), stretch) in (0..).zip(&pieces).zip(stretches) {
         task.cancel.check()?;
-        let vertices = piece.iter().map(|&at| task.vertex(at)).collect::<Result<Vec<Vertex>, Untenable>>()?;
-        let along = Along { task, vertices: &vertices, number, is_on_side: task.is_on_side(piece) };
+        let places = piece.iter().zip(&stretch.places);
+        let vertices =
+            places.map(|(&at, &place)| task.vertex(at, place)).collect::<Result<Vec<Vertex>, Untenable>>()?;
+        let sets = stretch.sets;
+        let along = Along {
+            task,
+            vertices: &vertices,
+            number,
+            is_on_side: task.is_on_side(piece),
+            shift: task.lines.shift_of(sets),
+            has_heights: task.lines.has_own(sets),
+        };
         let chain = along.fewest(&obstacles);
         for ends in chain.windows(2) {
             let edge = [vertices[ends[0]], vertices[ends[1]]];
             obstacles.add(edge.map(|v| v.at), None);
-            edges.push(edge);
+            edges.push((edge, sets));
         }
     }
     Ok(edges)
@@ -94,7 +108,10 @@ impl Thinning<'_> {
         Point { x: local(place.x, self.window.column), y: local(place.y, self.window.row) }
     }
 
-    fn vertex(&self, at: Point) -> Result<Vertex, Untenable> {
+    fn vertex(&self, at: Point, place: Place) -> Result<Vertex, Untenable> {
+        if let Some(height) = self.lines.height_at(place) {
+            return Ok(Vertex { at, height });
+        }
         let part = |local: i32, first: usize| first as f64 + f64::from(local) / f64::from(STEPS);
         let height = || Untenable::Height { column: part(at.x, self.window.column), row: part(at.y, self.window.row) };
         vertex(self.tile, at, self.tolerance).ok_or_else(height)
@@ -130,6 +147,10 @@ struct Along<'a> {
     vertices: &'a [Vertex],
     number: u32,
     is_on_side: bool,
+    /// How far places may be from their edge, in parts of a cell.
+    shift: i64,
+    /// Whether the line has heights of its own at all of its places.
+    has_heights: bool,
 }
 
 /// No place.
@@ -172,10 +193,28 @@ impl Along<'_> {
         let edge = [p.at, q.at];
         // An edge along a side would lie on others.
         (self.is_on_side || !self.task.is_on_side(&edge))
-            && self.vertices[from + 1..to].iter().all(|v| is_near(v.at, edge, self.task.lines.shift))
+            && self.vertices[from + 1..to].iter().all(|v| is_near(v.at, edge, self.shift))
             && self.task.is_far_from_voids(edge)
-            && keeps_to_surface(self.task.tile, self.task.tolerance, p, q)
+            && self.keeps_to_wall(from, to)
             && obstacles.let_pass(edge, self.number, Range { start: from as u32, end: to as u32 })
+    }
+
+    /// Whether the edge between two places is within the tolerance of the line's own heights, or else of the raster's surface. Samples
+    /// on it must be able to keep to it, which they may not be beside lines with other heights.
+    fn keeps_to_wall(&self, from: usize, to: usize) -> bool {
+        let &Thinning { tile, window, tolerance, lines, .. } = self.task;
+        let (p, q) = (self.vertices[from], self.vertices[to]);
+        let is_kept = match self.has_heights {
+            true => keeps_to_heights(tolerance, p, q, &self.vertices[from + 1..to]),
+            false => keeps_to_surface(tile, tolerance, p, q),
+        };
+        let stands = |(column, row): (usize, usize)| {
+            let at = ((window.column + column) as i64, (window.row + row) as i64);
+            let height = tile.at(column, row);
+            let eased = lines.beside.at(at, height, tolerance);
+            eased.map_or((height, tolerance), |eased| (eased.height, exact::limit(eased.weight, tolerance)))
+        };
+        is_kept && (!lines.have_heights() || keeps_to_samples(p, q, stands))
     }
 }
 

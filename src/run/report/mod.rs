@@ -25,7 +25,7 @@ use super::{Input, Request};
 use crate::base::channels::{Channel, Ranges};
 use crate::base::lattice::STEPS;
 use crate::base::warning::Warnings;
-use crate::base::{Band, Cutline, Encoding, PointCounts, Reference};
+use crate::base::{Band, Cutline, Encoding, LineKind, PointCounts, Reference};
 use crate::field::{Access, Field};
 use crate::formats::Format;
 use crate::job::plan::Plan;
@@ -106,7 +106,9 @@ pub struct Report {
     /// What became of the points; null where there are none.
     pub points: Option<PointsReport>,
     /// What became of breaklines; null where there are none.
-    pub breaklines: Option<BreaklinesReport>,
+    pub breaklines: Option<LinesReport>,
+    /// Samples beside lines with heights of their own: the surface may be anywhere between sample and line there.
+    pub beside_lines: u64,
     /// The memory that was planned.
     pub memory: Plan,
     /// What the user should know of the inputs and the output.
@@ -137,9 +139,11 @@ pub struct CutlineReport {
 
 /// Lines that were asked to be edges.
 #[derive(Debug, Clone, Serialize)]
-pub struct BreaklinesReport {
+pub struct LinesReport {
     /// The layer's file; empty where a program gave the lines.
     pub file: String,
+    /// Where their heights come from: raster or line.
+    pub z: &'static str,
     /// How far edges may be from lines, in cells.
     pub shift: f64,
     /// What became of the lines.
@@ -359,7 +363,8 @@ impl Report {
             peak_memory_bytes: peak_memory(),
             temporary_bytes: field.decoded_bytes() + mesh.spool_bytes(),
             tiles_found: sources.continues.then(|| mesh.tiles_found()),
-            breaklines: BreaklinesReport::new(request, params, mesh),
+            breaklines: LinesReport::new(LineKind::Breaklines, request, params, mesh),
+            beside_lines: errors.beside,
             points: sources.points.map(|(layer, counts)| PointsReport::new(layer, counts, request)),
             memory: plan,
             warnings: Warnings::default(),
@@ -372,11 +377,13 @@ impl Report {
     }
 }
 
-impl BreaklinesReport {
-    fn new(request: &Request<'_>, params: &Params, mesh: &Mesh) -> Option<BreaklinesReport> {
-        let (lines, input) = params.breaklines.as_ref().zip(request.breaklines.as_ref())?;
-        let (counts, chains) = (lines.counts(), mesh.chains());
-        Some(BreaklinesReport { file: shown(input.file()), shift: input.shift, counts, chains })
+impl LinesReport {
+    fn new(kind: LineKind, request: &Request<'_>, params: &Params, mesh: &Mesh) -> Option<LinesReport> {
+        let input = request.lines.iter().find(|input| input.kind == kind)?;
+        let mut counts = params.breaklines.as_ref()?.counts().enumerate();
+        let (number, (_, counts)) = counts.find(|(_, (of, _))| *of == kind)?;
+        let chains = mesh.chains().get(number).copied();
+        Some(LinesReport { file: shown(input.file()), z: input.heights.name(), shift: input.shift, counts, chains })
     }
 }
 

@@ -4,7 +4,8 @@
 //! and rounds, `noding` joins them. `heights` reads the samples around them; a segment counts that lies in a cell with four. `graph`
 //! then makes *stretches* of them, from where lines end or meet to where they do again, and `follow` looks in each for a way of
 //! edges of the mesh from its first place to its last: between places of the stretch, all those passed over within the shift, and the
-//! edge within the tolerance of the raster's bilinear surface at its ends and where it crosses rows and columns.
+//! edge within the tolerance of the raster's bilinear surface at its ends and where it crosses rows and columns. Where lines have
+//! heights of their own (`required`), the ends are held to these, and the edge to those of all places that it passes over.
 //!
 //! Places are whole numbers of quarter cells and comparisons are exact. Memory: some 500 bytes for each segment of the lines.
 
@@ -12,7 +13,9 @@ mod follow;
 mod graph;
 mod heights;
 mod noding;
+mod pieces;
 mod places;
+mod required;
 
 #[cfg(test)]
 mod tests;
@@ -24,24 +27,17 @@ use serde::Serialize;
 use super::VerifyError;
 use super::finding::{Finding, MapPlace};
 use super::grid::Grid;
+use crate::base::Band;
 use crate::base::control::CancelToken;
-use crate::base::{Band, Polylines};
 use crate::formats::MeshReader;
 use follow::Wall;
 use graph::stretches;
 use heights::Samples;
 
+pub use required::RequiredLines;
+
 /// A place in quarter cells: across, down.
 pub(super) type Spot = (i64, i64);
-
-/// Lines that the mesh is to have as edges.
-#[derive(Debug, Clone, Copy)]
-pub struct LinesOptions<'a> {
-    /// The lines, over the raster.
-    pub lines: &'a Polylines,
-    /// How far an edge may be from the places it passes over, in cells; parts below 1/65536 do not count.
-    pub shift: f64,
-}
 
 /// What was found out about lines.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -85,7 +81,7 @@ impl std::fmt::Display for StretchPlace {
     }
 }
 
-/// Judges whether edges of a mesh follow lines, within this distance of the raster's surface.
+/// Judges whether edges of a mesh follow lines, within this distance of their own heights, or else of the raster's surface.
 ///
 /// # Errors
 /// [`VerifyError`]: the raster or the mesh cannot be read, lines are too far away or too many, or on cancellation.
@@ -93,11 +89,11 @@ pub fn verify_lines(
     raster: &Band,
     mesh: &mut dyn MeshReader,
     max_error: f64,
-    options: &LinesOptions<'_>,
+    lines: &RequiredLines,
     cancel: &CancelToken,
 ) -> Result<LinesVerdict, VerifyError> {
     let grid = Grid::of(raster, mesh);
-    let segments = noding::noded(places::cut(options.lines, (grid.width, grid.height))?);
+    let segments: Vec<[Spot; 2]> = lines.segments.iter().map(|(segment, _)| *segment).collect();
     let mut spots: Vec<Spot> = segments.iter().flatten().copied().collect();
     spots.sort_unstable();
     spots.dedup();
@@ -129,14 +125,15 @@ pub fn verify_lines(
 
     let at = |i: u32| spots[i as usize];
     let samples = Samples::read(raster, &segments, edges.iter().map(|&(a, b)| [at(a), at(b)]), cancel)?;
-    let (on_ground, off_ground): (Vec<_>, Vec<_>) = segments.iter().partition(|segment| samples.has_cell(**segment));
+    let (on_ground, off_ground): (Vec<_>, Vec<_>) =
+        lines.segments.iter().partition(|(segment, _)| samples.has_cell(*segment));
     let mut beside: HashMap<Spot, Vec<Spot>> = HashMap::new();
     for &(a, b) in &edges {
         beside.entry(at(a)).or_default().push(at(b));
         beside.entry(at(b)).or_default().push(at(a));
     }
     let height = |spot: Spot| number(spot).and_then(|i| heights[i as usize]);
-    let wall = Wall { samples: &samples, tolerance: max_error, shift: options.shift, height: &height };
+    let wall = Wall { samples: &samples, tolerance: max_error, lines, height: &height };
     let mut verdict = LinesVerdict {
         segments: segments.len() as u64,
         off_ground: off_ground.len() as u64,
@@ -144,10 +141,10 @@ pub fn verify_lines(
         edges: 0,
         broken: Finding::default(),
     };
-    for stretch in stretches(on_ground) {
+    for (stretch, sets) in stretches(on_ground) {
         cancel.check()?;
         verdict.stretches += 1;
-        match wall.follow(&stretch, &beside) {
+        match wall.follow(&stretch, sets, &beside) {
             Ok(edges) => verdict.edges += edges,
             Err(reached) => verdict.broken.add(|| StretchPlace {
                 from: grid.map(stretch[0]),
