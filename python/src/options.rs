@@ -45,6 +45,7 @@ pub(crate) struct Options<'py> {
     attribute_weight: Option<f64>,
     points: Option<Vec<(f64, f64)>>,
     breaklines: Option<Vertices>,
+    footprints: Option<Vec<Vertices>>,
     breakline_shift: f64,
     breakline_z: String,
     engine: Option<String>,
@@ -78,6 +79,7 @@ pub(crate) struct VerifyOptions<'py> {
     attributes: Option<Vec<Bound<'py, PyBand>>>,
     attribute_weight: Option<f64>,
     breaklines: Option<Vertices>,
+    footprints: Option<Vec<Vertices>>,
     breakline_shift: f64,
     breakline_z: String,
     threads: Option<usize>,
@@ -162,7 +164,7 @@ impl Options<'_> {
             attributes: attributes(self.attributes.as_ref(), self.attribute_weight)?,
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             points: self.points.as_ref().map(|places| PointInput::Places(places.as_slice().into())),
-            lines: lines(self.breaklines.as_ref(), self.breakline_shift, &self.breakline_z)?,
+            lines: lines(self.breaklines.as_ref(), self.footprints.as_ref(), self.breakline_shift, &self.breakline_z)?,
             fill_voids: self.fill_holes,
             access: choose(
                 "access",
@@ -207,6 +209,7 @@ impl Options<'_> {
             (Feature::Importance, self.importance.is_some()),
             (Feature::Points, self.points.is_some()),
             (Feature::Breaklines, self.breaklines.is_some()),
+            (Feature::Footprints, self.footprints.is_some()),
             (Feature::LineHeights, self.breakline_z == HeightSource::Own.name()),
             (Feature::Trim, self.trim > 0),
             (Feature::FilledVoids, self.fill_holes > 0),
@@ -299,28 +302,35 @@ impl Options<'_> {
 /// Vertices of lines, of two or three numbers each.
 type Vertices = Vec<Vec<Vec<f64>>>;
 
-/// Lines through places on the map, if there are any.
-fn lines(lines: Option<&Vertices>, shift: f64, z: &str) -> PyResult<Vec<LineInput>> {
+/// Lines through places on the map, and the outlines of polygons, as far as there are any.
+fn lines(lines: Option<&Vertices>, polygons: Option<&Vec<Vertices>>, shift: f64, z: &str) -> PyResult<Vec<LineInput>> {
     let heights = choose("breakline_z", z, &[HeightSource::Raster, HeightSource::Own].map(|z| (z.name(), z)))?;
-    let set = |lines: &Vertices| {
-        let place = |vertex: &Vec<f64>| match vertex[..] {
-            [x, y, ..] => Ok((x, y)),
-            _ => Err(PyValueError::new_err("breaklines: expected vertices of two or three numbers")),
-        };
-        let places = lines.iter().map(|line| line.iter().map(place).collect()).collect::<PyResult<_>>()?;
-        let height = |vertex: &Vec<f64>| vertex.get(2).copied();
-        let own: Option<Vec<Vec<f64>>> = lines.iter().map(|line| line.iter().map(height).collect()).collect();
-        let placed = Polylines::new(places);
-        let lines = match own {
-            Some(own) => placed.with_heights(own),
-            None => placed,
-        };
-        Ok(LineInput { kind: LineKind::Breaklines, from: Lines::Places(lines), shift, heights })
-    };
     if lines.is_none() && heights == HeightSource::Own {
         return Err(PyValueError::new_err("breakline_z: expected breaklines, whose heights these are, found none"));
     }
-    lines.map(set).into_iter().collect()
+    let input = |kind, lines, heights| LineInput { kind, from: Lines::Places(lines), shift, heights };
+    let breaklines = lines.map(|lines| Ok::<_, PyErr>(input(LineKind::Breaklines, polylines(lines)?, heights)));
+    let footprints = polygons.map(|polygons| {
+        let rings: Vertices = polygons.iter().flatten().cloned().collect();
+        Ok(input(LineKind::Footprints, polylines(&rings)?, HeightSource::Raster))
+    });
+    breaklines.into_iter().chain(footprints).collect()
+}
+
+/// Lines, with heights where all vertices have three numbers.
+fn polylines(lines: &Vertices) -> PyResult<Polylines> {
+    let place = |vertex: &Vec<f64>| match vertex[..] {
+        [x, y, ..] => Ok((x, y)),
+        _ => Err(PyValueError::new_err("expected vertices of two or three numbers")),
+    };
+    let places = lines.iter().map(|line| line.iter().map(place).collect()).collect::<PyResult<_>>()?;
+    let height = |vertex: &Vec<f64>| vertex.get(2).copied();
+    let own: Option<Vec<Vec<f64>>> = lines.iter().map(|line| line.iter().map(height).collect()).collect();
+    let placed = Polylines::new(places);
+    Ok(match own {
+        Some(own) => placed.with_heights(own),
+        None => placed,
+    })
 }
 
 impl VerifyOptions<'_> {
@@ -335,7 +345,7 @@ impl VerifyOptions<'_> {
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             fill_voids: self.fill_holes,
             trim: self.trim,
-            lines: lines(self.breaklines.as_ref(), self.breakline_shift, &self.breakline_z)?,
+            lines: lines(self.breaklines.as_ref(), self.footprints.as_ref(), self.breakline_shift, &self.breakline_z)?,
             threads: threads(self.threads)?,
             temp_dir: self.temp_dir.clone(),
             ..VerifyRequest::new(band.clone(), mesh, self.max_error)

@@ -56,6 +56,7 @@ def simplify(
     importance: Raster | None = None,
     points: Any = None,
     breaklines: Any = None,
+    footprints: Any = None,
     breakline_shift: float = 0.5,
     breakline_z: Literal["raster", "line"] = "raster",
     engine: Literal["greedy-cuts", "greedy-insertion", "hitting-set"] | None = None,
@@ -125,8 +126,9 @@ def simplify(
         importance: Weights on the samples of the raster: distance times weight is within ``max_error``.
         points: Places in the raster's CRS, of shape (n, 2) or (n, 3): the samples nearest to them become vertices.
         breaklines: Lines in the raster's CRS, each of shape (n, 2) or (n, 3): edges of the mesh follow them.
-        breakline_shift: How far those edges may be from the lines, in cells.
-        breakline_z: Which heights those edges have: ``"line"`` takes those of lines of shape (n, 3).
+        footprints: Polygons, as for ``cutline``: edges of the mesh follow their outlines.
+        breakline_shift: How far edges may be from lines and outlines, in cells.
+        breakline_z: Which heights edges of breaklines have: ``"line"`` takes those of lines of shape (n, 3).
         engine: How tiles are triangulated.
         cuts: The order of greedy cuts.
         swap: By what edges of greedy insertion are swapped.
@@ -186,6 +188,7 @@ def simplify(
         "attribute_weight": attribute_weight,
         "points": _facts.places(points),
         "breaklines": _facts.lines(breaklines),
+        "footprints": None if footprints is None else _facts.polygons(footprints, "footprints"),
         "breakline_shift": breakline_shift,
         "breakline_z": breakline_z,
         "engine": engine,
@@ -232,6 +235,7 @@ def verify(
     attribute_weight: float | None = None,
     importance: Raster | None = None,
     breaklines: Any = None,
+    footprints: Any = None,
     breakline_shift: float = 0.5,
     breakline_z: Literal["raster", "line"] = "raster",
     threads: int | None = None,
@@ -242,7 +246,7 @@ def verify(
     """Judge a mesh against its raster, by code that shares nothing with what made it.
 
     Heights, coverage, cracks and folds are judged, as by ``terrabite verify``. Options that say which samples there are, and
-    ``trim``, ``fill_holes``, ``attributes``, ``importance`` and ``breaklines``, must be those that the mesh was made with: see :func:`simplify`.
+    ``trim``, ``fill_holes``, ``attributes``, ``importance``, ``breaklines`` and ``footprints``, must be those that the mesh was made with: see :func:`simplify`.
 
     Args:
         raster: What the mesh was made from.
@@ -265,7 +269,8 @@ def verify(
         attribute_weight: What they count.
         importance: Weights.
         breaklines: Lines that edges of the mesh must follow.
-        breakline_shift: How far those edges may be from them, in cells.
+        footprints: Polygons whose outlines they must follow.
+        breakline_shift: How far edges may be from them, in cells.
         breakline_z: Which heights those edges have.
         threads: Threads to work with; the verdict does not depend on them.
         temp_dir: The folder of temporary files, about 200 bytes a triangle.
@@ -296,6 +301,7 @@ def verify(
         "attributes": further,
         "attribute_weight": attribute_weight,
         "breaklines": _facts.lines(breaklines),
+        "footprints": None if footprints is None else _facts.polygons(footprints, "footprints"),
         "breakline_shift": breakline_shift,
         "breakline_z": breakline_z,
         "threads": threads,

@@ -117,12 +117,23 @@ def test_edges_have_the_heights_of_lines():
         tb.verify(dem, tin, 1, breakline_z="line")
 
 
+def test_edges_follow_outlines():
+    dem = np.add.outer(np.arange(40.0), np.arange(50.0)) % 7
+    roof = {"type": "Polygon", "coordinates": [[(8.2, -8.4), (30.1, -9.0), (24.4, -28.8), (8.2, -8.4)]]}
+    tin = tb.simplify(dem, 1, footprints=roof)
+    assert tin.report["footprints"]["chains"]["edges"] >= 3
+    assert tb.verify(dem, tin, 1, footprints=roof).passed
+    assert not tb.verify(dem, tb.simplify(dem, 1), 1, footprints=roof).passed
+    with pytest.raises(ValueError, match="footprints: expected polygons"):
+        tb.simplify(dem, 1, footprints=[])
+
+
 def test_options_have_the_names_and_defaults_of_the_command(command):
     """Those that are not there are for files: where they go, what is printed, and layers that GDAL's vector library reads."""
     of_files = {
         "input", "output", "overwrite", "quiet", "json", "dry-run", "work-dir", "keep-work-dir", "help", "format", "ascii", "precision",
         "local", "z-scale", "normals", "texture", "texture-size", "base-height", "base-depth", "mesh-compression",
-        "ogr-geometry", "cutline-layer", "points-layer", "breaklines-layer", "bbox-crs", "importance-band", "importance-oo", "image", "report",
+        "ogr-geometry", "cutline-layer", "points-layer", "breaklines-layer", "footprints-layer", "bbox-crs", "importance-band", "importance-oo", "image", "report",
     }
     shown = subprocess.run([command, "simplify", "--help"], capture_output=True, text=True, check=True).stdout
     names = {line.split("--")[1].split()[0].strip(",") for line in shown.splitlines() if line.strip().startswith(("--", "-q, --", "-h, --"))}

@@ -110,16 +110,19 @@ impl LineSet {
 pub enum LineKind {
     /// Breaklines: roads, walls, ridges.
     Breaklines,
+    /// Outlines of buildings and dams.
+    Footprints,
 }
 
 impl LineKind {
     /// All of them, in the order in which they are told of.
-    pub const ALL: &[LineKind] = &[LineKind::Breaklines];
+    pub const ALL: &[LineKind] = &[LineKind::Breaklines, LineKind::Footprints];
 
     /// The feature of a run that asks for them.
     pub fn feature(self) -> Feature {
         match self {
             LineKind::Breaklines => Feature::Breaklines,
+            LineKind::Footprints => Feature::Footprints,
         }
     }
 
@@ -127,6 +130,7 @@ impl LineKind {
     pub fn name(self) -> &'static str {
         match self {
             LineKind::Breaklines => "breaklines",
+            LineKind::Footprints => "footprints",
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use clap::ArgGroup;
+
 use super::combinations::{Asked, option};
 use super::failure::{Failure, of_shapes};
 use super::values;
@@ -14,16 +16,24 @@ use crate::verify::VerifyError;
 
 /// Lines that edges of the mesh follow.
 #[derive(Debug, clap::Args)]
+#[command(group = ArgGroup::new("edge_lines").multiple(true).args(["breaklines", "footprints"]))]
 pub(crate) struct BreaklineArgs {
     /// A layer of lines, in any format OGR reads: edges of the mesh follow them, within the tolerance of the raster's surface.
     /// `verify` needs the same option
     #[arg(long, help_heading = "Mesh", value_name = "FILE")]
-    pub(super) breaklines: Option<PathBuf>,
+    breaklines: Option<PathBuf>,
     /// The layer of --breaklines [default: the first]
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "NAME", requires = "breaklines")]
     breaklines_layer: Option<String>,
-    /// How far edges may be from the lines of --breaklines, seen from above, so that fewer are needed; from 0 to 16
-    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "CELLS", requires = "breaklines", value_parser = values::shift,
+    /// A layer of polygons, in any format OGR reads: edges of the mesh follow their outlines as they follow --breaklines, so that roofs
+    /// and dams keep sharp edges. Inside all samples keep --max-error. `verify` needs the same option
+    #[arg(long, help_heading = "Mesh", value_name = "FILE")]
+    footprints: Option<PathBuf>,
+    /// The layer of --footprints [default: the first]
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "NAME", requires = "footprints")]
+    footprints_layer: Option<String>,
+    /// How far edges may be from the lines of --breaklines and --footprints, seen from above, so that fewer are needed; from 0 to 16
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "CELLS", requires = "edge_lines", value_parser = values::shift,
         default_value_t = Polylines::USUAL_SHIFT, allow_hyphen_values = true)]
     breakline_shift: f64,
     /// Which heights edges along --breaklines have. With `line` the lines need z, in the raster's unit; at a sample beside such a line the
@@ -45,26 +55,35 @@ enum BreaklineZ {
 impl BreaklineArgs {
     pub(super) fn ask(&self, asked: &mut Asked) {
         asked.add(Feature::Breaklines, self.breaklines.is_some());
+        asked.add(Feature::Footprints, self.footprints.is_some());
         asked.add(Feature::LineHeights, self.breakline_z == BreaklineZ::Line);
     }
 
     /// The lines, if there are any: one set of each kind.
     pub(super) fn inputs(&self) -> Vec<LineInput> {
-        let breaklines = self.breaklines.as_ref().map(|path| LineInput {
-            kind: LineKind::Breaklines,
-            from: Lines::Layer(LineSource { path: path.clone(), layer: self.breaklines_layer.clone() }),
-            shift: self.breakline_shift,
-            heights: match self.breakline_z {
-                BreaklineZ::Raster => HeightSource::Raster,
-                BreaklineZ::Line => HeightSource::Own,
-            },
-        });
-        breaklines.into_iter().collect()
+        let of_breaklines = match self.breakline_z {
+            BreaklineZ::Raster => HeightSource::Raster,
+            BreaklineZ::Line => HeightSource::Own,
+        };
+        let layers = [
+            (LineKind::Breaklines, &self.breaklines, &self.breaklines_layer, of_breaklines),
+            (LineKind::Footprints, &self.footprints, &self.footprints_layer, HeightSource::Raster),
+        ];
+        let input = |(kind, path, layer, heights): (LineKind, &Option<PathBuf>, &Option<String>, HeightSource)| {
+            let from = Lines::Layer(LineSource { path: path.clone()?, layer: layer.clone() });
+            Some(LineInput { kind, from, shift: self.breakline_shift, heights })
+        };
+        layers.into_iter().filter_map(input).collect()
+    }
+
+    /// The files of all layers.
+    pub(super) fn files(&mut self) -> [&mut Option<PathBuf>; 2] {
+        [&mut self.breaklines, &mut self.footprints]
     }
 
     /// Whether there are lines.
     pub(super) fn are_given(&self) -> bool {
-        self.breaklines.is_some()
+        self.breaklines.is_some() || self.footprints.is_some()
     }
 }
 

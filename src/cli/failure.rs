@@ -209,7 +209,7 @@ impl From<RunError> for Failure {
             RunError::Points(error) => error.into(),
             RunError::Shapes { kind, error } => breaklines::of_layer(kind, error),
             RunError::Lines(error) => breaklines::of_lines(&error, failure),
-            RunError::NotTakenOver(_) => Failure { code: 2, ..failure }.hint("remove --breaklines, or lay out without an earlier run"),
+            RunError::NotTakenOver(_) => Failure { code: 2, ..failure }.hint("remove --breaklines and --footprints, or lay out without an earlier run"),
             RunError::Texture(DrapeError::Place { .. }) => failure.hint("gdal_translate -a_srs -a_ullr gives it one"),
             RunError::Texture(DrapeError::Elsewhere { .. }) => failure.hint("gdalinfo shows where it lies"),
             RunError::Texture(_) => failure,
@@ -318,7 +318,9 @@ impl From<Error> for Failure {
             Error::PointOffGround { .. } => Failure::usage(error).hint(
                 "remove it from the layer of --points; --cutline, --nodata and --valid-range decide where ground is",
             ),
-            Error::LineHeight { .. } => Failure::new(error).hint("choose a larger --max-error, or remove --breaklines"),
+            Error::LineHeight { .. } => {
+                Failure::new(error).hint("choose a larger --max-error, or remove --breaklines and --footprints")
+            }
             Error::Missing(_) => Failure { code: shards::WAITING, ..Failure::new(error) },
             Error::Tile { .. } => Failure::new(error).hint("choose a smaller --tile"),
             Error::Goal(_) => {

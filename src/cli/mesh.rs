@@ -284,9 +284,8 @@ impl MeshArgs {
     /// Takes names to be those of files in a folder, where there are such files.
     pub(super) fn resolve(&mut self, folder: &Path) {
         let options = [&mut self.points, &mut self.texture, &mut self.machine.temp_dir];
-        let others =
-            [&mut self.importance.importance, &mut self.input_args.cutline.cutline, &mut self.breaklines.breaklines];
-        let files = options.into_iter().chain(others).flatten().chain([&mut self.input]);
+        let others = [&mut self.importance.importance, &mut self.input_args.cutline.cutline];
+        let files = options.into_iter().chain(others).chain(self.breaklines.files()).flatten().chain([&mut self.input]);
         for file in files {
             let there = folder.join(&*file);
             if there.exists() {

@@ -90,6 +90,8 @@ pub enum OptionName {
     Points,
     Breaklines,
     BreaklinesLayer,
+    Footprints,
+    FootprintsLayer,
     BreaklineShift,
     BreaklineZ,
     Attributes,
@@ -97,7 +99,7 @@ pub enum OptionName {
 
 impl OptionName {
     /// All of them. One whose words begin another's comes after it, so that the first that fits a line is the right one.
-    pub const ALL: [OptionName; 18] = [
+    pub const ALL: [OptionName; 20] = [
         OptionName::MaxRms,
         OptionName::MaxPoints,
         OptionName::MaxTriangles,
@@ -113,6 +115,8 @@ impl OptionName {
         OptionName::Points,
         OptionName::BreaklinesLayer,
         OptionName::Breaklines,
+        OptionName::FootprintsLayer,
+        OptionName::Footprints,
         OptionName::BreaklineShift,
         OptionName::BreaklineZ,
         OptionName::Attributes,
@@ -136,6 +140,8 @@ impl OptionName {
             OptionName::Points => "points",
             OptionName::Breaklines => "breaklines",
             OptionName::BreaklinesLayer => "breaklines layer",
+            OptionName::Footprints => "footprints",
+            OptionName::FootprintsLayer => "footprints layer",
             OptionName::BreaklineShift => "breakline shift",
             OptionName::BreaklineZ => "breakline z",
             OptionName::Attributes => "channels",

@@ -27,7 +27,7 @@ use crate::verify::{GroundOptions, RequiredLines, VerifyOptions, verify_ground, 
 
 /// What parameters and fields can have. The others are matters of options, of samples or of the output; the command line
 /// walks all.
-pub(crate) const OF_A_RUN: [Feature; 29] = [
+pub(crate) const OF_A_RUN: [Feature; 30] = [
     Feature::VertexBudget,
     Feature::TriangleBudget,
     Feature::RmsGoal,
@@ -36,6 +36,7 @@ pub(crate) const OF_A_RUN: [Feature; 29] = [
     Feature::Importance,
     Feature::Points,
     Feature::Breaklines,
+    Feature::Footprints,
     Feature::LineHeights,
     Feature::Trim,
     Feature::FilledVoids,
@@ -157,14 +158,16 @@ impl Scene {
     }
 }
 
-/// A line over voids and seams, and one along a seam; with heights of their own that agree where they meet.
+/// A line over voids and seams, and one along a seam, with heights of their own that agree where they meet; an outline across.
 fn lines(set: FeatureSet) -> Vec<LineSet> {
     let lines = vec![vec![(0.2, 1.1), (20.8, 15.3)], vec![(12.0, 3.5), (12.0, 16.2)]];
     let heights = lines.iter().map(|line| line.iter().map(|(x, _)| 40.0 + x / 4.0).collect()).collect();
     let lines = Polylines::new(lines);
     let lines = if set.has(Feature::LineHeights) { lines.with_heights(heights) } else { lines };
     let breaklines = LineSet { kind: LineKind::Breaklines, lines, shift: 0.5 };
-    set.has(Feature::Breaklines).then_some(breaklines).into_iter().collect()
+    let outline = vec![vec![(4.3, 9.2), (15.6, 8.1), (14.4, 16.3), (4.3, 9.2)]];
+    let footprints = LineSet { kind: LineKind::Footprints, lines: Polylines::new(outline), shift: 0.5 };
+    [breaklines, footprints].into_iter().filter(|lines| set.has(lines.kind.feature())).collect()
 }
 
 /// Parameters that ask for what is in the set, as far as they can at the same time.

@@ -43,15 +43,42 @@ pub fn read_lines(
     Ok(polylines(for_each_geometry(raster, from, what, cancel, take)?, with_heights))
 }
 
-/// A line of a feature.
-#[derive(Debug)]
-pub(super) struct Line {
-    pub(super) feature: u64,
-    pub(super) vertices: Vec<(f64, f64)>,
-    pub(super) heights: Vec<f64>,
+/// Reads the outlines of a layer of polygons (Polygon or MultiPolygon; z and m are ignored), holes among them, as [`read_lines`] reads
+/// lines. Each is closed.
+///
+/// # Errors
+/// [`ShapesError`]: nothing to open, no such layer, a feature that is no polygon, a CRS there is no way from.
+pub fn read_outlines(raster: &Raster, source: &LineSource, cancel: &CancelToken) -> Result<Polylines, ShapesError> {
+    let from = (source.path.as_path(), source.layer.as_deref());
+    let found = for_each_geometry(raster, from, ("polygons", "a polygon or polygons"), cancel, outlines)?;
+    Ok(polylines(found, false))
 }
 
-pub(super) fn polylines(lines: Vec<Line>, with_heights: bool) -> Polylines {
+fn outlines(placer: &Placer, geometry: &Geometry, feature: u64, found: &mut Vec<Line>) -> Result<(), String> {
+    let parts = || (0..geometry.geometry_count()).map(|i| geometry.get_geometry(i));
+    match geometry_type_flatten(geometry.geometry_type()) {
+        OGRwkbGeometryType::wkbMultiPolygon => parts().try_for_each(|part| outlines(placer, &part, feature, found)),
+        OGRwkbGeometryType::wkbPolygon => parts().try_for_each(|ring| {
+            let mut vertices = placer.vertices(&ring)?;
+            if let Some(&first) = vertices.first().filter(|first| vertices.last() != Some(first)) {
+                vertices.push(first);
+            }
+            found.push(Line { feature, vertices, heights: Vec::new() });
+            Ok(())
+        }),
+        _ => Err(geometry.geometry_name()),
+    }
+}
+
+/// A line of a feature.
+#[derive(Debug)]
+struct Line {
+    feature: u64,
+    vertices: Vec<(f64, f64)>,
+    heights: Vec<f64>,
+}
+
+fn polylines(lines: Vec<Line>, with_heights: bool) -> Polylines {
     let (mut features, mut vertices, mut heights) = (Vec::new(), Vec::new(), Vec::new());
     for line in lines {
         features.push(line.feature);

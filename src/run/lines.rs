@@ -9,7 +9,7 @@ use crate::base::features::FeatureSet;
 use crate::base::{Band, LineKind, LineSet, Polylines};
 use crate::kernel::breaklines::{Breaklines, LinesError, TwoHeights};
 #[cfg(feature = "gdal")]
-use crate::raster::{LineSource, ShapesError, read_lines};
+use crate::raster::{LineSource, ShapesError, read_lines, read_outlines};
 use crate::verify::VerifyError;
 
 /// Lines of one kind that become edges of the mesh.
@@ -21,17 +21,17 @@ pub struct LineInput {
     pub from: Lines,
     /// How far edges may be from a line's places, at the most, in cells.
     pub shift: f64,
-    /// Which heights edges have.
+    /// Which heights edges have; footprints have the raster's.
     pub heights: HeightSource,
 }
 
 /// The lines of a [`LineInput`].
 #[derive(Debug, Clone)]
 pub enum Lines {
-    /// A layer of lines.
+    /// A layer of lines, or of polygons where the lines are footprints.
     #[cfg(feature = "gdal")]
     Layer(LineSource),
-    /// These lines, through places on the map of the input.
+    /// These lines, through places on the map of the input; footprints are closed.
     Places(Polylines),
 }
 
@@ -153,7 +153,11 @@ impl Opened {
                 let shapes = |error| RunError::Shapes { kind, error };
                 let nowhere = || shapes(ShapesError::NoRaster { path: source.path.clone() });
                 let raster = self.raster.as_ref().ok_or_else(nowhere)?;
-                read_lines(raster, source, wants_heights, cancel).map_err(shapes)?
+                let read = match kind {
+                    LineKind::Breaklines => read_lines(raster, source, wants_heights, cancel),
+                    LineKind::Footprints => read_outlines(raster, source, cancel),
+                };
+                read.map_err(shapes)?
             }
             Lines::Places(lines) => {
                 let _ = cancel;

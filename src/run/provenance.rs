@@ -81,15 +81,14 @@ fn options(request: &Request<'_>, band: &Band, attributes: Option<&Ranged<'_>>) 
     for lines in &request.lines {
         let (file, layer) = match lines.kind {
             LineKind::Breaklines => (OptionName::Breaklines, OptionName::BreaklinesLayer),
+            LineKind::Footprints => (OptionName::Footprints, OptionName::FootprintsLayer),
         };
         say(file, lines.file().map(name));
         say(layer, lines.layer().map(str::to_string));
-        if lines.kind == LineKind::Breaklines {
-            say(OptionName::BreaklineShift, Some(lines.shift.to_string()));
-            let is_own = lines.heights == HeightSource::Own;
-            say(OptionName::BreaklineZ, is_own.then(|| lines.heights.name().to_string()));
-        }
     }
+    say(OptionName::BreaklineShift, request.lines.first().map(|lines| lines.shift.to_string()));
+    let own = request.lines.iter().find(|lines| lines.heights == HeightSource::Own);
+    say(OptionName::BreaklineZ, own.map(|lines| lines.heights.name().to_string()));
     options.extend(attributes.map(Ranged::option));
     options
 }

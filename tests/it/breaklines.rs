@@ -205,6 +205,69 @@ fn lines_without_one_height_at_every_place_are_refused_by_name() {
     terrabite(scene.command("simplify", &own)).fails(2, &["--breakline-z line requires --breaklines"]);
 }
 
+/// Houses, one with a yard, one across a seam and one at the raster's rim, together with roads or alone.
+#[test]
+fn edges_follow_the_outlines_of_footprints_together_with_breaklines() {
+    let scene = Scene::new();
+    let roads = scene.layer("roads.geojson", &LINES);
+    let ring = |corners: &[(f64, f64)]| {
+        let at = |&(c, r): &(f64, f64)| json!([500_000.0 + (c + 0.5) * 10.0, 5_200_000.0 - (r + 0.5) * 10.0]);
+        corners.iter().chain(&corners[..1]).map(at).collect::<Vec<_>>()
+    };
+    let square = |c: f64, r: f64, side: f64| ring(&[(c, r), (c + side, r), (c + side, r + side), (c, r + side)]);
+    let houses = scene.geometries(
+        "houses.geojson",
+        vec![
+            json!({"type": "Polygon", "coordinates": [square(4.3, 11.2, 9.0), square(6.1, 13.3, 3.5)]}),
+            json!({"type": "MultiPolygon", "coordinates": [[square(13.7, 20.4, 4.0)], [square(36.2, 5.5, 9.0)]]}),
+        ],
+    );
+    let mut bytes = Vec::new();
+    for (options, threads) in
+        [(&[][..], "1"), (&[], "3"), (&["--quality", "none"], "2"), (&["--breakline-z", "line"], "2")]
+    {
+        let usual = [&["--footprints", &houses, "--threads", threads], options].concat();
+        let report = scene.simplify(&roads, &usual).succeeds().json();
+        let of = |name: &str| [&report[name]["lines"], &report[name]["z"]].map(Value::clone);
+        let z = if options.contains(&"line") { "line" } else { "raster" };
+        assert_eq!((of("breaklines"), of("footprints")), ([json!(4), json!(z)], [json!(4), json!("raster")]));
+        assert!(report["footprints"]["chains"]["edges"].as_u64() >= Some(13), "{report}");
+        let z = ["--breakline-z", z];
+        scene.verify(&roads, &[&["--footprints", &houses], &z[..]].concat()).succeeds();
+        bytes.push(scene.written());
+    }
+    assert!(bytes[0] == bytes[1], "other bytes with other threads");
+    let header = String::from_utf8_lossy(&bytes[0][..1000]).to_string();
+    assert!(header.contains("comment footprints houses.geojson\ncomment breakline shift 0.5\n"), "{header}");
+
+    let alone = ["--footprints", &houses, "--overwrite", "--tile", "16", "--breakline-shift", "1"];
+    let report = terrabite(scene.command("simplify", &alone)).succeeds().json();
+    assert_eq!(report["breaklines"], Value::Null);
+    terrabite(scene.command("verify", &["--footprints", &houses, "--breakline-shift", "1"])).succeeds();
+    let failed = scene.verify(&roads, &["--footprints", &houses]);
+    assert_eq!(failed.code, Some(1), "{failed:#?}");
+
+    let refused = |options: &[&str], expected: &[&str]| {
+        terrabite(scene.command("simplify", options))
+            .fails(if expected[0].starts_with("--") { 2 } else { 1 }, expected);
+    };
+    refused(
+        &["--footprints", &roads],
+        &[
+            "roads.geojson: layer roads: expected a polygon or polygons in feature 0, found LINESTRING",
+            "--footprints-layer",
+        ],
+    );
+    let far =
+        scene.geometries("far.geojson", vec![json!({"type": "Polygon", "coordinates": [square(900.0, 900.0, 9.0)]})]);
+    refused(
+        &["--footprints", &far],
+        &["far.geojson: expected footprints on the raster, found none of 1", "--footprints"],
+    );
+    refused(&["--footprints", &houses, "--max-stray", "2"], &["--footprints cannot be combined with --max-stray"]);
+    refused(&["--footprints", &houses, "--breakline-z", "line"], &["--breakline-z line requires --breaklines"]);
+}
+
 #[test]
 fn what_cannot_be_used_is_refused_by_name() {
     let scene = Scene::new();

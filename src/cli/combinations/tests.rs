@@ -129,13 +129,14 @@ impl Scene {
 }
 
 /// What `verify` has to be given, too.
-const JUDGED: [&str; 14] = [
+const JUDGED: [&str; 15] = [
     "--max-error",
     "--attributes",
     "--image",
     "--attribute-weight",
     "--importance",
     "--breaklines",
+    "--footprints",
     "--breakline-z",
     "--trim",
     "--fill-holes",
@@ -174,6 +175,7 @@ fn example(feature: Feature) -> (&'static str, &'static str) {
         Feature::Importance => ("--importance", "weights.tif"),
         Feature::Points => ("--points", "points.geojson"),
         Feature::Breaklines => ("--breaklines", "lines.geojson"),
+        Feature::Footprints => ("--footprints", "area.geojson"),
         Feature::LineHeights => ("--breakline-z", "line"),
         Feature::Trim => ("--trim", "2"),
         Feature::FilledVoids => ("--fill-holes", "9"),

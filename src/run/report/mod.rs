@@ -107,6 +107,8 @@ pub struct Report {
     pub points: Option<PointsReport>,
     /// What became of breaklines; null where there are none.
     pub breaklines: Option<LinesReport>,
+    /// What became of the outlines of footprints; null where there are none.
+    pub footprints: Option<LinesReport>,
     /// Samples beside lines with heights of their own: the surface may be anywhere between sample and line there.
     pub beside_lines: u64,
     /// The memory that was planned.
@@ -364,6 +366,7 @@ impl Report {
             temporary_bytes: field.decoded_bytes() + mesh.spool_bytes(),
             tiles_found: sources.continues.then(|| mesh.tiles_found()),
             breaklines: LinesReport::new(LineKind::Breaklines, request, params, mesh),
+            footprints: LinesReport::new(LineKind::Footprints, request, params, mesh),
             beside_lines: errors.beside,
             points: sources.points.map(|(layer, counts)| PointsReport::new(layer, counts, request)),
             memory: plan,
