@@ -15,7 +15,7 @@ use crate::base::mesh::Vertex;
 ///
 /// Where an importance raster says how much errors weigh, or a hole is bridged, a tile has a weight for every sample, and holds its heights in
 /// double precision whatever their type: kernels then have one precision for heights, weights and limits, and those for
-/// single precision need not know of weights.
+/// single precision need not know of weights. So does a tile with samples beside lines that have heights of their own ([`EasedSample`]).
 #[derive(Debug, Clone, Default)]
 pub struct Tile {
     pub(crate) width: usize,
@@ -41,6 +41,8 @@ pub struct Tile {
 pub struct EasedSample {
     /// Its place in the tile: row · width + column.
     pub sample: u32,
+    /// The height that it has in the raster.
+    pub height: f64,
     /// The lesser of the sample's height and the line's.
     pub low: f64,
     /// The larger.

@@ -68,13 +68,12 @@ impl Line {
     /// Notes the height of the surface less that of the sample for each of these samples of the row, the first one in column
     /// `first`, where it is farther from 0 than what is there, or nothing is there. `samples` and `errors` are the whole row.
     pub(super) fn note_errors(&self, (first, last): (i64, i64), samples: Samples<'_>, errors: &mut [f64]) {
-        let intervals = (first..=last).filter_map(|column| Some((column, samples.top(column as usize)?)));
-        let noted: Vec<(i64, f64, f64)> = intervals.map(|(at, top)| (at, top, errors[at as usize])).collect();
+        let intervals = (first..=last).filter_map(|column| Some((column, samples.interval(column as usize)?)));
+        let noted: Vec<(i64, [f64; 2], f64)> = intervals.map(|(at, ends)| (at, ends, errors[at as usize])).collect();
         self.note_all((first, last), samples.heights, errors);
-        for (column, top, before) in noted {
+        for (column, [low, high], before) in noted {
             let surface = self.surface((column - self.first) as f64);
-            let found = surface - surface.clamp(samples.heights[column as usize], top);
-            errors[column as usize] = farther(before, found);
+            errors[column as usize] = farther(before, surface - surface.clamp(low, high));
         }
     }
 

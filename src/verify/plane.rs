@@ -137,13 +137,11 @@ impl Plane {
         let row = line.row;
         match samples.weights {
             None => line.visit(columns, samples.heights, |column, sample, surface, error| {
-                visit(
-                    column,
-                    match samples.top(column as usize) {
-                        None => self.judge(column, row, sample, surface, error),
-                        Some(top) => self.judge_interval(column, row, [sample, top], surface),
-                    },
-                );
+                let judged = match samples.interval(column as usize) {
+                    None => self.judge(column, row, sample, surface, error),
+                    Some(ends) => self.judge_interval(column, row, ends, surface),
+                };
+                visit(column, judged);
             }),
             Some(weights) => line.visit(columns, samples.heights, |column, sample, surface, error| {
                 visit(column, self.judge_weighted(column, row, sample, surface, error, weights[column as usize]));
@@ -227,7 +225,7 @@ mod tests {
     }
 
     fn plain(heights: &[f64]) -> Samples<'_> {
-        Samples { heights, weights: None, tops: None, flags: None }
+        Samples { heights, weights: None, intervals: None, flags: None }
     }
 
     fn judge_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, visit: impl FnMut(i64, Judged)) {
@@ -268,7 +266,7 @@ mod tests {
                     assert_eq!(judged.error <= tolerance, exact);
                 });
                 let plane = Plane::new(triangle, tolerance * weight);
-                let weighted = Samples { heights: &samples, weights: Some(&[weight; 100]), tops: None, flags: None };
+                let weighted = Samples { heights: &samples, weights: Some(&[weight; 100]), intervals: None, flags: None };
                 judge_row(&plane, row, &span, weighted, |column, judged| {
                     let (sample, bary) = (samples[column as usize], plane.weights(column, row));
                     let exact = within_weighted(sample, triangle.heights, bary, weight, tolerance * weight);
@@ -276,6 +274,32 @@ mod tests {
                     assert_eq!(judged.counted <= tolerance * weight, exact);
                 });
             }
+        }
+    }
+
+    proptest! {
+        /// Ends a few rounding errors beside the surface, with tolerances next to nothing, are where a wrong bound would show.
+        #[test]
+        fn intervals_are_judged_exactly(
+            corners in proptest::array::uniform3((0i64..400, 0i64..80)), heights in [height(), height(), height()],
+            below in prop_oneof![Just(0.0), -3.0..3.0f64], width in prop_oneof![Just(1e-12), 0.0..9.0f64],
+            tolerance in prop_oneof![Just(0.0), Just(1e-13), 0.0..2.0f64], row in 0i64..20,
+        ) {
+            let Some(triangle) = Triangle::new(0, corners, heights) else { return Ok(()) };
+            let Some(span) = triangle.row_span(row, 100) else { return Ok(()) };
+            let plane = Plane::new(triangle, tolerance);
+            let mut lows = [0.0; 100];
+            judge_row(&plane, row, &span, plain(&[0.0; 100]), |column, judged| {
+                let offset = if column % 2 == 0 { below - tolerance } else { below + tolerance - width };
+                lows[column as usize] = judged.surface + offset;
+            });
+            let tops = lows.map(|low| low + width);
+            let samples = Samples { intervals: Some((&lows, &tops)), ..plain(&lows) };
+            judge_row(&plane, row, &span, samples, |column, judged| {
+                let ends = [lows[column as usize], tops[column as usize]];
+                let exact = within_interval(ends, triangle.heights, plane.weights(column, row), tolerance);
+                assert_eq!((judged.within, judged.error <= tolerance), (exact, exact), "{ends:?} {judged:?}");
+            });
         }
     }
 

@@ -78,7 +78,7 @@ impl Row<'_> {
     /// within the tolerance for sure and in no triangle before. Does nothing if that is not so.
     fn pass_interior(&mut self, plane: &Plane, line: &Line, span: &RowSpan) -> Option<f64> {
         let (first, last) = span.interior;
-        if first > last || self.samples.weights.is_some() || self.samples.tops.is_some() {
+        if first > last || self.samples.weights.is_some() || self.samples.intervals.is_some() {
             return None;
         }
         let columns = first as usize..=last as usize;
@@ -182,7 +182,7 @@ impl RowTally {
     /// The judgement of a sample that may be the worst of its row so far, with its error rounded correctly; another as it is.
     #[inline(always)]
     fn refined(&self, plane: &Plane, (column, row): (i64, i64), samples: Samples<'_>, judged: Judged) -> Judged {
-        if samples.top(column as usize).is_some() {
+        if samples.interval(column as usize).is_some() {
             return judged;
         }
         let slack = plane.slack();

@@ -155,14 +155,15 @@ pub(super) struct Bands<'r> {
     runs: Vec<RunFlags<'r>>,
 }
 
-/// The rows of one band, to be read into again: heights, weights, tops and flags, none of the latter where there are none.
+/// The rows of one band, to be read into again: heights, weights, intervals and flags, none of the latter where there are none.
 ///
-/// Memory use is constant: 8 bytes for each sample of a band, 8 more where there are weights or lines with heights, a byte where
-/// there are flags.
+/// Memory use is constant: 8 bytes for each sample of a band, 8 more where there are weights, 16 beside lines with heights, a byte
+/// where there are flags.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     heights: Vec<f64>,
     weights: Vec<f64>,
+    lows: Vec<f64>,
     tops: Vec<f64>,
     flags: Vec<u8>,
 }
@@ -176,6 +177,7 @@ impl Rows {
         }
         last(&mut self.heights, &others.heights, width);
         last(&mut self.weights, &others.weights, width);
+        last(&mut self.lows, &others.lows, width);
         last(&mut self.tops, &others.tops, width);
         last(&mut self.flags, &others.flags, width);
     }
@@ -188,20 +190,21 @@ impl Rows {
         Samples {
             heights: &self.heights,
             weights: some(&self.weights),
-            tops: some(&self.tops),
+            intervals: some(&self.lows).zip(some(&self.tops)),
             flags: some(&self.flags),
         }
     }
 }
 
 /// Rows of samples: heights, NaN where there are none; weights as many as heights, or none where all errors weigh the same;
-/// flags as many, or none where none is set anywhere. Beside lines with heights a sample is an interval: `heights` has its lower end,
-/// and `tops` the upper one; elsewhere the two are the same.
+/// flags as many, or none where none is set anywhere. Beside lines with heights a sample stands for an interval; elsewhere
+/// its ends are the same.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Samples<'s> {
     pub(super) heights: &'s [f64],
     pub(super) weights: Option<&'s [f64]>,
-    pub(super) tops: Option<&'s [f64]>,
+    /// Lower ends and upper ones.
+    pub(super) intervals: Option<(&'s [f64], &'s [f64])>,
     pub(super) flags: Option<&'s [u8]>,
 }
 
@@ -229,6 +232,7 @@ impl<'r> Bands<'r> {
         if near.is_empty() {
             return;
         }
+        rows.lows.extend_from_slice(&rows.heights);
         rows.tops.extend_from_slice(&rows.heights);
         for &((row, column), [low, high]) in near {
             let at = (row as usize - first_row) * width + column as usize;
@@ -236,8 +240,8 @@ impl<'r> Bands<'r> {
             if height.is_nan() {
                 continue;
             }
-            (rows.heights[at], rows.tops[at]) = (height.min(low), height.max(high));
-            self.beside += u64::from(rows.heights[at] < rows.tops[at]);
+            (rows.lows[at], rows.tops[at]) = (height.min(low), height.max(high));
+            self.beside += u64::from(rows.lows[at] < rows.tops[at]);
         }
     }
 
@@ -259,6 +263,7 @@ impl<'r> Bands<'r> {
         if let Some(weights) = &mut self.weights {
             weights.read_weights(band, &rows.heights, &mut rows.weights)?;
         }
+        rows.lows.clear();
         rows.tops.clear();
         if let Some(lines) = self.lines {
             self.widen(lines, first_row, rows);
@@ -277,14 +282,14 @@ impl<'s> Samples<'s> {
         Samples {
             heights: &self.heights[range.clone()],
             weights: self.weights.map(|weights| &weights[range.clone()]),
-            tops: self.tops.map(|tops| &tops[range.clone()]),
+            intervals: self.intervals.map(|(lows, tops)| (&lows[range.clone()], &tops[range.clone()])),
             flags: self.flags.map(|flags| &flags[range]),
         }
     }
 
-    /// The upper end of one that is an interval.
-    pub(super) fn top(&self, at: usize) -> Option<f64> {
-        self.tops.map(|tops| tops[at]).filter(|top| *top > self.heights[at])
+    /// The interval that one stands for, if it is one.
+    pub(super) fn interval(&self, at: usize) -> Option<[f64; 2]> {
+        self.intervals.map(|(lows, tops)| [lows[at], tops[at]]).filter(|[low, top]| low < top)
     }
 
     /// What is known of one of them.

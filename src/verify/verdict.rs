@@ -296,6 +296,9 @@ impl std::fmt::Display for Verdict {
         if let Some(stray) = &self.stray {
             writeln!(f, "{stray}")?;
         }
+        if self.beside_lines > 0 {
+            writeln!(f, "{} samples beside lines with heights of their own", self.beside_lines)?;
+        }
         if let Some(lines) = &self.lines {
             writeln!(f, "{lines}")?;
         }

@@ -151,10 +151,11 @@ impl Beside {
                     continue;
                 }
                 let is_point = points.is_some_and(|points| points.has((near.column as usize, global as usize)));
-                let (stands, [low, high]) = near.ease(tile.at(column, row), tolerance, is_point);
+                let height = tile.at(column, row);
+                let (stands, [low, high]) = near.ease(height, tolerance, is_point);
                 if low < high {
                     let sample = (row * window.width + column) as u32;
-                    eased.push((EasedSample { sample, low, high }, stands.height, stands.weight));
+                    eased.push((EasedSample { sample, height, low, high }, stands.height, stands.weight));
                 }
             }
         }

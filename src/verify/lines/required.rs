@@ -74,10 +74,11 @@ impl RequiredLines {
 
 /// The heights at all places of lines that have some: where there are several, the middle of the least and the largest.
 fn levels(pieces: &[Piece], sets: &[LineSet], tolerance: f64) -> Result<BTreeMap<Spot, f64>, (LineKind, VerifyError)> {
-    let mut ranges: BTreeMap<Spot, [(f64, &Piece); 2]> = BTreeMap::new();
+    // By rows, then by columns, so that it is always the same place that is told of.
+    let mut ranges: BTreeMap<(i64, i64), [(f64, &Piece); 2]> = BTreeMap::new();
     for piece in pieces.iter().filter(|piece| sets[piece.set].lines.heights().is_some()) {
-        for (spot, height) in piece.ends.into_iter().zip(piece.heights()) {
-            let [low, high] = ranges.entry(spot).or_insert([(height, piece); 2]);
+        for ((x, y), height) in piece.ends.into_iter().zip(piece.heights()) {
+            let [low, high] = ranges.entry((y, x)).or_insert([(height, piece); 2]);
             if height < low.0 {
                 *low = (height, piece);
             }
@@ -86,16 +87,16 @@ fn levels(pieces: &[Piece], sets: &[LineSet], tolerance: f64) -> Result<BTreeMap
             }
         }
     }
-    let middle = |(spot, [(low, of_low), (high, of_high)]): (Spot, [(f64, &Piece); 2])| {
+    let middle = |((y, x), [(low, of_low), (high, of_high)]): ((i64, i64), [(f64, &Piece); 2])| {
         let apart: BigRational = rational(high) - rational(low);
         if apart > rational(tolerance) {
-            let (column, row) = (spot.0 as f64 / 4.0, spot.1 as f64 / 4.0);
+            let (column, row) = (x as f64 / 4.0, y as f64 / 4.0);
             let feature = |piece: &Piece| sets[piece.set].lines.feature(piece.line);
             let (heights, features) = ([low, high], [feature(of_low), feature(of_high)]);
             let kinds = [sets[of_low.set].kind, sets[of_high.set].kind];
             return Err((kinds[0], VerifyError::TwoHeights { column, row, heights, features, kinds }));
         }
-        Ok((spot, low + (high - low) / 2.0))
+        Ok(((x, y), low + (high - low) / 2.0))
     };
     ranges.into_iter().map(middle).collect()
 }
