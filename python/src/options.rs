@@ -18,7 +18,7 @@ use terrabite::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
 };
 use terrabite::run::{
-    AttributeBands, Attributes, HeightSource, Input, LineInput, Lines, PointInput, Request, VerifyRequest,
+    AttributeBands, Attributes, HeightSource, Input, LakeHeight, LineInput, Lines, PointInput, Request, VerifyRequest,
 };
 
 use crate::band::PyBand;
@@ -46,6 +46,8 @@ pub(crate) struct Options<'py> {
     points: Option<Vec<(f64, f64)>>,
     breaklines: Option<Vertices>,
     footprints: Option<Vec<Vertices>>,
+    lake_polygons: Option<Vec<Vertices>>,
+    lake_z: LakeZ,
     breakline_shift: f64,
     breakline_z: String,
     engine: Option<String>,
@@ -80,6 +82,8 @@ pub(crate) struct VerifyOptions<'py> {
     attribute_weight: Option<f64>,
     breaklines: Option<Vertices>,
     footprints: Option<Vec<Vertices>>,
+    lake_polygons: Option<Vec<Vertices>>,
+    lake_z: LakeZ,
     breakline_shift: f64,
     breakline_z: String,
     threads: Option<usize>,
@@ -164,7 +168,14 @@ impl Options<'_> {
             attributes: attributes(self.attributes.as_ref(), self.attribute_weight)?,
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             points: self.points.as_ref().map(|places| PointInput::Places(places.as_slice().into())),
-            lines: lines(self.breaklines.as_ref(), self.footprints.as_ref(), self.breakline_shift, &self.breakline_z)?,
+            lines: lines(&AskedLines {
+                breaklines: self.breaklines.as_ref(),
+                footprints: self.footprints.as_ref(),
+                lakes: self.lake_polygons.as_ref(),
+                lake_z: &self.lake_z,
+                shift: self.breakline_shift,
+                z: &self.breakline_z,
+            })?,
             fill_voids: self.fill_holes,
             access: choose(
                 "access",
@@ -211,6 +222,7 @@ impl Options<'_> {
             (Feature::Breaklines, self.breaklines.is_some()),
             (Feature::Footprints, self.footprints.is_some()),
             (Feature::LineHeights, self.breakline_z == HeightSource::Own.name()),
+            (Feature::Lakes, self.lake_polygons.is_some()),
             (Feature::Trim, self.trim > 0),
             (Feature::FilledVoids, self.fill_holes > 0),
             (Feature::FittedHeights, heights == VertexHeights::Fitted),
@@ -302,19 +314,55 @@ impl Options<'_> {
 /// Vertices of lines, of two or three numbers each.
 type Vertices = Vec<Vec<Vec<f64>>>;
 
+/// Heights of lakes: a word, or one for each.
+#[derive(FromPyObject)]
+enum LakeZ {
+    Word(String),
+    Each(Vec<f64>),
+}
+
+/// The lines that a call names.
+struct AskedLines<'a> {
+    breaklines: Option<&'a Vertices>,
+    footprints: Option<&'a Vec<Vertices>>,
+    lakes: Option<&'a Vec<Vertices>>,
+    lake_z: &'a LakeZ,
+    shift: f64,
+    z: &'a str,
+}
+
 /// Lines through places on the map, and the outlines of polygons, as far as there are any.
-fn lines(lines: Option<&Vertices>, polygons: Option<&Vec<Vertices>>, shift: f64, z: &str) -> PyResult<Vec<LineInput>> {
-    let heights = choose("breakline_z", z, &[HeightSource::Raster, HeightSource::Own].map(|z| (z.name(), z)))?;
-    if lines.is_none() && heights == HeightSource::Own {
+fn lines(asked: &AskedLines<'_>) -> PyResult<Vec<LineInput>> {
+    let &AskedLines { breaklines, footprints, lakes, lake_z, shift, z } = asked;
+    let is_own = choose("breakline_z", z, &[("raster", false), ("line", true)])?;
+    if breaklines.is_none() && is_own {
         return Err(PyValueError::new_err("breakline_z: expected breaklines, whose heights these are, found none"));
     }
-    let input = |kind, lines, heights| LineInput { kind, from: Lines::Places(lines), shift, heights };
-    let breaklines = lines.map(|lines| Ok::<_, PyErr>(input(LineKind::Breaklines, polylines(lines)?, heights)));
-    let footprints = polygons.map(|polygons| {
-        let rings: Vertices = polygons.iter().flatten().cloned().collect();
-        Ok(input(LineKind::Footprints, polylines(&rings)?, HeightSource::Raster))
+    let input = |kind, lines, shift, heights| LineInput { kind, from: Lines::Places(lines), shift, heights };
+    let breaklines = breaklines.map(|lines| {
+        let heights = if is_own { HeightSource::Own } else { HeightSource::Raster };
+        Ok::<_, PyErr>(input(LineKind::Breaklines, polylines(lines)?, shift, heights))
     });
-    breaklines.into_iter().chain(footprints).collect()
+    let outlines = |polygons: &Vec<Vertices>| {
+        let rings: Vertices = polygons.iter().flatten().cloned().collect();
+        let of = polygons.iter().zip(0u64..).flat_map(|(rings, number)| rings.iter().map(move |_| number));
+        Ok::<_, PyErr>(polylines(&rings)?.without_heights().of_features(of.collect()))
+    };
+    let lakes = lakes.map(|polygons| {
+        let height = match lake_z {
+            LakeZ::Word(word) => choose("lake_z", word, &[("min", true), ("median", false)])
+                .map(|is_min| if is_min { LakeHeight::Min } else { LakeHeight::Median })?,
+            LakeZ::Each(heights) if heights.len() == polygons.len() => LakeHeight::Each(heights.clone()),
+            LakeZ::Each(heights) => {
+                let message = format!("lake_z: expected {} heights, found {}", polygons.len(), heights.len());
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        Ok(input(LineKind::Lakes, outlines(polygons)?, 0.0, HeightSource::Lake(height)))
+    });
+    let footprints =
+        footprints.map(|polygons| Ok(input(LineKind::Footprints, outlines(polygons)?, shift, HeightSource::Raster)));
+    breaklines.into_iter().chain(lakes).chain(footprints).collect()
 }
 
 /// Lines, with heights where all vertices have three numbers.
@@ -345,7 +393,14 @@ impl VerifyOptions<'_> {
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             fill_voids: self.fill_holes,
             trim: self.trim,
-            lines: lines(self.breaklines.as_ref(), self.footprints.as_ref(), self.breakline_shift, &self.breakline_z)?,
+            lines: lines(&AskedLines {
+                breaklines: self.breaklines.as_ref(),
+                footprints: self.footprints.as_ref(),
+                lakes: self.lake_polygons.as_ref(),
+                lake_z: &self.lake_z,
+                shift: self.breakline_shift,
+                z: &self.breakline_z,
+            })?,
             threads: threads(self.threads)?,
             temp_dir: self.temp_dir.clone(),
             ..VerifyRequest::new(band.clone(), mesh, self.max_error)

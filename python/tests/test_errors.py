@@ -117,6 +117,17 @@ def test_edges_have_the_heights_of_lines():
         tb.verify(dem, tin, 1, breakline_z="line")
 
 
+def test_lakes_are_level():
+    dem = np.add.outer(np.arange(40.0), np.arange(50.0)) % 7
+    lakes = [{"type": "Polygon", "coordinates": [[(8.2, -8.4), (30.1, -9.0), (24.4, -28.8), (8.2, -8.4)]]}]
+    tin = tb.simplify(dem, 1, lake_polygons=lakes, lake_z=[-3.0])
+    assert tin.vertices[:, 2].min() == -3 and tin.report["samples_in_lakes"] > 100
+    assert tb.verify(dem, tin, 1, lake_polygons=lakes, lake_z=[-3.0]).passed
+    assert not tb.verify(dem, tin, 1, lake_polygons=lakes, lake_z="median").passed
+    with pytest.raises(ValueError, match="lake_z: expected 1 heights, found 2"):
+        tb.simplify(dem, 1, lake_polygons=lakes, lake_z=[1, 2])
+
+
 def test_edges_follow_outlines():
     dem = np.add.outer(np.arange(40.0), np.arange(50.0)) % 7
     roof = {"type": "Polygon", "coordinates": [[(8.2, -8.4), (30.1, -9.0), (24.4, -28.8), (8.2, -8.4)]]}
@@ -133,7 +144,7 @@ def test_options_have_the_names_and_defaults_of_the_command(command):
     of_files = {
         "input", "output", "overwrite", "quiet", "json", "dry-run", "work-dir", "keep-work-dir", "help", "format", "ascii", "precision",
         "local", "z-scale", "normals", "texture", "texture-size", "base-height", "base-depth", "mesh-compression",
-        "ogr-geometry", "cutline-layer", "points-layer", "breaklines-layer", "footprints-layer", "bbox-crs", "importance-band", "importance-oo", "image", "report",
+        "ogr-geometry", "cutline-layer", "points-layer", "breaklines-layer", "lake-polygons-layer", "footprints-layer", "bbox-crs", "importance-band", "importance-oo", "image", "report",
     }
     shown = subprocess.run([command, "simplify", "--help"], capture_output=True, text=True, check=True).stdout
     names = {line.split("--")[1].split()[0].strip(",") for line in shown.splitlines() if line.strip().startswith(("--", "-q, --", "-h, --"))}

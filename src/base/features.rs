@@ -38,6 +38,7 @@ features! {
     Importance = "importance weights",
     Points = "given points",
     Breaklines = "breaklines",
+    Lakes = "lakes",
     Footprints = "footprints",
     LineHeights = "heights of breaklines themselves",
     Trim = "trimming",

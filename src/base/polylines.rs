@@ -110,18 +110,18 @@ impl LineSet {
 pub enum LineKind {
     /// Breaklines: roads, walls, ridges.
     Breaklines,
+    /// Outlines of lakes: level, and so is all that is inside.
+    Lakes,
     /// Outlines of buildings and dams.
     Footprints,
 }
 
 impl LineKind {
-    /// All of them, in the order in which they are told of.
-    pub const ALL: &[LineKind] = &[LineKind::Breaklines, LineKind::Footprints];
-
     /// The feature of a run that asks for them.
     pub fn feature(self) -> Feature {
         match self {
             LineKind::Breaklines => Feature::Breaklines,
+            LineKind::Lakes => Feature::Lakes,
             LineKind::Footprints => Feature::Footprints,
         }
     }
@@ -130,6 +130,7 @@ impl LineKind {
     pub fn name(self) -> &'static str {
         match self {
             LineKind::Breaklines => "breaklines",
+            LineKind::Lakes => "lakes",
             LineKind::Footprints => "footprints",
         }
     }

@@ -151,6 +151,13 @@ impl Tile {
         Tile { heights, weights, ..self }
     }
 
+    /// The same tile with no weight above 1.
+    pub(crate) fn with_light_weights(&self) -> Tile {
+        let mut tile = self.clone();
+        tile.weights.iter_mut().for_each(|weight| *weight = weight.min(1.0));
+        tile
+    }
+
     /// The eased samples from a place of the tile on, by rows, then by columns.
     pub(crate) fn eased_from(&self, sample: u32) -> &[EasedSample] {
         &self.eased[self.eased.partition_point(|eased| eased.sample < sample)..]

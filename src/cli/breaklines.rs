@@ -11,7 +11,7 @@ use crate::base::features::Feature;
 use crate::base::{LineKind, Polylines};
 use crate::kernel::breaklines::LinesError;
 use crate::raster::{LineSource, ShapesError};
-use crate::run::{HeightSource, LineInput, Lines, UnusableLines};
+use crate::run::{HeightSource, LakeHeight, LineInput, Lines, UnusableLines};
 use crate::verify::VerifyError;
 
 /// Lines that edges of the mesh follow.
@@ -25,6 +25,18 @@ pub(crate) struct BreaklineArgs {
     /// The layer of --breaklines [default: the first]
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "NAME", requires = "breaklines")]
     breaklines_layer: Option<String>,
+    /// A layer of polygons that are lakes, in any format OGR reads: the mesh is level inside of them, edges follow their outlines, and
+    /// holes are islands. `verify` needs the same option
+    #[arg(long, help_heading = "Mesh", value_name = "FILE")]
+    lake_polygons: Option<PathBuf>,
+    /// The layer of --lake-polygons [default: the first]
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "NAME", requires = "lake_polygons")]
+    lake_polygons_layer: Option<String>,
+    /// The height of each of --lake-polygons: `min` or `median` of the samples nearest to its outline, or `field:NAME` for a number of the
+    /// layer
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "Z", requires = "lake_polygons", value_parser = lake_height,
+        default_value = "min")]
+    lake_z: LakeHeight,
     /// A layer of polygons, in any format OGR reads: edges of the mesh follow their outlines as they follow --breaklines, so that roofs
     /// and dams keep sharp edges. Inside all samples keep --max-error. `verify` needs the same option
     #[arg(long, help_heading = "Mesh", value_name = "FILE")]
@@ -55,6 +67,7 @@ enum BreaklineZ {
 impl BreaklineArgs {
     pub(super) fn ask(&self, asked: &mut Asked) {
         asked.add(Feature::Breaklines, self.breaklines.is_some());
+        asked.add(Feature::Lakes, self.lake_polygons.is_some());
         asked.add(Feature::Footprints, self.footprints.is_some());
         asked.add(Feature::LineHeights, self.breakline_z == BreaklineZ::Line);
     }
@@ -67,23 +80,35 @@ impl BreaklineArgs {
         };
         let layers = [
             (LineKind::Breaklines, &self.breaklines, &self.breaklines_layer, of_breaklines),
+            (LineKind::Lakes, &self.lake_polygons, &self.lake_polygons_layer, HeightSource::Lake(self.lake_z.clone())),
             (LineKind::Footprints, &self.footprints, &self.footprints_layer, HeightSource::Raster),
         ];
         let input = |(kind, path, layer, heights): (LineKind, &Option<PathBuf>, &Option<String>, HeightSource)| {
             let from = Lines::Layer(LineSource { path: path.clone()?, layer: layer.clone() });
-            Some(LineInput { kind, from, shift: self.breakline_shift, heights })
+            // Lakes keep their outlines as they are on the lattice: so it is known what is inside.
+            let shift = if kind == LineKind::Lakes { 0.0 } else { self.breakline_shift };
+            Some(LineInput { kind, from, shift, heights })
         };
         layers.into_iter().filter_map(input).collect()
     }
 
     /// The files of all layers.
-    pub(super) fn files(&mut self) -> [&mut Option<PathBuf>; 2] {
-        [&mut self.breaklines, &mut self.footprints]
+    pub(super) fn files(&mut self) -> [&mut Option<PathBuf>; 3] {
+        [&mut self.breaklines, &mut self.lake_polygons, &mut self.footprints]
     }
 
     /// Whether there are lines.
     pub(super) fn are_given(&self) -> bool {
-        self.breaklines.is_some() || self.footprints.is_some()
+        self.breaklines.is_some() || self.lake_polygons.is_some() || self.footprints.is_some()
+    }
+}
+
+fn lake_height(word: &str) -> Result<LakeHeight, String> {
+    match (word, word.strip_prefix("field:")) {
+        ("min", _) => Ok(LakeHeight::Min),
+        ("median", _) => Ok(LakeHeight::Median),
+        (_, Some(name)) if !name.is_empty() => Ok(LakeHeight::Field(name.to_string())),
+        _ => Err("expected min, median or field:NAME".to_string()),
     }
 }
 
@@ -93,8 +118,16 @@ pub(super) fn of_layer(kind: LineKind, error: ShapesError) -> Failure {
     if lacks_heights {
         return Failure::new(error).hint("--breakline-z raster takes heights from the raster");
     }
+    let lacks_number = matches!(&error, ShapesError::Layer { found, .. } if found.contains(" field "));
+    if lacks_number {
+        return Failure::new(error)
+            .hint("--lake-z names a field of the layer; min and median take heights from the raster");
+    }
     of_shapes(error, option(kind.feature()))
 }
+
+/// What mends lakes that overlap.
+const APART: &str = "make one feature of them, or take one out of the layer of --lake-polygons";
 
 /// What mends two heights at one place.
 const ONE_HEIGHT: &str = "change the z of one of them there, choose a larger --max-error, or take heights from the raster with --breakline-z raster";
@@ -119,8 +152,11 @@ pub(super) fn of_lines(error: &UnusableLines, failure: Failure) -> Failure {
             VerifyError::ManyLines => failure.hint(&fewer(kind)),
             VerifyError::FarLine { .. } => failure.hint(&other_crs(kind)),
             VerifyError::TwoHeights { .. } => failure.hint(ONE_HEIGHT),
+            VerifyError::LakesOverlap { .. } => failure.hint(APART),
             _ => failure,
         },
+        UnusableLines::Lattice { error: LinesError::Overlap { .. }, .. } => failure.hint(APART),
+        UnusableLines::NoLevel { .. } => failure.hint("--lake-z field:NAME takes heights from the layer"),
         UnusableLines::Lattice { .. } | UnusableLines::Level { .. } => failure,
     }
 }

@@ -40,6 +40,7 @@ fn options(feature: Feature) -> Options {
         Feature::Importance => ("--importance", Remove),
         Feature::Points => ("--points", Remove),
         Feature::Breaklines => ("--breaklines", Remove),
+        Feature::Lakes => ("--lake-polygons", Remove),
         Feature::Footprints => ("--footprints", Remove),
         Feature::LineHeights => ("--breakline-z line", Remove),
         Feature::Trim => ("--trim", Remove),

@@ -90,6 +90,9 @@ pub enum OptionName {
     Points,
     Breaklines,
     BreaklinesLayer,
+    LakePolygons,
+    LakePolygonsLayer,
+    LakeZ,
     Footprints,
     FootprintsLayer,
     BreaklineShift,
@@ -99,7 +102,7 @@ pub enum OptionName {
 
 impl OptionName {
     /// All of them. One whose words begin another's comes after it, so that the first that fits a line is the right one.
-    pub const ALL: [OptionName; 20] = [
+    pub const ALL: [OptionName; 23] = [
         OptionName::MaxRms,
         OptionName::MaxPoints,
         OptionName::MaxTriangles,
@@ -115,6 +118,9 @@ impl OptionName {
         OptionName::Points,
         OptionName::BreaklinesLayer,
         OptionName::Breaklines,
+        OptionName::LakePolygonsLayer,
+        OptionName::LakePolygons,
+        OptionName::LakeZ,
         OptionName::FootprintsLayer,
         OptionName::Footprints,
         OptionName::BreaklineShift,
@@ -140,6 +146,9 @@ impl OptionName {
             OptionName::Points => "points",
             OptionName::Breaklines => "breaklines",
             OptionName::BreaklinesLayer => "breaklines layer",
+            OptionName::LakePolygons => "lake polygons",
+            OptionName::LakePolygonsLayer => "lake polygons layer",
+            OptionName::LakeZ => "lake z",
             OptionName::Footprints => "footprints",
             OptionName::FootprintsLayer => "footprints layer",
             OptionName::BreaklineShift => "breakline shift",

@@ -27,7 +27,7 @@ use crate::verify::{GroundOptions, RequiredLines, VerifyOptions, verify_ground, 
 
 /// What parameters and fields can have. The others are matters of options, of samples or of the output; the command line
 /// walks all.
-pub(crate) const OF_A_RUN: [Feature; 30] = [
+pub(crate) const OF_A_RUN: [Feature; 31] = [
     Feature::VertexBudget,
     Feature::TriangleBudget,
     Feature::RmsGoal,
@@ -36,6 +36,7 @@ pub(crate) const OF_A_RUN: [Feature; 30] = [
     Feature::Importance,
     Feature::Points,
     Feature::Breaklines,
+    Feature::Lakes,
     Feature::Footprints,
     Feature::LineHeights,
     Feature::Trim,
@@ -158,7 +159,7 @@ impl Scene {
     }
 }
 
-/// A line over voids and seams, and one along a seam, with heights of their own that agree where they meet; an outline across.
+/// A line over voids and seams, and one along a seam, with heights of their own that agree where they meet; a lake, and an outline across.
 fn lines(set: FeatureSet) -> Vec<LineSet> {
     let lines = vec![vec![(0.2, 1.1), (20.8, 15.3)], vec![(12.0, 3.5), (12.0, 16.2)]];
     let heights = lines.iter().map(|line| line.iter().map(|(x, _)| 40.0 + x / 4.0).collect()).collect();
@@ -167,7 +168,10 @@ fn lines(set: FeatureSet) -> Vec<LineSet> {
     let breaklines = LineSet { kind: LineKind::Breaklines, lines, shift: 0.5 };
     let outline = vec![vec![(4.3, 9.2), (15.6, 8.1), (14.4, 16.3), (4.3, 9.2)]];
     let footprints = LineSet { kind: LineKind::Footprints, lines: Polylines::new(outline), shift: 0.5 };
-    [breaklines, footprints].into_iter().filter(|lines| set.has(lines.kind.feature())).collect()
+    let shore = vec![(15.2, 1.3), (17.7, 3.9), (14.6, 6.2), (15.2, 1.3)];
+    let level = vec![vec![50.0; shore.len()]];
+    let lakes = LineSet { kind: LineKind::Lakes, lines: Polylines::new(vec![shore]).with_heights(level), shift: 0.0 };
+    [breaklines, lakes, footprints].into_iter().filter(|lines| set.has(lines.kind.feature())).collect()
 }
 
 /// Parameters that ask for what is in the set, as far as they can at the same time.

@@ -52,10 +52,13 @@ const GOALS: &[Feature] = &[Feature::VertexBudget, Feature::TriangleBudget, Feat
 const ATTRIBUTES: &[Feature] = &[Feature::Attributes, Feature::Image];
 
 /// Lines that become edges, and what is part of them.
-const LINES: &[Feature] = &[Feature::Breaklines, Feature::Footprints, Feature::LineHeights];
+const LINES: &[Feature] = &[Feature::Breaklines, Feature::Lakes, Feature::Footprints, Feature::LineHeights];
 
 /// Lines that become edges, of any kind.
-const EDGES: &[Feature] = &[Feature::Breaklines, Feature::Footprints];
+const EDGES: &[Feature] = &[Feature::Breaklines, Feature::Lakes, Feature::Footprints];
+
+/// Lines with heights of their own.
+const LEVELS: &[Feature] = &[Feature::Lakes, Feature::LineHeights];
 
 /// What is part of polishing, and means nothing without it.
 const OF_POLISHING: &[Feature] = &[
@@ -161,19 +164,19 @@ pub const RULES: &[Rule] = &[
     everywhere(exclude(EDGES, &[Feature::FilledVoids], "filled voids have no heights that lines could be held to")),
     everywhere(exclude(EDGES, &[Feature::Trim], "trimming may remove the ground that edges of lines lie on")),
     exclude(
-        EDGES,
+        &[Feature::Breaklines, Feature::Footprints],
         &[Feature::MaxStray],
         "beside an edge of a line triangles may be long and thin, and nothing may be put on the edge",
     ),
     exclude(EDGES, &[Feature::StrongFeasibility], "edges of lines are not held to the diagonals of cells"),
     everywhere(require(&[Feature::LineHeights], Feature::Breaklines, "it is the heights of these lines that count")),
     everywhere(exclude(
-        &[Feature::LineHeights],
+        LEVELS,
         &[Feature::MaxStray],
         "beside such lines the surface leaves the heights of samples, between which it would be held",
     )),
     exclude(
-        &[Feature::LineHeights],
+        LEVELS,
         GOALS,
         "whether lines that meet have one height there depends on the tolerance, which a goal leaves open",
     ),

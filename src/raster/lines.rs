@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use gdal::vector::{Geometry, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z};
+use gdal::vector::{Feature, FieldValue, Geometry, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z};
 
 use super::Raster;
 use super::shapes::{Placer, ShapesError, for_each_geometry};
@@ -37,33 +37,63 @@ pub fn read_lines(
 ) -> Result<Polylines, ShapesError> {
     let from = (source.path.as_path(), source.layer.as_deref());
     let what = if with_heights { ("lines", "a line or lines with heights") } else { ("lines", "a line or lines") };
-    let take = |placer: &Placer, geometry: &Geometry, id: u64, found: &mut Vec<Line>| {
+    let take = |placer: &Placer, geometry: &Geometry, (id, _): (u64, &Feature<'_>), found: &mut Vec<Line>| {
         lines(placer, geometry, id, with_heights, found)
     };
     Ok(polylines(for_each_geometry(raster, from, what, cancel, take)?, with_heights))
 }
 
 /// Reads the outlines of a layer of polygons (Polygon or MultiPolygon; z and m are ignored), holes among them, as [`read_lines`] reads
-/// lines. Each is closed.
+/// lines. Each is closed. With a `field`, heights are its numbers.
 ///
 /// # Errors
-/// [`ShapesError`]: nothing to open, no such layer, a feature that is no polygon, a CRS there is no way from.
-pub fn read_outlines(raster: &Raster, source: &LineSource, cancel: &CancelToken) -> Result<Polylines, ShapesError> {
+/// [`ShapesError`]: nothing to open, no such layer, a feature that is no polygon, or has no number in the field, a CRS there is no way
+/// from.
+pub fn read_outlines(
+    raster: &Raster,
+    source: &LineSource,
+    field: Option<&str>,
+    cancel: &CancelToken,
+) -> Result<Polylines, ShapesError> {
     let from = (source.path.as_path(), source.layer.as_deref());
-    let found = for_each_geometry(raster, from, ("polygons", "a polygon or polygons"), cancel, outlines)?;
-    Ok(polylines(found, false))
+    let take = |placer: &Placer, geometry: &Geometry, (id, feature): (u64, &Feature<'_>), found: &mut Vec<Line>| {
+        let height = field.map_or(Ok(0.0), |field| number(feature, field))?;
+        outlines(placer, geometry, (id, height), found)
+    };
+    let found = for_each_geometry(raster, from, ("polygons", "a polygon or polygons"), cancel, take)?;
+    Ok(polylines(found, field.is_some()))
 }
 
-fn outlines(placer: &Placer, geometry: &Geometry, feature: u64, found: &mut Vec<Line>) -> Result<(), String> {
+/// The number that a feature has in a field.
+fn number(feature: &Feature<'_>, field: &str) -> Result<f64, String> {
+    let index = feature.field_index(field).map_err(|_| format!("no field {field}"))?;
+    let found = match feature.field(index) {
+        Ok(Some(FieldValue::IntegerValue(whole))) => Some(f64::from(whole)),
+        Ok(Some(FieldValue::Integer64Value(whole))) => Some(whole as f64),
+        Ok(Some(FieldValue::RealValue(number))) => Some(number),
+        _ => None,
+    };
+    found.filter(|number| number.is_finite()).ok_or_else(|| format!("no number in field {field}"))
+}
+
+fn outlines(
+    placer: &Placer,
+    geometry: &Geometry,
+    (feature, height): (u64, f64),
+    found: &mut Vec<Line>,
+) -> Result<(), String> {
     let parts = || (0..geometry.geometry_count()).map(|i| geometry.get_geometry(i));
     match geometry_type_flatten(geometry.geometry_type()) {
-        OGRwkbGeometryType::wkbMultiPolygon => parts().try_for_each(|part| outlines(placer, &part, feature, found)),
+        OGRwkbGeometryType::wkbMultiPolygon => {
+            parts().try_for_each(|part| outlines(placer, &part, (feature, height), found))
+        }
         OGRwkbGeometryType::wkbPolygon => parts().try_for_each(|ring| {
             let mut vertices = placer.vertices(&ring)?;
             if let Some(&first) = vertices.first().filter(|first| vertices.last() != Some(first)) {
                 vertices.push(first);
             }
-            found.push(Line { feature, vertices, heights: Vec::new() });
+            let heights = vec![height; vertices.len()];
+            found.push(Line { feature, vertices, heights });
             Ok(())
         }),
         _ => Err(geometry.geometry_name()),

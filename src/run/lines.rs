@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::RunError;
 use super::inputs::Opened;
+use super::lakes::{LakeHeight, with_levels};
 use crate::base::control::CancelToken;
 use crate::base::features::FeatureSet;
 use crate::base::{Band, LineKind, LineSet, Polylines};
@@ -19,7 +20,7 @@ pub struct LineInput {
     pub kind: LineKind,
     /// Where they come from.
     pub from: Lines,
-    /// How far edges may be from a line's places, at the most, in cells.
+    /// How far edges may be from a line's places, at the most, in cells; 0 for lakes.
     pub shift: f64,
     /// Which heights edges have; footprints have the raster's.
     pub heights: HeightSource,
@@ -28,29 +29,32 @@ pub struct LineInput {
 /// The lines of a [`LineInput`].
 #[derive(Debug, Clone)]
 pub enum Lines {
-    /// A layer of lines, or of polygons where the lines are footprints.
+    /// A layer of lines, or of polygons where they are outlines of lakes or footprints.
     #[cfg(feature = "gdal")]
     Layer(LineSource),
-    /// These lines, through places on the map of the input; footprints are closed.
+    /// These lines, through places on the map of the input; outlines are closed.
     Places(Polylines),
 }
 
 /// Where heights along lines come from.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub enum HeightSource {
     /// The raster's surface.
     #[default]
     Raster,
     /// The lines themselves, which have z.
     Own,
+    /// Each lake has one; for lakes alone.
+    Lake(LakeHeight),
 }
 
 impl HeightSource {
     /// What it is called.
-    pub fn name(self) -> &'static str {
+    pub fn name(&self) -> String {
         match self {
-            HeightSource::Raster => "raster",
-            HeightSource::Own => "line",
+            HeightSource::Raster => "raster".to_string(),
+            HeightSource::Own => "line".to_string(),
+            HeightSource::Lake(height) => height.name(),
         }
     }
 }
@@ -122,6 +126,14 @@ pub enum UnusableLines {
         /// Why not.
         error: Box<VerifyError>,
     },
+    /// A lake has no height.
+    #[error("{}: expected samples with heights on the rim of every lake, found none for feature {feature}", path.display())]
+    NoLevel {
+        /// The raster.
+        path: PathBuf,
+        /// The lake.
+        feature: u64,
+    },
     /// Several heights at one place.
     #[error("{}: {error}", path.display())]
     TwoHeights {
@@ -145,8 +157,8 @@ impl Opened {
     }
 
     fn line_set(&self, input: &LineInput, cancel: &CancelToken) -> Result<LineSet, RunError> {
-        let &LineInput { kind, ref from, shift, heights } = input;
-        let wants_heights = heights == HeightSource::Own;
+        let &LineInput { kind, ref from, shift, ref heights } = input;
+        let wants_heights = *heights == HeightSource::Own;
         let lines = match from {
             #[cfg(feature = "gdal")]
             Lines::Layer(source) => {
@@ -155,7 +167,13 @@ impl Opened {
                 let raster = self.raster.as_ref().ok_or_else(nowhere)?;
                 let read = match kind {
                     LineKind::Breaklines => read_lines(raster, source, wants_heights, cancel),
-                    LineKind::Footprints => read_outlines(raster, source, cancel),
+                    LineKind::Lakes | LineKind::Footprints => {
+                        let field = match heights {
+                            HeightSource::Lake(LakeHeight::Field(name)) => Some(name.as_str()),
+                            _ => None,
+                        };
+                        read_outlines(raster, source, field, cancel)
+                    }
                 };
                 read.map_err(shapes)?
             }
@@ -175,6 +193,10 @@ impl Opened {
                 }
                 placed
             }
+        };
+        let lines = match heights {
+            HeightSource::Lake(height) => with_levels(lines, height, &self.band, cancel)?,
+            HeightSource::Raster | HeightSource::Own => lines,
         };
         Ok(LineSet { kind, lines, shift })
     }

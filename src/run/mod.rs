@@ -20,6 +20,7 @@ mod in_memory_tests;
 mod info;
 mod inputs;
 mod judge;
+mod lakes;
 mod lines;
 mod look;
 mod make;
@@ -38,6 +39,7 @@ pub use extras::Extras;
 #[cfg(feature = "gdal")]
 pub use info::{Description, Info, describe};
 pub use judge::{VerifyReport, VerifyRequest, verify, verify_mesh};
+pub use lakes::LakeHeight;
 pub use lines::{HeightSource, LineInput, Lines, UnusableLines};
 pub use look::{Found, Look, LookError, look};
 pub use report::{Needs, Report};

@@ -81,14 +81,18 @@ fn options(request: &Request<'_>, band: &Band, attributes: Option<&Ranged<'_>>) 
     for lines in &request.lines {
         let (file, layer) = match lines.kind {
             LineKind::Breaklines => (OptionName::Breaklines, OptionName::BreaklinesLayer),
+            LineKind::Lakes => (OptionName::LakePolygons, OptionName::LakePolygonsLayer),
             LineKind::Footprints => (OptionName::Footprints, OptionName::FootprintsLayer),
         };
         say(file, lines.file().map(name));
         say(layer, lines.layer().map(str::to_string));
     }
-    say(OptionName::BreaklineShift, request.lines.first().map(|lines| lines.shift.to_string()));
+    let shifted = request.lines.iter().find(|lines| lines.kind != LineKind::Lakes);
+    say(OptionName::BreaklineShift, shifted.map(|lines| lines.shift.to_string()));
     let own = request.lines.iter().find(|lines| lines.heights == HeightSource::Own);
-    say(OptionName::BreaklineZ, own.map(|lines| lines.heights.name().to_string()));
+    say(OptionName::BreaklineZ, own.map(|lines| lines.heights.name()));
+    let lakes = request.lines.iter().find(|lines| lines.kind == LineKind::Lakes);
+    say(OptionName::LakeZ, lakes.map(|lines| lines.heights.name()));
     options.extend(attributes.map(Ranged::option));
     options
 }

@@ -76,6 +76,12 @@ pub enum VerifyError {
         /// What it has.
         height: f64,
     },
+    /// Two lakes have ground in common.
+    #[error("expected lakes apart from each other, found features {} and {} that overlap", features[0], features[1])]
+    LakesOverlap {
+        /// Theirs.
+        features: [u64; 2],
+    },
     /// Lines meet at a place where they have several heights.
     #[error(
         "expected one height at column {column}, row {row}, where lines meet, found {} in feature {} of the {} and {} in feature {} of the {}",

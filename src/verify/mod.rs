@@ -338,11 +338,11 @@ fn limit(raster: &Band, options: &VerifyOptions<'_>) -> Result<Option<StrayLimit
     if let Some(importance) = options.importance {
         raster.same_grid(importance)?;
     }
-    if options.lines.is_some_and(RequiredLines::have_heights) {
+    if let Some(lines) = options.lines {
         let others =
             [(Feature::MaxStray, options.max_stray.is_some()), (Feature::Importance, options.importance.is_some())];
         let others = others.into_iter().filter(|(_, is_asked)| *is_asked).map(|(feature, _)| feature);
-        rules::check_samples(others.chain([Feature::Breaklines, Feature::LineHeights]).collect())?;
+        rules::check_samples(lines.features().and(others.collect()))?;
     }
     StrayLimit::new(options.max_stray, tolerance)
 }

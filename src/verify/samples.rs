@@ -229,7 +229,8 @@ impl<'r> Bands<'r> {
         let width = self.heights.raster().width();
         let after = first_row + rows.heights.len() / width;
         let near = lines.near(first_row as i64..after as i64);
-        if near.is_empty() {
+        let flooded = || lines.flooded(first_row as i64..after as i64);
+        if near.is_empty() && flooded().next().is_none() {
             return;
         }
         rows.lows.extend_from_slice(&rows.heights);
@@ -242,6 +243,15 @@ impl<'r> Bands<'r> {
             }
             (rows.lows[at], rows.tops[at]) = (height.min(low), height.max(high));
             self.beside += u64::from(rows.lows[at] < rows.tops[at]);
+        }
+        for (row, columns, level) in flooded() {
+            for column in columns.start.max(0)..columns.end.min(width as i64) {
+                let at = (row as usize - first_row) * width + column as usize;
+                if !rows.heights[at].is_nan() {
+                    self.beside -= u64::from(rows.lows[at] < rows.tops[at]);
+                    (rows.lows[at], rows.tops[at]) = (level, level);
+                }
+            }
         }
     }
 
@@ -289,7 +299,9 @@ impl<'s> Samples<'s> {
 
     /// The interval that one stands for, if it is one.
     pub(super) fn interval(&self, at: usize) -> Option<[f64; 2]> {
-        self.intervals.map(|(lows, tops)| [lows[at], tops[at]]).filter(|[low, top]| low < top)
+        self.intervals
+            .map(|(lows, tops)| [lows[at], tops[at]])
+            .filter(|[low, top]| low < top || *low != self.heights[at])
     }
 
     /// What is known of one of them.

@@ -184,6 +184,7 @@ impl Verdict {
         if let Some(lines) = &self.lines {
             let what = "followed by edges of the mesh";
             list(&mut out, &lines.broken, "stretch of a breakline is not", "stretches of breaklines are not", what);
+            list(&mut out, &lines.not_level, "vertex in a lake is", "vertices in lakes are", "not level with it");
         }
         list(&mut out, &self.uncovered, "sample is", "samples are", "in no triangle");
         list(&mut out, &self.overlapped, "sample is", "samples are", "in several triangles");

@@ -51,6 +51,8 @@ impl Scene {
         scene.layer("lines.geojson", "LineString", &format!("[{}]", line.join(", ")));
         let ring = [(1.3, 0.7), (12.6, 1.2), (11.1, 10.2), (2.2, 9.6), (1.3, 0.7)].map(|(c, r)| scene.at(c, r));
         scene.layer("area.geojson", "Polygon", &format!("[[{}]]", ring.join(", ")));
+        let lake = [(2.3, 6.7), (4.6, 6.2), (4.1, 9.2), (2.3, 6.7)].map(|(c, r)| scene.at(c, r));
+        scene.layer("lake.geojson", "Polygon", &format!("[[{}]]", lake.join(", ")));
         scene
     }
 
@@ -129,13 +131,14 @@ impl Scene {
 }
 
 /// What `verify` has to be given, too.
-const JUDGED: [&str; 15] = [
+const JUDGED: [&str; 16] = [
     "--max-error",
     "--attributes",
     "--image",
     "--attribute-weight",
     "--importance",
     "--breaklines",
+    "--lake-polygons",
     "--footprints",
     "--breakline-z",
     "--trim",
@@ -175,6 +178,7 @@ fn example(feature: Feature) -> (&'static str, &'static str) {
         Feature::Importance => ("--importance", "weights.tif"),
         Feature::Points => ("--points", "points.geojson"),
         Feature::Breaklines => ("--breaklines", "lines.geojson"),
+        Feature::Lakes => ("--lake-polygons", "lake.geojson"),
         Feature::Footprints => ("--footprints", "area.geojson"),
         Feature::LineHeights => ("--breakline-z", "line"),
         Feature::Trim => ("--trim", "2"),

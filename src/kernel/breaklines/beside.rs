@@ -5,10 +5,12 @@
 //! surface may be from min(h, Z) − ε to max(h, Z) + ε at a sample of height h.
 //!
 //! Engines know one height and one limit for each sample. They are given a height in that interval, and as a limit how far it is
-//! to the nearer end: for a sample on such a line the line's height, on another line h, elsewhere the middle.
+//! to the nearer end: for a sample on such a line the line's height, on another line h, elsewhere the middle. In a lake that is the
+//! lake's height, and no distance from it.
 
+use super::lakes::Lakes;
 use super::{Levels, Place, Segment};
-use crate::base::exact;
+use crate::base::exact::{self, MAX_WEIGHT};
 use crate::base::lattice::STEPS;
 use crate::base::{EasedSample, PointSet, Tile, Window};
 
@@ -19,6 +21,7 @@ const CELL: i64 = STEPS as i64;
 pub(super) struct Beside {
     /// By rows, then by columns.
     samples: Vec<Near>,
+    lakes: Lakes,
 }
 
 /// A sample beside lines.
@@ -80,9 +83,10 @@ fn weight(limit: f64, tolerance: f64) -> f64 {
 }
 
 impl Beside {
-    /// Beside all places with heights; `others` are segments of lines without.
+    /// Beside all places with heights, and in lakes; `others` are segments of lines without.
     pub(super) fn new(
         levels: &Levels,
+        lakes: Lakes,
         others: impl Iterator<Item = Segment>,
         (width, height): (usize, usize),
     ) -> Beside {
@@ -111,7 +115,7 @@ impl Beside {
             }
             is_same
         });
-        let mut beside = Beside { samples };
+        let mut beside = Beside { samples, lakes };
         for place in others.flatten().filter(|p| p.x % CELL == 0 && p.y % CELL == 0) {
             let at = ((place.y / CELL) as u32, (place.x / CELL) as u32);
             if let Ok(i) = beside.find(at)
@@ -128,11 +132,19 @@ impl Beside {
     }
 
     pub(super) fn bytes(&self) -> u64 {
-        size_of_val(self.samples.as_slice()) as u64
+        size_of_val(self.samples.as_slice()) as u64 + self.lakes.bytes()
     }
 
-    /// What stands for a sample of the raster that has this height, if it is beside a line.
+    /// How many samples lie in lakes.
+    pub(super) fn in_lakes(&self) -> u64 {
+        self.lakes.samples()
+    }
+
+    /// What stands for a sample of the raster that has this height, if it is beside a line or in a lake.
     pub(super) fn at(&self, (column, row): (i64, i64), height: f64, tolerance: f64) -> Option<Eased> {
+        if let Some(run) = self.lakes.runs(row as u32, column as u32..column as u32 + 1).next() {
+            return Some(Eased { height: run.height, weight: MAX_WEIGHT });
+        }
         let found = self.find((row as u32, column as u32)).ok();
         found.map(|i| self.samples[i].ease(height, tolerance, false).0)
     }
@@ -140,24 +152,37 @@ impl Beside {
     /// Puts what stands for samples in their place, as far as a tile has some beside lines. `points` keep their heights.
     pub(super) fn ease(&self, tile: &mut Tile, window: Window, points: Option<&PointSet>, tolerance: f64) {
         let mut eased = Vec::new();
+        let columns = window.column as u32..(window.column + window.width) as u32;
+        let (mut flooded, mut of_row) = (vec![false; window.width], Vec::new());
         for row in 0..window.height {
             let global = (window.row + row) as u32;
-            let first = self.samples.partition_point(|near| (near.row, near.column) < (global, window.column as u32));
-            let after = (window.column + window.width) as u32;
-            let of_row = self.samples[first..].iter().take_while(|near| near.row == global && near.column < after);
-            for near in of_row {
-                let column = near.column as usize - window.column;
-                if !tile.validity().is_valid(column as i32, row as i32) {
-                    continue;
+            of_row.clear();
+            let mut add = |column: u32, stands: &dyn Fn(f64) -> (Eased, [f64; 2])| {
+                let local = (column - columns.start) as usize;
+                if tile.validity().is_valid(local as i32, row as i32) {
+                    let (height, sample) = (tile.at(local, row), (row * window.width + local) as u32);
+                    let (stands, [low, high]) = stands(height);
+                    of_row.push((EasedSample { sample, height, low, high }, stands.height, stands.weight));
                 }
-                let is_point = points.is_some_and(|points| points.has((near.column as usize, global as usize)));
-                let height = tile.at(column, row);
-                let (stands, [low, high]) = near.ease(height, tolerance, is_point);
-                if low < high {
-                    let sample = (row * window.width + column) as u32;
-                    eased.push((EasedSample { sample, height, low, high }, stands.height, stands.weight));
+            };
+            for run in self.lakes.runs(global, columns.clone()) {
+                for column in run.first.max(columns.start)..=run.last.min(columns.end - 1) {
+                    let local = (column - columns.start) as usize;
+                    if !std::mem::replace(&mut flooded[local], true) {
+                        add(column, &|_| (Eased { height: run.height, weight: MAX_WEIGHT }, [run.height; 2]));
+                    }
                 }
             }
+            let first = self.samples.partition_point(|near| (near.row, near.column) < (global, columns.start));
+            let near = self.samples[first..].iter().take_while(|near| near.row == global && near.column < columns.end);
+            for near in near.filter(|near| !flooded[(near.column - columns.start) as usize]) {
+                let is_point = points.is_some_and(|points| points.has((near.column as usize, global as usize)));
+                add(near.column, &|height| near.ease(height, tolerance, is_point));
+            }
+            of_row.retain(|(sample, _, weight)| sample.low < sample.high || *weight == MAX_WEIGHT);
+            of_row.sort_unstable_by_key(|(sample, _, _)| sample.sample);
+            eased.append(&mut of_row);
+            flooded.fill(false);
         }
         tile.ease(eased);
     }
@@ -198,8 +223,8 @@ mod tests {
     fn a_sample_is_beside_the_places_within_a_cell_of_it() {
         let piece =
             super::super::pieces::Piece::new((0, 0), [(Place { y: 4, x: 5 }, 7.0), (Place { y: 5, x: 8 }, 9.0)]);
-        let levels = Levels::new([&piece].into_iter(), |_| (crate::base::LineKind::Breaklines, 0));
-        let beside = Beside::new(&levels, std::iter::empty(), (5, 4));
+        let levels = Levels::new(&[piece], &Lakes::default(), |_| Some((crate::base::LineKind::Breaklines, 0)));
+        let beside = Beside::new(&levels, Lakes::default(), std::iter::empty(), (5, 4));
         let found: Vec<_> = beside.samples.iter().map(|n| ((n.row, n.column), n.heights)).collect();
         let expected = [
             ((0, 1), [7.0, 7.0]),

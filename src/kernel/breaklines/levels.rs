@@ -1,6 +1,7 @@
 //! Heights that lines have of their own, by place.
 
 use super::Place;
+use super::lakes::Lakes;
 use super::pieces::Piece;
 use crate::base::LineKind;
 use crate::base::exact;
@@ -12,6 +13,15 @@ pub(super) struct Levels {
     levels: Vec<(Place, f64)>,
     /// Where several lines have several heights, in the same order.
     differences: Vec<TwoHeights>,
+}
+
+/// A height of a line, or of a lake, at a place.
+#[derive(Debug, Clone, Copy)]
+struct Level {
+    at: Place,
+    height: f64,
+    of: (LineKind, u64),
+    is_lake: bool,
 }
 
 /// Lines that have a place in common, but not their height.
@@ -29,6 +39,8 @@ pub struct TwoHeights {
     pub heights: [f64; 2],
     /// The lines that have them: of which kind, and the number of the feature.
     pub of: [(LineKind, u64); 2],
+    /// Whether they are not one, however close: lakes are level.
+    is_certain: bool,
 }
 
 struct Part((LineKind, u64));
@@ -40,20 +52,38 @@ impl std::fmt::Display for Part {
 }
 
 impl Levels {
-    /// Of noded pieces with heights of their own; `name` tells what a piece is of.
-    pub(super) fn new<'a>(pieces: impl Iterator<Item = &'a Piece>, name: impl Fn(&Piece) -> (LineKind, u64)) -> Levels {
-        let ends = |piece: &'a Piece| [0, 1].map(|i| (piece.ends[i], piece.heights[i], piece));
-        let mut all: Vec<(Place, f64, &Piece)> = pieces.flat_map(ends).collect();
-        all.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    /// Of noded pieces; `own` tells which of them have heights of their own, and what a piece is of. All places in and on lakes have
+    /// the lake's height.
+    pub(super) fn new(pieces: &[Piece], lakes: &Lakes, own: impl Fn(&Piece) -> Option<(LineKind, u64)>) -> Levels {
+        let mut all: Vec<Level> = Vec::new();
+        for piece in pieces {
+            for (at, height) in piece.ends.into_iter().zip(piece.heights) {
+                all.extend(own(piece).map(|of| Level { at, height, of, is_lake: false }));
+                if !lakes.is_empty() {
+                    let lake = |(feature, height)| Level { at, height, of: (LineKind::Lakes, feature), is_lake: true };
+                    all.extend(lakes.at(at).map(lake));
+                }
+            }
+        }
+        all.sort_by(|a, b| a.at.cmp(&b.at).then(a.height.total_cmp(&b.height)).then(a.of.cmp(&b.of)));
         let mut found = Levels::default();
-        for group in all.chunk_by(|a, b| a.0 == b.0) {
-            let (at, (low, of_low), (high, of_high)) =
-                (group[0].0, (group[0].1, group[0].2), (group[group.len() - 1].1, group[group.len() - 1].2));
-            found.levels.push((at, low + (high - low) / 2.0));
+        for group in all.chunk_by(|a, b| a.at == b.at) {
+            let (least, largest) = (group[0], group[group.len() - 1]);
+            let (low, high) = (least.height, largest.height);
+            let mut of_lakes = group.iter().filter(|level| level.is_lake).map(|level| level.height);
+            let lake = of_lakes.next();
+            let height = lake.unwrap_or(low + (high - low) / 2.0);
+            found.levels.push((least.at, height));
             if low < high {
-                let (column, row) = at.cells();
-                let of = [name(of_low), name(of_high)];
-                found.differences.push(TwoHeights { column, row, heights: [low, high], of });
+                let (column, row) = least.at.cells();
+                let is_certain = of_lakes.any(|other| other != height);
+                found.differences.push(TwoHeights {
+                    column,
+                    row,
+                    heights: [low, high],
+                    of: [least.of, largest.of],
+                    is_certain,
+                });
             }
         }
         found
@@ -77,7 +107,7 @@ impl Levels {
     pub(super) fn check(&self, tolerance: f64) -> Result<(), TwoHeights> {
         let differ = |found: &&TwoHeights| {
             let [low, high] = found.heights;
-            !exact::within(&[(1, high), (-1, low)], 1, tolerance)
+            found.is_certain || !exact::within(&[(1, high), (-1, low)], 1, tolerance)
         };
         self.differences.iter().find(differ).map_or(Ok(()), |found| Err(*found))
     }

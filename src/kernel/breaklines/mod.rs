@@ -13,6 +13,7 @@
 mod beside;
 mod chains;
 mod graph;
+mod lakes;
 mod levels;
 mod links;
 mod noding;
@@ -27,6 +28,7 @@ mod tests;
 use std::sync::Arc;
 
 use self::beside::Beside;
+use self::lakes::Lakes;
 use self::levels::Levels;
 use crate::base::features::FeatureSet;
 use crate::base::lattice::STEPS;
@@ -123,6 +125,12 @@ pub enum LinesError {
         /// What it has.
         height: f64,
     },
+    /// Two lakes have ground in common.
+    #[error("expected lakes apart from each other, found features {} and {} that overlap", features[0], features[1])]
+    Overlap {
+        /// Theirs.
+        features: [u64; 2],
+    },
 }
 
 impl Breaklines {
@@ -141,21 +149,22 @@ impl Breaklines {
             let (kind, has_heights) = (set.kind, set.lines.heights().is_some());
             sets.push(Set { kind, shift: (set.shift * FINE as f64).floor() as i64, has_heights, counts });
         }
-        let pieces = noding::node(pieces);
+        let mut pieces = noding::node(pieces);
+        let lakes = take_lakes(asked, &mut pieces).map_err(|error| (LineKind::Lakes, error))?;
         let segments = noding::segments(&pieces);
         let bits = |group: &[pieces::Piece]| group.iter().fold(0, |bits, piece| bits | 1 << piece.set);
         let of: Vec<SetBits> = pieces.chunk_by(|a, b| a.ends == b.ends).map(bits).collect();
         for (number, set) in (0..).zip(&mut sets) {
             set.counts.segments = of.iter().filter(|bits| **bits & 1 << number != 0).count() as u64;
         }
-        let owned = pieces.iter().filter(|piece| sets[usize::from(piece.set)].has_heights);
-        let levels = Levels::new(owned, |piece| {
+        let levels = Levels::new(&pieces, &lakes, |piece| {
             let set = &asked[usize::from(piece.set)];
-            (set.kind, set.lines.feature(piece.line as usize))
+            let has_heights = sets[usize::from(piece.set)].has_heights;
+            has_heights.then(|| (set.kind, set.lines.feature(piece.line as usize)))
         });
         let is_raster = |bits: &SetBits| (0..).zip(&sets).all(|(i, set)| bits & 1 << i == 0 || !set.has_heights);
         let of_raster = segments.iter().zip(&of).filter(|(_, bits)| is_raster(bits)).map(|(segment, _)| *segment);
-        let beside = Beside::new(&levels, of_raster, size);
+        let beside = Beside::new(&levels, lakes, of_raster, size);
         let (segments, of, levels, beside) = (Arc::new(segments), Arc::new(of), Arc::new(levels), Arc::new(beside));
         Ok(Breaklines { segments, of, sets, levels, beside })
     }
@@ -232,6 +241,11 @@ impl Breaklines {
         (0..).zip(&self.sets).any(|(number, set)| bits & 1 << number != 0 && set.has_heights)
     }
 
+    /// How many samples lie in lakes, those without a height among them.
+    pub fn in_lakes(&self) -> u64 {
+        self.beside.in_lakes()
+    }
+
     /// The memory that they and their chains take.
     pub fn bytes(&self) -> u64 {
         const PER_SEGMENT: u64 = 320;
@@ -249,4 +263,32 @@ impl Breaklines {
         let sets = sets.collect::<String>();
         format!("{} segments with checksum {:08x}{sets}", self.segments.len(), hasher.finalize())
     }
+}
+
+/// The lakes of all sets, whose pieces are noded. Each feature is one, with the height of its outline. Pieces that bound no lake are
+/// taken away.
+fn take_lakes(asked: &[LineSet], pieces: &mut Vec<pieces::Piece>) -> Result<Lakes, LinesError> {
+    let Some((number, set)) = (0u8..).zip(asked).find(|(_, set)| set.kind == LineKind::Lakes) else {
+        return Ok(Lakes::default());
+    };
+    let heights = set.lines.heights().unwrap_or_default();
+    let height = |line: usize| heights.get(line).and_then(|heights| heights.first()).copied();
+    let mut lakes: Vec<(u64, f64)> = Vec::new();
+    let mut of_line = Vec::new();
+    for line in 0..set.lines.lines().len() {
+        let feature = set.lines.feature(line);
+        // Parts of a feature follow each other.
+        if lakes.last().is_none_or(|(last, _)| *last != feature) {
+            lakes.push((feature, height(line).unwrap_or(0.0)));
+        }
+        of_line.push(lakes.len() as u32 - 1);
+    }
+    let lake = |piece: &pieces::Piece| (piece.set == number).then(|| of_line[piece.line as usize]);
+    let outlines = |pieces: &[pieces::Piece]| {
+        let sides = pieces.iter().filter_map(|piece| Some((piece.ends, lake(piece)?, piece.times)));
+        sides.collect::<Vec<_>>().into_iter()
+    };
+    let odd = lakes::odd(outlines(pieces));
+    pieces.retain(|piece| lake(piece).is_none_or(|lake| odd.binary_search(&(piece.ends, lake)).is_ok()));
+    Lakes::new(lakes, outlines(pieces))
 }

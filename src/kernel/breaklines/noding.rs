@@ -16,7 +16,13 @@ use crate::base::lattice::STEPS;
 pub(super) fn node(mut pieces: Vec<Piece>) -> Vec<Piece> {
     let in_order = |pieces: &mut Vec<Piece>| {
         pieces.sort_unstable_by_key(Piece::key);
-        pieces.dedup_by_key(|piece| piece.key());
+        pieces.dedup_by(|next, piece| {
+            let is_same = next.key() == piece.key();
+            if is_same {
+                piece.times += next.times;
+            }
+            is_same
+        });
     };
     in_order(&mut pieces);
     loop {

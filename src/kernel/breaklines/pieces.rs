@@ -13,16 +13,18 @@ pub(super) struct Piece {
     pub(super) line: u32,
     /// Its own heights at both ends; else 0.
     pub(super) heights: [f64; 2],
+    /// How often its line runs over it.
+    pub(super) times: u32,
 }
 
 impl Piece {
     /// Of a set and a line, between two places with heights.
     pub(super) fn new((set, line): (u8, u32), [a, b]: [(Place, f64); 2]) -> Piece {
         let [a, b] = if a.0 <= b.0 { [a, b] } else { [b, a] };
-        Piece { ends: [a.0, b.0], set, line, heights: [a.1, b.1] }
+        Piece { ends: [a.0, b.0], set, line, heights: [a.1, b.1], times: 1 }
     }
 
-    /// In which order pieces are; equal pieces have equal keys.
+    /// In which order pieces are; those that are the same but for how often have equal keys.
     pub(super) fn key(&self) -> (Segment, u8, u32, [u64; 2]) {
         (self.ends, self.set, self.line, self.heights.map(f64::to_bits))
     }
@@ -33,7 +35,8 @@ impl Piece {
         let along = move |p: Place| (p.x - a.x) * (b.x - a.x) + (p.y - a.y) * (b.y - a.y);
         let all = along(b);
         let height = move |p: Place| part_way(self.heights, i128::from(along(p).clamp(0, all)), all.into());
-        way.windows(2).map(move |pair| Piece::new(of, [(pair[0], height(pair[0])), (pair[1], height(pair[1]))]))
+        let part = move |p: Place, q: Place| Piece::new(of, [(p, height(p)), (q, height(q))]);
+        way.windows(2).map(move |pair| Piece { times: self.times, ..part(pair[0], pair[1]) })
     }
 }
 

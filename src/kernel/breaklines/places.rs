@@ -11,7 +11,7 @@ use super::pieces::{Piece, part_way};
 use super::{FINE, LineCounts, LinesError, Place};
 use crate::base::exact::MAX_HEIGHT;
 use crate::base::lattice::STEPS;
-use crate::base::{LineSet, Polylines};
+use crate::base::{LineKind, LineSet, Polylines};
 
 /// Parts of a lattice step that vertices are read in.
 const FINE_STEP: i64 = FINE / STEPS as i64;
@@ -34,6 +34,7 @@ pub(super) fn cut(
         of: (number, 0),
         pieces: std::mem::take(pieces),
         before: None,
+        is_closed: set.kind == LineKind::Lakes,
     };
     let mut counts = LineCounts { lines: lines.len() as u64, ..LineCounts::default() };
     for (i, line) in lines.iter().enumerate() {
@@ -87,6 +88,8 @@ struct Walk {
     of: (u8, u32),
     pieces: Vec<Piece>,
     before: Option<(Place, f64)>,
+    /// Whether what lies outside of the raster is drawn to its rim, so that it is known what is inside of outlines.
+    is_closed: bool,
 }
 
 /// A crossing with a line of one family: its share of the way as a fraction, the line and the place along it in lattice steps, and
@@ -118,6 +121,11 @@ impl Walk {
     }
 
     fn go(&mut self, place: Place, height: f64) {
+        let last = [self.last.0, self.last.1].map(|last| last * i64::from(STEPS));
+        let place = match self.is_closed {
+            true => Place { y: place.y.clamp(0, last[1]), x: place.x.clamp(0, last[0]) },
+            false => place,
+        };
         match self.before {
             Some((before, _)) if before == place => return,
             Some((before, height_before)) if self.has(before) && self.has(place) => {

@@ -368,7 +368,7 @@ impl Meter<'_> {
             let (mut height, mut weight, mut error) = (height, weight, error);
             if let Some((first, rest)) = eased.split_first().filter(|(first, _)| first.sample == sample) {
                 eased = rest;
-                self.stats.beside += 1;
+                self.stats.beside += u64::from(first.low < first.high);
                 // The error is that beyond the interval.
                 height = surface.clamp(first.low, first.high);
                 (weight, error) = (1.0, (surface - height).abs());

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use gdal::vector::{Geometry, OGRwkbGeometryType, geometry_type_flatten};
+use gdal::vector::{Feature, Geometry, OGRwkbGeometryType, geometry_type_flatten};
 
 use crate::base::Cutline;
 use crate::base::Polygon;
@@ -31,7 +31,9 @@ pub struct CutlineSource {
 /// [`ShapesError`]: nothing to open, no such layer, a feature that is no polygon, a CRS there is no way from.
 pub fn read_cutline(raster: &Raster, source: &CutlineSource, cancel: &CancelToken) -> Result<Cutline, ShapesError> {
     let from = (source.path.as_path(), source.layer.as_deref());
-    let take = |placer: &Placer, geometry: &Geometry, _, found: &mut Vec<Polygon>| polygons(placer, geometry, found);
+    let take = |placer: &Placer, geometry: &Geometry, _: (u64, &Feature<'_>), found: &mut Vec<Polygon>| {
+        polygons(placer, geometry, found)
+    };
     let found = for_each_geometry(raster, from, ("polygons", "a polygon or polygons"), cancel, take)?;
     Ok(Cutline::new(found))
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use gdal::spatial_ref::CoordTransform;
-use gdal::vector::{Geometry, LayerAccess};
+use gdal::vector::{Feature, Geometry, LayerAccess};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 
 use super::ShapesError;
@@ -23,7 +23,7 @@ const HALVINGS: u32 = 12;
 /// Features between two looks at the cancellation token.
 const FEATURES_BETWEEN_CHECKS: u64 = 256;
 
-/// Calls `take` with the geometry of every feature of a layer and its number, and with what brings its vertices to the samples of `raster`, or of the
+/// Calls `take` with the geometry of every feature of a layer and the feature with its number, and with what brings its vertices to the samples of `raster`, or of the
 /// window of it that is looked at. `take` adds shapes to those found, at least one in all, or says what it found in place of one. The
 /// `shapes` are called `one` in a feature.
 ///
@@ -34,7 +34,7 @@ pub(in crate::raster) fn for_each_geometry<S>(
     (path, layer): (&Path, Option<&str>),
     (shapes, one): (&'static str, &str),
     cancel: &CancelToken,
-    take: impl Fn(&Placer, &Geometry, u64, &mut Vec<S>) -> Result<(), String>,
+    take: impl Fn(&Placer, &Geometry, (u64, &Feature<'_>), &mut Vec<S>) -> Result<(), String>,
 ) -> Result<Vec<S>, ShapesError> {
     let options = DatasetOptions {
         open_flags: GdalOpenFlags::GDAL_OF_READONLY
@@ -85,7 +85,7 @@ pub(in crate::raster) fn for_each_geometry<S>(
         // Null, where a feature has no geometry.
         let geometry = feature.geometry_by_index(0).map_err(|_| "no geometry".to_string());
         geometry
-            .and_then(|geometry| take(&placer, geometry, id, &mut all))
+            .and_then(|geometry| take(&placer, geometry, (id, &feature), &mut all))
             .map_err(|found| wrong(format!("{one} in feature {id}"), found))?;
         found += 1;
     }

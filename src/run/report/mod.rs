@@ -107,6 +107,10 @@ pub struct Report {
     pub points: Option<PointsReport>,
     /// What became of breaklines; null where there are none.
     pub breaklines: Option<LinesReport>,
+    /// What became of the outlines of lakes; null where there are none.
+    pub lakes: Option<LinesReport>,
+    /// Samples in lakes, those without a height among them.
+    pub samples_in_lakes: u64,
     /// What became of the outlines of footprints; null where there are none.
     pub footprints: Option<LinesReport>,
     /// Samples beside lines with heights of their own: the surface may be anywhere between sample and line there.
@@ -144,8 +148,8 @@ pub struct CutlineReport {
 pub struct LinesReport {
     /// The layer's file; empty where a program gave the lines.
     pub file: String,
-    /// Where their heights come from: raster or line.
-    pub z: &'static str,
+    /// Where their heights come from: raster or line, for lakes min, median or a field.
+    pub z: String,
     /// How far edges may be from lines, in cells.
     pub shift: f64,
     /// What became of the lines.
@@ -366,6 +370,8 @@ impl Report {
             temporary_bytes: field.decoded_bytes() + mesh.spool_bytes(),
             tiles_found: sources.continues.then(|| mesh.tiles_found()),
             breaklines: LinesReport::new(LineKind::Breaklines, request, params, mesh),
+            lakes: LinesReport::new(LineKind::Lakes, request, params, mesh),
+            samples_in_lakes: params.breaklines.as_ref().map_or(0, |lines| lines.in_lakes()),
             footprints: LinesReport::new(LineKind::Footprints, request, params, mesh),
             beside_lines: errors.beside,
             points: sources.points.map(|(layer, counts)| PointsReport::new(layer, counts, request)),

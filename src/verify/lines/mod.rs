@@ -12,6 +12,7 @@
 mod follow;
 mod graph;
 mod heights;
+mod lakes;
 mod noding;
 mod pieces;
 mod places;
@@ -25,7 +26,8 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use super::VerifyError;
-use super::finding::{Finding, MapPlace};
+use super::exact::rational;
+use super::finding::{Finding, MapPlace, VertexPlace};
 use super::grid::Grid;
 use crate::base::Band;
 use crate::base::control::CancelToken;
@@ -52,6 +54,11 @@ pub struct LinesVerdict {
     pub edges: u64,
     /// Stretches that no edges follow within shift and tolerance.
     pub broken: Finding<StretchPlace>,
+    /// Lakes.
+    pub lakes: u64,
+    /// Vertices in or on lakes that are not as high as the first of the lake, or farther than the tolerance from its height. Where there
+    /// are none, and edges follow the outlines, lakes are level: no face crosses an outline.
+    pub not_level: Finding<VertexPlace>,
 }
 
 impl std::fmt::Display for LinesVerdict {
@@ -60,7 +67,8 @@ impl std::fmt::Display for LinesVerdict {
         write!(
             f,
             "breaklines: {segments} segments, {off_ground} off the ground; {edges} edges follow {stretches} stretches"
-        )
+        )?;
+        if self.lakes > 0 { write!(f, "; {} lakes", self.lakes) } else { Ok(()) }
     }
 }
 
@@ -101,8 +109,22 @@ pub fn verify_lines(
 
     let mut heights = vec![None; spots.len()];
     let mut vertices = HashMap::new();
+    let mut not_level = Finding::default();
+    let mut surfaces = vec![None; lines.shores.len()];
     mesh.for_each_vertex(|vertex, [x, y, z]| {
         cancel.check()?;
+        for lake in grid.lattice(x, y).into_iter().flat_map(|spot| lines.shores.at(spot)) {
+            let (height, level) = (grid.frame.height(z), lines.shores.lake(lake).1);
+            let is_first = *surfaces[lake].get_or_insert(height) == height;
+            let is_near = height.is_finite() && {
+                let (off, most) = (rational(height) - rational(level), rational(max_error));
+                -&most <= off && off <= most
+            };
+            if !is_first || !is_near {
+                not_level.add(|| VertexPlace { vertex, x, y });
+                break;
+            }
+        }
         if let Some(spot) = grid.lattice(x, y).and_then(number) {
             heights[spot as usize] = Some(grid.frame.height(z)).filter(|z| z.is_finite());
             vertices.insert(vertex, spot);
@@ -140,6 +162,8 @@ pub fn verify_lines(
         stretches: 0,
         edges: 0,
         broken: Finding::default(),
+        lakes: lines.shores.len() as u64,
+        not_level,
     };
     for (stretch, sets) in stretches(on_ground) {
         cancel.check()?;

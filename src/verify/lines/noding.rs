@@ -8,13 +8,18 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 use super::Spot;
 use super::pieces::Piece;
 
-/// Pieces joined, each once.
-pub(super) fn noded(pieces: Vec<Piece>) -> Vec<Piece> {
-    let mut pieces: BTreeSet<Piece> = pieces.into_iter().collect();
+/// Pieces joined, each once, with how often its line runs over it.
+pub(super) fn noded(all: Vec<Piece>) -> BTreeMap<Piece, u32> {
+    let counted = |all: &mut dyn Iterator<Item = (Piece, u32)>| {
+        let mut pieces: BTreeMap<Piece, u32> = BTreeMap::new();
+        all.for_each(|(piece, times)| *pieces.entry(piece).or_default() += times);
+        pieces
+    };
+    let mut pieces = counted(&mut all.into_iter().map(|piece| (piece, 1)));
     loop {
-        let mut hot: HashSet<Spot> = pieces.iter().flat_map(|piece| piece.ends).collect();
+        let mut hot: HashSet<Spot> = pieces.keys().flat_map(|piece| piece.ends).collect();
         let mut by_cell: BTreeMap<Spot, Vec<[Spot; 2]>> = BTreeMap::new();
-        let segments: BTreeSet<[Spot; 2]> = pieces.iter().map(|piece| piece.ends).collect();
+        let segments: BTreeSet<[Spot; 2]> = pieces.keys().map(|piece| piece.ends).collect();
         for &[a, b] in &segments {
             by_cell.entry((a.0.min(b.0) >> 2, a.1.min(b.1) >> 2)).or_default().push([a, b]);
         }
@@ -23,9 +28,12 @@ pub(super) fn noded(pieces: Vec<Piece>) -> Vec<Piece> {
                 hot.extend(cell[..i].iter().filter_map(|&t| meeting(s, t)));
             }
         }
-        let led: BTreeSet<Piece> = pieces.iter().flat_map(|piece| led(piece, &hot)).collect();
+        let parts = |(piece, times): (&Piece, &u32)| {
+            led(piece, &hot).into_iter().map(|part| (part, *times)).collect::<Vec<_>>()
+        };
+        let led = counted(&mut pieces.iter().flat_map(parts));
         if led == pieces {
-            return pieces.into_iter().collect();
+            return pieces;
         }
         pieces = led;
     }

@@ -3,7 +3,7 @@
 use super::Spot;
 use super::pieces::{Piece, between};
 use crate::base::exact::MAX_HEIGHT;
-use crate::base::{LineSet, Polylines};
+use crate::base::{LineKind, LineSet, Polylines};
 use crate::verify::VerifyError;
 
 /// Parts of a cell that vertices are read in, and of a quarter of one.
@@ -21,6 +21,11 @@ pub(super) fn cut(
     pieces: &mut Vec<Piece>,
 ) -> Result<(), VerifyError> {
     let (width, rows) = size;
+    // Of a lake, what lies outside is drawn to the raster's rim: outlines stay closed.
+    let drawn = |(x, y): Spot| match set.kind {
+        LineKind::Lakes => (x.max(0).min(4 * (width - 1)), y.max(0).min(4 * (rows - 1))),
+        LineKind::Breaklines | LineKind::Footprints => (x, y),
+    };
     let is_inside = |(x, y): Spot| (0..=4 * (width - 1)).contains(&x) && (0..=4 * (rows - 1)).contains(&y);
     for (i, line) in set.lines.lines().iter().enumerate() {
         let own = set.lines.heights().map(|heights| &heights[i]);
@@ -36,6 +41,7 @@ pub(super) fn cut(
                 crossings([(corners[j - 1], height(j - 1)), (corner, height(j))], size, &mut spots);
             }
             spots.push(((quarters(corner.0, 1), quarters(corner.1, 1)), height(j)));
+            spots.iter_mut().for_each(|(spot, _)| *spot = drawn(*spot));
             // Of several levels at one place the first counts.
             spots.dedup_by_key(|(spot, _)| *spot);
             let both = spots.windows(2).map(|pair| (pair[0], pair[1]));
