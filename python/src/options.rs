@@ -24,6 +24,20 @@ use terrabite::run::{
 use crate::band::PyBand;
 use crate::errors::exception;
 
+/// The lines of a call that makes a mesh, or of one that judges it.
+macro_rules! asked_lines {
+    ($options:expr) => {
+        AskedLines {
+            breaklines: $options.breaklines.as_ref(),
+            footprints: $options.footprints.as_ref(),
+            lakes: $options.lake_polygons.as_ref(),
+            lake_z: &$options.lake_z,
+            shift: $options.breakline_shift,
+            z: &$options.breakline_z,
+        }
+    };
+}
+
 /// What decides a mesh, as the words of a call.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -168,14 +182,7 @@ impl Options<'_> {
             attributes: attributes(self.attributes.as_ref(), self.attribute_weight)?,
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             points: self.points.as_ref().map(|places| PointInput::Places(places.as_slice().into())),
-            lines: lines(&AskedLines {
-                breaklines: self.breaklines.as_ref(),
-                footprints: self.footprints.as_ref(),
-                lakes: self.lake_polygons.as_ref(),
-                lake_z: &self.lake_z,
-                shift: self.breakline_shift,
-                z: &self.breakline_z,
-            })?,
+            lines: lines(&asked_lines!(self))?,
             fill_voids: self.fill_holes,
             access: choose(
                 "access",
@@ -393,14 +400,7 @@ impl VerifyOptions<'_> {
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             fill_voids: self.fill_holes,
             trim: self.trim,
-            lines: lines(&AskedLines {
-                breaklines: self.breaklines.as_ref(),
-                footprints: self.footprints.as_ref(),
-                lakes: self.lake_polygons.as_ref(),
-                lake_z: &self.lake_z,
-                shift: self.breakline_shift,
-                z: &self.breakline_z,
-            })?,
+            lines: lines(&asked_lines!(self))?,
             threads: threads(self.threads)?,
             temp_dir: self.temp_dir.clone(),
             ..VerifyRequest::new(band.clone(), mesh, self.max_error)

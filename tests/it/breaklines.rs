@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 use crate::util::{Dem, Folder, Run, terrabite, terrabite_with_fault};
 
 /// A folder with a raster of 40 × 30 samples, ten metres a cell, to be cut into tiles of 16 cells.
-struct Scene {
-    folder: Folder,
+pub(crate) struct Scene {
+    pub(crate) folder: Folder,
     dem: String,
 }
 
 /// Across seams and corners of tiles, one of them along a seam, one outside.
-const LINES: [&[(f64, f64)]; 4] = [
+pub(crate) const LINES: [&[(f64, f64)]; 4] = [
     &[(1.3, 2.7), (16.0, 9.2), (38.9, 27.4)],
     &[(16.0, 20.3), (16.0, 3.1), (20.0, 3.1)],
     &[(30.0, -4.0), (30.2, 40.0)],
@@ -21,19 +21,19 @@ const LINES: [&[(f64, f64)]; 4] = [
 ];
 
 impl Scene {
-    fn new() -> Scene {
+    pub(crate) fn new() -> Scene {
         let folder = Folder::new();
         let dem = Dem::new(40, 30).on_the_map().write(&folder, "dem.tif");
         Scene { folder, dem }
     }
 
-    fn layer(&self, name: &str, lines: &[&[(f64, f64)]]) -> String {
+    pub(crate) fn layer(&self, name: &str, lines: &[&[(f64, f64)]]) -> String {
         let at = |&(c, r): &(f64, f64)| json!([500_000.0 + (c + 0.5) * 10.0, 5_200_000.0 - (r + 0.5) * 10.0, 7.0]);
         let line = |line: &&[(f64, f64)]| json!({"type": "LineString", "coordinates": line.iter().map(at).collect::<Vec<_>>()});
         self.geometries(name, lines.iter().map(line).collect())
     }
 
-    fn geometries(&self, name: &str, geometries: Vec<Value>) -> String {
+    pub(crate) fn geometries(&self, name: &str, geometries: Vec<Value>) -> String {
         let feature = |g| json!({"type": "Feature", "properties": {}, "geometry": g});
         let features: Vec<Value> = geometries.into_iter().map(feature).collect();
         let crs = json!({"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}});
@@ -41,7 +41,7 @@ impl Scene {
     }
 
     /// Two lakes, one with an island, across seams and the raster's rim.
-    fn lakes(&self) -> String {
+    pub(crate) fn lakes(&self) -> String {
         let feature = |level: f64, rings: Value| {
             let geometry = json!({"type": "Polygon", "coordinates": rings});
             json!({"type": "Feature", "properties": {"level": level, "name": "pond"}, "geometry": geometry})
@@ -59,22 +59,22 @@ impl Scene {
         self.folder.with("lakes.geojson", layer.to_string())
     }
 
-    fn command(&self, name: &str, options: &[&str]) -> Vec<String> {
+    pub(crate) fn command(&self, name: &str, options: &[&str]) -> Vec<String> {
         let tin = self.folder.at("tin.ply");
         let words = [&[name, &self.dem, &tin, "--max-error", "3", "--json"], options].concat();
         words.into_iter().map(str::to_string).collect()
     }
 
-    fn simplify(&self, lines: &str, options: &[&str]) -> Run {
+    pub(crate) fn simplify(&self, lines: &str, options: &[&str]) -> Run {
         let usual = ["--tile", "16", "--overwrite", "--breaklines", lines];
         terrabite(self.command("simplify", &[&usual, options].concat()))
     }
 
-    fn verify(&self, lines: &str, options: &[&str]) -> Run {
+    pub(crate) fn verify(&self, lines: &str, options: &[&str]) -> Run {
         terrabite(self.command("verify", &[&["--breaklines", lines], options].concat()))
     }
 
-    fn written(&self) -> Vec<u8> {
+    pub(crate) fn written(&self) -> Vec<u8> {
         fs::read(self.folder.join("tin.ply")).unwrap()
     }
 }
@@ -224,90 +224,6 @@ fn lines_without_one_height_at_every_place_are_refused_by_name() {
         .fails(2, &["--breakline-z line", "--max-error"]);
     scene.verify(&two, &[&own[..], &["--max-stray", "2"]].concat()).fails(2, &["--breakline-z line", "--max-stray"]);
     terrabite(scene.command("simplify", &own)).fails(2, &["--breakline-z line requires --breaklines"]);
-}
-
-#[test]
-fn lakes_are_level_and_islands_are_not() {
-    let scene = Scene::new();
-    let (lakes, roads) = (scene.lakes(), scene.layer("roads.geojson", &LINES));
-    let mut bytes = Vec::new();
-    for (z, options, threads) in [
-        ("min", &[][..], "1"),
-        ("min", &[], "3"),
-        ("median", &["--quality", "none"], "2"),
-        ("field:level", &["--heights", "fitted"], "2"),
-        ("field:level", &["--precision", "float"], "2"),
-        ("field:level", &["--breaklines", &roads], "2"),
-        ("field:level", &["--breaklines", &roads, "--breakline-z", "line"], "2"),
-    ] {
-        let of_lakes = ["--lake-polygons", &lakes, "--lake-z", z];
-        let made = [&["--tile", "16", "--overwrite", "--threads", threads], &of_lakes[..], options].concat();
-        let report = terrabite(scene.command("simplify", &made)).succeeds().json();
-        assert_eq!((&report["lakes"]["z"], &report["lakes"]["lines"]), (&json!(z), &json!(3)), "{report}");
-        let inside = report["samples_in_lakes"].as_u64().unwrap();
-        assert!((15 * 15 - 4 * 4 + 6 * 12..16 * 16 + 8 * 13).contains(&inside), "{inside}");
-        let lines: Vec<&str> = options.iter().copied().skip_while(|word| *word != "--breaklines").collect();
-        let verdict = terrabite(scene.command("verify", &[&of_lakes[..], &lines].concat())).succeeds().json();
-        assert_eq!(
-            (&verdict["breaklines"]["lakes"], &verdict["breaklines"]["not_level"]["count"]),
-            (&json!(2), &json!(0))
-        );
-        assert_eq!(report["beside_lines"], verdict["beside_lines"]);
-        assert!(report["shape"].is_null() || report["shape"]["overshoot_max"].as_f64() < Some(1e3), "{report}");
-        bytes.push(scene.written());
-    }
-    assert!(bytes[0] == bytes[1], "other bytes with other threads");
-    let header = String::from_utf8_lossy(&bytes[0][..1000]).to_string();
-    assert!(header.contains("comment lake polygons lakes.geojson\ncomment lake z min\n"), "{header}");
-    terrabite(scene.command("simplify", &["--overwrite"])).succeeds();
-    let failed = terrabite(scene.command("verify", &["--lake-polygons", &lakes]));
-    assert_eq!(failed.code, Some(1), "{failed:#?}");
-    assert!(failed.json()["failures"].to_string().contains("vertices in lakes are not level with it"));
-}
-
-#[test]
-fn lakes_that_cannot_be_level_are_refused_by_name() {
-    let scene = Scene::new();
-    let (lakes, roads) = (scene.lakes(), scene.layer("roads.geojson", &LINES));
-    let refused = |options: &[&str], code: i32, expected: &[&str]| {
-        for name in ["simplify", "verify"] {
-            let overwrite = if name == "simplify" { &["--overwrite"][..] } else { &[] };
-            terrabite(scene.command(name, &[options, overwrite].concat())).fails(code, expected);
-        }
-    };
-    terrabite(scene.command("simplify", &[])).succeeds();
-    let with = |z: &'static str| ["--lake-polygons", lakes.as_str(), "--lake-z", z];
-    refused(
-        &with("field:depth"),
-        1,
-        &["lakes.geojson: layer lakes: expected a polygon or polygons in feature 0, found no field depth", "--lake-z"],
-    );
-    refused(&with("field:name"), 1, &["found no number in field name"]);
-    refused(&with("mean"), 2, &["expected min, median or field:NAME"]);
-    refused(
-        &[&with("min")[..], &["--max-stray", "2"]].concat(),
-        2,
-        &["--lake-polygons cannot be combined with --max-stray"],
-    );
-    refused(&["--lake-polygons", &roads], 1, &["roads.geojson", "found LINESTRING", "--lake-polygons-layer"]);
-    terrabite(scene.command("simplify", &["--lake-z", "min"])).fails(2, &["--lake-polygons"]);
-    let at = |c: f64, r: f64| [500_000.0 + (c + 0.5) * 10.0, 5_200_000.0 - (r + 0.5) * 10.0];
-    let pond =
-        |c: f64| json!({"type": "Polygon", "coordinates": [[at(c, 3.0), at(c + 6.0, 3.0), at(c, 9.0), at(c, 3.0)]]});
-    let both = scene.geometries("both.geojson", vec![pond(3.0), pond(5.5)]);
-    refused(
-        &["--lake-polygons", &both],
-        1,
-        &["both.geojson: expected lakes apart from each other, found features 0 and 1 that overlap"],
-    );
-    // A dam at seven metres through a lake at another level.
-    let dam = ["--breaklines", &roads, "--breakline-z", "line"];
-    let expected = ["expected one height at column", "feature 0 of the lakes", "of the breaklines"];
-    terrabite(scene.command(
-        "simplify",
-        &[&dam[..], &["--lake-polygons", &scene.geometries("pond.geojson", vec![pond(2.0)]), "--overwrite"]].concat(),
-    ))
-    .fails(1, &expected);
 }
 
 /// Houses, one with a yard, one across a seam and one at the raster's rim, together with roads or alone.
