@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sink = PlySink::new(StagedFile::create(Path::new(&output), true, &[])?, Header::default());
     let summary = mesh.write(Box::new(sink), &control)?;
 
-    let options = VerifyOptions { max_error, max_stray: None, importance: None, temp_dir: None };
+    let options = VerifyOptions { lines: None, max_error, max_stray: None, importance: None, temp_dir: None };
     let verdict = verify(&band, Path::new(&output), &options, &control)?;
     println!("{} triangles, largest error {}", summary.triangles, summary.errors.max);
     if verdict.passes() && verdict.nodata == 390 && summary.errors.max <= max_error && summary.triangles < 5000 {

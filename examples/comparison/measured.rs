@@ -97,7 +97,8 @@ fn held(partition: &Partition, window: &Window, tolerance: f64) -> Outcome<()> {
 }
 
 fn judged(file: &Path, window: &Window, tolerance: f64) -> Outcome<(u64, u64)> {
-    let options = VerifyOptions { max_error: tolerance, max_stray: None, importance: None, temp_dir: None };
+    let options =
+        VerifyOptions { lines: None, max_error: tolerance, max_stray: None, importance: None, temp_dir: None };
     let verdict = verify(&window.band()?, file, &options, &Control::default())?;
     if verdict.passes() { Ok((verdict.vertices, verdict.triangles)) } else { Err(format!("{verdict}").into()) }
 }

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use terrabite::base::Band;
 use terrabite::base::features::{Feature, FeatureSet};
+use terrabite::base::{Band, LineKind, Polylines};
 use terrabite::field::Choice;
 use terrabite::job::rules::{self, default_engine, default_quality};
 use terrabite::job::{EngineChoice, Goal, Params, Quality, VertexHeights};
@@ -17,10 +17,26 @@ use terrabite::kernel::triangulate::hitting_set::{Corners, HittingSet, HittingSe
 use terrabite::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
 };
-use terrabite::run::{AttributeBands, Attributes, Input, LineInput, Lines, PointInput, Request, VerifyRequest};
+use terrabite::run::{
+    AttributeBands, Attributes, HeightSource, Input, LakeHeight, LineInput, Lines, PointInput, Request, VerifyRequest,
+};
 
 use crate::band::PyBand;
 use crate::errors::exception;
+
+/// The lines of a call that makes a mesh, or of one that judges it.
+macro_rules! asked_lines {
+    ($options:expr) => {
+        AskedLines {
+            breaklines: $options.breaklines.as_ref(),
+            footprints: $options.footprints.as_ref(),
+            lakes: $options.lake_polygons.as_ref(),
+            lake_z: &$options.lake_z,
+            shift: $options.breakline_shift,
+            z: &$options.breakline_z,
+        }
+    };
+}
 
 /// What decides a mesh, as the words of a call.
 #[derive(FromPyObject)]
@@ -42,8 +58,12 @@ pub(crate) struct Options<'py> {
     attributes: Option<Vec<Bound<'py, PyBand>>>,
     attribute_weight: Option<f64>,
     points: Option<Vec<(f64, f64)>>,
-    breaklines: Option<Vec<Vec<(f64, f64)>>>,
+    breaklines: Option<Vertices>,
+    footprints: Option<Vec<Vertices>>,
+    lake_polygons: Option<Vec<Vertices>>,
+    lake_z: LakeZ,
     breakline_shift: f64,
+    breakline_z: String,
     engine: Option<String>,
     cuts: Option<String>,
     swap: Option<String>,
@@ -74,8 +94,12 @@ pub(crate) struct VerifyOptions<'py> {
     importance: Option<Bound<'py, PyBand>>,
     attributes: Option<Vec<Bound<'py, PyBand>>>,
     attribute_weight: Option<f64>,
-    breaklines: Option<Vec<Vec<(f64, f64)>>>,
+    breaklines: Option<Vertices>,
+    footprints: Option<Vec<Vertices>>,
+    lake_polygons: Option<Vec<Vertices>>,
+    lake_z: LakeZ,
     breakline_shift: f64,
+    breakline_z: String,
     threads: Option<usize>,
     temp_dir: Option<PathBuf>,
 }
@@ -158,7 +182,7 @@ impl Options<'_> {
             attributes: attributes(self.attributes.as_ref(), self.attribute_weight)?,
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             points: self.points.as_ref().map(|places| PointInput::Places(places.as_slice().into())),
-            breaklines: lines(self.breaklines.as_ref(), self.breakline_shift),
+            lines: lines(&asked_lines!(self))?,
             fill_voids: self.fill_holes,
             access: choose(
                 "access",
@@ -203,6 +227,9 @@ impl Options<'_> {
             (Feature::Importance, self.importance.is_some()),
             (Feature::Points, self.points.is_some()),
             (Feature::Breaklines, self.breaklines.is_some()),
+            (Feature::Footprints, self.footprints.is_some()),
+            (Feature::LineHeights, self.breakline_z == HeightSource::Own.name()),
+            (Feature::Lakes, self.lake_polygons.is_some()),
             (Feature::Trim, self.trim > 0),
             (Feature::FilledVoids, self.fill_holes > 0),
             (Feature::FittedHeights, heights == VertexHeights::Fitted),
@@ -291,9 +318,74 @@ impl Options<'_> {
     }
 }
 
-/// Lines through places on the map, if there are any.
-fn lines(lines: Option<&Vec<Vec<(f64, f64)>>>, shift: f64) -> Option<LineInput> {
-    lines.map(|lines| LineInput { from: Lines::Places(lines.as_slice().into()), shift })
+/// Vertices of lines, of two or three numbers each.
+type Vertices = Vec<Vec<Vec<f64>>>;
+
+/// Heights of lakes: a word, or one for each.
+#[derive(FromPyObject)]
+enum LakeZ {
+    Word(String),
+    Each(Vec<f64>),
+}
+
+/// The lines that a call names.
+struct AskedLines<'a> {
+    breaklines: Option<&'a Vertices>,
+    footprints: Option<&'a Vec<Vertices>>,
+    lakes: Option<&'a Vec<Vertices>>,
+    lake_z: &'a LakeZ,
+    shift: f64,
+    z: &'a str,
+}
+
+/// Lines through places on the map, and the outlines of polygons, as far as there are any.
+fn lines(asked: &AskedLines<'_>) -> PyResult<Vec<LineInput>> {
+    let &AskedLines { breaklines, footprints, lakes, lake_z, shift, z } = asked;
+    let is_own = choose("breakline_z", z, &[("raster", false), ("line", true)])?;
+    if breaklines.is_none() && is_own {
+        return Err(PyValueError::new_err("breakline_z: expected breaklines, whose heights these are, found none"));
+    }
+    let input = |kind, lines, shift, heights| LineInput { kind, from: Lines::Places(lines), shift, heights };
+    let breaklines = breaklines.map(|lines| {
+        let heights = if is_own { HeightSource::Own } else { HeightSource::Raster };
+        Ok::<_, PyErr>(input(LineKind::Breaklines, polylines(lines)?, shift, heights))
+    });
+    let outlines = |polygons: &Vec<Vertices>| {
+        let rings: Vertices = polygons.iter().flatten().cloned().collect();
+        let of = polygons.iter().zip(0u64..).flat_map(|(rings, number)| rings.iter().map(move |_| number));
+        Ok::<_, PyErr>(polylines(&rings)?.without_heights().of_features(of.collect()))
+    };
+    let lakes = lakes.map(|polygons| {
+        let height = match lake_z {
+            LakeZ::Word(word) => choose("lake_z", word, &[("min", true), ("median", false)])
+                .map(|is_min| if is_min { LakeHeight::Min } else { LakeHeight::Median })?,
+            LakeZ::Each(heights) if heights.len() == polygons.len() => LakeHeight::Each(heights.clone()),
+            LakeZ::Each(heights) => {
+                let message = format!("lake_z: expected {} heights, found {}", polygons.len(), heights.len());
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        Ok(input(LineKind::Lakes, outlines(polygons)?, 0.0, HeightSource::Lake(height)))
+    });
+    let footprints =
+        footprints.map(|polygons| Ok(input(LineKind::Footprints, outlines(polygons)?, shift, HeightSource::Raster)));
+    breaklines.into_iter().chain(lakes).chain(footprints).collect()
+}
+
+/// Lines, with heights where all vertices have three numbers.
+fn polylines(lines: &Vertices) -> PyResult<Polylines> {
+    let place = |vertex: &Vec<f64>| match vertex[..] {
+        [x, y, ..] => Ok((x, y)),
+        _ => Err(PyValueError::new_err("expected vertices of two or three numbers")),
+    };
+    let places = lines.iter().map(|line| line.iter().map(place).collect()).collect::<PyResult<_>>()?;
+    let height = |vertex: &Vec<f64>| vertex.get(2).copied();
+    let own: Option<Vec<Vec<f64>>> = lines.iter().map(|line| line.iter().map(height).collect()).collect();
+    let placed = Polylines::new(places);
+    Ok(match own {
+        Some(own) => placed.with_heights(own),
+        None => placed,
+    })
 }
 
 impl VerifyOptions<'_> {
@@ -308,7 +400,7 @@ impl VerifyOptions<'_> {
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             fill_voids: self.fill_holes,
             trim: self.trim,
-            breaklines: lines(self.breaklines.as_ref(), self.breakline_shift),
+            lines: lines(&asked_lines!(self))?,
             threads: threads(self.threads)?,
             temp_dir: self.temp_dir.clone(),
             ..VerifyRequest::new(band.clone(), mesh, self.max_error)

@@ -56,7 +56,11 @@ def simplify(
     importance: Raster | None = None,
     points: Any = None,
     breaklines: Any = None,
+    lake_polygons: Any = None,
+    lake_z: Literal["min", "median"] | Sequence[float] = "min",
+    footprints: Any = None,
     breakline_shift: float = 0.5,
+    breakline_z: Literal["raster", "line"] = "raster",
     engine: Literal["greedy-cuts", "greedy-insertion", "hitting-set"] | None = None,
     cuts: Literal["plain", "improved"] | None = None,
     swap: Literal["delaunay", "data-dependent"] | None = None,
@@ -124,7 +128,11 @@ def simplify(
         importance: Weights on the samples of the raster: distance times weight is within ``max_error``.
         points: Places in the raster's CRS, of shape (n, 2) or (n, 3): the samples nearest to them become vertices.
         breaklines: Lines in the raster's CRS, each of shape (n, 2) or (n, 3): edges of the mesh follow them.
-        breakline_shift: How far those edges may be from the lines, in cells.
+        lake_polygons: Polygons, as for ``cutline``: lakes, which are level.
+        lake_z: The height of each lake: the least or the median of the samples on its rim, or a number for each polygon.
+        footprints: Polygons, as for ``cutline``: edges of the mesh follow their outlines.
+        breakline_shift: How far edges may be from lines and outlines, in cells.
+        breakline_z: Which heights edges of breaklines have: ``"line"`` takes those of lines of shape (n, 3).
         engine: How tiles are triangulated.
         cuts: The order of greedy cuts.
         swap: By what edges of greedy insertion are swapped.
@@ -184,7 +192,11 @@ def simplify(
         "attribute_weight": attribute_weight,
         "points": _facts.places(points),
         "breaklines": _facts.lines(breaklines),
+        "lake_polygons": None if lake_polygons is None else _facts.polygons(lake_polygons, "lake_polygons"),
+        "lake_z": lake_z if isinstance(lake_z, str) else [float(z) for z in lake_z],
+        "footprints": None if footprints is None else _facts.polygons(footprints, "footprints"),
         "breakline_shift": breakline_shift,
+        "breakline_z": breakline_z,
         "engine": engine,
         "cuts": cuts,
         "swap": swap,
@@ -229,7 +241,11 @@ def verify(
     attribute_weight: float | None = None,
     importance: Raster | None = None,
     breaklines: Any = None,
+    lake_polygons: Any = None,
+    lake_z: Literal["min", "median"] | Sequence[float] = "min",
+    footprints: Any = None,
     breakline_shift: float = 0.5,
+    breakline_z: Literal["raster", "line"] = "raster",
     threads: int | None = None,
     temp_dir: str | os.PathLike[str] | None = None,
     cancel: Flag | None = None,
@@ -238,7 +254,7 @@ def verify(
     """Judge a mesh against its raster, by code that shares nothing with what made it.
 
     Heights, coverage, cracks and folds are judged, as by ``terrabite verify``. Options that say which samples there are, and
-    ``trim``, ``fill_holes``, ``attributes``, ``importance`` and ``breaklines``, must be those that the mesh was made with: see :func:`simplify`.
+    ``trim``, ``fill_holes``, ``attributes``, ``importance``, ``breaklines``, ``lake_polygons`` and ``footprints``, must be those that the mesh was made with: see :func:`simplify`.
 
     Args:
         raster: What the mesh was made from.
@@ -261,7 +277,11 @@ def verify(
         attribute_weight: What they count.
         importance: Weights.
         breaklines: Lines that edges of the mesh must follow.
-        breakline_shift: How far those edges may be from them, in cells.
+        lake_polygons: Polygons that must be level.
+        lake_z: Their heights.
+        footprints: Polygons whose outlines they must follow.
+        breakline_shift: How far edges may be from them, in cells.
+        breakline_z: Which heights those edges have.
         threads: Threads to work with; the verdict does not depend on them.
         temp_dir: The folder of temporary files, about 200 bytes a triangle.
         cancel: Stops the call when it is set.
@@ -291,7 +311,11 @@ def verify(
         "attributes": further,
         "attribute_weight": attribute_weight,
         "breaklines": _facts.lines(breaklines),
+        "lake_polygons": None if lake_polygons is None else _facts.polygons(lake_polygons, "lake_polygons"),
+        "lake_z": lake_z if isinstance(lake_z, str) else [float(z) for z in lake_z],
+        "footprints": None if footprints is None else _facts.polygons(footprints, "footprints"),
         "breakline_shift": breakline_shift,
+        "breakline_z": breakline_z,
         "threads": threads,
         "temp_dir": temp_dir,
     }

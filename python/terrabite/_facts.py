@@ -70,35 +70,35 @@ def words(nodata: object) -> list[str]:
 Rings = list[list[tuple[float, float]]]
 
 
-def polygons(cutline: Any) -> list[Rings]:
+def polygons(shapes: Any, name: str = "cutline") -> list[Rings]:
     """The rings of polygons: of geometries of GeoJSON, of what has them as ``__geo_interface__``, or of a sequence of those."""
-    if cutline is None:
+    if shapes is None:
         return []
-    found = _rings(cutline)
+    found = _rings(shapes, name)
     if not found:
-        raise ValueError("cutline: expected polygons, found none")
+        raise ValueError(f"{name}: expected polygons, found none")
     return found
 
 
-def _rings(cutline: Any) -> list[Rings]:
-    if cutline is None:
+def _rings(shapes: Any, name: str) -> list[Rings]:
+    if shapes is None:
         # A feature without a geometry.
         return []
-    shape = getattr(cutline, "__geo_interface__", cutline)
+    shape = getattr(shapes, "__geo_interface__", shapes)
     if not isinstance(shape, Mapping):
         if isinstance(shape, str) or not isinstance(shape, Iterable):
-            raise TypeError("cutline: expected polygons as GeoJSON has them, or with __geo_interface__")
-        return [polygon for part in shape for polygon in _rings(part)]
+            raise TypeError(f"{name}: expected polygons as GeoJSON has them, or with __geo_interface__")
+        return [polygon for part in shape for polygon in _rings(part, name)]
     kind = shape.get("type")
     if kind == "Polygon":
         return [[[(float(place[0]), float(place[1])) for place in ring] for ring in shape["coordinates"]]]
     if kind == "MultiPolygon":
-        return [one for part in shape["coordinates"] for one in _rings({"type": "Polygon", "coordinates": part})]
+        return [one for part in shape["coordinates"] for one in _rings({"type": "Polygon", "coordinates": part}, name)]
     if kind == "Feature":
-        return _rings(shape["geometry"])
+        return _rings(shape["geometry"], name)
     if kind in ("FeatureCollection", "GeometryCollection"):
-        return _rings(shape["features" if kind == "FeatureCollection" else "geometries"])
-    raise ValueError(f"cutline: expected polygons, found {kind}")
+        return _rings(shape["features" if kind == "FeatureCollection" else "geometries"], name)
+    raise ValueError(f"{name}: expected polygons, found {kind}")
 
 
 def places(points: Any) -> list[tuple[float, float]] | None:
@@ -111,7 +111,7 @@ def places(points: Any) -> list[tuple[float, float]] | None:
     return [(float(x), float(y)) for x, y in found[:, :2]]
 
 
-def lines(breaklines: Any) -> list[list[tuple[float, float]]] | None:
+def lines(breaklines: Any) -> list[list[list[float]]] | None:
     """Lines on the map, each an array of shape (n, 2) or (n, 3), or an object of shapely."""
     if breaklines is None:
         return None
@@ -120,7 +120,7 @@ def lines(breaklines: Any) -> list[list[tuple[float, float]]] | None:
         vertices = np.asarray(getattr(line, "coords", line), dtype="float64")
         if vertices.ndim != 2 or vertices.shape[1] not in (2, 3):
             raise ValueError(f"breaklines: expected lines of shape (n, 2) or (n, 3), found {vertices.shape}")
-        found.append([(float(x), float(y)) for x, y in vertices[:, :2]])
+        found.append(vertices.tolist())
     return found
 
 

@@ -104,12 +104,47 @@ def test_data_that_cannot_be_meshed(dem):
     assert all(error.__module__ == "terrabite" for error in (tb.Error, tb.RasterError, tb.Cancelled))
 
 
+def test_edges_have_the_heights_of_lines():
+    dem = np.add.outer(np.arange(40.0), np.arange(50.0)) % 7
+    dam = [np.array([[3.2, -5.1, 20.0], [40.7, -33.3, 22.0]])]
+    tin = tb.simplify(dem, 1, breaklines=dam, breakline_z="line")
+    assert tin.vertices[:, 2].max() >= 20 and tin.report["beside_lines"] > 50
+    assert tb.verify(dem, tin, 1, breaklines=dam, breakline_z="line").passed
+    assert not tb.verify(dem, tin, 1, breaklines=dam).passed
+    with pytest.raises(tb.Error, match="heights"):
+        tb.simplify(dem, 1, breaklines=[dam[0][:, :2]], breakline_z="line")
+    with pytest.raises(ValueError, match="breakline"):
+        tb.verify(dem, tin, 1, breakline_z="line")
+
+
+def test_lakes_are_level():
+    dem = np.add.outer(np.arange(40.0), np.arange(50.0)) % 7
+    lakes = [{"type": "Polygon", "coordinates": [[(8.2, -8.4), (30.1, -9.0), (24.4, -28.8), (8.2, -8.4)]]}]
+    tin = tb.simplify(dem, 1, lake_polygons=lakes, lake_z=[-3.0])
+    assert tin.vertices[:, 2].min() == -3 and tin.report["samples_in_lakes"] > 100
+    assert tb.verify(dem, tin, 1, lake_polygons=lakes, lake_z=[-3.0]).passed
+    assert not tb.verify(dem, tin, 1, lake_polygons=lakes, lake_z="median").passed
+    with pytest.raises(ValueError, match="lake_z: expected 1 heights, found 2"):
+        tb.simplify(dem, 1, lake_polygons=lakes, lake_z=[1, 2])
+
+
+def test_edges_follow_outlines():
+    dem = np.add.outer(np.arange(40.0), np.arange(50.0)) % 7
+    roof = {"type": "Polygon", "coordinates": [[(8.2, -8.4), (30.1, -9.0), (24.4, -28.8), (8.2, -8.4)]]}
+    tin = tb.simplify(dem, 1, footprints=roof)
+    assert tin.report["footprints"]["chains"]["edges"] >= 3
+    assert tb.verify(dem, tin, 1, footprints=roof).passed
+    assert not tb.verify(dem, tb.simplify(dem, 1), 1, footprints=roof).passed
+    with pytest.raises(ValueError, match="footprints: expected polygons"):
+        tb.simplify(dem, 1, footprints=[])
+
+
 def test_options_have_the_names_and_defaults_of_the_command(command):
     """Those that are not there are for files: where they go, what is printed, and layers that GDAL's vector library reads."""
     of_files = {
         "input", "output", "overwrite", "quiet", "json", "dry-run", "work-dir", "keep-work-dir", "help", "format", "ascii", "precision",
         "local", "z-scale", "normals", "texture", "texture-size", "base-height", "base-depth", "mesh-compression",
-        "ogr-geometry", "cutline-layer", "points-layer", "breaklines-layer", "bbox-crs", "importance-band", "importance-oo", "image", "report",
+        "ogr-geometry", "cutline-layer", "points-layer", "breaklines-layer", "lake-polygons-layer", "footprints-layer", "bbox-crs", "importance-band", "importance-oo", "image", "report",
     }
     shown = subprocess.run([command, "simplify", "--help"], capture_output=True, text=True, check=True).stdout
     names = {line.split("--")[1].split()[0].strip(",") for line in shown.splitlines() if line.strip().startswith(("--", "-q, --", "-h, --"))}

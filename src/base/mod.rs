@@ -49,7 +49,7 @@ pub use naming::channels_of;
 #[cfg(feature = "gdal")]
 pub(crate) use points::key;
 pub use points::{PointCounts, PointSet};
-pub use polylines::Polylines;
+pub use polylines::{LineKind, LineSet, Polylines};
 pub use raster_error::RasterError;
 #[cfg(feature = "gdal")]
 pub(crate) use raster_error::SILENT;
@@ -61,7 +61,7 @@ pub use sample::{
 };
 pub(crate) use sample::{stored, with_sample_type};
 pub use texture::Texture;
-pub use tile::{Heights, Tile};
+pub use tile::{EasedSample, Heights, Tile};
 pub(crate) use tile::{PADDING, padded};
 pub use tolerance::Tolerance;
 pub use validity::{Cell, NEAR_VOID, Validity};

@@ -2,14 +2,20 @@
 
 use std::sync::Arc;
 
-/// Lines over a raster, in columns and rows with fractions: sample (c, r) stands at (c, r). Nothing is said of their order or of
-/// what they do to each other.
+use super::features::{Feature, FeatureSet};
+
+/// Lines, in columns and rows with fractions: sample (c, r) stands at (c, r). Nothing is said of their order or of what they do to
+/// each other. Where a program gives them they are on the map until they are brought to columns and rows.
 ///
-/// Memory: 16 bytes per vertex.
+/// Memory: 16 bytes per vertex, 24 with heights.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Polylines {
     lines: Arc<Vec<Vec<(f64, f64)>>>,
     without_geometry: u64,
+    /// As many as there are vertices, where lines have heights of their own; else none.
+    heights: Option<Arc<Vec<Vec<f64>>>>,
+    /// Of which feature each line is a part, where they do not count one by one.
+    features: Option<Arc<Vec<u64>>>,
 }
 
 impl Polylines {
@@ -27,7 +33,7 @@ impl Polylines {
 
     /// These lines. Coordinates are finite.
     pub fn new(lines: Vec<Vec<(f64, f64)>>) -> Polylines {
-        Polylines { lines: Arc::new(lines), without_geometry: 0 }
+        Polylines { lines: Arc::new(lines), ..Polylines::default() }
     }
 
     /// The same lines, of a layer in which so many features have no geometry.
@@ -40,8 +46,103 @@ impl Polylines {
         self.without_geometry
     }
 
+    /// The same lines with a height at every vertex.
+    ///
+    /// # Panics
+    /// If there are not as many heights as vertices.
+    pub fn with_heights(self, heights: Vec<Vec<f64>>) -> Polylines {
+        let counts = |lines: &mut dyn Iterator<Item = usize>| lines.collect::<Vec<_>>();
+        let expected = counts(&mut self.lines.iter().map(Vec::len));
+        assert_eq!(counts(&mut heights.iter().map(Vec::len)), expected, "heights of vertices");
+        Polylines { heights: Some(Arc::new(heights)), ..self }
+    }
+
+    /// The same lines without heights.
+    pub fn without_heights(self) -> Polylines {
+        Polylines { heights: None, ..self }
+    }
+
+    /// The same lines as parts of these features, by number.
+    ///
+    /// # Panics
+    /// If there is not one for each line.
+    pub fn of_features(self, features: Vec<u64>) -> Polylines {
+        assert_eq!(features.len(), self.lines.len(), "features of lines");
+        Polylines { features: Some(Arc::new(features)), ..self }
+    }
+
     /// The vertices of each line.
     pub fn lines(&self) -> &[Vec<(f64, f64)>] {
         &self.lines
+    }
+
+    /// The heights of their own that the vertices of each line have, where they have some.
+    pub fn heights(&self) -> Option<&[Vec<f64>]> {
+        self.heights.as_ref().map(|heights| heights.as_slice())
+    }
+
+    /// The number of the feature that a line is a part of.
+    pub fn feature(&self, line: usize) -> u64 {
+        self.features.as_ref().map_or(line as u64, |features| features[line])
+    }
+
+    /// The same lines with every vertex elsewhere.
+    pub fn placed(&self, place: impl Fn(&(f64, f64)) -> (f64, f64)) -> Polylines {
+        let lines = self.lines.iter().map(|line| line.iter().map(&place).collect()).collect();
+        Polylines { lines: Arc::new(lines), ..self.clone() }
+    }
+}
+
+/// Lines of one kind, and what edges along them are held to. All that is asked of edges in a run is a list of these.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LineSet {
+    /// What they are.
+    pub kind: LineKind,
+    /// Over the raster. Edges have the lines' own heights where these have some, else those of the raster's surface.
+    pub lines: Polylines,
+    /// How far edges may be from a line's places, at the most, in cells.
+    pub shift: f64,
+}
+
+impl LineSet {
+    /// What sets of lines ask of a run, each as its kind and whether its lines have heights of their own.
+    pub fn features(sets: impl Iterator<Item = (LineKind, bool)>) -> FeatureSet {
+        let of = |(kind, has_heights): (LineKind, bool)| {
+            let heights = (kind == LineKind::Breaklines && has_heights).then_some(Feature::LineHeights);
+            [kind.feature()].into_iter().chain(heights)
+        };
+        sets.flat_map(of).collect()
+    }
+}
+
+/// What lines are in a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LineKind {
+    /// Breaklines: roads, walls, ridges.
+    Breaklines,
+    /// Outlines of lakes: level, and so is all that is inside.
+    Lakes,
+    /// Outlines of buildings and dams.
+    Footprints,
+}
+
+impl LineKind {
+    /// The feature of a run that asks for them.
+    pub fn feature(self) -> Feature {
+        match self {
+            LineKind::Breaklines => Feature::Breaklines,
+            LineKind::Lakes => Feature::Lakes,
+            LineKind::Footprints => Feature::Footprints,
+        }
+    }
+
+    /// What they are called.
+    pub fn name(self) -> &'static str {
+        match self {
+            LineKind::Breaklines => "breaklines",
+            LineKind::Lakes => "lakes",
+            LineKind::Footprints => "footprints",
+        }
     }
 }

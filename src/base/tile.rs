@@ -15,7 +15,7 @@ use crate::base::mesh::Vertex;
 ///
 /// Where an importance raster says how much errors weigh, or a hole is bridged, a tile has a weight for every sample, and holds its heights in
 /// double precision whatever their type: kernels then have one precision for heights, weights and limits, and those for
-/// single precision need not know of weights.
+/// single precision need not know of weights. So does a tile with samples beside lines that have heights of their own ([`EasedSample`]).
 #[derive(Debug, Clone, Default)]
 pub struct Tile {
     pub(crate) width: usize,
@@ -29,8 +29,24 @@ pub struct Tile {
     /// What errors weigh: empty where all weigh 1; else as long as the heights, which are double then. 0 at samples of
     /// bridged holes.
     pub(crate) weights: Vec<f64>,
+    /// Samples beside lines with heights of their own, by rows, then by columns.
+    pub(crate) eased: Vec<EasedSample>,
     /// Which samples are heights. The ground's loops keep engines away from the others.
     pub(crate) validity: Validity,
+}
+
+/// A sample beside a line with heights of its own: the surface may be from `low` to `high` there, give or take the tolerance. Its
+/// height in the tile is one between, its weight allows no more than that.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EasedSample {
+    /// Its place in the tile: row · width + column.
+    pub sample: u32,
+    /// The height that it has in the raster.
+    pub height: f64,
+    /// The lesser of the sample's height and the line's.
+    pub low: f64,
+    /// The larger.
+    pub high: f64,
 }
 
 /// Values behind the last sample, all 0: whole lanes can be read from every sample on.
@@ -133,6 +149,39 @@ impl Tile {
             double @ Heights::F64(_) => double,
         };
         Tile { heights, weights, ..self }
+    }
+
+    /// The same tile with no weight above 1.
+    pub(crate) fn with_light_weights(&self) -> Tile {
+        let mut tile = self.clone();
+        tile.weights.iter_mut().for_each(|weight| *weight = weight.min(1.0));
+        tile
+    }
+
+    /// The eased samples from a place of the tile on, by rows, then by columns.
+    pub(crate) fn eased_from(&self, sample: u32) -> &[EasedSample] {
+        &self.eased[self.eased.partition_point(|eased| eased.sample < sample)..]
+    }
+
+    /// Eases samples, by rows, then by columns: each has another height, and a weight, from now on.
+    pub(crate) fn ease(&mut self, samples: Vec<(EasedSample, f64, f64)>) {
+        if samples.is_empty() {
+            return;
+        }
+        let len = self.width * self.height;
+        if let Heights::F32(single) = &self.heights {
+            self.heights = Heights::F64(single.iter().map(|&z| f64::from(z)).collect());
+        }
+        if self.weights.is_empty() {
+            padded(&mut self.weights, len).fill(1.0);
+        }
+        for (eased, height, weight) in samples {
+            if let Heights::F64(heights) = &mut self.heights {
+                heights[eased.sample as usize] = height;
+            }
+            self.weights[eased.sample as usize] = weight;
+            self.eased.push(eased);
+        }
     }
 
     /// Samples across.

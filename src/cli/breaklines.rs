@@ -2,37 +2,161 @@
 
 use std::path::PathBuf;
 
-use super::combinations::Asked;
+use clap::ArgGroup;
+
+use super::combinations::{Asked, option};
+use super::failure::{Failure, of_shapes};
 use super::values;
-use crate::base::Polylines;
 use crate::base::features::Feature;
-use crate::raster::LineSource;
-use crate::run::{LineInput, Lines};
+use crate::base::{LineKind, Polylines};
+use crate::kernel::breaklines::LinesError;
+use crate::raster::{LineSource, ShapesError};
+use crate::run::{HeightSource, LakeHeight, LineInput, Lines, UnusableLines};
+use crate::verify::VerifyError;
 
 /// Lines that edges of the mesh follow.
 #[derive(Debug, clap::Args)]
+#[command(group = ArgGroup::new("edge_lines").multiple(true).args(["breaklines", "footprints"]))]
 pub(crate) struct BreaklineArgs {
     /// A layer of lines, in any format OGR reads: edges of the mesh follow them, within the tolerance of the raster's surface.
     /// `verify` needs the same option
     #[arg(long, help_heading = "Mesh", value_name = "FILE")]
-    pub(super) breaklines: Option<PathBuf>,
+    breaklines: Option<PathBuf>,
     /// The layer of --breaklines [default: the first]
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "NAME", requires = "breaklines")]
     breaklines_layer: Option<String>,
-    /// How far edges may be from the lines of --breaklines, seen from above, so that fewer are needed; from 0 to 16
-    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "CELLS", requires = "breaklines", value_parser = values::shift,
+    /// A layer of polygons that are lakes, in any format OGR reads: the mesh is level inside of them, edges follow their outlines, and
+    /// holes are islands. `verify` needs the same option
+    #[arg(long, help_heading = "Mesh", value_name = "FILE")]
+    lake_polygons: Option<PathBuf>,
+    /// The layer of --lake-polygons [default: the first]
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "NAME", requires = "lake_polygons")]
+    lake_polygons_layer: Option<String>,
+    /// The height of each of --lake-polygons: `min` or `median` of the samples nearest to its outline, or `field:NAME` for a number of the
+    /// layer
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "Z", requires = "lake_polygons", value_parser = lake_height,
+        default_value = "min")]
+    lake_z: LakeHeight,
+    /// A layer of polygons, in any format OGR reads: edges of the mesh follow their outlines as they follow --breaklines, so that roofs
+    /// and dams keep sharp edges. Inside all samples keep --max-error. `verify` needs the same option
+    #[arg(long, help_heading = "Mesh", value_name = "FILE")]
+    footprints: Option<PathBuf>,
+    /// The layer of --footprints [default: the first]
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "NAME", requires = "footprints")]
+    footprints_layer: Option<String>,
+    /// How far edges may be from the lines of --breaklines and --footprints, seen from above, so that fewer are needed; from 0 to 16
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "CELLS", requires = "edge_lines", value_parser = values::shift,
         default_value_t = Polylines::USUAL_SHIFT, allow_hyphen_values = true)]
     breakline_shift: f64,
+    /// Which heights edges along --breaklines have. With `line` the lines need z, in the raster's unit; at a sample beside such a line the
+    /// surface may be anywhere between the sample and the line, give or take --max-error
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "Z", value_enum,
+        default_value_t = BreaklineZ::Raster)]
+    breakline_z: BreaklineZ,
+}
+
+/// Where heights of edges along breaklines come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum BreaklineZ {
+    /// The raster's surface
+    Raster,
+    /// The lines' own z
+    Line,
 }
 
 impl BreaklineArgs {
     pub(super) fn ask(&self, asked: &mut Asked) {
         asked.add(Feature::Breaklines, self.breaklines.is_some());
+        asked.add(Feature::Lakes, self.lake_polygons.is_some());
+        asked.add(Feature::Footprints, self.footprints.is_some());
+        asked.add(Feature::LineHeights, self.breakline_z == BreaklineZ::Line);
     }
 
-    /// The lines, if there are any.
-    pub(super) fn input(&self) -> Option<LineInput> {
-        let source = LineSource { path: self.breaklines.clone()?, layer: self.breaklines_layer.clone() };
-        Some(LineInput { from: Lines::Layer(source), shift: self.breakline_shift })
+    /// The lines, if there are any: one set of each kind.
+    pub(super) fn inputs(&self) -> Vec<LineInput> {
+        let of_breaklines = match self.breakline_z {
+            BreaklineZ::Raster => HeightSource::Raster,
+            BreaklineZ::Line => HeightSource::Own,
+        };
+        let layers = [
+            (LineKind::Breaklines, &self.breaklines, &self.breaklines_layer, of_breaklines),
+            (LineKind::Lakes, &self.lake_polygons, &self.lake_polygons_layer, HeightSource::Lake(self.lake_z.clone())),
+            (LineKind::Footprints, &self.footprints, &self.footprints_layer, HeightSource::Raster),
+        ];
+        let input = |(kind, path, layer, heights): (LineKind, &Option<PathBuf>, &Option<String>, HeightSource)| {
+            let from = Lines::Layer(LineSource { path: path.clone()?, layer: layer.clone() });
+            // Lakes keep their outlines as they are on the lattice: so it is known what is inside.
+            let shift = if kind == LineKind::Lakes { 0.0 } else { self.breakline_shift };
+            Some(LineInput { kind, from, shift, heights })
+        };
+        layers.into_iter().filter_map(input).collect()
+    }
+
+    /// The files of all layers.
+    pub(super) fn files(&mut self) -> [&mut Option<PathBuf>; 3] {
+        [&mut self.breaklines, &mut self.lake_polygons, &mut self.footprints]
+    }
+
+    /// Whether there are lines.
+    pub(super) fn are_given(&self) -> bool {
+        self.breaklines.is_some() || self.lake_polygons.is_some() || self.footprints.is_some()
+    }
+}
+
+fn lake_height(word: &str) -> Result<LakeHeight, String> {
+    match (word, word.strip_prefix("field:")) {
+        ("min", _) => Ok(LakeHeight::Min),
+        ("median", _) => Ok(LakeHeight::Median),
+        (_, Some(name)) if !name.is_empty() => Ok(LakeHeight::Field(name.to_string())),
+        _ => Err("expected min, median or field:NAME".to_string()),
+    }
+}
+
+/// Why a layer of lines cannot be used.
+pub(super) fn of_layer(kind: LineKind, error: ShapesError) -> Failure {
+    let lacks_heights = matches!(&error, ShapesError::Layer { found, .. } if found.contains("without heights"));
+    if lacks_heights {
+        return Failure::new(error).hint("--breakline-z raster takes heights from the raster");
+    }
+    let lacks_number = matches!(&error, ShapesError::Layer { found, .. } if found.contains(" field "));
+    if lacks_number {
+        return Failure::new(error)
+            .hint("--lake-z names a field of the layer; min and median take heights from the raster");
+    }
+    of_shapes(error, option(kind.feature()))
+}
+
+/// What mends lakes that overlap.
+const APART: &str = "make one feature of them, or take one out of the layer of --lake-polygons";
+
+/// What mends two heights at one place.
+const ONE_HEIGHT: &str = "change the z of one of them there, choose a larger --max-error, or take heights from the raster with --breakline-z raster";
+
+/// Why lines cannot be used that have been read.
+pub(super) fn of_lines(error: &UnusableLines, failure: Failure) -> Failure {
+    let fewer =
+        |kind: &LineKind| format!("divide the raster with --window, or give {} fewer lines", option(kind.feature()));
+    let other_crs = |kind: &LineKind| {
+        format!(
+            "if the coordinates are in another CRS than the layer of {} says, ogr2ogr -a_srs sets the right one",
+            option(kind.feature())
+        )
+    };
+    match error {
+        UnusableLines::Lattice { error: LinesError::TooMany, kind, .. } => failure.hint(&fewer(kind)),
+        UnusableLines::Lattice { error: LinesError::TooFar { .. }, kind, .. } | UnusableLines::Outside { kind, .. } => {
+            failure.hint(&other_crs(kind))
+        }
+        UnusableLines::TwoHeights { .. } => failure.hint(ONE_HEIGHT),
+        UnusableLines::Judged { error, kind, .. } => match **error {
+            VerifyError::ManyLines => failure.hint(&fewer(kind)),
+            VerifyError::FarLine { .. } => failure.hint(&other_crs(kind)),
+            VerifyError::TwoHeights { .. } => failure.hint(ONE_HEIGHT),
+            VerifyError::LakesOverlap { .. } => failure.hint(APART),
+            _ => failure,
+        },
+        UnusableLines::Lattice { error: LinesError::Overlap { .. }, .. } => failure.hint(APART),
+        UnusableLines::NoLevel { .. } => failure.hint("--lake-z field:NAME takes heights from the layer"),
+        UnusableLines::Lattice { .. } | UnusableLines::Level { .. } => failure,
     }
 }

@@ -15,7 +15,6 @@ use crate::job::Error;
 use crate::job::rules::NotInShards;
 use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
-use crate::kernel::breaklines::LinesError;
 use crate::page::PageError;
 use crate::preview::PreviewError;
 use crate::raster::{DrapeError, PointsError, ShapesError, ViewError, WriteError};
@@ -24,7 +23,7 @@ use crate::run::{Fate, LookError, RunError};
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
 
-use super::{print, shards, signals};
+use super::{breaklines, print, shards, signals};
 
 /// How a subcommand ends when it does not get through: one message for the user, and the exit code.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -176,7 +175,7 @@ impl From<PointsError> for Failure {
 }
 
 /// Why the layer of an option cannot be used.
-fn of_shapes(error: ShapesError, option: &str) -> Failure {
+pub(super) fn of_shapes(error: ShapesError, option: &str) -> Failure {
     let failure = Failure::new(&error);
     match error {
         ShapesError::Cancelled(stopped) => stopped.into(),
@@ -209,14 +208,9 @@ impl From<RunError> for Failure {
             }
             RunError::Importance(error) => error.into(),
             RunError::Points(error) => error.into(),
-            RunError::Lines(error) => of_shapes(error, "--breaklines"),
-            RunError::Breaklines(LinesError::TooMany) => {
-                failure.hint("divide the raster with --window, or give --breaklines fewer lines")
-            }
-            RunError::Breaklines(_) | RunError::NoLines { .. } => failure.hint(
-                "if the coordinates are in another CRS than the layer of --breaklines says, ogr2ogr -a_srs sets the right one",
-            ),
-            RunError::NotTakenOver(_) => Failure { code: 2, ..failure }.hint("remove --breaklines, or lay out without an earlier run"),
+            RunError::Shapes { kind, error } => breaklines::of_layer(kind, error),
+            RunError::Lines(error) => breaklines::of_lines(&error, failure),
+            RunError::NotTakenOver(_) => Failure { code: 2, ..failure }.hint("remove --breaklines and --footprints, or lay out without an earlier run"),
             RunError::Texture(DrapeError::Place { .. }) => failure.hint("gdal_translate -a_srs -a_ullr gives it one"),
             RunError::Texture(DrapeError::Elsewhere { .. }) => failure.hint("gdalinfo shows where it lies"),
             RunError::Texture(_) => failure,
@@ -328,7 +322,9 @@ impl From<Error> for Failure {
             Error::PointOffGround { .. } => Failure::usage(error).hint(
                 "remove it from the layer of --points; --cutline, --nodata and --valid-range decide where ground is",
             ),
-            Error::LineHeight { .. } => Failure::new(error).hint("choose a larger --max-error, or remove --breaklines"),
+            Error::LineHeight { .. } => {
+                Failure::new(error).hint("choose a larger --max-error, or remove --breaklines and --footprints")
+            }
             Error::Missing(_) => Failure { code: shards::WAITING, ..Failure::new(error) },
             Error::Tile { .. } => Failure::new(error).hint("choose a smaller --tile"),
             Error::Goal(_) => {

@@ -167,7 +167,7 @@ impl MeshArgs {
         asked.add(Feature::StrongFeasibility, self.feasibility == FeasibilityArg::Strong);
         self.polish.ask(&mut asked);
         self.engine.ask(&mut asked);
-        let has_fitted_heights = self.heights == HeightsArg::Fitted || self.breaklines.breaklines.is_some();
+        let has_fitted_heights = self.heights == HeightsArg::Fitted || self.breaklines.are_given();
         self.coordinates.ask(has_fitted_heights, single(format), &mut asked);
         let quality = self.quality(asked.features());
         if quality != Quality::None {
@@ -241,7 +241,7 @@ impl MeshArgs {
             attributes: self.attributes.attributes(),
             importance: self.importance.input(),
             points: self.points.clone().map(|path| PointInput::Layer(PointSource { path, layer })),
-            breaklines: self.breaklines.input(),
+            lines: self.breaklines.inputs(),
             normals: self.normals.map(|normals| match normals {
                 NormalsArg::Gradient => Normals::Gradient,
                 NormalsArg::Area => Normals::Area,
@@ -284,9 +284,8 @@ impl MeshArgs {
     /// Takes names to be those of files in a folder, where there are such files.
     pub(super) fn resolve(&mut self, folder: &Path) {
         let options = [&mut self.points, &mut self.texture, &mut self.machine.temp_dir];
-        let others =
-            [&mut self.importance.importance, &mut self.input_args.cutline.cutline, &mut self.breaklines.breaklines];
-        let files = options.into_iter().chain(others).flatten().chain([&mut self.input]);
+        let others = [&mut self.importance.importance, &mut self.input_args.cutline.cutline];
+        let files = options.into_iter().chain(others).chain(self.breaklines.files()).flatten().chain([&mut self.input]);
         for file in files {
             let there = folder.join(&*file);
             if there.exists() {

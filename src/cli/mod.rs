@@ -63,7 +63,7 @@ enum Command {
     Plan(Box<shards::PlanArgs>),
     Run(shards::RunArgs),
     Merge(shards::MergeArgs),
-    Verify(verify::VerifyArgs),
+    Verify(Box<verify::VerifyArgs>),
     Convert(convert::ConvertArgs),
     Info(info::InfoArgs),
     Synth(synth::SynthArgs),

@@ -73,6 +73,7 @@ impl VerifyArgs {
         self.attributes.ask(&mut asked);
         self.importance.ask(&mut asked);
         self.breaklines.ask(&mut asked);
+        asked.add(Feature::MaxStray, self.max_stray.is_finite());
         asked.add(Feature::Trim, self.trim > 0);
         asked.add(Feature::FilledVoids, self.fill_holes > 0);
         asked
@@ -88,7 +89,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
         importance: args.importance.input(),
         fill_voids: args.fill_holes,
         trim: args.trim,
-        breaklines: args.breaklines.input(),
+        lines: args.breaklines.inputs(),
         threads: args.threads,
         temp_dir: args.temp_dir.clone(),
         extras: args.qa.extras(),

@@ -78,6 +78,7 @@ impl Field {
         assert!(inside, "{window:?} of a field of {} × {}", self.width, self.height);
         tile.width = window.width;
         tile.height = window.height;
+        tile.eased.clear();
         let Tile { heights, weights, validity, channels, .. } = &mut *tile;
         let LoadScratch { stored, bridged } = scratch;
         bridged.clear();

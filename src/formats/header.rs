@@ -90,13 +90,19 @@ pub enum OptionName {
     Points,
     Breaklines,
     BreaklinesLayer,
+    LakePolygons,
+    LakePolygonsLayer,
+    LakeZ,
+    Footprints,
+    FootprintsLayer,
     BreaklineShift,
+    BreaklineZ,
     Attributes,
 }
 
 impl OptionName {
     /// All of them. One whose words begin another's comes after it, so that the first that fits a line is the right one.
-    pub const ALL: [OptionName; 17] = [
+    pub const ALL: [OptionName; 23] = [
         OptionName::MaxRms,
         OptionName::MaxPoints,
         OptionName::MaxTriangles,
@@ -112,7 +118,13 @@ impl OptionName {
         OptionName::Points,
         OptionName::BreaklinesLayer,
         OptionName::Breaklines,
+        OptionName::LakePolygonsLayer,
+        OptionName::LakePolygons,
+        OptionName::LakeZ,
+        OptionName::FootprintsLayer,
+        OptionName::Footprints,
         OptionName::BreaklineShift,
+        OptionName::BreaklineZ,
         OptionName::Attributes,
     ];
 
@@ -134,7 +146,13 @@ impl OptionName {
             OptionName::Points => "points",
             OptionName::Breaklines => "breaklines",
             OptionName::BreaklinesLayer => "breaklines layer",
+            OptionName::LakePolygons => "lake polygons",
+            OptionName::LakePolygonsLayer => "lake polygons layer",
+            OptionName::LakeZ => "lake z",
+            OptionName::Footprints => "footprints",
+            OptionName::FootprintsLayer => "footprints layer",
             OptionName::BreaklineShift => "breakline shift",
+            OptionName::BreaklineZ => "breakline z",
             OptionName::Attributes => "channels",
         }
     }

@@ -116,6 +116,7 @@ fn a_chunk(from: &mut Bytes<'_>) -> Chunk {
     let errors = &mut chunk.errors;
     (errors.samples, errors.nodata) = (from.word(), from.word());
     (errors.stray, errors.trimmed) = (from.word(), from.word());
+    errors.beside = from.word();
     (errors.max, errors.weighted_max, errors.squares) = (from.double(), from.double(), from.double());
     errors.worst = (from.word(), from.word());
     errors.histogram[from.word() as usize % BINS] = from.word();

@@ -50,6 +50,7 @@ pub fn mesh(format: &str, bytes: &[u8]) {
     std::fs::write(&path, bytes).expect("written");
     read_all(&path, folder.path());
     let options = VerifyOptions {
+        lines: None,
         max_error: TOLERANCE,
         max_stray: None,
         importance: None,

@@ -244,6 +244,7 @@ impl Scene {
         let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), Header::default());
         let summary = mesh.write(Box::new(sink), &control).expect("written");
         let options = VerifyOptions {
+            lines: None,
             max_error: self.params.tolerance.kept(),
             max_stray: self.params.limit_on_straying(self.params.features()),
             importance,

@@ -10,32 +10,37 @@ use super::tests::{geotiff, terrain};
 use super::*;
 use crate::base::control::{CancelToken, Control};
 use crate::base::staged::StagedFile;
-use crate::base::{PointSet, Polylines};
+use crate::base::{LineKind, LineSet, PointSet, Polylines};
 use crate::field::Field;
 use crate::formats::{Header, MeshReader, PlySink, ReadError, ReadOptions, open};
 use crate::job::spool::Chunk;
 use crate::kernel::breaklines::Breaklines;
+use crate::kernel::measure::ErrorStats;
 use crate::testing::{self, cases};
-use crate::verify::{LinesOptions, LinesVerdict, VerifyOptions, verify, verify_lines};
+use crate::verify::{LinesVerdict, RequiredLines, Verdict, VerifyError, VerifyOptions, verify, verify_lines};
 
-type Line = Vec<(f64, f64)>;
+pub(super) type Line = Vec<(f64, f64)>;
 
 /// A raster, lines over it and how it is meshed.
 #[derive(Debug, Clone)]
-struct Scene {
-    size: (usize, usize),
-    heights: Vec<f64>,
-    lines: Vec<Line>,
-    shift: f64,
+pub(super) struct Scene {
+    pub(super) size: (usize, usize),
+    pub(super) heights: Vec<f64>,
+    pub(super) lines: Vec<Line>,
+    /// The lines' own height at a place, if they have one.
+    pub(super) own: Option<fn(f64, f64) -> f64>,
+    /// Outlines of lakes, each with the height of its lake.
+    pub(super) lakes: Vec<(f64, Vec<Line>)>,
+    pub(super) shift: f64,
 }
 
 impl Scene {
-    fn new(size: (usize, usize), seed: u64, lines: Vec<Line>) -> Scene {
-        Scene { size, heights: terrain(seed, size.0, size.1), lines, shift: 0.5 }
+    pub(super) fn new(size: (usize, usize), seed: u64, lines: Vec<Line>) -> Scene {
+        Scene { size, heights: terrain(seed, size.0, size.1), lines, own: None, lakes: Vec::new(), shift: 0.5 }
     }
 
     /// Takes away every sample for which a cheap hash is below a share of 256, in blobs of up to two each way.
-    fn with_gaps(mut self, seed: u64, share: u64) -> Scene {
+    pub(super) fn with_gaps(mut self, seed: u64, share: u64) -> Scene {
         let width = self.size.0;
         for (i, height) in self.heights.iter_mut().enumerate() {
             let (column, row) = (i % width / 2, i / width / 2);
@@ -45,13 +50,42 @@ impl Scene {
         self
     }
 
-    fn params(&self, tolerance: f64) -> Params {
-        let lines = Breaklines::new(&Polylines::new(self.lines.clone()), self.size, self.shift).expect("near lines");
+    pub(super) fn sets(&self) -> Vec<LineSet> {
+        let lines = Polylines::new(self.lines.clone());
+        let heights = |own: fn(f64, f64) -> f64| {
+            self.lines.iter().map(|line| line.iter().map(|&(x, y)| own(x, y)).collect()).collect()
+        };
+        let lines = self.own.map_or(lines.clone(), |own| lines.with_heights(heights(own)));
+        let breaklines = LineSet { kind: LineKind::Breaklines, lines, shift: self.shift };
+        let outlines = || self.lakes.iter().flat_map(|(level, rings)| rings.iter().map(move |ring| (*level, ring)));
+        let features = (0..).zip(&self.lakes).flat_map(|(feature, (_, rings))| rings.iter().map(move |_| feature));
+        let lakes = Polylines::new(outlines().map(|(_, ring)| ring.clone()).collect()).of_features(features.collect());
+        let lakes = lakes.with_heights(outlines().map(|(level, ring)| vec![level; ring.len()]).collect());
+        let lakes = LineSet { kind: LineKind::Lakes, lines: lakes, shift: 0.0 };
+        let sets = [(breaklines, true), (lakes, !self.lakes.is_empty())];
+        sets.into_iter().filter(|(_, is_there)| *is_there).map(|(set, _)| set).collect()
+    }
+
+    pub(super) fn params(&self, tolerance: f64) -> Params {
+        let lines = Breaklines::new(&self.sets(), self.size).expect("near lines");
         Params { breaklines: Some(Arc::new(lines)), ..Params::new(tolerance) }
     }
 
     /// The mesh, if there is ground, and what the verifier says of it. With nothing wrong, whatever is said of lines.
-    fn made(&self, params: &Params) -> Option<(Mesh, LinesVerdict)> {
+    pub(super) fn made(&self, params: &Params) -> Option<(Mesh, LinesVerdict)> {
+        self.judged(params).map(|(verdict, mesh, lines)| {
+            let max_error = params.tolerance.kept();
+            assert!(verdict.passes(), "{verdict}");
+            let measured = measured(&mesh);
+            assert!(measured.max <= max_error && measured.beside <= verdict.beside_lines);
+            let agrees = verdict.worst.is_none_or(|worst| (worst.error - measured.max).abs() <= 1e-9);
+            assert!(mesh.chains().is_empty() || agrees, "{verdict} {measured:?}");
+            (mesh, lines)
+        })
+    }
+
+    /// The mesh and all that the verifier says of it.
+    pub(super) fn judged(&self, params: &Params) -> Option<(Verdict, Mesh, LinesVerdict)> {
         let folder = testing::folder();
         let (dem, tin) = (folder.path().join("dem.tif"), folder.path().join("tin.ply"));
         geotiff(&dem, self.size.0, self.size.1, &self.heights);
@@ -65,23 +99,32 @@ impl Scene {
         mesh.write(Box::new(PlySink::new(staged, Header::default())), &control).expect("written");
         let max_stray = params.limit_on_straying(params.features());
         let max_error = params.tolerance.kept();
-        let options = VerifyOptions { max_error, max_stray, importance: None, temp_dir: None };
+        let lines = RequiredLines::new(&self.sets(), self.size, max_error).expect("one height at each place");
+        let options = VerifyOptions { lines: Some(&lines), max_error, max_stray, importance: None, temp_dir: None };
         let verdict = verify(&band, &tin, &options, &control).expect("judged");
-        assert!(verdict.passes(), "{verdict}");
-        let lines = LinesOptions { lines: &Polylines::new(self.lines.clone()), shift: self.shift };
         let mut reader = open(&tin, None, &ReadOptions::default()).expect("a mesh");
-        assert_eq!(marked(reader.as_mut()), mesh.chains().map_or(0, |chains| chains.edges));
-        let verdict = verify_lines(&band, reader.as_mut(), max_error, &lines, &CancelToken::default());
-        Some((mesh, verdict.expect("judged")))
+        // An edge may be of several sets.
+        let edges: Vec<u64> = mesh.chains().iter().map(|chains| chains.edges).collect();
+        let marked = marked(reader.as_mut());
+        assert!(
+            (edges.iter().max().map_or(0, |&most| most)..=edges.iter().sum()).contains(&marked),
+            "{marked} of {edges:?}"
+        );
+        let found = verify_lines(&band, reader.as_mut(), max_error, &lines, &CancelToken::default());
+        Some((verdict, mesh, found.expect("judged")))
     }
 
     /// The same, and edges follow all lines: as many as the mesh was given.
-    fn certify(&self, params: &Params) {
+    pub(super) fn certify(&self, params: &Params) {
         let Some((mesh, verdict)) = self.made(params) else { return };
-        assert_eq!(verdict.broken.count, 0, "{verdict:?}");
-        let chains = mesh.chains().expect("breaklines");
+        assert_eq!((verdict.broken.count, verdict.not_level.count), (0, 0), "{verdict:?}");
+        let chains = mesh.chains()[0];
         let segments = params.breaklines.as_ref().expect("breaklines").segments().len() as u64;
-        assert_eq!((verdict.segments, verdict.off_ground), (segments, chains.off_ground));
+        assert_eq!(verdict.segments, segments);
+        if !self.lakes.is_empty() {
+            return;
+        }
+        assert_eq!(verdict.off_ground, chains.off_ground);
         // The verifier may find shorter ways over edges that are there by chance.
         assert!(verdict.edges <= chains.edges, "{verdict:?} of {chains:?}");
     }
@@ -102,6 +145,13 @@ fn marked(mesh: &mut dyn MeshReader) -> u64 {
     })
     .expect("edges");
     edges.len() as u64
+}
+
+fn measured(mesh: &Mesh) -> ErrorStats {
+    mesh.chunks().fold(ErrorStats::default(), |mut all, chunk| {
+        all.add(&chunk.expect("a chunk").errors);
+        all
+    })
 }
 
 fn chunks(mesh: &Mesh) -> Vec<Chunk> {
@@ -135,7 +185,7 @@ fn line(size: (usize, usize)) -> impl Strategy<Value = Line> {
     })
 }
 
-fn scene() -> impl Strategy<Value = Scene> {
+pub(super) fn scene() -> impl Strategy<Value = Scene> {
     let size = (2usize..34, 2usize..28);
     let lines = size.prop_flat_map(|size| (Just(size), prop::collection::vec(line(size), 1..6)));
     let gaps = prop_oneof![Just(0u64), Just(0), 5u64..60];
@@ -146,7 +196,16 @@ fn scene() -> impl Strategy<Value = Scene> {
     )
 }
 
-fn qualities() -> impl Strategy<Value = (Quality, VertexHeights)> {
+/// Heights far above and across a terrain, as bridges and banks have them.
+fn heights() -> impl Strategy<Value = fn(f64, f64) -> f64> {
+    prop_oneof![
+        Just((|x, y| 25.0 + x / 8.0 - y / 16.0) as fn(f64, f64) -> f64),
+        Just((|_, _| 3.0) as fn(f64, f64) -> f64),
+        Just((|x, y| -4.0 * x + 3.0 * y) as fn(f64, f64) -> f64),
+    ]
+}
+
+pub(super) fn qualities() -> impl Strategy<Value = (Quality, VertexHeights)> {
     prop_oneof![
         Just((Quality::None, VertexHeights::Sampled)),
         Just((Quality::Fast, VertexHeights::Sampled)),
@@ -170,6 +229,67 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(cases(60, 2000))]
+
+    #[test]
+    fn edges_keep_the_heights_of_lines_over_random_rasters(
+        scene in scene(), own in heights(), (quality, heights) in qualities(), tile in 2usize..20,
+        tolerance in prop_oneof![Just(0.5), Just(3.0), Just(20.0)], points in prop::collection::vec(0usize..500, 0..4),
+    ) {
+        let scene = Scene { own: Some(own), ..scene };
+        let points = points.into_iter().map(|i| (i % scene.size.0, i / scene.size.0 % scene.size.1));
+        let points = PointSet::new(points.filter(|_| scene.heights.iter().all(|z| !z.is_nan())));
+        let params = Params { quality, heights, tile, points: Some(Arc::new(points)), ..scene.params(tolerance) };
+        match RequiredLines::new(&scene.sets(), scene.size, tolerance) {
+            Ok(_) => scene.certify(&params),
+            // Where lines are steep, one that bends and meets another is not at its height to a cell.
+            Err((_, VerifyError::TwoHeights { .. })) => {
+                let lines = params.breaklines.as_ref().expect("lines");
+                prop_assert!(lines.check_heights(tolerance).is_err());
+            }
+            Err(other) => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_dam_stands_above_the_ground_and_two_heights_at_a_place_are_refused() {
+    let dam = |x: f64, _: f64| 60.0 + x / 8.0;
+    let scene = Scene { own: Some(dam), ..Scene::new((40, 30), 4, vec![vec![(3.2, 4.4), (20.0, 12.0), (36.7, 25.1)]]) };
+    let params = Params { tile: 16, ..scene.params(1.0) };
+    scene.certify(&params);
+    let (mesh, verdict) = scene.made(&params).expect("ground");
+    // All of it is followed, far from the samples, whose number is told.
+    let beside = measured(&mesh).beside;
+    assert!(beside > 60 && verdict.edges >= 2, "{beside} {verdict}");
+    // A mesh of the raster's heights does not keep them.
+    let raster = Scene { own: None, ..scene.clone() };
+    let (_, _, verdict) =
+        scene.judged(&Params { breaklines: raster.params(1.0).breaklines, ..params.clone() }).expect("ground");
+    assert_eq!(verdict.broken.count, 1);
+
+    let lines = |lift: f64| {
+        let crossing = Polylines::new(vec![vec![(2.0, 2.0), (12.0, 12.0)], vec![(2.0, 12.0), (12.0, 2.0)]]);
+        let lines = crossing.with_heights(vec![vec![5.0, 5.0], vec![5.0 + lift, 5.0 + lift]]);
+        vec![LineSet { kind: LineKind::Breaklines, lines, shift: 0.5 }]
+    };
+    for (lift, is_one) in [(1.0, true), (1.0f64.next_up(), true), (1.001, false)] {
+        let found = Breaklines::new(&lines(lift), (20, 20)).expect("near lines");
+        let is_ok = found.check_heights(1.0).is_ok();
+        assert_eq!(is_ok, is_one || 5.0 + lift <= 6.0, "{lift}");
+        assert_eq!(RequiredLines::new(&lines(lift), (20, 20), 1.0).is_ok(), is_ok);
+        if !is_ok {
+            let told = found.check_heights(1.0).unwrap_err().to_string();
+            assert!(told.contains("column 7, row 7") && told.contains("found 5 in feature 0"), "{told}");
+            let field = Field::from_heights(20, 20, crate::base::Heights::F64(vec![0.0; 400])).expect("a field");
+            let params = Params { breaklines: Some(Arc::new(found)), ..Params::new(1.0) };
+            let refused = triangulate(&field, &params, &Control::default());
+            assert!(matches!(refused, Err(Error::TwoHeights(_))), "{refused:?}");
+        }
+    }
+}
+
 #[test]
 fn meshes_do_not_depend_on_threads() {
     let line = (0..40).map(|i| (f64::from(i) * 2.3, 30.0 + 25.0 * (f64::from(i) * 0.4).sin())).collect();
@@ -177,9 +297,13 @@ fn meshes_do_not_depend_on_threads() {
     let scene = scene.with_gaps(11, 9);
     let params = Params { tile: 16, ..scene.params(2.0) };
     scene.certify(&params);
+    let dam = Scene { own: Some(|x, y| 30.0 + x / 9.0 + y / 7.0), ..scene.clone() };
+    let params_of_dam = Params { tile: 16, ..dam.params(2.0) };
+    dam.certify(&params_of_dam);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| chunks(&scene.made(&params).expect("ground").0))
+        let both = [(&scene, &params), (&dam, &params_of_dam)];
+        pool.install(|| both.map(|(scene, params)| chunks(&scene.made(params).expect("ground").0)))
     };
     assert_eq!(with(1), with(3));
 }
@@ -233,6 +357,8 @@ fn degenerate_lines() {
             let params = Params { tile: 8, quality, ..scene.params(1.5) };
             println!("{name}, {gaps} gaps, {quality:?}");
             scene.certify(&params);
+            let level = Scene { own: Some(|_, _| 11.0), ..scene };
+            level.certify(&Params { breaklines: level.params(1.5).breaklines, ..params });
         }
     }
 }

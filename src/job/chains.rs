@@ -14,16 +14,17 @@ use crate::kernel::breaklines::{
     Breaklines, Chains, Pieces, Place, Segment, Surroundings, Thinning, Untenable, surroundings, thin, tile_of,
 };
 
-/// Finds the chains of a job's breaklines on the threads of the current rayon pool; `None` where it has none.
+/// Finds the chains of a job's lines on the threads of the current rayon pool; `None` where it has none.
 ///
 /// Memory: a tile's samples for each busy thread; some 250 bytes for each segment of the lines.
 pub(super) fn find(job: &Job<'_>) -> Result<Option<Chains>, Error> {
     let Some(lines) = &job.params.breaklines else { return Ok(None) };
     let (field, grid) = (job.field, job.grid);
     let size = (field.width(), field.height());
+    lines.check_heights(job.params.tolerance.kept())?;
     let OnGround { segments, at_voids } = on_ground(job, lines)?;
-    let off_ground = (lines.segments().len() - segments.len()) as u64;
-    let pieces = Pieces::new(&segments, &at_voids, job.params.points.as_deref(), &grid, size);
+    let off_ground = lines.each_without(&segments);
+    let pieces = Pieces::new(lines, &segments, &at_voids, job.params.points.as_deref(), &grid, size);
     let by_tile: Vec<_> = pieces.by_tile().collect();
     let tolerance = job.params.tolerance.kept();
     let made = by_tile.into_par_iter().map_init(Loading::default, |loading, (tile, pieces)| {

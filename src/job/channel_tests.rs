@@ -88,7 +88,7 @@ impl Made {
     }
 
     fn judge_ground(&self, max_error: f64, max_stray: Option<f64>, trim: u32) -> Verdict {
-        let options = VerifyOptions { max_error, max_stray, importance: None, temp_dir: None };
+        let options = VerifyOptions { lines: None, max_error, max_stray, importance: None, temp_dir: None };
         let ground = GroundOptions { trim, ..GroundOptions::default() };
         let judged =
             verify_ground(&self.raster, &self.tin, &options, ground, Some(&self.channels), &Control::default());
@@ -217,7 +217,7 @@ fn attributes_that_are_not_in_the_file_are_named() {
     striped(&folder);
     let made = Made::new(folder, &Choice { bands: vec![2], ..colours() }, &delaunay(Params::new(300.0)));
     let weighted = colours().open(made.raster.path());
-    let options = VerifyOptions { max_error: 300.0, max_stray: None, importance: None, temp_dir: None };
+    let options = VerifyOptions { lines: None, max_error: 300.0, max_stray: None, importance: None, temp_dir: None };
     let found = verify_with_channels(&made.raster, &made.tin, &options, &weighted, &Control::default());
     assert!(found.expect_err("no red").to_string().contains("attribute \"red\" of vertices"));
 }

@@ -13,6 +13,7 @@ use crate::formats::SinkError;
 use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
 use crate::kernel::boundary::MAX_CELLS;
+use crate::kernel::breaklines::TwoHeights;
 use crate::kernel::polish::ScheduleError;
 
 /// Why a mesh could not be made. The variant says which stage could not go on.
@@ -89,6 +90,9 @@ pub enum Error {
         /// Row, with fractions.
         row: f64,
     },
+    /// Lines meet at a place where they have several heights.
+    #[error(transparent)]
+    TwoHeights(#[from] TwoHeights),
     /// The rim is to be trimmed by more than anybody means.
     #[error("expected to trim 0 to {MAX_CELLS} cells, found {0}")]
     Trim(u32),

@@ -45,8 +45,13 @@ impl Scene {
         let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), Header::default());
         let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
         let max_error = allowed(&mesh, &summary, params);
-        let options =
-            VerifyOptions { max_error, max_stray: None, importance: None, temp_dir: Some(folder.path().to_path_buf()) };
+        let options = VerifyOptions {
+            lines: None,
+            max_error,
+            max_stray: None,
+            importance: None,
+            temp_dir: Some(folder.path().to_path_buf()),
+        };
         let verdict = verify(&raster.to_band().expect("a band"), &tin, &options, &Control::default()).expect("judged");
         assert!(verdict.passes(), "{:?} for {params:?}", verdict.failures());
         let (cells, written) = (self.cells(), told(&mesh));

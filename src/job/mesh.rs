@@ -110,9 +110,9 @@ impl Mesh {
         self.outcome
     }
 
-    /// What became of breaklines; `None` where there are none.
-    pub fn chains(&self) -> Option<ChainCounts> {
-        self.chains.as_deref().map(Chains::counts)
+    /// What became of each set of lines; nothing where there are none.
+    pub fn chains(&self) -> &[ChainCounts] {
+        self.chains.as_deref().map_or(&[], Chains::counts)
     }
 
     /// Where the time of the tiles went.

@@ -49,6 +49,8 @@ mod goal_nodata_tests;
 #[cfg(test)]
 mod importance_tests;
 #[cfg(test)]
+mod lake_tests;
+#[cfg(test)]
 mod nodata_tests;
 #[cfg(test)]
 pub(crate) mod pair_tests;

@@ -11,7 +11,7 @@ use crate::base::channels::ChannelBands;
 use crate::base::control::Control;
 use crate::base::features::{Feature, FeatureSet};
 use crate::base::staged::StagedFile;
-use crate::base::{Band, PointSet, Polylines};
+use crate::base::{Band, LineKind, LineSet, PointSet, Polylines};
 use crate::field::{Field, FieldOptions, HoleOptions, find_ranges};
 use crate::formats::{Header, PlySink, ReadOptions, open};
 use crate::kernel::breaklines::Breaklines;
@@ -23,11 +23,11 @@ use crate::kernel::triangulate::insertion::{
     DataDependent, GreedyInsertion, InsertionOptions, Measure, Selection, Swap,
 };
 use crate::testing;
-use crate::verify::{GroundOptions, LinesOptions, VerifyOptions, verify_ground, verify_lines};
+use crate::verify::{GroundOptions, RequiredLines, VerifyOptions, verify_ground, verify_lines};
 
 /// What parameters and fields can have. The others are matters of options, of samples or of the output; the command line
 /// walks all.
-pub(crate) const OF_A_RUN: [Feature; 28] = [
+pub(crate) const OF_A_RUN: [Feature; 31] = [
     Feature::VertexBudget,
     Feature::TriangleBudget,
     Feature::RmsGoal,
@@ -36,6 +36,9 @@ pub(crate) const OF_A_RUN: [Feature; 28] = [
     Feature::Importance,
     Feature::Points,
     Feature::Breaklines,
+    Feature::Lakes,
+    Feature::Footprints,
+    Feature::LineHeights,
     Feature::Trim,
     Feature::FilledVoids,
     Feature::Polishing,
@@ -135,7 +138,11 @@ impl Scene {
         let max_stray = Some(if set.has(Feature::MaxStray) { 1.0 } else { usual }).filter(|limit| limit.is_finite());
         // Budgets are large enough, but a root mean square may be reached with larger errors.
         let max_error = mesh.tolerance().asked().min(TOLERANCE);
-        let options = VerifyOptions { max_error, max_stray, importance, temp_dir: Some(self.temp_dir()) };
+        let sets = lines(set);
+        let lines =
+            (!sets.is_empty()).then(|| RequiredLines::new(&sets, SIZE, max_error).expect("lines that can be judged"));
+        let (lines_asked, temp_dir) = (lines.as_ref(), Some(self.temp_dir()));
+        let options = VerifyOptions { max_error, max_stray, importance, lines: lines_asked, temp_dir };
         let ground = GroundOptions {
             fill_holes: if set.has(Feature::FilledVoids) { FILL_HOLES } else { 0 },
             trim: if set.has(Feature::Trim) { TRIM } else { 0 },
@@ -144,19 +151,27 @@ impl Scene {
         let verdict = verify_ground(&self.raster, &tin, &options, ground, weighted.as_ref(), &control);
         let verdict = verdict.unwrap_or_else(|e| panic!("{e} for {set:?}"));
         assert!(verdict.passes(), "{verdict} for {set:?}");
-        if set.has(Feature::Breaklines) {
+        if let Some(lines) = &lines {
             let mut reader = open(&tin, None, &ReadOptions::default()).expect("a mesh");
-            let asked = LinesOptions { lines: &lines(), shift: 0.5 };
-            let found =
-                verify_lines(&self.raster, reader.as_mut(), TOLERANCE, &asked, &control.cancel).expect("judged");
+            let found = verify_lines(&self.raster, reader.as_mut(), TOLERANCE, lines, &control.cancel).expect("judged");
             assert!(found.edges > 0 && found.broken.count == 0, "{found} for {set:?}");
         }
     }
 }
 
-/// A line over voids and seams, and one along a seam.
-fn lines() -> Polylines {
-    Polylines::new(vec![vec![(0.2, 1.1), (20.8, 15.3)], vec![(12.0, 3.5), (12.0, 16.2)]])
+/// A line over voids and seams, and one along a seam, with heights of their own that agree where they meet; a lake, and an outline across.
+fn lines(set: FeatureSet) -> Vec<LineSet> {
+    let lines = vec![vec![(0.2, 1.1), (20.8, 15.3)], vec![(12.0, 3.5), (12.0, 16.2)]];
+    let heights = lines.iter().map(|line| line.iter().map(|(x, _)| 40.0 + x / 4.0).collect()).collect();
+    let lines = Polylines::new(lines);
+    let lines = if set.has(Feature::LineHeights) { lines.with_heights(heights) } else { lines };
+    let breaklines = LineSet { kind: LineKind::Breaklines, lines, shift: 0.5 };
+    let outline = vec![vec![(4.3, 9.2), (15.6, 8.1), (14.4, 16.3), (4.3, 9.2)]];
+    let footprints = LineSet { kind: LineKind::Footprints, lines: Polylines::new(outline), shift: 0.5 };
+    let shore = vec![(15.2, 1.3), (17.7, 3.9), (14.6, 6.2), (15.2, 1.3)];
+    let level = vec![vec![50.0; shore.len()]];
+    let lakes = LineSet { kind: LineKind::Lakes, lines: Polylines::new(vec![shore]).with_heights(level), shift: 0.0 };
+    [breaklines, lakes, footprints].into_iter().filter(|lines| set.has(lines.kind.feature())).collect()
 }
 
 /// Parameters that ask for what is in the set, as far as they can at the same time.
@@ -209,9 +224,9 @@ fn params(set: FeatureSet, temp_dir: PathBuf) -> Params {
         },
         tile: 12,
         trim: if set.has(Feature::Trim) { TRIM } else { 0 },
-        breaklines: set
-            .has(Feature::Breaklines)
-            .then(|| Arc::new(Breaklines::new(&lines(), SIZE, 0.5).expect("near lines"))),
+        breaklines: Some(lines(set))
+            .filter(|sets| !sets.is_empty())
+            .map(|sets| Arc::new(Breaklines::new(&sets, SIZE).expect("near lines"))),
         points: set.has(Feature::Points).then(|| Arc::new(PointSet::new([(3, 3), (12, 5)]))),
         temp_dir,
         ..Params::new(TOLERANCE)

@@ -79,7 +79,6 @@ impl Params {
             (Feature::TriangleBudget, goal.max_triangles.is_some()),
             (Feature::RmsGoal, goal.max_rms.is_some()),
             (Feature::Points, self.points.as_ref().is_some_and(|p| !p.is_empty())),
-            (Feature::Breaklines, self.breaklines.is_some()),
             (Feature::Trim, self.trim > 0),
             (Feature::Polishing, self.quality != Quality::None),
             (Feature::FittedHeights, self.heights == VertexHeights::Fitted),
@@ -90,7 +89,8 @@ impl Params {
             (Feature::StrongFeasibility, self.feasibility == Feasibility::Strong),
         ];
         let wanted: FeatureSet = wanted.into_iter().filter(|(_, is_wanted)| *is_wanted).map(|(f, _)| f).collect();
-        wanted.and(self.engine.features())
+        let lines = self.breaklines.as_ref().map_or(FeatureSet::default(), |lines| lines.features());
+        wanted.and(self.engine.features()).and(lines)
     }
 
     /// Makes sure that a field can be triangulated with these parameters: that numbers are in their ranges, and that

@@ -142,7 +142,7 @@ fn points_become_vertices_of_the_written_mesh() {
     let mesh = made(&field, &params, &points);
     let sink = PlySink::new(StagedFile::create(&tin, false, &[Path::new(&dem)]).expect("staged"), Header::default());
     mesh.write(Box::new(sink), &Control::default()).expect("written");
-    let options = VerifyOptions { max_error: 1e6, max_stray: None, importance: None, temp_dir: None };
+    let options = VerifyOptions { lines: None, max_error: 1e6, max_stray: None, importance: None, temp_dir: None };
     let verdict = verify(&raster.to_band().expect("a band"), &tin, &options, &Control::default());
     let verdict = verdict.expect("judged");
     assert!(verdict.passes(), "{:?}", verdict.failures());

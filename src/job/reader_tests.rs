@@ -225,6 +225,7 @@ fn largest_errors_agree(band: &Band, folder: &Path, importance: Option<&Band>, t
     let staged = StagedFile::create(&output, true, &[]).expect("staged");
     let summary = mesh.write(Box::new(PlySink::new(staged, Header::default())), &control).expect("written");
     let options = VerifyOptions {
+        lines: None,
         max_error: tolerance,
         max_stray: params.limit_on_straying(params.features()),
         importance,

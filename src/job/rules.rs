@@ -51,6 +51,15 @@ const GOALS: &[Feature] = &[Feature::VertexBudget, Feature::TriangleBudget, Feat
 /// Values of vertices beside their height, or instead of it.
 const ATTRIBUTES: &[Feature] = &[Feature::Attributes, Feature::Image];
 
+/// Lines that become edges, and what is part of them.
+const LINES: &[Feature] = &[Feature::Breaklines, Feature::Lakes, Feature::Footprints, Feature::LineHeights];
+
+/// Lines that become edges, of any kind.
+const EDGES: &[Feature] = &[Feature::Breaklines, Feature::Lakes, Feature::Footprints];
+
+/// Lines with heights of their own.
+const LEVELS: &[Feature] = &[Feature::Lakes, Feature::LineHeights];
+
 /// What is part of polishing, and means nothing without it.
 const OF_POLISHING: &[Feature] = &[
     Feature::FittedHeights,
@@ -90,11 +99,11 @@ const OUT_OF_ORDER: &[&[Feature]] = &[
     CUTS,
     HITTING_SETS,
     ATTRIBUTES,
+    EDGES,
     &[
         Feature::Polishing,
         Feature::Trim,
         Feature::FilledVoids,
-        Feature::Breaklines,
         Feature::MaxStray,
         Feature::FractionalSelection,
         Feature::ConstantSelection,
@@ -146,38 +155,33 @@ pub const RULES: &[Rule] = &[
         &[Feature::InexactScale, Feature::RoundedToSingle],
         "what rounding loses of heights is taken from the tolerance of heights, not from that of heights and attributes together",
     ),
-    exclude(
-        ATTRIBUTES,
-        &[Feature::Breaklines],
-        "edges of breaklines end between samples, where attributes have no values",
-    ),
+    exclude(ATTRIBUTES, LINES, "edges of lines end between samples, where attributes have no values"),
     everywhere(exclude(
-        &[Feature::Breaklines],
+        EDGES,
         &[Feature::Importance],
-        "the surface along breaklines is held to the tolerance itself, not to a weighted one",
+        "the surface along lines is held to the tolerance itself, not to a weighted one",
     )),
-    everywhere(exclude(
-        &[Feature::Breaklines],
-        &[Feature::FilledVoids],
-        "filled voids have no heights that breaklines could be held to",
-    )),
-    everywhere(exclude(
-        &[Feature::Breaklines],
-        &[Feature::Trim],
-        "trimming may remove the ground that edges of breaklines lie on",
-    )),
+    everywhere(exclude(EDGES, &[Feature::FilledVoids], "filled voids have no heights that lines could be held to")),
+    everywhere(exclude(EDGES, &[Feature::Trim], "trimming may remove the ground that edges of lines lie on")),
     exclude(
-        &[Feature::Breaklines],
+        &[Feature::Breaklines, Feature::Footprints],
         &[Feature::MaxStray],
-        "beside an edge of a breakline triangles may be long and thin, and nothing may be put on the edge",
+        "beside an edge of a line triangles may be long and thin, and nothing may be put on the edge",
     ),
+    exclude(EDGES, &[Feature::StrongFeasibility], "edges of lines are not held to the diagonals of cells"),
+    everywhere(require(&[Feature::LineHeights], Feature::Breaklines, "it is the heights of these lines that count")),
+    everywhere(exclude(
+        LEVELS,
+        &[Feature::MaxStray],
+        "beside such lines the surface leaves the heights of samples, between which it would be held",
+    )),
     exclude(
-        &[Feature::Breaklines],
-        &[Feature::StrongFeasibility],
-        "edges of breaklines are not held to the diagonals of cells",
+        LEVELS,
+        GOALS,
+        "whether lines that meet have one height there depends on the tolerance, which a goal leaves open",
     ),
-    exclude(&[Feature::Breaklines], CUTS, "greedy cuts take no given edges"),
-    exclude(&[Feature::Breaklines], HITTING_SETS, "squares take no given edges"),
+    exclude(EDGES, CUTS, "greedy cuts take no given edges"),
+    exclude(EDGES, HITTING_SETS, "squares take no given edges"),
     exclude(&[Feature::Points], CUTS, "greedy cuts cannot make vertices of given points"),
     exclude(OF_INSERTION, CUTS, "greedy cuts have no edges to swap and no candidates to select"),
     exclude(CUTS, HITTING_SETS, "a tile is triangulated by one engine"),
@@ -244,7 +248,7 @@ pub struct NotTakenOver(pub Feature);
 /// # Errors
 /// [`NotTakenOver`].
 pub fn check_taking_over(features: FeatureSet) -> Result<(), NotTakenOver> {
-    if features.has(Feature::Breaklines) { Err(NotTakenOver(Feature::Breaklines)) } else { Ok(()) }
+    features.among(EDGES).first().map_or(Ok(()), |&lines| Err(NotTakenOver(lines)))
 }
 
 impl Rule {

@@ -70,7 +70,8 @@ pub(super) fn certify_weighted(width: usize, height: usize, heights: &[f64], wei
     let sink = PlySink::new(StagedFile::create(&tin, false, &[&dem]).expect("staged"), Header::default());
     let summary = mesh.write(Box::new(sink), &Control::default()).expect("written");
     let max_stray = params.limit_on_straying(params.features());
-    let options = VerifyOptions { max_error: params.tolerance.kept(), max_stray, importance, temp_dir: None };
+    let options =
+        VerifyOptions { lines: None, max_error: params.tolerance.kept(), max_stray, importance, temp_dir: None };
     let verdict = verify(&raster, &tin, &options, &Control::default()).expect("judged");
     assert!(verdict.passes(), "{:?} for {params:?}", verdict.failures());
     assert_eq!((verdict.vertices, verdict.triangles), (summary.vertices, summary.triangles));

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use gdal::vector::{Geometry, OGRwkbGeometryType, geometry_type_flatten};
+use gdal::vector::{Feature, FieldValue, Geometry, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z};
 
 use super::Raster;
 use super::shapes::{Placer, ShapesError, for_each_geometry};
@@ -18,31 +18,133 @@ pub struct LineSource {
     pub layer: Option<String>,
 }
 
-/// Reads a layer of lines (LineString or MultiLineString; z and m are ignored) and brings them to the samples of `raster`, or of the
-/// window of it that is looked at. An empty line is one without vertices; features without geometry are counted.
+/// Reads a layer of lines (LineString or MultiLineString; m is ignored, and z, unless lines are to be `with_heights`) and brings them to
+/// the samples of `raster`, or of the window of it that is looked at. An empty line is one without vertices; features without geometry
+/// are counted.
 ///
 /// Vertices are transformed to the raster's CRS where both have one, and lines that are bent there are given further ones, a tenth
-/// of a cell exact; where one has none, coordinates are taken as they are.
+/// of a cell exact; where one has none, coordinates are taken as they are. Heights always are.
 ///
-/// Memory: 16 bytes per vertex, and what OGR's driver takes.
+/// Memory: 32 bytes per vertex, and what OGR's driver takes.
 ///
 /// # Errors
-/// [`ShapesError`]: nothing to open, no such layer, a feature that is no line, a CRS there is no way from.
-pub fn read_lines(raster: &Raster, source: &LineSource, cancel: &CancelToken) -> Result<Polylines, ShapesError> {
+/// [`ShapesError`]: nothing to open, no such layer, a feature that is no line, or has no heights where there should be some, a CRS there
+/// is no way from.
+pub fn read_lines(
+    raster: &Raster,
+    source: &LineSource,
+    with_heights: bool,
+    cancel: &CancelToken,
+) -> Result<Polylines, ShapesError> {
     let from = (source.path.as_path(), source.layer.as_deref());
-    let (found, without_geometry) = for_each_geometry(raster, from, ("lines", "a line or lines"), cancel, lines)?;
-    Ok(Polylines::new(found).beside(without_geometry))
+    let what = if with_heights { ("lines", "a line or lines with heights") } else { ("lines", "a line or lines") };
+    let take = |placer: &Placer, geometry: &Geometry, (id, _): (u64, &Feature<'_>), found: &mut Vec<Line>| {
+        lines(placer, geometry, id, with_heights, found)
+    };
+    let (found, without_geometry) = for_each_geometry(raster, from, what, cancel, take)?;
+    Ok(polylines(found, with_heights).beside(without_geometry))
 }
 
-fn lines(placer: &Placer, geometry: &Geometry, found: &mut Vec<Vec<(f64, f64)>>) -> Result<(), String> {
-    let flat = geometry_type_flatten(geometry.geometry_type());
+/// Reads the outlines of a layer of polygons (Polygon or MultiPolygon; z and m are ignored), holes among them, as [`read_lines`] reads
+/// lines. Each is closed. With a `field`, heights are its numbers.
+///
+/// # Errors
+/// [`ShapesError`]: nothing to open, no such layer, a feature that is no polygon, or has no number in the field, a CRS there is no way
+/// from.
+pub fn read_outlines(
+    raster: &Raster,
+    source: &LineSource,
+    field: Option<&str>,
+    cancel: &CancelToken,
+) -> Result<Polylines, ShapesError> {
+    let from = (source.path.as_path(), source.layer.as_deref());
+    let take = |placer: &Placer, geometry: &Geometry, (id, feature): (u64, &Feature<'_>), found: &mut Vec<Line>| {
+        let height = field.map_or(Ok(0.0), |field| number(feature, field))?;
+        outlines(placer, geometry, (id, height), found)
+    };
+    let (found, without_geometry) =
+        for_each_geometry(raster, from, ("polygons", "a polygon or polygons"), cancel, take)?;
+    Ok(polylines(found, field.is_some()).beside(without_geometry))
+}
+
+/// The number that a feature has in a field.
+fn number(feature: &Feature<'_>, field: &str) -> Result<f64, String> {
+    let index = feature.field_index(field).map_err(|_| format!("no field {field}"))?;
+    let found = match feature.field(index) {
+        Ok(Some(FieldValue::IntegerValue(whole))) => Some(f64::from(whole)),
+        Ok(Some(FieldValue::Integer64Value(whole))) => Some(whole as f64),
+        Ok(Some(FieldValue::RealValue(number))) => Some(number),
+        _ => None,
+    };
+    found.filter(|number| number.is_finite()).ok_or_else(|| format!("no number in field {field}"))
+}
+
+fn outlines(
+    placer: &Placer,
+    geometry: &Geometry,
+    (feature, height): (u64, f64),
+    found: &mut Vec<Line>,
+) -> Result<(), String> {
+    let parts = || (0..geometry.geometry_count()).map(|i| geometry.get_geometry(i));
+    match geometry_type_flatten(geometry.geometry_type()) {
+        OGRwkbGeometryType::wkbMultiPolygon => {
+            parts().try_for_each(|part| outlines(placer, &part, (feature, height), found))
+        }
+        OGRwkbGeometryType::wkbPolygon => parts().try_for_each(|ring| {
+            let mut vertices = placer.vertices(&ring)?;
+            if let Some(&first) = vertices.first().filter(|first| vertices.last() != Some(first)) {
+                vertices.push(first);
+            }
+            let heights = vec![height; vertices.len()];
+            found.push(Line { feature, vertices, heights });
+            Ok(())
+        }),
+        _ => Err(geometry.geometry_name()),
+    }
+}
+
+/// A line of a feature.
+#[derive(Debug)]
+struct Line {
+    feature: u64,
+    vertices: Vec<(f64, f64)>,
+    heights: Vec<f64>,
+}
+
+fn polylines(lines: Vec<Line>, with_heights: bool) -> Polylines {
+    let (mut features, mut vertices, mut heights) = (Vec::new(), Vec::new(), Vec::new());
+    for line in lines {
+        features.push(line.feature);
+        vertices.push(line.vertices);
+        heights.push(line.heights);
+    }
+    let lines = Polylines::new(vertices).of_features(features);
+    if with_heights { lines.with_heights(heights) } else { lines }
+}
+
+fn lines(
+    placer: &Placer,
+    geometry: &Geometry,
+    feature: u64,
+    with_heights: bool,
+    found: &mut Vec<Line>,
+) -> Result<(), String> {
+    let kind = geometry.geometry_type();
+    let flat = geometry_type_flatten(kind);
     if flat == OGRwkbGeometryType::wkbMultiLineString {
         let mut parts = (0..geometry.geometry_count()).map(|i| geometry.get_geometry(i));
-        return parts.try_for_each(|part| lines(placer, &part, found));
+        return parts.try_for_each(|part| lines(placer, &part, feature, with_heights, found));
     }
     if flat != OGRwkbGeometryType::wkbLineString {
         return Err(geometry.geometry_name());
     }
-    found.push(placer.vertices(geometry)?);
+    if with_heights && !geometry_type_has_z(kind) {
+        return Err(format!("{} without heights (2-D)", geometry.geometry_name()));
+    }
+    let (vertices, heights) = placer.vertices_with_heights(geometry)?;
+    if let Some(height) = heights.iter().find(|height| with_heights && !height.is_finite()) {
+        return Err(format!("a vertex with the height {height}"));
+    }
+    found.push(Line { feature, vertices, heights });
     Ok(())
 }

@@ -26,13 +26,12 @@ pub(super) fn fits_single(band: &Band) -> bool {
 
 impl Written {
     /// The frame of the output, and what of the tolerance and the goal is left for the mesh: what rounding loses of heights
-    /// is found out, which may read the whole raster, and taken from them. Where errors have weights, the largest weight is
+    /// is found out, which may read the whole raster, and taken from them. `lines` is the range of heights that lines have. Where errors have weights, the largest weight is
     /// found out likewise: the loss may count that many times.
     pub(super) fn find(
         request: &Request<'_>,
         format: &Format,
-        band: &Band,
-        importance: Option<&Band>,
+        (band, importance, lines): (&Band, Option<&Band>, Option<[f64; 2]>),
         is_flat: bool,
         control: &Control<'_>,
     ) -> Result<Written, RunError> {
@@ -51,6 +50,8 @@ impl Written {
         let room = if tolerance.is_open() { 8.0 * range.width() } else { 2.0 * tolerance.asked() };
         // Fitted heights may be beyond those of samples.
         let largest = range.min.abs().max(range.max.abs()) + room;
+        // Lines have heights of their own.
+        let largest = lines.into_iter().flatten().fold(largest, |largest, height| largest.max(height.abs()));
         let loss = largest * if frame.single { f64::from(f32::EPSILON) / 2.0 } else { 0.0 };
         // Two roundings of doubles; and below the least of its numbers single precision has steps.
         let loss = loss + largest * f64::EPSILON * 2.0 + f64::from(f32::from_bits(1)) / frame.z_scale;

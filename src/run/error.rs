@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
-use super::LookError;
 use super::checkpoints::CheckpointError;
+use super::{LookError, UnusableLines};
+#[cfg(feature = "gdal")]
+use crate::base::LineKind;
 use crate::base::RasterError;
 use crate::base::external::ScratchError;
 use crate::base::staged::OutputError;
@@ -12,7 +14,6 @@ use crate::formats::{ReadError, SinkError, SinkOption};
 use crate::job::rules::{Incompatible, NotInShards, NotTakenOver};
 use crate::job::work_dir::WorkDirError;
 use crate::job::{BudgetTooSmall, Error};
-use crate::kernel::breaklines::LinesError;
 #[cfg(feature = "gdal")]
 use crate::raster::{DrapeError, PointsError, ShapesError, ViewError, WriteError};
 use crate::verify::VerifyError;
@@ -41,21 +42,18 @@ pub enum RunError {
     #[cfg(feature = "gdal")]
     #[error(transparent)]
     Points(#[from] PointsError),
-    /// The layer of breaklines.
+    /// A layer of lines that become edges.
     #[cfg(feature = "gdal")]
-    #[error(transparent)]
-    Lines(#[from] ShapesError),
-    /// Breaklines on the lattice.
-    #[error(transparent)]
-    Breaklines(LinesError),
-    /// Nothing of the breaklines lies on the raster.
-    #[error("{}: expected lines on the raster, found none of {lines}", path.display())]
-    NoLines {
-        /// The layer's file, or the raster.
-        path: PathBuf,
-        /// How many there are.
-        lines: usize,
+    #[error("{error}")]
+    Shapes {
+        /// What the lines are.
+        kind: LineKind,
+        /// What is wrong with it.
+        error: ShapesError,
     },
+    /// Lines that become edges.
+    #[error(transparent)]
+    Lines(#[from] UnusableLines),
     /// An earlier run is of no use to this one.
     #[error(transparent)]
     NotTakenOver(#[from] NotTakenOver),

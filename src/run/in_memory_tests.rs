@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::{
-    ConvertRequest, InMemory, LineInput, Lines, PointInput, Request, RunError, VerifyRequest, convert_mesh, simplify,
-    simplify_in_memory, verify_mesh,
+    ConvertRequest, HeightSource, InMemory, LineInput, Lines, PointInput, Request, RunError, VerifyRequest,
+    convert_mesh, simplify, simplify_in_memory, verify_mesh,
 };
 use crate::base::control::{CancelToken, Control};
-use crate::base::{Band, PointCounts};
+use crate::base::{Band, LineKind, PointCounts, Polylines};
 use crate::formats::{ArrayReader, SinkOptions};
 
 fn bowl() -> Band {
@@ -54,9 +54,10 @@ fn the_same_bytes_as_a_file_and_the_same_verdict() {
 fn edges_that_follow_breaklines_go_with_arrays() {
     let folder = tempfile::tempdir().expect("a folder");
     let (file, copy) = (folder.path().join("file.ply"), folder.path().join("copy.ply"));
-    let lines = [vec![(2.3, -4.1), (33.2, -20.7), (36.0, -3.0)]];
-    let breaklines = Some(LineInput { from: Lines::Places(lines.into()), shift: 0.5 });
-    let request = Request { breaklines, ..request(&file) };
+    let lines = Polylines::new(vec![vec![(2.3, -4.1), (33.2, -20.7), (36.0, -3.0)]]);
+    let (kind, heights) = (LineKind::Breaklines, HeightSource::Raster);
+    let lines = vec![LineInput { kind, from: Lines::Places(lines), shift: 0.5, heights }];
+    let request = Request { lines, ..request(&file) };
     let chains = simplify(&request, &Control::default()).expect("a file").breaklines.expect("lines").chains;
     let mesh = made(&request);
     assert!(chains.edges > 2 && mesh.arrays.edges.len() as u64 == 2 * chains.edges, "{chains:?}");

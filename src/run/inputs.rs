@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use super::request::{AttributeBands, Attributes, Input, LineInput, Lines, PointInput, Request};
+#[cfg(feature = "gdal")]
+use super::Lines;
+use super::request::{AttributeBands, Attributes, Input, PointInput, Request};
 use super::{RunError, Warned};
 use crate::base::channels::ChannelBands;
 use crate::base::control::CancelToken;
-use crate::base::warning::Warning;
-use crate::base::{Band, PointCounts, PointSet, Polylines, Watch};
+use crate::base::{Band, LineSet, PointCounts, PointSet, Watch};
 use crate::job::grid;
-use crate::kernel::breaklines::{Breaklines, LinesError};
 #[cfg(feature = "gdal")]
-use crate::raster::{FileWatch, PointsError, Raster, ShapesError, View, ViewError, read_lines, read_points};
+use crate::raster::{FileWatch, PointsError, Raster, View, ViewError, read_points};
 
 /// What a run reads.
 pub(super) struct Inputs {
@@ -20,7 +20,7 @@ pub(super) struct Inputs {
     pub(super) importance: Option<Band>,
     pub(super) points: Option<Points>,
     /// Lines that become edges.
-    pub(super) lines: Option<Polylines>,
+    pub(super) lines: Vec<LineSet>,
     /// They have begun before any sample of these was read.
     pub(super) watches: Arc<[Box<dyn Watch>]>,
 }
@@ -57,32 +57,11 @@ impl Inputs {
         // Before points are read, which may take long.
         grid(opened.band.width(), opened.band.height(), &request.params)?;
         let points = request.points.as_ref().map(|points| opened.points(points, cancel)).transpose()?;
-        let lines = request.breaklines.as_ref().map(|lines| opened.lines(lines, cancel)).transpose()?;
-        let read = lines.as_ref().zip(request.breaklines.as_ref());
-        read.and_then(|(lines, input)| no_geometry(lines, input)).into_iter().for_each(|found| warned.tell(found));
+        let lines = opened.lines(&request.lines, warned, cancel)?;
         let Opened { band, attributes, .. } = opened;
         let importance = importance.map(|opened| opened.band);
         Ok(Inputs { band, attributes, importance, points, lines, watches: begun.into() })
     }
-
-    /// The lines on the lattice of the heights.
-    pub(super) fn breaklines(&self, request: &Request<'_>) -> Result<Option<Breaklines>, RunError> {
-        let Some((lines, input)) = self.lines.as_ref().zip(request.breaklines.as_ref()) else { return Ok(None) };
-        let size = (self.band.width(), self.band.height());
-        let breaklines = Breaklines::new(lines, size, input.shift).map_err(RunError::Breaklines)?;
-        if breaklines.is_empty() {
-            return Err(RunError::NoLines {
-                path: input.file().unwrap_or(self.band.path()).to_path_buf(),
-                lines: lines.lines().len(),
-            });
-        }
-        Ok(Some(breaklines))
-    }
-}
-
-/// What is to be told of lines that have been read.
-pub(super) fn no_geometry(lines: &Polylines, input: &LineInput) -> Option<Warning> {
-    Warning::of_no_geometry(input.file()?, lines.without_geometry())
 }
 
 /// A raster, and what is read of it.
@@ -118,27 +97,6 @@ impl Opened {
 }
 
 impl Opened {
-    /// The lines that become edges.
-    pub(super) fn lines(&self, lines: &LineInput, cancel: &CancelToken) -> Result<Polylines, RunError> {
-        match &lines.from {
-            #[cfg(feature = "gdal")]
-            Lines::Layer(source) => match &self.raster {
-                Some(raster) => Ok(read_lines(raster, source, cancel)?),
-                None => Err(ShapesError::NoRaster { path: source.path.clone() }.into()),
-            },
-            Lines::Places(lines) => {
-                let _ = cancel;
-                let transform = self.band.geo_transform();
-                let place = |&(x, y): &(f64, f64)| transform.sample_coordinates(x, y);
-                let placed: Vec<Vec<(f64, f64)>> = lines.iter().map(|line| line.iter().map(place).collect()).collect();
-                match placed.iter().flatten().find(|(column, row)| !(column.is_finite() && row.is_finite())) {
-                    Some(&(column, row)) => Err(RunError::Breaklines(LinesError::TooFar { column, row })),
-                    None => Ok(Polylines::new(placed)),
-                }
-            }
-        }
-    }
-
     /// The samples that become vertices.
     fn points(&self, points: &PointInput, cancel: &CancelToken) -> Result<Points, RunError> {
         match points {
@@ -280,8 +238,10 @@ fn watch_layers(request: &Request<'_>, begun: &mut Vec<Box<dyn Watch>>) {
     if let Some(PointInput::Layer(source)) = &request.points {
         begun.push(Box::new(FileWatch::layer(&source.path)));
     }
-    if let Some(Lines::Layer(source)) = request.breaklines.as_ref().map(|lines| &lines.from) {
-        begun.push(Box::new(FileWatch::layer(&source.path)));
+    for input in &request.lines {
+        if let Lines::Layer(source) = &input.from {
+            begun.push(Box::new(FileWatch::layer(&source.path)));
+        }
     }
 }
 

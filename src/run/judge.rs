@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::checkpoints::CheckpointReport;
 use super::extras::{Extras, Made, Making};
-use super::inputs::{no_geometry, open, open_importance};
+use super::inputs::{open, open_importance};
+use super::lines::{UnusableLines, path};
 use super::look::look;
 use super::prepare::all_cores;
 use super::report::SCHEMA;
@@ -15,11 +16,11 @@ use super::scene::Scene;
 use super::survey::Survey;
 use super::threads::start_threads;
 use super::{Attributes, Input, LineInput, RunError, Warned};
+use crate::base::Band;
 use crate::base::control::Control;
 use crate::base::warning::Warnings;
-use crate::base::{Band, Polylines};
 use crate::formats::{Format, MeshReader};
-use crate::verify::{self, GroundOptions, LinesOptions, Verdict, VerifyOptions};
+use crate::verify::{self, GroundOptions, RequiredLines, Verdict, VerifyOptions};
 
 /// A mesh that is to be judged, and what it was made from: everything that the command `verify` can be asked for.
 #[derive(Debug, Clone)]
@@ -43,8 +44,8 @@ pub struct VerifyRequest {
     pub fill_voids: u64,
     /// So many cells from missing samples the mesh may end short of the ground.
     pub trim: u32,
-    /// Lines that edges of the mesh are to follow.
-    pub breaklines: Option<LineInput>,
+    /// Lines that edges of the mesh are to follow, one set of each kind at the most.
+    pub lines: Vec<LineInput>,
     /// Threads to work with; `None` is as many as the machine has cores. The verdict does not depend on them.
     pub threads: Option<NonZeroUsize>,
     /// The folder of temporary files; `None` is the system's.
@@ -95,7 +96,7 @@ impl VerifyRequest {
             importance: None,
             fill_voids: 0,
             trim: 0,
-            breaklines: None,
+            lines: Vec::new(),
             threads: None,
             temp_dir: None,
             extras: Extras::default(),
@@ -106,7 +107,7 @@ impl VerifyRequest {
     pub fn inputs(&self) -> Vec<&Path> {
         let mut files = vec![self.input.path(), self.mesh.as_path()];
         files.extend(self.importance.as_ref().map(Input::path));
-        files.extend(self.breaklines.as_ref().and_then(LineInput::file));
+        files.extend(self.lines.iter().filter_map(LineInput::file));
         files.extend(self.extras.checkpoints.as_ref().map(|source| source.path.as_path()));
         #[cfg(feature = "gdal")]
         if let Input::Raster { view, .. } = &self.input {
@@ -144,18 +145,24 @@ fn judge(
     let warned = Warned::new(control);
     let opened = open(&request.input, request.attributes.as_ref(), &control.cancel)?;
     let importance = request.importance.as_ref().map(|input| open_importance(input, &opened)).transpose()?;
-    let lines = request.breaklines.as_ref().map(|input| {
-        let lines = opened.lines(input, &control.cancel)?;
-        no_geometry(&lines, input).into_iter().for_each(|found| warned.tell(found));
-        Ok::<_, RunError>((lines, input.shift))
-    });
-    let lines = lines.transpose()?;
+    let sets = opened.lines(&request.lines, &warned, &control.cancel)?;
     let (band, attributes) = (opened.band, opened.attributes);
     let importance = importance.map(|opened| opened.band);
     warned.tell_all(band.warnings());
     importance.iter().for_each(|importance| warned.tell_all(importance.warnings()));
     let VerifyRequest { max_error, max_stray, ref temp_dir, .. } = *request;
-    let options = VerifyOptions { max_error, max_stray, importance: importance.as_ref(), temp_dir: temp_dir.clone() };
+    let size = (band.width(), band.height());
+    let judged =
+        |(kind, error)| UnusableLines::Judged { path: path(&request.lines, kind, &band), kind, error: Box::new(error) };
+    let lines = (!sets.is_empty()).then(|| RequiredLines::new(&sets, size, max_error)).transpose().map_err(judged)?;
+    drop(sets);
+    let options = VerifyOptions {
+        max_error,
+        max_stray,
+        importance: importance.as_ref(),
+        lines: lines.as_ref(),
+        temp_dir: temp_dir.clone(),
+    };
     let ground = GroundOptions { fill_holes: request.fill_voids, trim: request.trim };
     let further = attributes.iter().flat_map(|a| &a.bands).chain(&importance);
     bound_gdal_cache(cache_bytes(further.chain([&band])));
@@ -169,10 +176,7 @@ fn judge(
         };
         let channels = attributes.as_ref();
         let verdict = verify::verify_observed(&band, mesh, &options, ground, channels, making.observer(), control)?;
-        let judge_lines = |(lines, shift): &(Polylines, f64)| {
-            let asked = LinesOptions { lines, shift: *shift };
-            verify::verify_lines(&band, mesh, max_error, &asked, &control.cancel)
-        };
+        let judge_lines = |lines| verify::verify_lines(&band, mesh, max_error, lines, &control.cancel);
         let lines = lines.as_ref().map(judge_lines).transpose()?;
         Ok::<Verdict, RunError>(Verdict { lines, ..verdict })
     })?;

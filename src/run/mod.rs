@@ -20,6 +20,8 @@ mod in_memory_tests;
 mod info;
 mod inputs;
 mod judge;
+mod lakes;
+mod lines;
 mod look;
 mod make;
 mod prepare;
@@ -38,11 +40,13 @@ pub use extras::Extras;
 #[cfg(feature = "gdal")]
 pub use info::{Description, Info, describe};
 pub use judge::{VerifyReport, VerifyRequest, verify, verify_mesh};
+pub use lakes::LakeHeight;
+pub use lines::{HeightSource, LineInput, Lines, UnusableLines};
 pub use look::{Found, Look, LookError, look};
 pub use report::{Needs, Report};
 #[cfg(feature = "gdal")]
 pub use request::TextureInput;
-pub use request::{AttributeBands, Attributes, Coordinates, Guard, Input, LineInput, Lines, PointInput, Request};
+pub use request::{AttributeBands, Attributes, Coordinates, Guard, Input, PointInput, Request};
 pub use shards::{Layout, PassLayout, PassShare, ShardReport, lay_out, merge, work};
 
 use std::sync::{Mutex, PoisonError};

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::attributes::Ranged;
 use super::coordinates::{Written, fits_single, is_single};
 use super::inputs::Inputs;
+use super::lines::{UnusableLines, on_lattice, path};
 use super::resume::Kept;
 use super::threads::start_threads;
 use super::{Request, RunError, Warned, provenance};
@@ -19,7 +20,7 @@ use crate::formats::{self, Attributes, Base, FORMATS, Format, SinkError, SinkOpt
 use crate::job::plan::{Load, Plan, default_budget};
 use crate::job::work_dir::{self, WorkDir, WorkDirError};
 use crate::job::{Error, Params, grid, rules};
-use crate::kernel::breaklines::Breaklines;
+use crate::kernel::breaklines::{Breaklines, TwoHeights};
 
 /// What a run is prepared for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -135,7 +136,7 @@ impl<'a> Run<'a> {
             rules::check(features.with(Feature::RoundedToSingle))?;
         }
         check_attributes(request, format, attributes.as_ref())?;
-        let breaklines = inputs.breaklines(request)?;
+        let breaklines = on_lattice(&request.lines, &inputs.lines, band)?;
         let load = Load {
             band,
             importance: importance.as_ref(),
@@ -144,7 +145,8 @@ impl<'a> Run<'a> {
             params: &request.params,
             points: points.as_ref().map_or(0, |p| p.set.len()),
             lines_bytes: breaklines.as_ref().map_or(0, Breaklines::bytes),
-            holes: request.fill_voids > 0 && may_have_holes(band),
+            holes: request.fill_voids > 0 && may_have_holes(band)
+                || breaklines.as_ref().is_some_and(Breaklines::have_heights),
             solid: request.sink.base.is_some(),
             normals: request.normals.is_some(),
         };
@@ -159,7 +161,15 @@ impl<'a> Run<'a> {
         }
         let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
         let pool = start_threads(plan.threads)?;
-        let written = pool.install(|| Written::find(request, format, band, importance.as_ref(), is_flat, control))?;
+        let lines_range = breaklines.as_ref().and_then(Breaklines::height_range);
+        let found = || Written::find(request, format, (band, importance.as_ref(), lines_range), is_flat, control);
+        let written = pool.install(found)?;
+        if let Some(lines) = &breaklines {
+            let of = |error: TwoHeights| {
+                RunError::from(UnusableLines::TwoHeights { path: path(&request.lines, error.of[0].0, band), error })
+            };
+            lines.check_heights(written.tolerance.kept()).map_err(of)?;
+        }
         let params = Params {
             tolerance: written.tolerance,
             goal: written.goal,

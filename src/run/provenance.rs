@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use super::Request;
 use super::attributes::Ranged;
 use super::coordinates::Written;
+use super::{HeightSource, Request};
 #[cfg(feature = "gdal")]
-use super::{Input, Lines, PointInput};
-use crate::base::{Band, exact_marks};
+use super::{Input, PointInput};
+use crate::base::{Band, LineKind, exact_marks};
 use crate::formats::{Crs, Header, Heights, OptionName, RunOption};
 use crate::job::Params;
 
@@ -78,14 +78,21 @@ fn options(request: &Request<'_>, band: &Band, attributes: Option<&Ranged<'_>>) 
     if let Some(PointInput::Layer(source)) = &request.points {
         say(OptionName::Points, Some(name(&source.path)));
     }
-    if let Some(lines) = &request.breaklines {
-        say(OptionName::Breaklines, lines.file().map(name));
-        #[cfg(feature = "gdal")]
-        if let Lines::Layer(source) = &lines.from {
-            say(OptionName::BreaklinesLayer, source.layer.clone());
-        }
-        say(OptionName::BreaklineShift, Some(lines.shift.to_string()));
+    for lines in &request.lines {
+        let (file, layer) = match lines.kind {
+            LineKind::Breaklines => (OptionName::Breaklines, OptionName::BreaklinesLayer),
+            LineKind::Lakes => (OptionName::LakePolygons, OptionName::LakePolygonsLayer),
+            LineKind::Footprints => (OptionName::Footprints, OptionName::FootprintsLayer),
+        };
+        say(file, lines.file().map(name));
+        say(layer, lines.layer().map(str::to_string));
     }
+    let shifted = request.lines.iter().find(|lines| lines.kind != LineKind::Lakes);
+    say(OptionName::BreaklineShift, shifted.map(|lines| lines.shift.to_string()));
+    let own = request.lines.iter().find(|lines| lines.heights == HeightSource::Own);
+    say(OptionName::BreaklineZ, own.map(|lines| lines.heights.name()));
+    let lakes = request.lines.iter().find(|lines| lines.kind == LineKind::Lakes);
+    say(OptionName::LakeZ, lakes.map(|lines| lines.heights.name()));
     options.extend(attributes.map(Ranged::option));
     options
 }

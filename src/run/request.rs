@@ -5,6 +5,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::LineInput;
 use crate::base::features::{Feature, FeatureSet};
 use crate::base::{Band, PointSet};
 use crate::field::Choice;
@@ -12,7 +13,7 @@ use crate::formats::{Format, SinkOption, SinkOptions};
 use crate::job::normals::Normals;
 use crate::job::{Params, VertexHeights};
 #[cfg(feature = "gdal")]
-use crate::raster::{LineSource, PointSource, View};
+use crate::raster::{PointSource, View};
 use crate::run::scene::Most;
 
 /// Where samples come from.
@@ -117,36 +118,6 @@ pub enum PointInput {
     Places(Arc<[(f64, f64)]>),
 }
 
-/// Lines that become edges of the mesh.
-#[derive(Debug, Clone)]
-pub struct LineInput {
-    /// Where they come from.
-    pub from: Lines,
-    /// How far edges may be from a line's places, at the most, in cells.
-    pub shift: f64,
-}
-
-/// The lines of a [`LineInput`].
-#[derive(Debug, Clone)]
-pub enum Lines {
-    /// A layer of lines.
-    #[cfg(feature = "gdal")]
-    Layer(LineSource),
-    /// These lines, through places on the map of the input.
-    Places(Arc<[Vec<(f64, f64)>]>),
-}
-
-impl LineInput {
-    /// The file of the layer, if they come from one.
-    pub(super) fn file(&self) -> Option<&Path> {
-        match &self.from {
-            #[cfg(feature = "gdal")]
-            Lines::Layer(source) => Some(&source.path),
-            Lines::Places(_) => None,
-        }
-    }
-}
-
 /// An image that is laid over the mesh.
 #[cfg(feature = "gdal")]
 #[derive(Debug, Clone, PartialEq)]
@@ -210,8 +181,8 @@ pub struct Request<'a> {
     pub importance: Option<Input>,
     /// Samples that become vertices.
     pub points: Option<PointInput>,
-    /// Lines that become edges of the mesh. [`Params::breaklines`] is not looked at.
-    pub breaklines: Option<LineInput>,
+    /// Lines that become edges of the mesh, one set of each kind at the most. [`Params::breaklines`] is not looked at.
+    pub lines: Vec<LineInput>,
     /// Normals of vertices, as the format has them.
     pub normals: Option<Normals>,
     /// An image over the mesh, as the format has it.
@@ -250,7 +221,7 @@ impl Request<'_> {
             attributes: None,
             importance: None,
             points: None,
-            breaklines: None,
+            lines: Vec::new(),
             normals: None,
             #[cfg(feature = "gdal")]
             texture: None,
@@ -274,19 +245,18 @@ impl Request<'_> {
             (Feature::Attributes, self.attributes.is_some() && !image),
             (Feature::Importance, self.importance.is_some()),
             (Feature::Points, self.points.is_some()),
-            (Feature::Breaklines, self.breaklines.is_some()),
             (Feature::FilledVoids, self.fill_voids > 0),
             (Feature::InexactScale, !self.coordinates.scales_exactly()),
             // Fitted heights need all digits of doubles.
             (Feature::RoundedToSingle, self.coordinates.single && self.has_fitted_heights()),
         ];
         let wanted: FeatureSet = wanted.into_iter().filter(|(_, is_wanted)| *is_wanted).map(|(f, _)| f).collect();
-        wanted.and(self.params.features()).and(self.of_view())
+        wanted.and(self.params.features()).and(self.of_view()).and(LineInput::features(&self.lines))
     }
 
     /// Whether vertices may have heights that no sample has.
     pub(super) fn has_fitted_heights(&self) -> bool {
-        self.params.heights == VertexHeights::Fitted || self.breaklines.is_some()
+        self.params.heights == VertexHeights::Fitted || !self.lines.is_empty()
     }
 
     #[cfg(feature = "gdal")]
@@ -321,7 +291,7 @@ impl Request<'_> {
     pub(crate) fn inputs(&self) -> Vec<&Path> {
         let mut all = vec![self.input.path()];
         all.extend(self.importance.as_ref().map(Input::path));
-        all.extend(self.breaklines.as_ref().and_then(LineInput::file));
+        all.extend(self.lines.iter().filter_map(LineInput::file));
         #[cfg(feature = "gdal")]
         {
             if let Input::Raster { view, .. } = &self.input {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::base::control::Cancelled;
 use crate::base::decimal::Decimal;
 use crate::base::external::ScratchError;
-use crate::base::{Polylines, RasterError};
+use crate::base::{LineKind, Polylines, RasterError};
 use crate::formats::ReadError;
 use crate::job::rules::Incompatible;
 
@@ -67,6 +67,37 @@ pub enum VerifyError {
         column: f64,
         /// With fractions.
         row: f64,
+    },
+    /// A height of a line's own is none.
+    #[error("expected heights of lines from -1e30 to 1e30, found {height} in feature {feature}")]
+    LineHeight {
+        /// The feature.
+        feature: u64,
+        /// What it has.
+        height: f64,
+    },
+    /// Two lakes have ground in common.
+    #[error("expected lakes apart from each other, found features {} and {} that overlap", features[0], features[1])]
+    LakesOverlap {
+        /// Theirs.
+        features: [u64; 2],
+    },
+    /// Lines meet at a place where they have several heights.
+    #[error(
+        "expected one height at column {column}, row {row}, where lines meet, found {} in feature {} of the {} and {} in feature {} of the {}",
+        heights[0], features[0], kinds[0].name(), heights[1], features[1], kinds[1].name()
+    )]
+    TwoHeights {
+        /// With fractions.
+        column: f64,
+        /// With fractions.
+        row: f64,
+        /// The least and the largest.
+        heights: [f64; 2],
+        /// The features that have them.
+        features: [u64; 2],
+        /// What these are.
+        kinds: [LineKind; 2],
     },
     /// A sample's height is infinite: no surface is within any distance of it.
     #[error("{}: column {column}, row {row}: expected a finite height, found {}", path.display(), Decimal(*found))]

@@ -180,6 +180,13 @@ fn in_rationals(sample: f64, heights: [f64; 3], weights: [i128; 3], tolerance: f
     -&tolerance <= error && error <= tolerance
 }
 
+/// low − tolerance ≤ (wa·za + wb·zb + wc·zc)/D ≤ high + tolerance.
+pub(super) fn within_interval([low, high]: [f64; 2], heights: [f64; 3], weights: [i128; 3], tolerance: f64) -> bool {
+    let [below, above] = [low, high].map(|end| error(end, heights, weights));
+    let tolerance = rational(tolerance);
+    below <= tolerance && -tolerance <= above
+}
+
 /// The number that a finite double is.
 pub(super) fn rational(value: f64) -> BigRational {
     BigRational::from_float(value).expect("finite heights, importance and tolerance")

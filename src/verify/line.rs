@@ -1,5 +1,7 @@
 //! The surface of a face over one row of samples.
 
+use super::samples::Samples;
+
 /// The surface over one row of samples, from the first one in the triangle on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Line {
@@ -13,6 +15,11 @@ pub(super) struct Line {
     pub(super) steps: (f64, f64),
     /// What a unit of each weight adds to the height.
     pub(super) slopes: (f64, f64),
+}
+
+/// The one of two errors that is farther from 0.
+fn farther(before: f64, found: f64) -> f64 {
+    if before.abs() >= found.abs() { before } else { found }
 }
 
 /// What samples next to each other come to.
@@ -78,12 +85,16 @@ impl Line {
     /// Notes the height of the surface less that of the sample for each of these samples of the row, the first one in column
     /// `first`, where it is farther from 0 than what is there, or nothing is there. `samples` and `errors` are the whole row.
     #[inline]
-    pub(super) fn note_errors(&self, (first, last): (i64, i64), samples: &[f64], errors: &mut [f64]) {
+    pub(super) fn note_errors(&self, (first, last): (i64, i64), samples: Samples<'_>, errors: &mut [f64]) {
         // Few, most often: those on the edges of a face.
         for column in first..=last {
-            let found = self.surface((column - self.first) as f64) - samples[column as usize];
+            let surface = self.surface((column - self.first) as f64);
+            let found = match samples.interval(column as usize) {
+                Some([low, high]) => surface - surface.clamp(low, high),
+                None => surface - samples.heights[column as usize],
+            };
             let error = &mut errors[column as usize];
-            *error = if error.abs() >= found.abs() { *error } else { found };
+            *error = farther(*error, found);
         }
     }
 

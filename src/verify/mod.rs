@@ -154,7 +154,7 @@ use crate::job::rules;
 pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, SidePlace, TouchPlace, VertexPlace};
 pub use heights::HeightReader;
-pub use lines::{LinesOptions, LinesVerdict, StretchPlace, verify_lines};
+pub use lines::{LinesVerdict, RequiredLines, StretchPlace, verify_lines};
 pub use observe::{ObservedRows, Observer};
 pub use stray_verdict::{StrayVerdict, WorstStray};
 pub use verdict::{TrimVerdict, Verdict, WeightedWorst, WorstSample};
@@ -192,6 +192,10 @@ pub struct VerifyOptions<'a> {
     pub max_stray: Option<f64>,
     /// A raster of weights: at every sample distance × weight is to be at most `max_error`. It has the grid of the raster.
     pub importance: Option<&'a Band>,
+    /// Lines whose heights of their own count beside them: where the lesser of a sample's height h and those of lines is `low` and the
+    /// larger is `high`, the surface is to be from `low` − `max_error` to `high` + `max_error`. A line is beside a sample if a place of
+    /// it is in one of the closed cells around the sample. Whether edges follow lines is another question: [`verify_lines`].
+    pub lines: Option<&'a RequiredLines>,
     /// Where temporary files are made, about 200 bytes per triangle; `None` is the system's place for them.
     pub temp_dir: Option<PathBuf>,
 }
@@ -334,6 +338,12 @@ fn limit(raster: &Band, options: &VerifyOptions<'_>) -> Result<Option<StrayLimit
     if let Some(importance) = options.importance {
         raster.same_grid(importance)?;
     }
+    if let Some(lines) = options.lines {
+        let others =
+            [(Feature::MaxStray, options.max_stray.is_some()), (Feature::Importance, options.importance.is_some())];
+        let others = others.into_iter().filter(|(_, is_asked)| *is_asked).map(|(feature, _)| feature);
+        rules::check_samples(lines.features().and(others.collect()))?;
+    }
     StrayLimit::new(options.max_stray, tolerance)
 }
 
@@ -374,7 +384,7 @@ fn judge(
             None => reader,
         }
     };
-    let mut bands = Bands::new(reader(), options.importance);
+    let mut bands = Bands::new(reader(), options.importance, options.lines.filter(|lines| lines.have_heights()));
     let find = |limit| find_bridges(reader(), limit, &scratch, control);
     let bridges = (ground.fill_holes > 0).then(|| find(ground.fill_holes)).transpose()?;
     let (bridged_holes, bridges) = bridges.map_or((0, None), |found| (found.holes, Some(found.runs)));
@@ -447,6 +457,7 @@ fn verdict(
         weighted_worst: comparison.weighted_worst,
         rms_error: (comparison.sum_of_squares / comparison.covered.max(1) as f64).sqrt(),
         above_tolerance: comparison.above,
+        beside_lines: comparison.beside,
         stray: limit.zip(comparison.strays).map(|(limit, found)| found.verdict(&limit)),
         uncovered: ground.uncovered,
         overlapped: comparison.overlapped,

@@ -1,6 +1,6 @@
 //! The plane of a face at samples, exact.
 
-use super::exact::{agreeing, rounded_error, within, within_weighted};
+use super::exact::{agreeing, rounded_error, within, within_interval, within_weighted};
 use super::grid::STEPS;
 use super::line::Line;
 use super::samples::Samples;
@@ -137,7 +137,11 @@ impl Plane {
         let row = line.row;
         match samples.weights {
             None => line.visit(columns, samples.heights, |column, sample, surface, error| {
-                visit(column, self.judge(column, row, sample, surface, error));
+                let judged = match samples.interval(column as usize) {
+                    None => self.judge(column, row, sample, surface, error),
+                    Some(ends) => self.judge_interval(column, row, ends, surface),
+                };
+                visit(column, judged);
             }),
             Some(weights) => line.visit(columns, samples.heights, |column, sample, surface, error| {
                 visit(column, self.judge_weighted(column, row, sample, surface, error, weights[column as usize]));
@@ -173,6 +177,22 @@ impl Plane {
         Judged { error: error.min(most), counted: agreeing(counted, within, self.tolerance), surface, within }
     }
 
+    /// The same of a sample that is an interval: its error is how far the surface is from it.
+    fn judge_interval(&self, column: i64, row: i64, [low, high]: [f64; 2], surface: f64) -> Judged {
+        let error = (surface - surface.clamp(low, high)).abs();
+        let judged = |within| {
+            let error = agreeing(error, within, self.tolerance);
+            Judged { error, counted: error, surface, within }
+        };
+        if error <= self.surely_within {
+            return judged(true);
+        }
+        if error > self.surely_above {
+            return judged(false);
+        }
+        judged(within_interval([low, high], self.triangle.heights, self.weights(column, row), self.tolerance))
+    }
+
     #[cold]
     fn judge_exactly(&self, column: i64, row: i64, sample: f64, surface: f64, error: f64) -> Judged {
         let within = within(sample, self.triangle.heights, self.weights(column, row), self.tolerance);
@@ -205,7 +225,7 @@ mod tests {
     }
 
     fn plain(heights: &[f64]) -> Samples<'_> {
-        Samples { heights, weights: None, flags: None }
+        Samples { heights, weights: None, intervals: None, flags: None }
     }
 
     fn judge_row(plane: &Plane, row: i64, span: &RowSpan, samples: Samples<'_>, visit: impl FnMut(i64, Judged)) {
@@ -246,7 +266,7 @@ mod tests {
                     assert_eq!(judged.error <= tolerance, exact);
                 });
                 let plane = Plane::new(triangle, tolerance * weight);
-                let weighted = Samples { heights: &samples, weights: Some(&[weight; 100]), flags: None };
+                let weighted = Samples { heights: &samples, weights: Some(&[weight; 100]), intervals: None, flags: None };
                 judge_row(&plane, row, &span, weighted, |column, judged| {
                     let (sample, bary) = (samples[column as usize], plane.weights(column, row));
                     let exact = within_weighted(sample, triangle.heights, bary, weight, tolerance * weight);
@@ -254,6 +274,32 @@ mod tests {
                     assert_eq!(judged.counted <= tolerance * weight, exact);
                 });
             }
+        }
+    }
+
+    proptest! {
+        /// Ends a few rounding errors beside the surface, with tolerances next to nothing, are where a wrong bound would show.
+        #[test]
+        fn intervals_are_judged_exactly(
+            corners in proptest::array::uniform3((0i64..400, 0i64..80)), heights in [height(), height(), height()],
+            below in prop_oneof![Just(0.0), -3.0..3.0f64], width in prop_oneof![Just(1e-12), 0.0..9.0f64],
+            tolerance in prop_oneof![Just(0.0), Just(1e-13), 0.0..2.0f64], row in 0i64..20,
+        ) {
+            let Some(triangle) = Triangle::new(0, corners, heights) else { return Ok(()) };
+            let Some(span) = triangle.row_span(row, 100) else { return Ok(()) };
+            let plane = Plane::new(triangle, tolerance);
+            let mut lows = [0.0; 100];
+            judge_row(&plane, row, &span, plain(&[0.0; 100]), |column, judged| {
+                let offset = if column % 2 == 0 { below - tolerance } else { below + tolerance - width };
+                lows[column as usize] = judged.surface + offset;
+            });
+            let tops = lows.map(|low| low + width);
+            let samples = Samples { intervals: Some((&lows, &tops)), ..plain(&lows) };
+            judge_row(&plane, row, &span, samples, |column, judged| {
+                let ends = [lows[column as usize], tops[column as usize]];
+                let exact = within_interval(ends, triangle.heights, plane.weights(column, row), tolerance);
+                assert_eq!((judged.within, judged.error <= tolerance), (exact, exact), "{ends:?} {judged:?}");
+            });
         }
     }
 

@@ -82,7 +82,9 @@ impl Row<'_> {
     fn is_new(&self, span: &RowSpan) -> bool {
         let (first, last) = span.interior;
         let marks = || &self.marks[first as usize..=last as usize];
-        first <= last && self.samples.weights.is_none() && marks().iter().fold(0, |all, mark| all | mark) == 0
+        let (weights, intervals) = (self.samples.weights, self.samples.intervals);
+        let are_plain = weights.is_none() && intervals.is_none();
+        first <= last && are_plain && marks().iter().fold(0, |all, mark| all | mark) == 0
     }
 
     /// Notes the errors of samples of a span, first and last column, for the observer, if there is one.
@@ -92,7 +94,7 @@ impl Row<'_> {
             return;
         }
         if let Some(errors) = self.errors.as_deref_mut().filter(|_| plane.has_heights()) {
-            line.note_errors(columns, self.samples.heights, errors);
+            line.note_errors(columns, self.samples, errors);
         }
     }
 
@@ -203,6 +205,9 @@ impl RowTally {
     /// The judgement of a sample that may be the worst of its row so far, with its error rounded correctly; another as it is.
     #[inline(always)]
     fn refined(&self, plane: &Plane, (column, row): (i64, i64), samples: Samples<'_>, judged: Judged) -> Judged {
+        if samples.interval(column as usize).is_some() {
+            return judged;
+        }
         let slack = plane.slack();
         let worst = self.worst.as_ref().map_or(f64::NEG_INFINITY, |w| w.judged.error);
         let error = judged.error + slack;

@@ -6,6 +6,7 @@ use crate::base::decimal::Decimal;
 
 use super::VerifyError;
 use super::heights::HeightReader;
+use super::lines::RequiredLines;
 use super::runs::RunFlags;
 
 /// What passes before the sweep have found out about a sample, bit by bit.
@@ -148,16 +149,22 @@ pub(super) fn number_or_nodata(number: f64) -> String {
 pub(super) struct Bands<'r> {
     heights: BandReader<'r>,
     weights: Option<BandReader<'r>>,
+    lines: Option<&'r RequiredLines>,
+    /// Samples beside those that have other heights, of all bands read.
+    beside: u64,
     runs: Vec<RunFlags<'r>>,
 }
 
-/// The rows of one band, to be read into again: heights, weights and flags, none of the latter where there are none.
+/// The rows of one band, to be read into again: heights, weights, intervals and flags, none of the latter where there are none.
 ///
-/// Memory use is constant: 8 bytes for each sample of a band, 8 more where there are weights, a byte where there are flags.
+/// Memory use is constant: 8 bytes for each sample of a band, 8 more where there are weights, 16 beside lines with heights, a byte
+/// where there are flags.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     heights: Vec<f64>,
     weights: Vec<f64>,
+    lows: Vec<f64>,
+    tops: Vec<f64>,
     flags: Vec<u8>,
 }
 
@@ -170,6 +177,8 @@ impl Rows {
         }
         last(&mut self.heights, &others.heights, width);
         last(&mut self.weights, &others.weights, width);
+        last(&mut self.lows, &others.lows, width);
+        last(&mut self.tops, &others.tops, width);
         last(&mut self.flags, &others.flags, width);
     }
 
@@ -178,16 +187,24 @@ impl Rows {
         fn some<T>(values: &[T]) -> Option<&[T]> {
             (!values.is_empty()).then_some(values)
         }
-        Samples { heights: &self.heights, weights: some(&self.weights), flags: some(&self.flags) }
+        Samples {
+            heights: &self.heights,
+            weights: some(&self.weights),
+            intervals: some(&self.lows).zip(some(&self.tops)),
+            flags: some(&self.flags),
+        }
     }
 }
 
 /// Rows of samples: heights, NaN where there are none; weights as many as heights, or none where all errors weigh the same;
-/// flags as many, or none where none is set anywhere.
+/// flags as many, or none where none is set anywhere. Beside lines with heights a sample stands for an interval; elsewhere
+/// its ends are the same.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Samples<'s> {
     pub(super) heights: &'s [f64],
     pub(super) weights: Option<&'s [f64]>,
+    /// Lower ends and upper ones.
+    pub(super) intervals: Option<(&'s [f64], &'s [f64])>,
     pub(super) flags: Option<&'s [u8]>,
 }
 
@@ -197,9 +214,45 @@ impl<'r> Bands<'r> {
         self.weights.is_some()
     }
 
-    pub(super) fn new(heights: BandReader<'r>, importance: Option<&'r Band>) -> Self {
+    pub(super) fn new(heights: BandReader<'r>, importance: Option<&'r Band>, lines: Option<&'r RequiredLines>) -> Self {
         let weights = importance.map(|raster| BandReader::new(raster).by(heights.rows()));
-        Bands { heights, weights, runs: Vec::new() }
+        Bands { heights, weights, lines, beside: 0, runs: Vec::new() }
+    }
+
+    /// How many samples of the bands that have been read are beside lines with other heights.
+    pub(super) fn beside_lines(&self) -> u64 {
+        self.beside
+    }
+
+    /// Makes intervals of the samples of some rows that are beside lines.
+    fn widen(&mut self, lines: &RequiredLines, first_row: usize, rows: &mut Rows) {
+        let width = self.heights.raster().width();
+        let after = first_row + rows.heights.len() / width;
+        let near = lines.near(first_row as i64..after as i64);
+        let flooded = || lines.flooded(first_row as i64..after as i64);
+        if near.is_empty() && flooded().next().is_none() {
+            return;
+        }
+        rows.lows.extend_from_slice(&rows.heights);
+        rows.tops.extend_from_slice(&rows.heights);
+        for &((row, column), [low, high]) in near {
+            let at = (row as usize - first_row) * width + column as usize;
+            let height = rows.heights[at];
+            if height.is_nan() {
+                continue;
+            }
+            (rows.lows[at], rows.tops[at]) = (height.min(low), height.max(high));
+            self.beside += u64::from(rows.lows[at] < rows.tops[at]);
+        }
+        for (row, columns, level) in flooded() {
+            for column in columns.start.max(0)..columns.end.min(width as i64) {
+                let at = (row as usize - first_row) * width + column as usize;
+                if !rows.heights[at].is_nan() {
+                    self.beside -= u64::from(rows.lows[at] < rows.tops[at]);
+                    (rows.lows[at], rows.tops[at]) = (level, level);
+                }
+            }
+        }
     }
 
     /// With flags of samples.
@@ -220,6 +273,11 @@ impl<'r> Bands<'r> {
         if let Some(weights) = &mut self.weights {
             weights.read_weights(band, &rows.heights, &mut rows.weights)?;
         }
+        rows.lows.clear();
+        rows.tops.clear();
+        if let Some(lines) = self.lines {
+            self.widen(lines, first_row, rows);
+        }
         rows.flags.clear();
         if !self.runs.is_empty() {
             rows.flags.resize(rows.heights.len(), 0);
@@ -234,8 +292,16 @@ impl<'s> Samples<'s> {
         Samples {
             heights: &self.heights[range.clone()],
             weights: self.weights.map(|weights| &weights[range.clone()]),
+            intervals: self.intervals.map(|(lows, tops)| (&lows[range.clone()], &tops[range.clone()])),
             flags: self.flags.map(|flags| &flags[range]),
         }
+    }
+
+    /// The interval that one stands for, if it is one.
+    pub(super) fn interval(&self, at: usize) -> Option<[f64; 2]> {
+        self.intervals
+            .map(|(lows, tops)| [lows[at], tops[at]])
+            .filter(|[low, top]| low < top || *low != self.heights[at])
     }
 
     /// What is known of one of them.

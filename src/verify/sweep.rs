@@ -31,6 +31,8 @@ pub(super) struct Comparison {
     pub(super) covered: u64,
     pub(super) above: Finding<SamplePlace>,
     pub(super) overlapped: Finding<SamplePlace>,
+    /// Samples beside lines whose heights are others.
+    pub(super) beside: u64,
     /// Samples without a height that lie in a triangle.
     pub(super) touched: Finding<TouchPlace>,
     /// The least and the largest height.
@@ -91,7 +93,8 @@ pub(super) fn sweep<'s>(
     }
     control.progress.end(Stage::Compare);
     let Sweep { ground, outline, comparison, .. } = sweep;
-    Ok(Comparison { ground: ground.found, outline: outline.found(), ..comparison })
+    let beside = reader.beside_lines();
+    Ok(Comparison { ground: ground.found, outline: outline.found(), beside, ..comparison })
 }
 
 /// What passes over the raster.

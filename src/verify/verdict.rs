@@ -95,9 +95,16 @@ pub struct Verdict {
     /// What channels come to, where the mesh was judged with some.
     #[serde(rename = "attributes", skip_serializing_if = "Option::is_none")]
     pub extended: Option<WeightedVerdict>,
+    /// Samples beside lines with heights of their own, where the surface may be anywhere between sample and line.
+    #[serde(skip_serializing_if = "is_none")]
+    pub beside_lines: u64,
     /// What became of breaklines, where the mesh was judged with some.
     #[serde(rename = "breaklines", skip_serializing_if = "Option::is_none")]
     pub lines: Option<LinesVerdict>,
+}
+
+fn is_none(count: &u64) -> bool {
+    *count == 0
 }
 
 /// What was found out about the boundary of a mesh that may end short of the ground's.
@@ -177,6 +184,7 @@ impl Verdict {
         if let Some(lines) = &self.lines {
             let what = "followed by edges of the mesh";
             list(&mut out, &lines.broken, "stretch of a breakline is not", "stretches of breaklines are not", what);
+            list(&mut out, &lines.not_level, "vertex in a lake is", "vertices in lakes are", "not level with it");
         }
         list(&mut out, &self.uncovered, "sample is", "samples are", "in no triangle");
         list(&mut out, &self.overlapped, "sample is", "samples are", "in several triangles");
@@ -288,6 +296,9 @@ impl std::fmt::Display for Verdict {
         }
         if let Some(stray) = &self.stray {
             writeln!(f, "{stray}")?;
+        }
+        if self.beside_lines > 0 {
+            writeln!(f, "{} samples beside lines with heights of their own", self.beside_lines)?;
         }
         if let Some(lines) = &self.lines {
             writeln!(f, "{lines}")?;

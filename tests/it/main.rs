@@ -19,6 +19,7 @@ mod house;
 mod importance;
 mod info;
 mod insertion;
+mod lakes;
 mod map;
 mod marked_edges;
 mod marks;

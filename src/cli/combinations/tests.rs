@@ -47,10 +47,12 @@ impl Scene {
         scene.write::<f64>("weights.tif", &[&weights]);
         scene.write::<u8>("rgb.tif", &[&high, &low, &red]);
         scene.layer("points.geojson", "Point", &scene.at(4.0, 5.0));
-        let line = [(0.4, 2.2), (7.3, 3.9), (13.1, 10.4)].map(|(c, r)| scene.at(c, r));
+        let line = [(0.4, 2.2), (7.3, 3.9), (13.1, 10.4)].map(|(c, r)| scene.at(c, r).replace(']', ", 30]"));
         scene.layer("lines.geojson", "LineString", &format!("[{}]", line.join(", ")));
         let ring = [(1.3, 0.7), (12.6, 1.2), (11.1, 10.2), (2.2, 9.6), (1.3, 0.7)].map(|(c, r)| scene.at(c, r));
         scene.layer("area.geojson", "Polygon", &format!("[[{}]]", ring.join(", ")));
+        let lake = [(2.3, 6.7), (4.6, 6.2), (4.1, 9.2), (2.3, 6.7)].map(|(c, r)| scene.at(c, r));
+        scene.layer("lake.geojson", "Polygon", &format!("[[{}]]", lake.join(", ")));
         scene
     }
 
@@ -129,13 +131,16 @@ impl Scene {
 }
 
 /// What `verify` has to be given, too.
-const JUDGED: [&str; 13] = [
+const JUDGED: [&str; 16] = [
     "--max-error",
     "--attributes",
     "--image",
     "--attribute-weight",
     "--importance",
     "--breaklines",
+    "--lake-polygons",
+    "--footprints",
+    "--breakline-z",
     "--trim",
     "--fill-holes",
     "--band",
@@ -173,6 +178,9 @@ fn example(feature: Feature) -> (&'static str, &'static str) {
         Feature::Importance => ("--importance", "weights.tif"),
         Feature::Points => ("--points", "points.geojson"),
         Feature::Breaklines => ("--breaklines", "lines.geojson"),
+        Feature::Lakes => ("--lake-polygons", "lake.geojson"),
+        Feature::Footprints => ("--footprints", "area.geojson"),
+        Feature::LineHeights => ("--breakline-z", "line"),
         Feature::Trim => ("--trim", "2"),
         Feature::FilledVoids => ("--fill-holes", "9"),
         Feature::Band => ("--band", "1"),

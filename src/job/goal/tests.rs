@@ -39,7 +39,7 @@ fn made(width: usize, height: usize, heights: &[f64], params: &Params) -> (Mesh,
     } else {
         summary.errors.max * (1.0 + 1e-12) + 1e-12
     };
-    let options = VerifyOptions { max_error, max_stray: None, importance: None, temp_dir: None };
+    let options = VerifyOptions { lines: None, max_error, max_stray: None, importance: None, temp_dir: None };
     let verdict = verify(&raster.to_band().expect("a band"), &tin, &options, &Control::default()).expect("judged");
     assert!(verdict.passes(), "{:?} for {params:?}", verdict.failures());
     (mesh, summary)

@@ -171,7 +171,7 @@ struct Begun {
 impl TileMaker {
     /// Loads a tile and makes its rim of the vertices up to a cut.
     fn begin(&mut self, job: &Job<'_>, place: &TilePlace, lowest: f64, cut: Key) -> Result<Begun, Error> {
-        self.shared.load(job.field, place.window)?;
+        self.shared.load(job.field, job.params, place.window)?;
         self.find_points(job, place.window)?;
         let Workspace { tile, points, .. } = &self.shared;
         let key = |v: LateVertex| late_key(job.grid, place, v).0;

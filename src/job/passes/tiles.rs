@@ -60,7 +60,7 @@ impl Maker for TileMaker {
         let Run { job, clocks, .. } = *run;
         let (rim, bound) = match &job.end {
             None => {
-                clocks.load.time(|| self.shared.load(job.field, place.window))?;
+                clocks.load.time(|| self.shared.load(job.field, job.params, place.window))?;
                 let mut rim = clocks.seams.time(|| self.rim(job, place))?;
                 clocks.engine.time(|| self.cut(job, &mut rim))?;
                 clocks.polish.time(|| self.polish(job, &rim))?;
@@ -119,7 +119,7 @@ impl TileMaker {
         wants_errors: bool,
     ) -> Result<Probed, Error> {
         let place = TilePlace { last_column: true, last_row: true, ..*place };
-        self.shared.load(job.field, place.window)?;
+        self.shared.load(job.field, job.params, place.window)?;
         let mut rim = self.rim(job, &place)?;
         self.cut(job, &mut rim)?;
         self.polish(job, &rim)?;
@@ -141,7 +141,7 @@ impl TileMaker {
 
     /// Looks at the heights of a tile's samples.
     pub(in crate::job) fn look(&mut self, job: &Job<'_>, place: &TilePlace) -> Result<Looked, Error> {
-        self.shared.load(job.field, place.window)?;
+        self.shared.load(job.field, job.params, place.window)?;
         let heights = HeightStats::of(&self.shared.tile).all();
         let tile = &self.shared.tile;
         let places = || (0..tile.height()).flat_map(|row| (0..tile.width()).map(move |column| (column, row)));

@@ -4,8 +4,8 @@ use super::Job;
 use crate::base::handed_over::{DENSE_BYTES, clear};
 use crate::base::{RasterError, Tile, Window};
 use crate::field::{Field, LoadScratch};
-use crate::job::Error;
 use crate::job::spool::Chunk;
+use crate::job::{Error, Params};
 use crate::kernel::breaklines::TileChains;
 
 /// The samples of a tile and its chunk; reused from tile to tile, but for dense ones.
@@ -22,9 +22,13 @@ pub(in crate::job) struct Workspace {
 }
 
 impl Workspace {
-    /// Loads the samples of a window.
-    pub(super) fn load(&mut self, field: &Field, window: Window) -> Result<(), Error> {
-        Ok(field.load_with(window, &mut self.tile, &mut self.loading)?)
+    /// Loads the samples of a window, and eases those beside lines with heights of their own.
+    pub(super) fn load(&mut self, field: &Field, params: &Params, window: Window) -> Result<(), Error> {
+        field.load_with(window, &mut self.tile, &mut self.loading)?;
+        if let Some(lines) = &params.breaklines {
+            lines.ease(&mut self.tile, window, params.points.as_deref(), params.tolerance.kept());
+        }
+        Ok(())
     }
 
     /// The tile is done: frees what a dense one has taken.
@@ -45,8 +49,8 @@ impl Workspace {
     }
 
     /// Loads the samples of a window and compares them with those that the chunk was made from.
-    pub(super) fn check_samples(&mut self, field: &Field, window: Window) -> Result<(), Error> {
-        self.load(field, window)?;
+    pub(super) fn check_samples(&mut self, field: &Field, params: &Params, window: Window) -> Result<(), Error> {
+        self.load(field, params, window)?;
         let (expected, found) = (self.chunk.samples_checksum, self.tile.checksum());
         if expected == found {
             return Ok(());

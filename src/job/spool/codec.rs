@@ -8,7 +8,7 @@ use crate::kernel::measure::{ANGLES, BINS, ErrorStats, Extent, HeightStats, OVER
 use crate::kernel::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
-const VERSION: u32 = 12;
+const VERSION: u32 = 13;
 
 /// What every chunk has: its head, the statistics of its errors, the checksum.
 const FIXED_BYTES: usize = 260 + 8 * (BINS + ANGLES + OVERSHOOTS);
@@ -68,8 +68,8 @@ pub(super) fn encode(chunk: &Chunk, out: &mut Vec<u8>) {
 
 fn encode_errors(errors: &ErrorStats, out: &mut Vec<u8>) {
     let numbers = [errors.max, errors.weighted_max, errors.squares].map(f64::to_bits);
-    let ErrorStats { samples, nodata, stray, bridged, trimmed, worst, .. } = *errors;
-    let counts = [samples, nodata, stray, bridged, trimmed, worst.0, worst.1];
+    let ErrorStats { samples, nodata, stray, bridged, beside, trimmed, worst, .. } = *errors;
+    let counts = [samples, nodata, stray, bridged, beside, trimmed, worst.0, worst.1];
     for word in counts.into_iter().chain(numbers) {
         out.extend_from_slice(&word.to_le_bytes());
     }
@@ -174,6 +174,7 @@ fn decode_errors(reader: &mut Reader<'_>) -> Result<ErrorStats, Damage> {
         nodata: reader.u64()?,
         stray: reader.u64()?,
         bridged: reader.u64()?,
+        beside: reader.u64()?,
         trimmed: reader.u64()?,
         worst: (reader.u64()?, reader.u64()?),
         max: f64::from_bits(reader.u64()?),

@@ -2,7 +2,7 @@
 
 mod along;
 
-use super::Place;
+use super::{ChainEdge, Place, SetBits};
 use crate::base::Window;
 use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::Vertex;
@@ -26,31 +26,38 @@ pub struct Chains {
     edges: Vec<[End; 2]>,
     /// All ends, each once, in order.
     ends: Vec<End>,
-    off_ground: u64,
+    /// For each set of lines.
+    counts: Vec<ChainCounts>,
 }
 
 impl Chains {
-    /// Edges of tiles, with the windows of these; `off_ground` is how many segments of lines were left out.
-    pub fn new(tiles: impl IntoIterator<Item = (Window, Vec<[Vertex; 2]>)>, off_ground: u64) -> Chains {
-        let of_tile = |(window, edges): (Window, Vec<[Vertex; 2]>)| {
+    /// Edges of tiles, with the windows of these; `off_ground` is how many segments of each set of lines were left out.
+    pub fn new(tiles: impl IntoIterator<Item = (Window, Vec<ChainEdge>)>, off_ground: Vec<u64>) -> Chains {
+        let of_tile = |(window, edges): (Window, Vec<ChainEdge>)| {
             let global = move |v: Vertex| {
                 let at = |local: i32, first: usize| i64::from(local) + first as i64 * i64::from(STEPS);
                 (Place { y: at(v.at.y, window.row), x: at(v.at.x, window.column) }, v.height)
             };
-            edges.into_iter().map(move |edge| edge.map(global))
+            edges.into_iter().map(move |(edge, sets)| (edge.map(global), sets))
         };
         let sorted = |[a, b]: [End; 2]| if a.0 <= b.0 { [a, b] } else { [b, a] };
-        let mut edges: Vec<[End; 2]> = tiles.into_iter().flat_map(of_tile).map(sorted).collect();
+        let found: Vec<([End; 2], SetBits)> = tiles.into_iter().flat_map(of_tile).collect();
+        let count = |(number, off_ground): (usize, u64)| {
+            let edges = found.iter().filter(|(_, sets)| sets & 1 << number != 0).count() as u64;
+            ChainCounts { edges, off_ground }
+        };
+        let counts = off_ground.into_iter().enumerate().map(count).collect();
+        let mut edges: Vec<[End; 2]> = found.into_iter().map(|(edge, _)| sorted(edge)).collect();
         edges.sort_unstable_by_key(|edge| edge.map(|end| end.0));
         let mut ends: Vec<End> = edges.as_flattened().to_vec();
         ends.sort_unstable_by_key(|end| end.0);
         ends.dedup_by_key(|end| end.0);
-        Chains { edges, ends, off_ground }
+        Chains { edges, ends, counts }
     }
 
-    /// How many edges there are, and what of the lines has none.
-    pub fn counts(&self) -> ChainCounts {
-        ChainCounts { edges: self.edges.len() as u64, off_ground: self.off_ground }
+    /// How many edges each set of lines has, and what of it has none. An edge may be of several.
+    pub fn counts(&self) -> &[ChainCounts] {
+        &self.counts
     }
 
     /// The edges that lie in a window, rim included, and all ends of edges that do, those of edges outside among them. Replaces what is

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
-use super::tests::{chains_of, line, lines_of};
+use super::tests::{chains_of, line, lines_of, set};
 use super::*;
 use crate::base::control::CancelToken;
 use crate::base::lattice::{Point, in_circle, orient};
@@ -120,7 +120,7 @@ proptest! {
     /// Where nothing may be left out but places on straight lines, edges lead over every segment and over nothing else.
     #[test]
     fn chains_without_a_shift_are_the_lines(lines in prop::collection::vec(line(), 1..5), seed in any::<u32>()) {
-        let lines = Breaklines::new(&Polylines::new(lines), SIZE, 0.0).expect("near lines");
+        let lines = Breaklines::new(&[set(Polylines::new(lines), 0.0)], SIZE).expect("near lines");
         let chains = chains_of(&rough(seed), &lines, 0.0);
         let expected = of_segments(&lines);
         let mut theirs = Theirs::default();

@@ -1,6 +1,6 @@
 //! What of the lines lies on the ground, and the pieces between places that must be ends of edges.
 
-use super::{Place, Segment};
+use super::{Breaklines, Place, Segment, SetBits};
 use crate::base::lattice::STEPS;
 use crate::base::tiling::TileGrid;
 use crate::base::{Cell, PointSet, Tile, Window};
@@ -45,15 +45,26 @@ fn cells_of([a, b]: Segment) -> impl Iterator<Item = (i64, i64)> {
 /// Pieces of lines between two places that are ends of edges, by the tile that they lie in.
 #[derive(Debug, Default)]
 pub struct Pieces {
-    /// The tile's number, and the places of the piece; in the order of tiles, then of the first two places.
-    pieces: Vec<(usize, Vec<Place>)>,
+    /// In the order of tiles, then of the first two places.
+    pieces: Vec<Stretch>,
+}
+
+/// A piece between two places that are ends of edges.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Stretch {
+    /// The number of its tile.
+    pub(super) tile: usize,
+    pub(super) places: Vec<Place>,
+    /// The sets of lines that it is of.
+    pub(super) sets: SetBits,
 }
 
 impl Pieces {
-    /// The pieces of noded segments, which are given in their order. Ends of edges are: where a line ends or several meet, the first
-    /// place of a ring, `further` places (in their order), `points`, and where a line comes to a line of the grid or leaves it; on a line of the
+    /// The pieces of these segments of `lines`, which are given in their order. Ends of edges are: where a line ends or several meet or
+    /// begin to share a stretch, the first place of a ring, `further` places (in their order), `points`, and where a line comes to a line of the grid or leaves it; on a line of the
     /// grid also its corners.
     pub fn new(
+        lines: &Breaklines,
         segments: &[Segment],
         further: &[Place],
         points: Option<&PointSet>,
@@ -61,15 +72,17 @@ impl Pieces {
         size: (usize, usize),
     ) -> Pieces {
         let graph = Graph::new(segments);
+        let sets = |p: Place, q: Place| lines.sets_of([p.min(q), p.max(q)]);
         let mut rings = Vec::new();
-        graph.walk(
-            |p| graph.beside(p).len() != 2,
-            |way| {
-                if way[0] == way[way.len() - 1] {
-                    rings.push(way[0])
-                }
-            },
-        );
+        let is_meeting = |p: Place| match graph.beside(p) {
+            &[(_, q), (_, r)] => sets(p, q) != sets(p, r),
+            _ => true,
+        };
+        graph.walk(is_meeting, |way| {
+            if way[0] == way[way.len() - 1] {
+                rings.push(way[0])
+            }
+        });
         rings.sort_unstable();
         let is_point = |p: Place| {
             let on_sample = p.x % CELL == 0 && p.y % CELL == 0;
@@ -88,14 +101,17 @@ impl Pieces {
             column && row || leaves_column || leaves_row
         };
         let is_end = |p: Place| {
-            graph.beside(p).len() != 2
+            is_meeting(p)
                 || rings.binary_search(&p).is_ok()
                 || further.binary_search(&p).is_ok()
                 || is_point(p)
                 || is_at_line(p)
         };
         let mut pieces = Vec::new();
-        let mut add = |way: &[Place]| pieces.push((tile_of([way[0], way[1]], grid, size), way.to_vec()));
+        let mut add = |way: &[Place]| {
+            let tile = tile_of([way[0], way[1]], grid, size);
+            pieces.push(Stretch { tile, places: way.to_vec(), sets: sets(way[0], way[1]) });
+        };
         graph.walk(is_end, |way| {
             let count = way.len() - 1;
             if way[0] != way[count] {
@@ -111,8 +127,8 @@ impl Pieces {
     }
 
     /// By tiles: the number of each that has pieces, and its pieces.
-    pub fn by_tile(&self) -> impl Iterator<Item = (usize, &[(usize, Vec<Place>)])> {
-        self.pieces.chunk_by(|a, b| a.0 == b.0).map(|pieces| (pieces[0].0, pieces))
+    pub fn by_tile(&self) -> impl Iterator<Item = (usize, &[Stretch])> {
+        self.pieces.chunk_by(|a, b| a.tile == b.tile).map(|pieces| (pieces[0].tile, pieces))
     }
 }
 

@@ -7,9 +7,10 @@ use std::ops::Range;
 
 use super::obstacles::{Obstacles, for_each_cell};
 use super::reach::{Around, Reach};
-use super::wall::{keeps_to_surface, vertex};
-use super::{FINE, Place};
+use super::wall::{keeps_to_heights, keeps_to_samples, keeps_to_surface, vertex};
+use super::{FINE, Place, SetBits, Stretch};
 use crate::base::control::{CancelToken, Cancelled};
+use crate::base::exact;
 use crate::base::lattice::{Point, STEPS, distance2, dot, orient};
 use crate::base::mesh::Vertex;
 use crate::base::{Cell, Tile, Window};
@@ -31,7 +32,7 @@ pub struct Thinning<'a> {
     pub size: (usize, usize),
     /// The distance allowed between the surface and the wall.
     pub tolerance: f64,
-    /// How far places of the line may be from their edge.
+    /// What edges are held to beside that: how far places of the line may be from their edge, and heights of the line's own.
     pub lines: &'a super::Breaklines,
     /// Samples of the window that become vertices.
     pub points: &'a [(usize, usize)],
@@ -59,25 +60,30 @@ impl From<Cancelled> for Untenable {
     }
 }
 
+/// An edge of a chain, and the sets of lines that it is of.
+pub type ChainEdge = ([Vertex; 2], SetBits);
+
 /// The edges of the chains of all pieces that a tile has ([`super::Pieces`]), as vertices of the tile. They touch each other at ends of pieces
 /// alone, and pieces of other lines nowhere else.
 ///
 /// # Errors
 /// [`Untenable`].
-pub fn thin(task: &Thinning<'_>, pieces: &[(usize, Vec<Place>)]) -> Result<Vec<[Vertex; 2]>, Untenable> {
+pub fn thin(task: &Thinning<'_>, stretches: &[Stretch]) -> Result<Vec<ChainEdge>, Untenable> {
     let pieces: Vec<Vec<Point>> =
-        pieces.iter().map(|(_, piece)| piece.iter().map(|&p| task.local(p)).collect()).collect();
+        stretches.iter().map(|stretch| stretch.places.iter().map(|&p| task.local(p)).collect()).collect();
     let mut obstacles = task.obstacles(&pieces);
     let mut edges = Vec::new();
-    for (number, piece) in (0..).zip(&pieces) {
+    for (number, stretch) in (0..).zip(stretches) {
         task.cancel.check()?;
-        let vertices = piece.iter().map(|&at| task.vertex(at)).collect::<Result<Vec<Vertex>, Untenable>>()?;
-        let along = Along { task, vertices: &vertices, number, is_on_side: task.is_on_side(piece) };
+        let vertices =
+            stretch.places.iter().map(|&place| task.vertex(place)).collect::<Result<Vec<Vertex>, Untenable>>()?;
+        let sets = stretch.sets;
+        let along = task.along(&vertices, number, sets);
         let chain = along.fewest(&obstacles);
         for ends in chain.windows(2) {
             let edge = [vertices[ends[0]], vertices[ends[1]]];
             obstacles.add(edge.map(|v| v.at), None);
-            edges.push(edge);
+            edges.push((edge, sets));
         }
     }
     Ok(edges)
@@ -99,12 +105,29 @@ impl Thinning<'_> {
         obstacles
     }
 
+    /// A piece of a line of these sets.
+    fn along<'a>(&'a self, vertices: &'a [Vertex], number: u32, sets: SetBits) -> Along<'a> {
+        let places: Vec<Point> = vertices.iter().map(|vertex| vertex.at).collect();
+        Along {
+            task: self,
+            vertices,
+            number,
+            is_on_side: self.is_on_side(&places),
+            shift: self.lines.shift_of(sets),
+            has_heights: self.lines.has_own(sets),
+        }
+    }
+
     fn local(&self, place: Place) -> Point {
         let local = |at: i64, first: usize| (at - first as i64 * i64::from(STEPS)) as i32;
         Point { x: local(place.x, self.window.column), y: local(place.y, self.window.row) }
     }
 
-    fn vertex(&self, at: Point) -> Result<Vertex, Untenable> {
+    fn vertex(&self, place: Place) -> Result<Vertex, Untenable> {
+        let at = self.local(place);
+        if let Some(height) = self.lines.height_at(place) {
+            return Ok(Vertex { at, height });
+        }
         let part = |local: i32, first: usize| first as f64 + f64::from(local) / f64::from(STEPS);
         let height = || Untenable::Height { column: part(at.x, self.window.column), row: part(at.y, self.window.row) };
         vertex(self.tile, at, self.tolerance).ok_or_else(height)
@@ -140,6 +163,10 @@ pub(super) struct Along<'a> {
     pub(super) vertices: &'a [Vertex],
     pub(super) number: u32,
     is_on_side: bool,
+    /// How far places may be from their edge, in parts of a cell.
+    pub(super) shift: i64,
+    /// Whether the line has heights of its own at all of its places.
+    has_heights: bool,
 }
 
 /// No place.
@@ -152,6 +179,8 @@ impl Along<'_> {
         let mut before = vec![NONE; last + 1];
         let mut layer = vec![0];
         let mut around = Around::new(self, obstacles);
+        // Heights of lines are not what is known at once.
+        let keeps_to_raster = !self.has_heights && !self.task.lines.have_heights();
         // All places up to this one are reached.
         let mut reached = 0;
         while before[last] == NONE {
@@ -166,7 +195,7 @@ impl Along<'_> {
                 while to <= last && refused < PATIENCE {
                     let is_reached = before[to] != NONE;
                     let mut may_join = || {
-                        let is_sure = to - from >= FAR && reach.is_sure(to, &mut around);
+                        let is_sure = keeps_to_raster && to - from >= FAR && reach.is_sure(to, &mut around);
                         self.may_join(from, to, is_sure, obstacles)
                     };
                     let may_join = is_reached || to == from + 1 || may_join();
@@ -198,10 +227,28 @@ impl Along<'_> {
     fn is_free(&self, from: usize, to: usize, obstacles: &Obstacles) -> bool {
         let (p, q) = (self.vertices[from], self.vertices[to]);
         let edge = [p.at, q.at];
-        self.vertices[from + 1..to].iter().all(|v| is_near(v.at, edge, self.task.lines.shift))
+        self.vertices[from + 1..to].iter().all(|v| is_near(v.at, edge, self.shift))
             && self.task.is_far_from_voids(edge)
-            && keeps_to_surface(self.task.tile, self.task.tolerance, p, q)
+            && self.keeps_to_wall(from, to)
             && obstacles.let_pass(edge, self.number, Range { start: from as u32, end: to as u32 })
+    }
+
+    /// Whether the edge between two places is within the tolerance of the line's own heights, or else of the raster's surface. Samples
+    /// on it must be able to keep to it, which they may not be beside lines with other heights.
+    fn keeps_to_wall(&self, from: usize, to: usize) -> bool {
+        let &Thinning { tile, window, tolerance, lines, .. } = self.task;
+        let (p, q) = (self.vertices[from], self.vertices[to]);
+        let is_kept = match self.has_heights {
+            true => keeps_to_heights(tolerance, p, q, &self.vertices[from + 1..to]),
+            false => keeps_to_surface(tile, tolerance, p, q),
+        };
+        let stands = |(column, row): (usize, usize)| {
+            let at = ((window.column + column) as i64, (window.row + row) as i64);
+            let height = tile.at(column, row);
+            let eased = lines.beside.at(at, height, tolerance);
+            eased.map_or((height, tolerance), |eased| (eased.height, exact::limit(eased.weight, tolerance)))
+        };
+        is_kept && (!lines.have_heights() || keeps_to_samples(p, q, stands))
     }
 }
 

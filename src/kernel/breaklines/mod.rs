@@ -5,15 +5,21 @@
 //! quarter cells; `noding` makes one plane graph of all lines, by iterated snap rounding (Halperin & Packer 2002). So far the lines
 //! and the raster's size decide alone: [`Breaklines`]. `graph` says what of that lies on the ground and which places must be ends of
 //! edges; between two of those `links` finds the fewest edges, by `wall` within the tolerance of the raster's surface and by
-//! `obstacles` off all other lines; `reach` tells at once of many that they may be used. [`Chains`] has the edges of a whole raster, and lends those of a tile.
+//! `obstacles` off all other lines; `reach` tells at once of many that they may be used. [`Chains`] has the edges of a whole raster, and
+//! lends those of a tile. Where lines have heights of their own (`levels`), samples beside them are eased (`beside`): the surface may be
+//! anywhere between the sample and the line.
 //!
 //! What holds of the chain, and how `verify` judges it by code of its own: docs/breaklines.md.
 
+mod beside;
 mod chains;
 mod graph;
+mod lakes;
+mod levels;
 mod links;
 mod noding;
 mod obstacles;
+mod pieces;
 mod places;
 mod reach;
 mod wall;
@@ -25,11 +31,17 @@ mod tests;
 
 use std::sync::Arc;
 
-use crate::base::Polylines;
+use self::beside::Beside;
+use self::lakes::Lakes;
+use self::levels::Levels;
+use crate::base::features::FeatureSet;
+use crate::base::lattice::STEPS;
+use crate::base::{LineKind, LineSet, PointSet, Polylines, Tile, Window};
 
 pub use chains::{ChainCounts, Chains, TileChains};
-pub use graph::{Pieces, Surroundings, surroundings, tile_of};
-pub use links::{Thinning, Untenable, thin};
+pub use graph::{Pieces, Stretch, Surroundings, surroundings, tile_of};
+pub use levels::TwoHeights;
+pub use links::{ChainEdge, Thinning, Untenable, thin};
 
 /// A place on the lattice of quarter cells of a raster, by rows, then by columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -38,6 +50,14 @@ pub struct Place {
     pub y: i64,
     /// Across, in quarter cells.
     pub x: i64,
+}
+
+impl Place {
+    /// Column and row, with fractions.
+    fn cells(self) -> (f64, f64) {
+        let cells = |along: i64| along as f64 / f64::from(STEPS);
+        (cells(self.x), cells(self.y))
+    }
 }
 
 /// A piece of a line between two places of one closed cell, the lower place first.
@@ -64,8 +84,23 @@ pub struct LineCounts {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Breaklines {
     segments: Arc<Vec<Segment>>,
+    /// The sets that each is of, as bits.
+    of: Arc<Vec<SetBits>>,
+    sets: Vec<Set>,
+    levels: Arc<Levels>,
+    beside: Arc<Beside>,
+}
+
+/// Sets of lines by their numbers, as bits.
+pub type SetBits = u8;
+
+/// What is known of a set of lines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Set {
+    kind: LineKind,
     /// In parts of a cell ([`FINE`]).
     shift: i64,
+    has_heights: bool,
     counts: LineCounts,
 }
 
@@ -86,22 +121,56 @@ pub enum LinesError {
     /// The largest shift.
     #[error("expected a shift from 0 to {max} cells, found {0}", max = Polylines::MAX_SHIFT)]
     Shift(f64),
+    /// A height of a line's own is none.
+    #[error("expected heights of lines from -1e30 to 1e30, found {height} in feature {feature}")]
+    Height {
+        /// The feature.
+        feature: u64,
+        /// What it has.
+        height: f64,
+    },
+    /// Two lakes have ground in common.
+    #[error("expected lakes apart from each other, found features {} and {} that overlap", features[0], features[1])]
+    Overlap {
+        /// Theirs.
+        features: [u64; 2],
+    },
 }
 
 impl Breaklines {
-    /// Lines over a raster of this many samples. Their chain may be `shift` cells from their places; parts of a cell below
-    /// 1/65536 do not count.
+    /// Lines over a raster of this many samples, one set of each kind at the most. Their chains may be a set's shift from their places;
+    /// parts of a cell below 1/65536 do not count.
     ///
     /// # Errors
-    /// [`LinesError`].
-    pub fn new(lines: &Polylines, size: (usize, usize), shift: f64) -> Result<Breaklines, LinesError> {
-        if !(0.0..=Polylines::MAX_SHIFT).contains(&shift) {
-            return Err(LinesError::Shift(shift));
+    /// The kind of the lines, and [`LinesError`].
+    pub fn new(asked: &[LineSet], size: (usize, usize)) -> Result<Breaklines, (LineKind, LinesError)> {
+        let (mut pieces, mut sets) = (Vec::new(), Vec::new());
+        for (number, set) in (0..).zip(asked) {
+            if !(0.0..=Polylines::MAX_SHIFT).contains(&set.shift) {
+                return Err((set.kind, LinesError::Shift(set.shift)));
+            }
+            let counts = places::cut(number, set, size, &mut pieces).map_err(|error| (set.kind, error))?;
+            let (kind, has_heights) = (set.kind, set.lines.heights().is_some());
+            sets.push(Set { kind, shift: (set.shift * FINE as f64).floor() as i64, has_heights, counts });
         }
-        let (segments, counts) = places::segments(lines, size)?;
-        let segments = noding::node(segments);
-        let counts = LineCounts { segments: segments.len() as u64, ..counts };
-        Ok(Breaklines { segments: Arc::new(segments), shift: (shift * FINE as f64).floor() as i64, counts })
+        let mut pieces = noding::node(pieces);
+        let lakes = take_lakes(asked, &mut pieces).map_err(|error| (LineKind::Lakes, error))?;
+        let segments = noding::segments(&pieces);
+        let bits = |group: &[pieces::Piece]| group.iter().fold(0, |bits, piece| bits | 1 << piece.set);
+        let of: Vec<SetBits> = pieces.chunk_by(|a, b| a.ends == b.ends).map(bits).collect();
+        for (number, set) in (0..).zip(&mut sets) {
+            set.counts.segments = of.iter().filter(|bits| **bits & 1 << number != 0).count() as u64;
+        }
+        let levels = Levels::new(&pieces, &lakes, |piece| {
+            let set = &asked[usize::from(piece.set)];
+            let has_heights = sets[usize::from(piece.set)].has_heights;
+            has_heights.then(|| (set.kind, set.lines.feature(piece.line as usize)))
+        });
+        let is_raster = |bits: &SetBits| (0..).zip(&sets).all(|(i, set)| bits & 1 << i == 0 || !set.has_heights);
+        let of_raster = segments.iter().zip(&of).filter(|(_, bits)| is_raster(bits)).map(|(segment, _)| *segment);
+        let beside = Beside::new(&levels, lakes, of_raster, size);
+        let (segments, of, levels, beside) = (Arc::new(segments), Arc::new(of), Arc::new(levels), Arc::new(beside));
+        Ok(Breaklines { segments, of, sets, levels, beside })
     }
 
     /// All segments, in their order, each once.
@@ -109,20 +178,82 @@ impl Breaklines {
         &self.segments
     }
 
-    /// What became of the lines.
-    pub fn counts(&self) -> LineCounts {
-        self.counts
+    /// What kinds of lines there are, and what became of those of each.
+    pub fn counts(&self) -> impl Iterator<Item = (LineKind, LineCounts)> {
+        self.sets.iter().map(|set| (set.kind, set.counts))
     }
 
-    /// Whether nothing of them lies on the raster.
-    pub fn is_empty(&self) -> bool {
-        self.segments.is_empty()
+    /// What they ask of a run.
+    pub fn features(&self) -> FeatureSet {
+        LineSet::features(self.sets.iter().map(|set| (set.kind, set.has_heights)))
+    }
+
+    /// Whether lines have heights of their own.
+    pub fn have_heights(&self) -> bool {
+        self.sets.iter().any(|set| set.has_heights)
+    }
+
+    /// The height of lines' own at a place, if a line with heights has it.
+    pub fn height_at(&self, place: Place) -> Option<f64> {
+        self.levels.at(place)
+    }
+
+    /// The least and the largest of those heights; `None` where there are none.
+    pub fn height_range(&self) -> Option<[f64; 2]> {
+        self.levels.range()
+    }
+
+    /// The sets that a segment is of.
+    pub fn sets_of(&self, segment: Segment) -> SetBits {
+        self.segments.binary_search(&segment).map_or(0, |i| self.of[i])
+    }
+
+    /// How many segments of each set are not among these, which are in their order.
+    pub fn each_without(&self, segments: &[Segment]) -> Vec<u64> {
+        let missing = self.segments.iter().zip(self.of.iter()).filter(|(s, _)| segments.binary_search(s).is_err());
+        let mut counts = vec![0; self.sets.len()];
+        for (_, bits) in missing {
+            (0..).zip(&mut counts).for_each(|(number, count)| *count += u64::from(bits >> number & 1));
+        }
+        counts
+    }
+
+    /// Makes sure that lines which have a place in common have heights there that are within the tolerance of each other.
+    ///
+    /// # Errors
+    /// [`TwoHeights`].
+    pub fn check_heights(&self, tolerance: f64) -> Result<(), TwoHeights> {
+        self.levels.check(tolerance)
+    }
+
+    /// Eases the samples of a tile that are beside lines with heights of their own, so that engines may keep to the lines. `points`
+    /// are vertices and keep their heights.
+    pub fn ease(&self, tile: &mut Tile, window: Window, points: Option<&PointSet>, tolerance: f64) {
+        if self.have_heights() {
+            self.beside.ease(tile, window, points, tolerance);
+        }
+    }
+
+    /// How far edges may be from the places of all of these sets, in parts of a cell.
+    fn shift_of(&self, bits: SetBits) -> i64 {
+        let shifts = (0..).zip(&self.sets).filter(|(number, _)| bits & 1 << number != 0).map(|(_, set)| set.shift);
+        shifts.min().unwrap_or(0)
+    }
+
+    /// Whether one of these sets has heights of its own.
+    fn has_own(&self, bits: SetBits) -> bool {
+        (0..).zip(&self.sets).any(|(number, set)| bits & 1 << number != 0 && set.has_heights)
+    }
+
+    /// How many samples lie in lakes, those without a height among them.
+    pub fn in_lakes(&self) -> u64 {
+        self.beside.in_lakes()
     }
 
     /// The memory that they and their chains take.
     pub fn bytes(&self) -> u64 {
-        const PER_SEGMENT: u64 = 256;
-        self.segments.len() as u64 * PER_SEGMENT
+        const PER_SEGMENT: u64 = 320;
+        self.segments.len() as u64 * PER_SEGMENT + self.levels.bytes() + self.beside.bytes()
     }
 
     /// What of them decides a mesh, the same on every machine.
@@ -130,6 +261,38 @@ impl Breaklines {
         let mut hasher = crc32fast::Hasher::new();
         let numbers = self.segments.iter().flatten().flat_map(|p| [p.x, p.y]);
         numbers.for_each(|number| hasher.update(&number.to_le_bytes()));
-        format!("{} segments with checksum {:08x}, shift {}/{FINE}", self.segments.len(), hasher.finalize(), self.shift)
+        self.of.iter().for_each(|bits| hasher.update(&[*bits]));
+        self.levels.hash(&mut hasher);
+        let sets = self.sets.iter().map(|set| format!(", {} with shift {}/{FINE}", set.kind.name(), set.shift));
+        let sets = sets.collect::<String>();
+        format!("{} segments with checksum {:08x}{sets}", self.segments.len(), hasher.finalize())
     }
+}
+
+/// The lakes of all sets, whose pieces are noded. Each feature is one, with the height of its outline. Pieces that bound no lake are
+/// taken away.
+fn take_lakes(asked: &[LineSet], pieces: &mut Vec<pieces::Piece>) -> Result<Lakes, LinesError> {
+    let Some((number, set)) = (0u8..).zip(asked).find(|(_, set)| set.kind == LineKind::Lakes) else {
+        return Ok(Lakes::default());
+    };
+    let heights = set.lines.heights().unwrap_or_default();
+    let height = |line: usize| heights.get(line).and_then(|heights| heights.first()).copied();
+    let mut lakes: Vec<(u64, f64)> = Vec::new();
+    let mut of_line = Vec::new();
+    for line in 0..set.lines.lines().len() {
+        let feature = set.lines.feature(line);
+        // Parts of a feature follow each other.
+        if lakes.last().is_none_or(|(last, _)| *last != feature) {
+            lakes.push((feature, height(line).unwrap_or(0.0)));
+        }
+        of_line.push(lakes.len() as u32 - 1);
+    }
+    let lake = |piece: &pieces::Piece| (piece.set == number).then(|| of_line[piece.line as usize]);
+    let outlines = |pieces: &[pieces::Piece]| {
+        let sides = pieces.iter().filter_map(|piece| Some((piece.ends, lake(piece)?, piece.times)));
+        sides.collect::<Vec<_>>().into_iter()
+    };
+    let odd = lakes::odd(outlines(pieces));
+    pieces.retain(|piece| lake(piece).is_none_or(|lake| odd.binary_search(&(piece.ends, lake)).is_ok()));
+    Lakes::new(lakes, outlines(pieces))
 }

@@ -8,28 +8,44 @@
 //! It ends: a segment that is led elsewhere becomes shorter ones, by the longer of its two extents or else by their sum, and both are
 //! whole numbers.
 
+use super::pieces::Piece;
 use super::{Place, Segment};
 use crate::base::lattice::STEPS;
 
-/// All segments noded, in their order, each once.
-pub(super) fn node(mut segments: Vec<Segment>) -> Vec<Segment> {
-    segments.sort_unstable();
-    segments.dedup();
+/// All pieces noded, in their order, each once.
+pub(super) fn node(mut pieces: Vec<Piece>) -> Vec<Piece> {
+    let in_order = |pieces: &mut Vec<Piece>| {
+        pieces.sort_unstable_by_key(Piece::key);
+        pieces.dedup_by(|next, piece| {
+            let is_same = next.key() == piece.key();
+            if is_same {
+                piece.times += next.times;
+            }
+            is_same
+        });
+    };
+    in_order(&mut pieces);
     loop {
-        let hot = hot_places(&segments);
-        let mut next = Vec::with_capacity(segments.len());
+        let hot = hot_places(&segments(&pieces));
+        let mut next = Vec::with_capacity(pieces.len());
         let mut way = Vec::new();
-        for &segment in &segments {
-            lead(segment, &hot, &mut way);
-            next.extend(way.windows(2).map(|pair| [pair[0].min(pair[1]), pair[0].max(pair[1])]));
+        for piece in &pieces {
+            lead(piece.ends, &hot, &mut way);
+            next.extend(piece.led(&way));
         }
-        next.sort_unstable();
-        next.dedup();
-        if next == segments {
-            return segments;
+        in_order(&mut next);
+        if next == pieces {
+            return pieces;
         }
-        segments = next;
+        pieces = next;
     }
+}
+
+/// The segments of pieces, which are in their order, each once.
+pub(super) fn segments(pieces: &[Piece]) -> Vec<Segment> {
+    let mut segments: Vec<Segment> = pieces.iter().map(|piece| piece.ends).collect();
+    segments.dedup();
+    segments
 }
 
 /// All of them, in their order.

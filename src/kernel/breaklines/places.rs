@@ -2,10 +2,16 @@
 //!
 //! Vertices are read to 1/65536 of a cell, so all that follows is exact in whole numbers. Where a line crosses a column, its place is
 //! rounded along the column, and so for rows: both ends of a piece lie in the closed cell that the piece is in.
+//!
+//! Where lines have heights of their own, those between two vertices are on a straight line, in double precision: h + (k − h) · t from
+//! the vertex that comes first by rows, then by columns, with t the share of the way, a quotient of whole numbers. Of several that
+//! a line has at one place one after the other, the first counts.
 
-use super::{FINE, LineCounts, LinesError, Place, Segment};
-use crate::base::Polylines;
+use super::pieces::{Piece, part_way};
+use super::{FINE, LineCounts, LinesError, Place};
+use crate::base::exact::MAX_HEIGHT;
 use crate::base::lattice::STEPS;
+use crate::base::{LineKind, LineSet, Polylines};
 
 /// Parts of a lattice step that vertices are read in.
 const FINE_STEP: i64 = FINE / STEPS as i64;
@@ -13,31 +19,57 @@ const FINE_STEP: i64 = FINE / STEPS as i64;
 /// A place in parts of a cell.
 type Fine = (i64, i64);
 
-/// The segments of all lines that lie in the rectangle of this many samples, in no order, and what became of the lines.
-pub(super) fn segments(
-    lines: &Polylines,
+/// Adds the pieces of all lines of a set that lie in the rectangle of this many samples, in no order, and tells what became of the
+/// lines.
+pub(super) fn cut(
+    number: u8,
+    set: &LineSet,
     (width, height): (usize, usize),
-) -> Result<(Vec<Segment>, LineCounts), LinesError> {
-    let mut walk =
-        Walk { last: (width as i64 - 1, height as i64 - 1), largest: 0.0, segments: Vec::new(), before: None };
-    let mut counts = LineCounts { lines: lines.lines().len() as u64, ..LineCounts::default() };
-    for line in lines.lines() {
-        let found = walk.segments.len();
+    pieces: &mut Vec<Piece>,
+) -> Result<LineCounts, LinesError> {
+    let lines = set.lines.lines();
+    let mut walk = Walk {
+        last: (width as i64 - 1, height as i64 - 1),
+        largest: 0.0,
+        of: (number, 0),
+        pieces: std::mem::take(pieces),
+        before: None,
+        is_closed: set.kind == LineKind::Lakes,
+    };
+    let mut counts = LineCounts { lines: lines.len() as u64, ..LineCounts::default() };
+    for (i, line) in lines.iter().enumerate() {
+        let found = walk.pieces.len();
+        let heights = set.lines.heights().map(|heights| heights[i].as_slice());
+        // Lines without heights are as one.
+        walk.of.1 = heights.map_or(0, |_| i as u32);
         walk.before = None;
-        for (i, &vertex) in line.iter().enumerate() {
-            let b = fine(vertex)?;
-            if let Some(&a) = i.checked_sub(1).and_then(|i| line.get(i)) {
-                walk.cross(fine(a)?, b);
+        let mut last: Option<Corner> = None;
+        for (j, &vertex) in line.iter().enumerate() {
+            let height = heights.map_or(0.0, |heights| heights[j]);
+            if height.is_nan() || height.abs() > MAX_HEIGHT {
+                return Err(LinesError::Height { feature: set.lines.feature(i), height });
+            }
+            let b = Corner { at: fine(vertex)?, height };
+            if let Some(a) = last.replace(b) {
+                walk.cross(a, b);
             }
             walk.visit(b);
-            if walk.segments.len() > Polylines::MAX_SEGMENTS {
+            if walk.pieces.len() > Polylines::MAX_SEGMENTS {
                 return Err(LinesError::TooMany);
             }
         }
-        counts.left_out += u64::from(walk.segments.len() == found);
+        counts.left_out += u64::from(walk.pieces.len() == found);
     }
     counts.largest_rounding = walk.largest / FINE as f64;
-    Ok((walk.segments, counts))
+    *pieces = walk.pieces;
+    Ok(counts)
+}
+
+/// A vertex of a line.
+#[derive(Clone, Copy)]
+struct Corner {
+    at: Fine,
+    height: f64,
 }
 
 fn fine((column, row): (f64, f64)) -> Result<Fine, LinesError> {
@@ -52,8 +84,12 @@ struct Walk {
     last: (i64, i64),
     /// The largest distance from a place to the lattice, in parts of a cell.
     largest: f64,
-    segments: Vec<Segment>,
-    before: Option<Place>,
+    /// The number of the set, and that of the line in it.
+    of: (u8, u32),
+    pieces: Vec<Piece>,
+    before: Option<(Place, f64)>,
+    /// Whether what lies outside of the raster is drawn to its rim, so that it is known what is inside of outlines.
+    is_closed: bool,
 }
 
 /// A crossing with a line of one family: its share of the way as a fraction, the line and the place along it in lattice steps, and
@@ -69,14 +105,14 @@ struct Crossing {
 
 impl Walk {
     /// A vertex.
-    fn visit(&mut self, (x, y): Fine) {
+    fn visit(&mut self, Corner { at: (x, y), height }: Corner) {
         let step = |v: i64| (v + FINE_STEP / 2).div_euclid(FINE_STEP);
         let place = Place { y: step(y), x: step(x) };
         if self.has(place) {
             let (dx, dy) = (place.x * FINE_STEP - x, place.y * FINE_STEP - y);
             self.largest = self.largest.max((dx as f64).hypot(dy as f64));
         }
-        self.go(place);
+        self.go(place, height);
     }
 
     fn has(&self, place: Place) -> bool {
@@ -84,20 +120,32 @@ impl Walk {
         (0..=self.last.0 * steps).contains(&place.x) && (0..=self.last.1 * steps).contains(&place.y)
     }
 
-    fn go(&mut self, place: Place) {
-        if let Some(before) = self.before.replace(place)
-            && before != place
-            && self.has(before)
-            && self.has(place)
-        {
-            self.segments.push([before.min(place), before.max(place)]);
+    fn go(&mut self, place: Place, height: f64) {
+        let last = [self.last.0, self.last.1].map(|last| last * i64::from(STEPS));
+        let place = match self.is_closed {
+            true => Place { y: place.y.clamp(0, last[1]), x: place.x.clamp(0, last[0]) },
+            false => place,
+        };
+        match self.before {
+            Some((before, _)) if before == place => return,
+            Some((before, height_before)) if self.has(before) && self.has(place) => {
+                self.pieces.push(Piece::new(self.of, [(before, height_before), (place, height)]));
+            }
+            _ => {}
         }
+        self.before = Some((place, height));
     }
 
     /// All crossings of a straight line with rows and columns of the raster, in their order.
-    fn cross(&mut self, a: Fine, b: Fine) {
+    fn cross(&mut self, from: Corner, to: Corner) {
+        let (a, b) = (from.at, to.at);
         let mut columns = crossings((a.0, a.1), (b.0, b.1), self.last.0).peekable();
         let mut rows = crossings((a.1, a.0), (b.1, b.0), self.last.1).peekable();
+        let is_turned = (b.1, b.0) < (a.1, a.0);
+        let height = |done: i128, all: i128| match is_turned {
+            false => part_way([from.height, to.height], done, all),
+            true => part_way([to.height, from.height], all - done, all),
+        };
         loop {
             let column_first = match (columns.peek(), rows.peek()) {
                 (Some(c), Some(r)) => c.done * r.all <= r.done * c.all,
@@ -106,12 +154,12 @@ impl Walk {
                 (None, None) => return,
             };
             let next = if column_first { columns.next() } else { rows.next() };
-            let Some(Crossing { line, along, rounding, .. }) = next else { return };
+            let Some(Crossing { line, along, rounding, done, all }) = next else { return };
             let place = if column_first { Place { y: along, x: line } } else { Place { y: line, x: along } };
             if self.has(place) {
                 self.largest = self.largest.max(rounding);
             }
-            self.go(place);
+            self.go(place, height(done, all));
         }
     }
 }

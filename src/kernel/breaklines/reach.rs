@@ -53,7 +53,7 @@ impl Along<'_> {
     /// lose.
     fn corridor(&self) -> f64 {
         let steps = f64::from(STEPS);
-        (self.task.lines.shift as f64 / FINE as f64).min(CORRIDOR) * steps - 1e-6
+        (self.shift as f64 / FINE as f64).min(CORRIDOR) * steps - 1e-6
     }
 }
 

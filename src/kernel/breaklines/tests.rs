@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::noding::turn;
+use super::pieces::Piece;
 use super::*;
 use crate::base::control::CancelToken;
 use crate::base::lattice::Point;
@@ -15,7 +16,15 @@ use crate::kernel::triangulate::insertion::{GreedyInsertion, mend_tile};
 use crate::kernel::triangulate::{Engine, EngineScratch, Feasibility, Task};
 
 pub(super) fn lines_of(lines: Vec<Vec<(f64, f64)>>, size: (usize, usize)) -> Breaklines {
-    Breaklines::new(&Polylines::new(lines), size, 0.5).expect("near lines")
+    Breaklines::new(&[set(Polylines::new(lines), 0.5)], size).expect("near lines")
+}
+
+pub(super) fn set(lines: Polylines, shift: f64) -> LineSet {
+    LineSet { kind: LineKind::Breaklines, lines, shift }
+}
+
+fn counts(lines: &Breaklines) -> LineCounts {
+    lines.counts().next().expect("a set").1
 }
 
 /// Whether two segments have more than an end in common.
@@ -53,7 +62,8 @@ proptest! {
         let again = lines_of(turned, (7, 6));
         prop_assert_eq!(again.segments(), all);
         // What is noded stays.
-        prop_assert_eq!(noding::node(all.to_vec()), all);
+        let pieces = all.iter().map(|&[a, b]| Piece::new((0, 0), [(a, 0.0), (b, 0.0)]));
+        prop_assert_eq!(noding::segments(&noding::node(pieces.collect())), all);
     }
 }
 
@@ -69,7 +79,7 @@ fn places_are_rounded_along_rows_and_columns() {
         [place(9, 4), place(10, 4)],
     ];
     assert_eq!(found.segments(), expected);
-    let LineCounts { lines, left_out, segments, largest_rounding } = found.counts();
+    let LineCounts { lines, left_out, segments, largest_rounding } = counts(&found);
     assert_eq!((lines, left_out, segments), (1, 0, 4));
     assert!((largest_rounding - 0.1f64.hypot(0.1)).abs() < 0.01 || largest_rounding < 0.1768, "{largest_rounding}");
 }
@@ -78,18 +88,19 @@ fn places_are_rounded_along_rows_and_columns() {
 fn lines_that_come_to_nothing_are_counted() {
     let nothing = vec![vec![], vec![(1.0, 1.0)], vec![(1.01, 1.0), (1.02, 1.0)], vec![(-5.0, 2.0), (-1.0, 9.0)]];
     let found = lines_of([nothing, vec![vec![(0.0, 0.0), (1.0, 1.0)], vec![(1.0, 1.0), (0.0, 0.0)]]].concat(), (4, 4));
-    assert_eq!((found.counts().lines, found.counts().left_out, found.segments().len()), (6, 4, 1));
+    assert_eq!((counts(&found).lines, counts(&found).left_out, found.segments().len()), (6, 4, 1));
     assert_eq!(found.named(), lines_of(vec![vec![(0.0, 0.0), (1.0, 1.0)]], (4, 4)).named());
 }
 
 #[test]
 fn what_cannot_be_put_on_the_lattice_is_refused() {
     let far = Polylines::new(vec![vec![(0.0, 0.0), (1e300, 0.0)]]);
-    assert!(matches!(Breaklines::new(&far, (4, 4), 0.5), Err(LinesError::TooFar { .. })));
+    assert!(matches!(Breaklines::new(&[set(far, 0.5)], (4, 4)), Err((_, LinesError::TooFar { .. }))));
     let long = Polylines::new(vec![(0..6000).map(|i| (0.0, f64::from(i % 2) * 999.0)).collect()]);
-    assert_eq!(Breaklines::new(&long, (4, 1000), 0.5), Err(LinesError::TooMany));
+    assert_eq!(Breaklines::new(&[set(long, 0.5)], (4, 1000)), Err((LineKind::Breaklines, LinesError::TooMany)));
     for shift in [-0.5, 17.0, f64::NAN] {
-        assert!(matches!(Breaklines::new(&Polylines::default(), (4, 4), shift), Err(LinesError::Shift(_))));
+        let wrong = set(Polylines::default(), shift);
+        assert!(matches!(Breaklines::new(&[wrong], (4, 4)), Err((_, LinesError::Shift(_)))));
     }
 }
 
@@ -97,12 +108,12 @@ fn what_cannot_be_put_on_the_lattice_is_refused() {
 pub(super) fn chains_of(tile: &Tile, lines: &Breaklines, tolerance: f64) -> TileChains {
     let size = (tile.width(), tile.height());
     let window = Window { column: 0, row: 0, width: size.0, height: size.1 };
-    let pieces = Pieces::new(lines.segments(), &[], None, &TileGrid::new(size.0, size.1, 0), size);
+    let pieces = Pieces::new(lines, lines.segments(), &[], None, &TileGrid::new(size.0, size.1, 0), size);
     let cancel = CancelToken::default();
     let task = Thinning { tile, window, size, tolerance, lines, points: &[], cancel: &cancel };
     let made = pieces.by_tile().map(|(_, pieces)| (window, thin(&task, pieces).expect("heights in doubles")));
     let mut found = TileChains::default();
-    Chains::new(made.collect::<Vec<_>>(), 0).within(window, &mut found);
+    Chains::new(made.collect::<Vec<_>>(), vec![0]).within(window, &mut found);
     found
 }
 

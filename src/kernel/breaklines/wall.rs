@@ -5,7 +5,7 @@
 
 use crate::base::Tile;
 use crate::base::exact;
-use crate::base::lattice::{Point, STEPS};
+use crate::base::lattice::{Point, STEPS, distance2, dot};
 use crate::base::mesh::Vertex;
 use crate::kernel::polish::near_surface;
 use crate::kernel::quantum::Quantum;
@@ -33,6 +33,34 @@ pub(super) fn vertex(tile: &Tile, at: Point, tolerance: f64) -> Option<Vertex> {
 /// have weights, within the smaller limit of the two it passes between. All cells that it passes have four heights.
 pub(super) fn keeps_to_surface(tile: &Tile, tolerance: f64, p: Vertex, q: Vertex) -> bool {
     [true, false].into_iter().all(|columns| crosses_within(tile, tolerance, p, q, columns))
+}
+
+/// Whether an edge is within the tolerance of these heights of a line at its places that are nearest to them, exactly.
+pub(super) fn keeps_to_heights(tolerance: f64, p: Vertex, q: Vertex, passed: &[Vertex]) -> bool {
+    let all = distance2(p.at, q.at);
+    passed.iter().all(|place| {
+        let along = dot(p.at, q.at, place.at).clamp(0, all);
+        exact::within(&[(all, place.height), (along - all, p.height), (-along, q.height)], all, tolerance)
+    })
+}
+
+/// Whether all samples that an edge passes over, its ends left out, are within what `stands` gives for each: a height, and the distance
+/// allowed from it.
+pub(super) fn keeps_to_samples(p: Vertex, q: Vertex, stands: impl Fn((usize, usize)) -> (f64, f64)) -> bool {
+    let (dx, dy) = (i64::from(q.at.x - p.at.x), i64::from(q.at.y - p.at.y));
+    let mut parts = (dx.abs(), dy.abs());
+    while parts.1 != 0 {
+        parts = (parts.1, parts.0 % parts.1);
+    }
+    // Places of the lattice on the edge are so many, evenly.
+    let all = parts.0;
+    (1..all).all(|done| {
+        let at = Point { x: p.at.x + (dx / all * done) as i32, y: p.at.y + (dy / all * done) as i32 };
+        at.sample().is_none_or(|sample| {
+            let (height, limit) = stands(sample);
+            exact::within(&[(all, height), (done - all, p.height), (-done, q.height)], all, limit)
+        })
+    })
 }
 
 fn crosses_within(tile: &Tile, tolerance: f64, p: Vertex, q: Vertex, columns: bool) -> bool {

@@ -33,7 +33,7 @@ impl Extent {
     }
 }
 
-/// Heights of samples, those of bridged holes left out. They are the same whichever tiles share a sample.
+/// Heights of samples as the raster has them, those of bridged holes left out. They are the same whichever tiles share a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeightStats {
     /// Those that are farther than three columns and rows from every missing sample, as far as tiles can tell.
@@ -57,6 +57,11 @@ impl HeightStats {
     pub fn of(tile: &Tile) -> HeightStats {
         let (far, near) = match &tile.heights {
             Heights::F32(heights) => extents(heights, tile),
+            Heights::F64(heights) if !tile.eased.is_empty() => {
+                let mut stored = heights.clone();
+                tile.eased.iter().for_each(|eased| stored[eased.sample as usize] = eased.height);
+                extents(&stored, tile)
+            }
             Heights::F64(heights) => extents(heights, tile),
         };
         HeightStats { far, near, by_nearness: tile.validity.by_nearness() }

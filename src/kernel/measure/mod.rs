@@ -38,6 +38,9 @@ pub struct ErrorStats {
     pub stray: u64,
     /// How many are on the ground as samples of bridged holes, without a height to measure by.
     pub bridged: u64,
+    /// How many of those measured are beside lines with heights of their own: their errors are those beyond the interval between
+    /// sample and line.
+    pub beside: u64,
     /// How many are on the ground but left bare, as the rim is trimmed ([`crate::kernel::boundary`]).
     pub trimmed: u64,
     /// The largest error.
@@ -63,13 +66,14 @@ impl Default for ErrorStats {
     fn default() -> Self {
         let (max, worst, squares) = (0.0, (0, 0), 0.0);
         let histogram = Box::new([0; BINS]);
-        let (samples, nodata, stray, bridged, trimmed) = (0, 0, 0, 0, 0);
+        let (samples, nodata, stray, bridged, beside, trimmed) = (0, 0, 0, 0, 0, 0);
         let (extended, shape, heights) = (None, None, None);
         ErrorStats {
             samples,
             nodata,
             stray,
             bridged,
+            beside,
             trimmed,
             max,
             weighted_max: max,
@@ -101,6 +105,7 @@ impl ErrorStats {
         self.nodata += other.nodata;
         self.stray += other.stray;
         self.bridged += other.bridged;
+        self.beside += other.beside;
         self.trimmed += other.trimmed;
         self.squares += other.squares;
         for (sum, count) in self.histogram.iter_mut().zip(other.histogram.iter()) {
@@ -351,11 +356,22 @@ impl Meter<'_> {
         plane: &Plane,
     ) {
         let (step, mut squares) = (plane.step(), 0.0);
+        let mut eased = self.tile.eased_from((row * self.tile.width + column) as u32);
         for ((i, &height), &weight) in (0..).zip(heights).zip(weights) {
-            let error = (start + step * f64::from(i) - height).abs();
+            let surface = start + step * f64::from(i);
+            let error = (surface - height).abs();
             let place = (column + i as usize, row);
             if error * weight > self.tolerance {
                 self.expect_kept(place, height, error, plane);
+            }
+            let sample = (row * self.tile.width + place.0) as u32;
+            let (mut height, mut weight, mut error) = (height, weight, error);
+            if let Some((first, rest)) = eased.split_first().filter(|(first, _)| first.sample == sample) {
+                eased = rest;
+                self.stats.beside += u64::from(first.low < first.high);
+                // The error is that beyond the interval.
+                height = surface.clamp(first.low, first.high);
+                (weight, error) = (1.0, (surface - height).abs());
             }
             squares += error * error;
             let weighted = (error * weight).min(self.tolerance);
@@ -378,7 +394,7 @@ impl Meter<'_> {
         plane: &Plane,
     ) {
         let place = Point::of_sample(column as i32, row as i32);
-        let error = if self.doubt == 0.0 { error } else { plane.distance(place, height) };
+        let error = if self.doubt == 0.0 || error == 0.0 { error } else { plane.distance(place, height) };
         self.stats.weighted_max = self.stats.weighted_max.max((error * weight).min(self.tolerance));
         if error > self.stats.max {
             self.stats.max = error;

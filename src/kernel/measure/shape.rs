@@ -1,5 +1,7 @@
 //! Angles of triangles, and how far edges stray between samples.
 
+use std::borrow::Cow;
+
 use crate::base::Tile;
 use crate::base::lattice::{Point, distance2, orient};
 use crate::base::mesh::TileMesh;
@@ -81,6 +83,9 @@ pub fn shape(
     wanted: impl Fn([Point; 3]) -> bool,
 ) -> ShapeStats {
     let mut stats = ShapeStats::default();
+    // The weights of samples in lakes would count what is beside a shore.
+    let tile = if tile.eased.is_empty() { Cow::Borrowed(tile) } else { Cow::Owned(tile.with_light_weights()) };
+    let tile = tile.as_ref();
     let tester = Tester::new(tile, scale, Feasibility::Strong).with_max_stray(max_stray);
     for corners in mesh.triangles.iter().map(|&t| mesh.corners(t)) {
         if !wanted(corners.map(|v| v.at)) {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use gdal::vector::{Geometry, OGRwkbGeometryType, geometry_type_flatten};
+use gdal::vector::{Feature, Geometry, OGRwkbGeometryType, geometry_type_flatten};
 
 use crate::base::Cutline;
 use crate::base::Polygon;
@@ -35,8 +35,11 @@ pub fn read_cutline(
     cancel: &CancelToken,
 ) -> Result<(Cutline, u64), ShapesError> {
     let from = (source.path.as_path(), source.layer.as_deref());
+    let take = |placer: &Placer, geometry: &Geometry, _: (u64, &Feature<'_>), found: &mut Vec<Polygon>| {
+        polygons(placer, geometry, found)
+    };
     let (found, without_geometry) =
-        for_each_geometry(raster, from, ("polygons", "a polygon or polygons"), cancel, polygons)?;
+        for_each_geometry(raster, from, ("polygons", "a polygon or polygons"), cancel, take)?;
     Ok((Cutline::new(found), without_geometry))
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use gdal::spatial_ref::CoordTransform;
-use gdal::vector::{Geometry, LayerAccess};
+use gdal::vector::{Feature, Geometry, LayerAccess};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 
 use super::ShapesError;
@@ -27,7 +27,7 @@ const HALVINGS: u32 = 12;
 /// Features between two looks at the cancellation token.
 const FEATURES_BETWEEN_CHECKS: u64 = 256;
 
-/// Calls `take` with the geometry of every feature of a layer, and with what brings its vertices to the samples of `raster`, or of the
+/// Calls `take` with the geometry of every feature of a layer and the feature with its number, and with what brings its vertices to the samples of `raster`, or of the
 /// window of it that is looked at. `take` adds shapes to those found, at least one in all, or says what it found in place of one. The
 /// `shapes` are called `one` in a feature. Features without geometry are passed over; gives how many there are.
 ///
@@ -38,7 +38,7 @@ pub(in crate::raster) fn for_each_geometry<S>(
     (path, layer): (&Path, Option<&str>),
     (shapes, one): (&'static str, &str),
     cancel: &CancelToken,
-    take: impl Fn(&Placer, &Geometry, &mut Vec<S>) -> Result<(), String>,
+    take: impl Fn(&Placer, &Geometry, (u64, &Feature<'_>), &mut Vec<S>) -> Result<(), String>,
 ) -> Result<(Vec<S>, u64), ShapesError> {
     let options = DatasetOptions {
         open_flags: GdalOpenFlags::GDAL_OF_READONLY
@@ -88,9 +88,8 @@ pub(in crate::raster) fn for_each_geometry<S>(
         let id = feature.fid().unwrap_or(found);
         // Null, where a feature has no geometry.
         match feature.geometry_by_index(0) {
-            Ok(geometry) => {
-                take(&placer, geometry, &mut all).map_err(|found| wrong(format!("{one} in feature {id}"), found))?
-            }
+            Ok(geometry) => take(&placer, geometry, (id, &feature), &mut all)
+                .map_err(|found| wrong(format!("{one} in feature {id}"), found))?,
             Err(_) => without_geometry += 1,
         }
         found += 1;
@@ -109,6 +108,17 @@ pub(in crate::raster) fn for_each_geometry<S>(
     Ok((all, without_geometry))
 }
 
+/// Places of vertices, and their heights.
+pub(in crate::raster) type Places = (Vec<(f64, f64)>, Vec<f64>);
+
+/// A vertex as it is in the layer, and its place.
+#[derive(Clone, Copy)]
+struct Corner {
+    map: (f64, f64),
+    place: (f64, f64),
+    height: f64,
+}
+
 /// Brings vertices of a layer to columns and rows.
 pub(in crate::raster) struct Placer {
     transform: Option<CoordTransform>,
@@ -119,23 +129,29 @@ impl Placer {
     /// The vertices of a line or a ring (z and m are ignored). In another CRS lines that are bent in the raster's are given further ones,
     /// a tenth of a cell exact.
     pub(in crate::raster) fn vertices(&self, line: &Geometry) -> Result<Vec<(f64, f64)>, String> {
+        Ok(self.vertices_with_heights(line)?.0)
+    }
+
+    /// The same, and the z of each vertex, 0 where a line has none. Between two vertices it is on a straight line.
+    pub(in crate::raster) fn vertices_with_heights(&self, line: &Geometry) -> Result<Places, String> {
         let mut points = Vec::new();
         line.get_points(&mut points);
         let mut places = Vec::with_capacity(points.len());
-        let mut before: Option<((f64, f64), (f64, f64))> = None;
-        for (x, y, _) in points {
+        let mut before: Option<Corner> = None;
+        for (x, y, height) in points {
             if !(x.is_finite() && y.is_finite()) {
                 return Err(format!("a vertex at {x}, {y}"));
             }
             let place =
                 self.place((x, y)).ok_or_else(|| format!("{x}, {y}, which has no place in the raster's CRS"))?;
+            let here = Corner { map: (x, y), place, height };
             if let (Some(before), true) = (before, self.transform.is_some()) {
-                self.bend(before, ((x, y), place), HALVINGS, &mut places);
+                self.bend(before, here, HALVINGS, &mut places);
             }
-            places.push(place);
-            before = Some(((x, y), place));
+            places.push((place, height));
+            before = Some(here);
         }
-        Ok(places)
+        Ok(places.into_iter().unzip())
     }
 
     fn place(&self, at: (f64, f64)) -> Option<(f64, f64)> {
@@ -144,24 +160,19 @@ impl Placer {
         (column.is_finite() && row.is_finite()).then_some((column, row))
     }
 
-    /// Adds vertices between two, each as it is in the layer and its place, where the side is not straight there.
-    fn bend(
-        &self,
-        a: ((f64, f64), (f64, f64)),
-        b: ((f64, f64), (f64, f64)),
-        halvings: u32,
-        places: &mut Vec<(f64, f64)>,
-    ) {
+    /// Adds vertices between two, where the side is not straight.
+    fn bend(&self, a: Corner, b: Corner, halvings: u32, places: &mut Vec<((f64, f64), f64)>) {
         let part = |a: (f64, f64), b: (f64, f64), t: f64| (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t);
         let is_bent = |&t: &f64| {
-            let straight = part(a.1, b.1, t);
-            let place = self.place(part(a.0, b.0, t));
+            let straight = part(a.place, b.place, t);
+            let place = self.place(part(a.map, b.map, t));
             place.is_some_and(|place| (place.0 - straight.0).hypot(place.1 - straight.1) > BENT_CELLS)
         };
-        let middle = part(a.0, b.0, 0.5);
-        let Some(place) = self.place(middle).filter(|_| halvings > 0 && LOOKED_AT.iter().any(is_bent)) else { return };
-        self.bend(a, (middle, place), halvings - 1, places);
-        places.push(place);
-        self.bend((middle, place), b, halvings - 1, places);
+        let map = part(a.map, b.map, 0.5);
+        let Some(place) = self.place(map).filter(|_| halvings > 0 && LOOKED_AT.iter().any(is_bent)) else { return };
+        let middle = Corner { map, place, height: a.height + (b.height - a.height) / 2.0 };
+        self.bend(a, middle, halvings - 1, places);
+        places.push((place, middle.height));
+        self.bend(middle, b, halvings - 1, places);
     }
 }

@@ -26,7 +26,7 @@ use super::{Input, Request};
 use crate::base::channels::{Channel, Ranges};
 use crate::base::lattice::STEPS;
 use crate::base::warning::Warnings;
-use crate::base::{Band, Cutline, Encoding, PointCounts, Reference};
+use crate::base::{Band, Cutline, Encoding, LineKind, PointCounts, Reference};
 use crate::field::{Access, Field};
 use crate::formats::Format;
 use crate::job::plan::Plan;
@@ -107,7 +107,15 @@ pub struct Report {
     /// What became of the points; null where there are none.
     pub points: Option<PointsReport>,
     /// What became of breaklines; null where there are none.
-    pub breaklines: Option<BreaklinesReport>,
+    pub breaklines: Option<LinesReport>,
+    /// What became of the outlines of lakes; null where there are none.
+    pub lakes: Option<LinesReport>,
+    /// Samples in lakes, those without a height among them.
+    pub samples_in_lakes: u64,
+    /// What became of the outlines of footprints; null where there are none.
+    pub footprints: Option<LinesReport>,
+    /// Samples beside lines with heights of their own: the surface may be anywhere between sample and line there.
+    pub beside_lines: u64,
     /// The memory that was planned.
     pub memory: Plan,
     /// What the user should know of the inputs and the output.
@@ -141,9 +149,11 @@ pub struct CutlineReport {
 
 /// Lines that were asked to be edges.
 #[derive(Debug, Clone, Serialize)]
-pub struct BreaklinesReport {
+pub struct LinesReport {
     /// The layer's file; empty where a program gave the lines.
     pub file: String,
+    /// Where their heights come from: raster or line, for lakes min, median or a field.
+    pub z: String,
     /// How far edges may be from lines, in cells.
     pub shift: f64,
     /// What became of the lines.
@@ -363,7 +373,11 @@ impl Report {
             peak_memory_bytes: peak_memory(),
             temporary_bytes: field.decoded_bytes() + mesh.spool_bytes(),
             tiles_found: sources.continues.then(|| mesh.tiles_found()),
-            breaklines: BreaklinesReport::new(request, params, mesh),
+            breaklines: LinesReport::new(LineKind::Breaklines, request, params, mesh),
+            lakes: LinesReport::new(LineKind::Lakes, request, params, mesh),
+            samples_in_lakes: params.breaklines.as_ref().map_or(0, |lines| lines.in_lakes()),
+            footprints: LinesReport::new(LineKind::Footprints, request, params, mesh),
+            beside_lines: errors.beside,
             points: sources.points.map(|(layer, counts)| PointsReport::new(layer, counts, request)),
             memory: plan,
             warnings: Warnings::default(),
@@ -377,11 +391,13 @@ impl Report {
     }
 }
 
-impl BreaklinesReport {
-    fn new(request: &Request<'_>, params: &Params, mesh: &Mesh) -> Option<BreaklinesReport> {
-        let (lines, input) = params.breaklines.as_ref().zip(request.breaklines.as_ref())?;
-        let (counts, chains) = (lines.counts(), mesh.chains()?);
-        Some(BreaklinesReport { file: shown(input.file()), shift: input.shift, counts, chains })
+impl LinesReport {
+    fn new(kind: LineKind, request: &Request<'_>, params: &Params, mesh: &Mesh) -> Option<LinesReport> {
+        let input = request.lines.iter().find(|input| input.kind == kind)?;
+        let mut counts = params.breaklines.as_ref()?.counts().enumerate();
+        let (number, (_, counts)) = counts.find(|(_, (of, _))| *of == kind)?;
+        let chains = mesh.chains().get(number).copied()?;
+        Some(LinesReport { file: shown(input.file()), z: input.heights.name(), shift: input.shift, counts, chains })
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{
-    AttributeReport, BreaklinesReport, CutlineReport, GoalReport, MapReport, Needs, PointsReport, Report, Seconds,
+    AttributeReport, CutlineReport, GoalReport, LinesReport, MapReport, Needs, PointsReport, Report, Seconds,
     ShapeReport, WorkDirState,
 };
 use crate::base::decimal::Decimal;
@@ -76,6 +76,12 @@ impl Report {
         }
         lines.extend(self.points.iter().map(|points| ("points", points.line())));
         lines.extend(self.breaklines.iter().map(|breaklines| ("breaklines", breaklines.line())));
+        lines.extend(self.lakes.iter().map(|lakes| ("lakes", lakes.line())));
+        lines.extend(self.footprints.iter().map(|footprints| ("footprints", footprints.line())));
+        lines.extend((self.beside_lines > 0).then(|| {
+            let samples = counted(self.beside_lines, "sample");
+            ("beside lines", format!("{samples} between the raster's height and a line's"))
+        }));
         if let Some(tiles @ 1..) = self.tiles_found {
             lines.push(("continued", format!("{} tiles were in the work dir", grouped(tiles))));
         }
@@ -188,7 +194,7 @@ impl CutlineReport {
     }
 }
 
-impl BreaklinesReport {
+impl LinesReport {
     fn line(&self) -> String {
         let LineCounts { lines, left_out, segments, .. } = self.counts;
         let read = format!("{} with {}", counted(lines, "line"), counted(segments, "segment"));

@@ -5,16 +5,15 @@ use std::collections::HashMap;
 use num_bigint::BigInt;
 use num_rational::BigRational;
 
-use super::Spot;
 use super::heights::{Crossing, Samples, for_each_crossing};
+use super::{RequiredLines, Spot};
 use crate::verify::exact::rational;
 
 /// What edges along a line are held to.
 pub(super) struct Wall<'a> {
     pub(super) samples: &'a Samples,
     pub(super) tolerance: f64,
-    /// In cells.
-    pub(super) shift: f64,
+    pub(super) lines: &'a RequiredLines,
     /// The height of the mesh's vertex at a place of a line.
     pub(super) height: &'a dyn Fn(Spot) -> Option<f64>,
 }
@@ -41,11 +40,16 @@ impl<const N: usize> Mean<N> {
 const DOUBT: f64 = 1e-14;
 
 impl Wall<'_> {
-    /// How many edges lead from the first place of a stretch to its last, at the fewest.
+    /// How many edges lead from the first place of a stretch of these sets to its last, at the fewest.
     ///
     /// # Errors
     /// The number of the last place that edges lead to.
-    pub(super) fn follow(&self, stretch: &[Spot], beside: &HashMap<Spot, Vec<Spot>>) -> Result<u64, usize> {
+    pub(super) fn follow(
+        &self,
+        stretch: &[Spot],
+        sets: &[usize],
+        beside: &HashMap<Spot, Vec<Spot>>,
+    ) -> Result<u64, usize> {
         let last = stretch.len() - 1;
         let mut numbers: HashMap<Spot, usize> = stretch.iter().enumerate().map(|(i, spot)| (*spot, i)).collect();
         // A ring comes back to its first place.
@@ -57,7 +61,7 @@ impl Wall<'_> {
             for to in beside.get(&stretch[from]).into_iter().flatten().filter_map(|spot| numbers.get(spot).copied()) {
                 let is_ring = stretch[0] == stretch[last] && from == 0 && to == last;
                 let is_shorter = edges[to].is_none_or(|edges| so_far + 1 < edges);
-                if to > from && !is_ring && is_shorter && self.allows(&stretch[from..=to]) {
+                if to > from && !is_ring && is_shorter && self.allows(&stretch[from..=to], sets) {
                     edges[to] = Some(so_far + 1);
                 }
             }
@@ -66,29 +70,36 @@ impl Wall<'_> {
     }
 
     /// Whether the edge from the first of these places to the last may stand for them.
-    fn allows(&self, places: &[Spot]) -> bool {
+    fn allows(&self, places: &[Spot], sets: &[usize]) -> bool {
+        let sets = || sets.iter().map(|&set| &self.lines.sets[set]);
+        let shift = sets().map(|set| set.shift).fold(f64::INFINITY, f64::min);
         let (a, b) = (places[0], places[places.len() - 1]);
         let (Some(from), Some(to)) = ((self.height)(a), (self.height)(b)) else { return false };
-        let mut is_within = self.is_near_surface(a, from) && self.is_near_surface(b, to);
-        is_within = is_within && places.iter().all(|&place| self.is_near(place, a, b));
-        if is_within {
+        let mut is_within = self.is_near_target(a, from) && self.is_near_target(b, to);
+        is_within = is_within && places.iter().all(|&place| is_near(shift, place, a, b));
+        if sets().any(|set| set.has_heights) {
+            is_within = is_within && places.iter().all(|&place| self.is_near_level(place, (a, from), (b, to)));
+        } else if is_within {
             for_each_crossing(a, b, |crossing| is_within = is_within && self.holds(&crossing, from, to));
         }
         is_within
     }
 
-    /// Whether a place is within the shift of an edge.
-    fn is_near(&self, place: Spot, a: Spot, b: Spot) -> bool {
-        let parts = i128::from((self.shift * 65536.0).floor() as i64);
-        let (u, v) =
-            ((i128::from(b.0 - a.0), i128::from(b.1 - a.1)), (i128::from(place.0 - a.0), i128::from(place.1 - a.1)));
-        let (length2, along) = (u.0 * u.0 + u.1 * u.1, (u.0 * v.0 + u.1 * v.1));
-        // From the nearest point of the edge, all times the square of its length.
-        let along = along.clamp(0, length2);
-        let off = (v.0 * length2 - along * u.0, v.1 * length2 - along * u.1);
-        // Quarter cells against parts of a cell: 16384 parts each.
-        let limit = parts * length2;
-        (off.0 * off.0 + off.1 * off.1) * (16384 * 16384) <= limit * limit
+    /// Whether a vertex is within the tolerance of a line's own height, or where there is none of the bilinear surface.
+    fn is_near_target(&self, spot: Spot, height: f64) -> bool {
+        match self.lines.levels.get(&spot) {
+            Some(&level) => self.is_within(&Mean([(1, level)]), &Mean([(1, height)])),
+            None => self.is_near_surface(spot, height),
+        }
+    }
+
+    /// Whether an edge is within the tolerance of a line's own height at one of its places, where the edge is nearest to it.
+    fn is_near_level(&self, place: Spot, (a, from): (Spot, f64), (b, to): (Spot, f64)) -> bool {
+        let Some(&level) = self.lines.levels.get(&place) else { return false };
+        let (u, v) = ((b.0 - a.0, b.1 - a.1), (place.0 - a.0, place.1 - a.1));
+        let all = u.0 * u.0 + u.1 * u.1;
+        let done = (u.0 * v.0 + u.1 * v.1).clamp(0, all);
+        self.is_within(&Mean([(1, level)]), &Mean([(all - done, from), (done, to)]))
     }
 
     /// Whether a vertex is within the tolerance of the bilinear surface.
@@ -126,4 +137,18 @@ impl Wall<'_> {
         let (off, tolerance) = (a.exact() - b.exact(), rational(self.tolerance));
         -&tolerance <= off && off <= tolerance
     }
+}
+
+/// Whether a place is within a shift, in cells, of an edge.
+fn is_near(shift: f64, place: Spot, a: Spot, b: Spot) -> bool {
+    let parts = i128::from((shift * 65536.0).floor() as i64);
+    let (u, v) =
+        ((i128::from(b.0 - a.0), i128::from(b.1 - a.1)), (i128::from(place.0 - a.0), i128::from(place.1 - a.1)));
+    let (length2, along) = (u.0 * u.0 + u.1 * u.1, (u.0 * v.0 + u.1 * v.1));
+    // From the nearest point of the edge, all times the square of its length.
+    let along = along.clamp(0, length2);
+    let off = (v.0 * length2 - along * u.0, v.1 * length2 - along * u.1);
+    // Quarter cells against parts of a cell: 16384 parts each.
+    let limit = parts * length2;
+    (off.0 * off.0 + off.1 * off.1) * (16384 * 16384) <= limit * limit
 }

@@ -1,18 +1,29 @@
 //! Stretches of lines from where they end or meet to where they do again.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::Spot;
 
-/// The places of every stretch. A ring that meets no other line begins and ends at its first place, by rows and then by columns.
-pub(super) fn stretches(segments: Vec<&[Spot; 2]>) -> Vec<Vec<Spot>> {
+/// A stretch's places, and the sets of lines that it is of.
+type Stretch<'a> = (Vec<Spot>, &'a [usize]);
+
+/// All stretches of segments that are given with their sets. Where these change, a stretch ends. A ring that meets no other line begins
+/// and ends at its first place, by rows and then by columns.
+pub(super) fn stretches(segments: Vec<&([Spot; 2], Vec<usize>)>) -> Vec<Stretch<'_>> {
     let mut beside: BTreeMap<Spot, BTreeSet<Spot>> = BTreeMap::new();
+    let mut of: HashMap<[Spot; 2], &[usize]> = HashMap::new();
     let turned = |(x, y): Spot| (y, x);
-    for &&[a, b] in &segments {
-        beside.entry(turned(a)).or_default().insert(turned(b));
-        beside.entry(turned(b)).or_default().insert(turned(a));
+    for &([a, b], sets) in &segments {
+        let [a, b] = [turned(*a), turned(*b)];
+        beside.entry(a).or_default().insert(b);
+        beside.entry(b).or_default().insert(a);
+        of.extend([([a, b], sets.as_slice()), ([b, a], sets)]);
     }
-    let ends: Vec<Spot> = beside.iter().filter(|(_, to)| to.len() != 2).map(|(spot, _)| *spot).collect();
+    let goes_on = |(spot, to): (&Spot, &BTreeSet<Spot>)| {
+        let mut sets = to.iter().map(|to| of[&[*spot, *to]]);
+        to.len() == 2 && sets.next() == sets.next()
+    };
+    let ends: Vec<Spot> = beside.iter().filter(|entry| !goes_on(*entry)).map(|(spot, _)| *spot).collect();
     let mut found = Vec::new();
     let mut take = |start: Spot, beside: &mut BTreeMap<Spot, BTreeSet<Spot>>, is_end: &dyn Fn(Spot) -> bool| {
         while let Some(&next) = beside[&start].first() {
@@ -30,7 +41,8 @@ pub(super) fn stretches(segments: Vec<&[Spot; 2]>) -> Vec<Vec<Spot>> {
                     _ => break,
                 }
             }
-            found.push(stretch.into_iter().map(turned).collect());
+            let sets = of[&[stretch[0], stretch[1]]];
+            found.push((stretch.into_iter().map(turned).collect(), sets));
         }
     };
     for &end in &ends {

@@ -4,15 +4,19 @@
 //! and rounds, `noding` joins them. `heights` reads the samples around them; a segment counts that lies in a cell with four. `graph`
 //! then makes *stretches* of them, from where lines end or meet to where they do again, and `follow` looks in each for a way of
 //! edges of the mesh from its first place to its last: between places of the stretch, all those passed over within the shift, and the
-//! edge within the tolerance of the raster's bilinear surface at its ends and where it crosses rows and columns.
+//! edge within the tolerance of the raster's bilinear surface at its ends and where it crosses rows and columns. Where lines have
+//! heights of their own (`required`), the ends are held to these, and the edge to those of all places that it passes over.
 //!
 //! Places are whole numbers of quarter cells and comparisons are exact. Memory: some 500 bytes for each segment of the lines.
 
 mod follow;
 mod graph;
 mod heights;
+mod lakes;
 mod noding;
+mod pieces;
 mod places;
+mod required;
 
 #[cfg(test)]
 mod tests;
@@ -22,26 +26,20 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use super::VerifyError;
-use super::finding::{Finding, MapPlace};
+use super::exact::rational;
+use super::finding::{Finding, MapPlace, VertexPlace};
 use super::grid::Grid;
+use crate::base::Band;
 use crate::base::control::CancelToken;
-use crate::base::{Band, Polylines};
 use crate::formats::MeshReader;
 use follow::Wall;
 use graph::stretches;
 use heights::Samples;
 
+pub use required::RequiredLines;
+
 /// A place in quarter cells: across, down.
 pub(super) type Spot = (i64, i64);
-
-/// Lines that the mesh is to have as edges.
-#[derive(Debug, Clone, Copy)]
-pub struct LinesOptions<'a> {
-    /// The lines, over the raster.
-    pub lines: &'a Polylines,
-    /// How far an edge may be from the places it passes over, in cells; parts below 1/65536 do not count.
-    pub shift: f64,
-}
 
 /// What was found out about lines.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -56,6 +54,11 @@ pub struct LinesVerdict {
     pub edges: u64,
     /// Stretches that no edges follow within shift and tolerance.
     pub broken: Finding<StretchPlace>,
+    /// Lakes.
+    pub lakes: u64,
+    /// Vertices in or on lakes that are not as high as the first of the lake, or farther than the tolerance from its height. Where there
+    /// are none, and edges follow the outlines, lakes are level: no face crosses an outline.
+    pub not_level: Finding<VertexPlace>,
 }
 
 impl std::fmt::Display for LinesVerdict {
@@ -64,7 +67,8 @@ impl std::fmt::Display for LinesVerdict {
         write!(
             f,
             "breaklines: {segments} segments, {off_ground} off the ground; {edges} edges follow {stretches} stretches"
-        )
+        )?;
+        if self.lakes > 0 { write!(f, "; {} lakes", self.lakes) } else { Ok(()) }
     }
 }
 
@@ -85,7 +89,7 @@ impl std::fmt::Display for StretchPlace {
     }
 }
 
-/// Judges whether edges of a mesh follow lines, within this distance of the raster's surface.
+/// Judges whether edges of a mesh follow lines, within this distance of their own heights, or else of the raster's surface.
 ///
 /// # Errors
 /// [`VerifyError`]: the raster or the mesh cannot be read, lines are too far away or too many, or on cancellation.
@@ -93,11 +97,11 @@ pub fn verify_lines(
     raster: &Band,
     mesh: &mut dyn MeshReader,
     max_error: f64,
-    options: &LinesOptions<'_>,
+    lines: &RequiredLines,
     cancel: &CancelToken,
 ) -> Result<LinesVerdict, VerifyError> {
     let grid = Grid::of(raster, mesh);
-    let segments = noding::noded(places::cut(options.lines, (grid.width, grid.height))?);
+    let segments: Vec<[Spot; 2]> = lines.segments.iter().map(|(segment, _)| *segment).collect();
     let mut spots: Vec<Spot> = segments.iter().flatten().copied().collect();
     spots.sort_unstable();
     spots.dedup();
@@ -105,8 +109,22 @@ pub fn verify_lines(
 
     let mut heights = vec![None; spots.len()];
     let mut vertices = HashMap::new();
+    let mut not_level = Finding::default();
+    let mut surfaces = vec![None; lines.shores.len()];
     mesh.for_each_vertex(|vertex, [x, y, z]| {
         cancel.check()?;
+        for lake in grid.lattice(x, y).into_iter().flat_map(|spot| lines.shores.at(spot)) {
+            let (height, level) = (grid.frame.height(z), lines.shores.lake(lake).1);
+            let is_first = *surfaces[lake].get_or_insert(height) == height;
+            let is_near = height.is_finite() && {
+                let (off, most) = (rational(height) - rational(level), rational(max_error));
+                -&most <= off && off <= most
+            };
+            if !is_first || !is_near {
+                not_level.add(|| VertexPlace { vertex, x, y });
+                break;
+            }
+        }
         if let Some(spot) = grid.lattice(x, y).and_then(number) {
             heights[spot as usize] = Some(grid.frame.height(z)).filter(|z| z.is_finite());
             vertices.insert(vertex, spot);
@@ -129,25 +147,28 @@ pub fn verify_lines(
 
     let at = |i: u32| spots[i as usize];
     let samples = Samples::read(raster, &segments, edges.iter().map(|&(a, b)| [at(a), at(b)]), cancel)?;
-    let (on_ground, off_ground): (Vec<_>, Vec<_>) = segments.iter().partition(|segment| samples.has_cell(**segment));
+    let (on_ground, off_ground): (Vec<_>, Vec<_>) =
+        lines.segments.iter().partition(|(segment, _)| samples.has_cell(*segment));
     let mut beside: HashMap<Spot, Vec<Spot>> = HashMap::new();
     for &(a, b) in &edges {
         beside.entry(at(a)).or_default().push(at(b));
         beside.entry(at(b)).or_default().push(at(a));
     }
     let height = |spot: Spot| number(spot).and_then(|i| heights[i as usize]);
-    let wall = Wall { samples: &samples, tolerance: max_error, shift: options.shift, height: &height };
+    let wall = Wall { samples: &samples, tolerance: max_error, lines, height: &height };
     let mut verdict = LinesVerdict {
         segments: segments.len() as u64,
         off_ground: off_ground.len() as u64,
         stretches: 0,
         edges: 0,
         broken: Finding::default(),
+        lakes: lines.shores.len() as u64,
+        not_level,
     };
-    for stretch in stretches(on_ground) {
+    for (stretch, sets) in stretches(on_ground) {
         cancel.check()?;
         verdict.stretches += 1;
-        match wall.follow(&stretch, &beside) {
+        match wall.follow(&stretch, sets, &beside) {
             Ok(edges) => verdict.edges += edges,
             Err(reached) => verdict.broken.add(|| StretchPlace {
                 from: grid.map(stretch[0]),

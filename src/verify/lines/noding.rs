@@ -6,13 +6,20 @@
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use super::Spot;
+use super::pieces::Piece;
 
-/// Segments joined, each once, from the smaller place to the larger as (down, across).
-pub(super) fn noded(pieces: Vec<[Spot; 2]>) -> Vec<[Spot; 2]> {
-    let mut segments: BTreeSet<[Spot; 2]> = pieces.into_iter().map(in_order).collect();
+/// Pieces joined, each once, with how often its line runs over it.
+pub(super) fn noded(all: Vec<Piece>) -> BTreeMap<Piece, u32> {
+    let counted = |all: &mut dyn Iterator<Item = (Piece, u32)>| {
+        let mut pieces: BTreeMap<Piece, u32> = BTreeMap::new();
+        all.for_each(|(piece, times)| *pieces.entry(piece).or_default() += times);
+        pieces
+    };
+    let mut pieces = counted(&mut all.into_iter().map(|piece| (piece, 1)));
     loop {
-        let mut hot: HashSet<Spot> = segments.iter().flatten().copied().collect();
+        let mut hot: HashSet<Spot> = pieces.keys().flat_map(|piece| piece.ends).collect();
         let mut by_cell: BTreeMap<Spot, Vec<[Spot; 2]>> = BTreeMap::new();
+        let segments: BTreeSet<[Spot; 2]> = pieces.keys().map(|piece| piece.ends).collect();
         for &[a, b] in &segments {
             by_cell.entry((a.0.min(b.0) >> 2, a.1.min(b.1) >> 2)).or_default().push([a, b]);
         }
@@ -21,16 +28,15 @@ pub(super) fn noded(pieces: Vec<[Spot; 2]>) -> Vec<[Spot; 2]> {
                 hot.extend(cell[..i].iter().filter_map(|&t| meeting(s, t)));
             }
         }
-        let led: BTreeSet<[Spot; 2]> = segments.iter().flat_map(|&segment| led(segment, &hot)).collect();
-        if led == segments {
-            return segments.into_iter().collect();
+        let parts = |(piece, times): (&Piece, &u32)| {
+            led(piece, &hot).into_iter().map(|part| (part, *times)).collect::<Vec<_>>()
+        };
+        let led = counted(&mut pieces.iter().flat_map(parts));
+        if led == pieces {
+            return pieces;
         }
-        segments = led;
+        pieces = led;
     }
-}
-
-fn in_order([a, b]: [Spot; 2]) -> [Spot; 2] {
-    if (a.1, a.0) <= (b.1, b.0) { [a, b] } else { [b, a] }
 }
 
 /// The place nearest to where two segments cross, if they do so strictly inside of both; of two the one on the right, or below.
@@ -46,8 +52,9 @@ fn meeting([a, b]: [Spot; 2], [c, d]: [Spot; 2]) -> Option<Spot> {
     (is_inside(s) && is_inside(t)).then(|| (a.0 + nearest(ux * s), a.1 + nearest(uy * s)))
 }
 
-/// What a segment becomes.
-fn led([a, b]: [Spot; 2], hot: &HashSet<Spot>) -> Vec<[Spot; 2]> {
+/// What a piece becomes.
+fn led(piece: &Piece, hot: &HashSet<Spot>) -> Vec<Piece> {
+    let [a, b] = piece.ends;
     let (u, mut way) = ((b.0 - a.0, b.1 - a.1), vec![a, b]);
     for x in a.0.min(b.0)..=a.0.max(b.0) {
         for y in a.1.min(b.1)..=a.1.max(b.1) {
@@ -57,7 +64,11 @@ fn led([a, b]: [Spot; 2], hot: &HashSet<Spot>) -> Vec<[Spot; 2]> {
         }
     }
     way.sort_by_key(|p| ((p.0 - a.0) * u.0 + (p.1 - a.1) * u.1, p.1, p.0));
-    way.windows(2).map(|pair| in_order([pair[0], pair[1]])).collect()
+    let part = |pair: &[Spot]| {
+        let [from, to] = [pair[0], pair[1]].map(|spot| (spot, piece.height_near(spot)));
+        Piece::new((piece.set, piece.line), from, to)
+    };
+    way.windows(2).map(part).collect()
 }
 
 /// Whether a + share·u is in the square of a place for a share from 0 to 1. If so, then at one where the segment ends or comes to a

@@ -1,35 +1,58 @@
 //! A line's places: its vertices, and where it crosses rows and columns.
 
 use super::Spot;
-use crate::base::Polylines;
+use super::pieces::{Piece, between};
+use crate::base::exact::MAX_HEIGHT;
+use crate::base::{LineKind, LineSet, Polylines};
 use crate::verify::VerifyError;
 
 /// Parts of a cell that vertices are read in, and of a quarter of one.
 const PARTS: i128 = 1 << 16;
 const QUARTER: i128 = PARTS / 4;
 
-/// The pieces between consecutive places of all lines, as far as both lie in the rectangle of this many samples. A piece may be there
-/// more than once.
-pub(super) fn cut(lines: &Polylines, (width, height): (i64, i64)) -> Result<Vec<[Spot; 2]>, VerifyError> {
-    let mut pieces = Vec::new();
-    let is_inside = |(x, y): Spot| (0..=4 * (width - 1)).contains(&x) && (0..=4 * (height - 1)).contains(&y);
-    for line in lines.lines() {
+/// A place, and the line's own height there; 0 where it has none.
+type Level = (Spot, f64);
+
+/// Adds the pieces between consecutive places of all lines of a set, as far as both lie in the rectangle of this many samples. A piece
+/// may be there more than once.
+pub(super) fn cut(
+    (number, set): (usize, &LineSet),
+    size: (i64, i64),
+    pieces: &mut Vec<Piece>,
+) -> Result<(), VerifyError> {
+    let (width, rows) = size;
+    // Of a lake, what lies outside is drawn to the raster's rim: outlines stay closed.
+    let drawn = |(x, y): Spot| match set.kind {
+        LineKind::Lakes => (x.max(0).min(4 * (width - 1)), y.max(0).min(4 * (rows - 1))),
+        LineKind::Breaklines | LineKind::Footprints => (x, y),
+    };
+    let is_inside = |(x, y): Spot| (0..=4 * (width - 1)).contains(&x) && (0..=4 * (rows - 1)).contains(&y);
+    for (i, line) in set.lines.lines().iter().enumerate() {
+        let own = set.lines.heights().map(|heights| &heights[i]);
+        let of = (number, if own.is_some() { i } else { 0 });
+        let height = |j: usize| own.map_or(0.0, |own| own[j]);
+        if let Some(height) = (0..line.len()).map(height).find(|height| height.is_nan() || height.abs() > MAX_HEIGHT) {
+            return Err(VerifyError::LineHeight { feature: set.lines.feature(i), height });
+        }
         let corners = line.iter().map(|&corner| read(corner)).collect::<Result<Vec<_>, _>>()?;
-        let mut spots: Vec<Spot> = Vec::new();
-        for (i, &corner) in corners.iter().enumerate() {
-            if i > 0 {
-                between(corners[i - 1], corner, (width, height), &mut spots);
+        let mut spots: Vec<Level> = Vec::new();
+        for (j, &corner) in corners.iter().enumerate() {
+            if j > 0 {
+                crossings([(corners[j - 1], height(j - 1)), (corner, height(j))], size, &mut spots);
             }
-            spots.push((quarters(corner.0, 1), quarters(corner.1, 1)));
-            let both = spots.windows(2).map(|pair| [pair[0], pair[1]]);
-            pieces.extend(both.filter(|[p, q]| p != q && is_inside(*p) && is_inside(*q)));
+            spots.push(((quarters(corner.0, 1), quarters(corner.1, 1)), height(j)));
+            spots.iter_mut().for_each(|(spot, _)| *spot = drawn(*spot));
+            // Of several levels at one place the first counts.
+            spots.dedup_by_key(|(spot, _)| *spot);
+            let both = spots.windows(2).map(|pair| (pair[0], pair[1]));
+            pieces.extend(both.filter(|(p, q)| is_inside(p.0) && is_inside(q.0)).map(|(p, q)| Piece::new(of, p, q)));
             spots.drain(..spots.len() - 1);
             if pieces.len() > Polylines::MAX_SEGMENTS {
                 return Err(VerifyError::ManyLines);
             }
         }
     }
-    Ok(pieces)
+    Ok(())
 }
 
 /// A vertex in parts of a cell.
@@ -48,10 +71,15 @@ fn quarters(over: i128, under: i128) -> i64 {
 }
 
 /// Adds where the way between two vertices crosses columns and rows.
-fn between(a: (i128, i128), b: (i128, i128), (width, height): (i64, i64), spots: &mut Vec<Spot>) {
+fn crossings([(a, from), (b, to)]: [((i128, i128), f64); 2], (width, height): (i64, i64), spots: &mut Vec<Level>) {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    // Heights are reckoned from the upper end, or from the left one.
+    let level = |run: i128, all: i128| match dy < 0 || dy == 0 && dx < 0 {
+        true => between((to, from), (all - run, all)),
+        false => between((from, to), (run, all)),
+    };
     // Shares of the way over one denominator.
-    let mut crossings: Vec<(i128, Spot)> = Vec::new();
+    let mut crossings: Vec<(i128, Level)> = Vec::new();
     let lines = |from: i128, to: i128, count: i64| {
         let (low, high) = (from.min(to), from.max(to));
         let first = -(-low).div_euclid(PARTS);
@@ -61,14 +89,16 @@ fn between(a: (i128, i128), b: (i128, i128), (width, height): (i64, i64), spots:
         for column in lines(a.0, b.0, width) {
             let run = column * PARTS - a.0;
             let y = quarters((a.1 * dx + dy * run) * dx.signum(), dx.abs());
-            crossings.push((run.abs() * dy.abs().max(1), (4 * column as i64, y)));
+            let level = level(run.abs(), dx.abs());
+            crossings.push((run.abs() * dy.abs().max(1), ((4 * column as i64, y), level)));
         }
     }
     if dy != 0 {
         for row in lines(a.1, b.1, height) {
             let run = row * PARTS - a.1;
             let x = quarters((a.0 * dy + dx * run) * dy.signum(), dy.abs());
-            crossings.push((run.abs() * dx.abs().max(1), (x, 4 * row as i64)));
+            let level = level(run.abs(), dy.abs());
+            crossings.push((run.abs() * dx.abs().max(1), ((x, 4 * row as i64), level)));
         }
     }
     crossings.sort_by_key(|(share, _)| *share);

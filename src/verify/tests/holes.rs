@@ -86,8 +86,13 @@ fn weights_may_be_missing_where_a_hole_is_bridged() {
     let path = super::scene::write_raster(&dir, (8, 5), &weights, |_| {});
     let importance = crate::testing::band(&path, 1);
     let verdict = scene.compare(&scene.mesh_ply(), |raster, mesh, temp_dir| {
-        let options =
-            VerifyOptions { max_error: 0.0, max_stray: None, importance: Some(&importance), temp_dir: Some(temp_dir) };
+        let options = VerifyOptions {
+            lines: None,
+            max_error: 0.0,
+            max_stray: None,
+            importance: Some(&importance),
+            temp_dir: Some(temp_dir),
+        };
         verify_ground(raster, mesh, &options, GroundOptions { fill_holes: 2, trim: 0 }, None, &Control::default())
     });
     assert!(verdict.unwrap().passes());
@@ -110,6 +115,7 @@ fn channels_may_be_missing_where_a_hole_is_bridged() {
     std::fs::write(&mesh, ply).unwrap();
     let judge = |fill_holes: u64| {
         let options = VerifyOptions {
+            lines: None,
             max_error: 0.0,
             max_stray: None,
             importance: None,

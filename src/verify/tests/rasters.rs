@@ -23,7 +23,7 @@ fn judge<T: gdal::raster::GdalType + Copy>(
 
 fn judge_files(raster: &Path, mesh: &Path) -> Result<Verdict, VerifyError> {
     let raster = Raster::open(raster, 1).unwrap();
-    let options = VerifyOptions { max_error: 10.0, max_stray: None, importance: None, temp_dir: None };
+    let options = VerifyOptions { lines: None, max_error: 10.0, max_stray: None, importance: None, temp_dir: None };
     verify(&raster.to_band().expect("a band"), mesh, &options, &Control::default())
 }
 
@@ -111,13 +111,18 @@ fn a_cancelled_run_stops_and_a_missing_temp_dir_is_named() {
     std::fs::write(&mesh, Mesh::rectangle(3, 2).ply([0.0, 1.0, 0.0, 0.0, 0.0, -1.0], SIZE)).unwrap();
     let control = Control { cancel: CancelToken::default(), progress: &Silent };
     control.cancel.cancel();
-    let options = VerifyOptions { max_error: 0.0, max_stray: None, importance: None, temp_dir: None };
+    let options = VerifyOptions { lines: None, max_error: 0.0, max_stray: None, importance: None, temp_dir: None };
     assert!(matches!(
         verify(&raster.to_band().expect("a band"), &mesh, &options, &control),
         Err(VerifyError::Cancelled(_))
     ));
-    let options =
-        VerifyOptions { max_error: 0.0, max_stray: None, importance: None, temp_dir: Some(dir.path().join("none")) };
+    let options = VerifyOptions {
+        lines: None,
+        max_error: 0.0,
+        max_stray: None,
+        importance: None,
+        temp_dir: Some(dir.path().join("none")),
+    };
     let result = verify(&raster.to_band().expect("a band"), &mesh, &options, &Control::default());
     assert!(matches!(result, Err(VerifyError::Scratch(_))), "{result:?}");
 }

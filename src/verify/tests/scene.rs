@@ -156,7 +156,8 @@ impl Scene {
         importance: Option<&Band>,
     ) -> Result<Verdict, VerifyError> {
         self.compare(ply, |raster, mesh, temp_dir| {
-            let options = VerifyOptions { max_error, max_stray: None, importance, temp_dir: Some(temp_dir) };
+            let options =
+                VerifyOptions { lines: None, max_error, max_stray: None, importance, temp_dir: Some(temp_dir) };
             verify(raster, mesh, &options, &Control::default())
         })
     }
@@ -173,7 +174,7 @@ impl Scene {
         let weights = weights.map(|w| crate::testing::band(&write_raster(&other, size, w, |_| {}), 1));
         let judged = self.compare(&self.mesh_ply(), |raster, mesh, temp_dir| {
             let (importance, temp_dir) = (weights.as_ref(), Some(temp_dir));
-            let options = VerifyOptions { max_error, max_stray: Some(max_stray), importance, temp_dir };
+            let options = VerifyOptions { lines: None, max_error, max_stray: Some(max_stray), importance, temp_dir };
             judge_file(raster, mesh, &options, ground, None)
         });
         judged.unwrap()
@@ -192,7 +193,8 @@ impl Scene {
         rows: usize,
     ) -> Result<Verdict, VerifyError> {
         self.compare(&self.mesh_ply(), |raster, mesh, temp_dir| {
-            let options = VerifyOptions { max_error, max_stray: None, importance: None, temp_dir: Some(temp_dir) };
+            let options =
+                VerifyOptions { lines: None, max_error, max_stray: None, importance: None, temp_dir: Some(temp_dir) };
             judge_file(raster, mesh, &options, ground, Some(rows))
         })
     }

@@ -29,6 +29,7 @@ fn judge(dir: &tempfile::TempDir, raster: &std::path::Path, mesh: &Mesh, size: u
     let ply = mesh.ply([0.0, 1.0, 0.0, 0.0, 0.0, -1.0], (size, size));
     std::fs::File::create(&path).and_then(|mut f| f.write_all(ply.as_bytes())).unwrap();
     let options = VerifyOptions {
+        lines: None,
         max_error: 0.0,
         max_stray: Some(1.0),
         importance: None,

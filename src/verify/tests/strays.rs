@@ -369,6 +369,7 @@ fn limits_below_the_tolerance_are_refused() {
     for factor in [0.0, 0.999, -1.0, f64::NAN, f64::INFINITY] {
         let judged = scene.compare(&scene.mesh_ply(), |raster, mesh, temp_dir| {
             let options = crate::verify::VerifyOptions {
+                lines: None,
                 max_error: 1.0,
                 max_stray: Some(factor),
                 importance: None,

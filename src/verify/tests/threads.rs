@@ -27,7 +27,8 @@ fn same_verdict(scene: &Scene, setting: Setting) -> Verdict {
             Some(cutline) => raster.clone().with_cutline(cutline.clone()),
             None => raster.clone(),
         };
-        let options = VerifyOptions { max_error, max_stray, importance: weights.as_ref(), temp_dir: Some(temp_dir) };
+        let options =
+            VerifyOptions { lines: None, max_error, max_stray, importance: weights.as_ref(), temp_dir: Some(temp_dir) };
         let judge = |rows| judge_file(&raster, mesh, &options, ground, Some(rows)).unwrap();
         let verdict = pools[0].install(|| judge(scene.height));
         let text = serde_json::to_string(&verdict).unwrap();

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::base::tiling::TileGrid;
 use crate::base::{Heights, Polylines};
+use crate::kernel::breaklines::tests::set;
 use crate::kernel::breaklines::{Breaklines, Pieces};
 
 #[test]
@@ -124,20 +125,20 @@ proptest! {
         points in prop::collection::vec((0..SIZE.0, 0..SIZE.1), 0..2),
     ) {
         let tile = ground(kind, seed, gaps);
-        let lines = Breaklines::new(&Polylines::new(lines), SIZE, shift).expect("near lines");
-        let pieces = Pieces::new(lines.segments(), &[], None, &TileGrid::new(SIZE.0, SIZE.1, 0), SIZE);
+        let lines = Breaklines::new(&[set(Polylines::new(lines), shift)], SIZE).expect("near lines");
+        let pieces = Pieces::new(&lines, lines.segments(), &[], None, &TileGrid::new(SIZE.0, SIZE.1, 0), SIZE);
         let window = Window { column: 0, row: 0, width: SIZE.0, height: SIZE.1 };
         let cancel = CancelToken::default();
         let task = Thinning { tile: &tile, window, size: SIZE, tolerance, lines: &lines, points: &points, cancel: &cancel };
         for (_, of_tile) in pieces.by_tile() {
             let pieces: Vec<Vec<Point>> =
-                of_tile.iter().map(|(_, piece)| piece.iter().map(|&p| task.local(p)).collect()).collect();
+                of_tile.iter().map(|stretch| stretch.places.iter().map(|&p| task.local(p)).collect()).collect();
             let obstacles = task.obstacles(&pieces);
-            for (number, piece) in (0..).zip(&pieces) {
+            for (number, stretch) in (0..).zip(of_tile) {
                 // Off the ground heights are of no matter here.
-                let vertices: Vec<Vertex> =
-                    piece.iter().map(|&at| task.vertex(at).unwrap_or(Vertex { at, height: 0.0 })).collect();
-                let along = Along { task: &task, vertices: &vertices, number, is_on_side: task.is_on_side(piece) };
+                let vertex = |&place: &_| task.vertex(place).unwrap_or(Vertex { at: task.local(place), height: 0.0 });
+                let vertices: Vec<Vertex> = stretch.places.iter().map(vertex).collect();
+                let along = task.along(&vertices, number, stretch.sets);
                 prop_assert_eq!(along.fewest(&obstacles), along.fewest_the_long_way(&obstacles));
                 along.count_sure(&obstacles);
             }
@@ -151,8 +152,8 @@ fn edges_over_planes_are_known_at_once() {
     for (kind, shift) in [(0, 0.5), (1, 0.5), (1, 16.0)] {
         let tile = ground(kind, 1, 0);
         for line in [vec![(1.2, 2.3), (44.1, 35.2)], vec![(1.0, 7.0), (44.0, 7.0)], vec![(3.1, 36.2), (7.9, 1.1)]] {
-            let lines = Breaklines::new(&Polylines::new(vec![line]), SIZE, shift).expect("near lines");
-            let pieces = Pieces::new(lines.segments(), &[], None, &TileGrid::new(SIZE.0, SIZE.1, 0), SIZE);
+            let lines = Breaklines::new(&[set(Polylines::new(vec![line]), shift)], SIZE).expect("near lines");
+            let pieces = Pieces::new(&lines, lines.segments(), &[], None, &TileGrid::new(SIZE.0, SIZE.1, 0), SIZE);
             let window = Window { column: 0, row: 0, width: SIZE.0, height: SIZE.1 };
             let cancel = CancelToken::default();
             let task = Thinning {
@@ -165,10 +166,11 @@ fn edges_over_planes_are_known_at_once() {
                 cancel: &cancel,
             };
             let (_, pieces) = pieces.by_tile().next().expect("a line");
-            let piece: Vec<Point> = pieces[0].1.iter().map(|&p| task.local(p)).collect();
-            let vertices: Vec<Vertex> = piece.iter().map(|&at| task.vertex(at).expect("a height")).collect();
+            let piece: Vec<Point> = pieces[0].places.iter().map(|&p| task.local(p)).collect();
+            let vertices: Vec<Vertex> =
+                pieces[0].places.iter().map(|&place| task.vertex(place).expect("a height")).collect();
             let obstacles = task.obstacles(std::slice::from_ref(&piece));
-            let along = Along { task: &task, vertices: &vertices, number: 0, is_on_side: false };
+            let along = task.along(&vertices, 0, pieces[0].sets);
             let all = (vertices.len() - 1) * (vertices.len() - 2) / 2;
             let sure = along.count_sure(&obstacles);
             assert!(sure * 10 > all * 9, "{sure} of {all}");

@@ -1,0 +1,234 @@
+//! Lines that become edges of the mesh: what a run is asked for, read and brought to the raster's samples.
+
+use std::path::{Path, PathBuf};
+
+use super::inputs::Opened;
+use super::lakes::{LakeHeight, with_levels};
+use super::{RunError, Warned};
+use crate::base::control::CancelToken;
+use crate::base::features::FeatureSet;
+use crate::base::warning::Warning;
+use crate::base::{Band, LineKind, LineSet, Polylines};
+use crate::kernel::breaklines::{Breaklines, LinesError, TwoHeights};
+#[cfg(feature = "gdal")]
+use crate::raster::{LineSource, ShapesError, read_lines, read_outlines};
+use crate::verify::VerifyError;
+
+/// Lines of one kind that become edges of the mesh.
+#[derive(Debug, Clone)]
+pub struct LineInput {
+    /// What they are. A run has one set of each kind at the most.
+    pub kind: LineKind,
+    /// Where they come from.
+    pub from: Lines,
+    /// How far edges may be from a line's places, at the most, in cells; 0 for lakes.
+    pub shift: f64,
+    /// Which heights edges have; footprints have the raster's.
+    pub heights: HeightSource,
+}
+
+/// The lines of a [`LineInput`].
+#[derive(Debug, Clone)]
+pub enum Lines {
+    /// A layer of lines, or of polygons where they are outlines of lakes or footprints.
+    #[cfg(feature = "gdal")]
+    Layer(LineSource),
+    /// These lines, through places on the map of the input; outlines are closed.
+    Places(Polylines),
+}
+
+/// Where heights along lines come from.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub enum HeightSource {
+    /// The raster's surface.
+    #[default]
+    Raster,
+    /// The lines themselves, which have z.
+    Own,
+    /// Each lake has one; for lakes alone.
+    Lake(LakeHeight),
+}
+
+impl HeightSource {
+    /// What it is called.
+    pub fn name(&self) -> String {
+        match self {
+            HeightSource::Raster => "raster".to_string(),
+            HeightSource::Own => "line".to_string(),
+            HeightSource::Lake(height) => height.name(),
+        }
+    }
+}
+
+impl LineInput {
+    /// The file of the layer, if they come from one.
+    pub(super) fn file(&self) -> Option<&Path> {
+        match &self.from {
+            #[cfg(feature = "gdal")]
+            Lines::Layer(source) => Some(&source.path),
+            Lines::Places(_) => None,
+        }
+    }
+
+    /// The layer, where one is named.
+    pub(super) fn layer(&self) -> Option<&str> {
+        match &self.from {
+            #[cfg(feature = "gdal")]
+            Lines::Layer(source) => source.layer.as_deref(),
+            Lines::Places(_) => None,
+        }
+    }
+
+    /// What all lines of a run ask of it.
+    pub(super) fn features(all: &[LineInput]) -> FeatureSet {
+        LineSet::features(all.iter().map(|input| (input.kind, input.heights == HeightSource::Own)))
+    }
+}
+
+/// Why lines cannot be used that have been read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum UnusableLines {
+    /// They cannot be put on the lattice.
+    #[error("{}: {error}", path.display())]
+    Lattice {
+        /// The layer's file, or the raster where there is none.
+        path: PathBuf,
+        /// What they are.
+        kind: LineKind,
+        /// Why not.
+        error: LinesError,
+    },
+    /// Nothing of them lies on the raster.
+    #[error("{}: expected {} on the raster, found none of {lines}", path.display(), kind.name())]
+    Outside {
+        /// The layer's file, or the raster where there is none.
+        path: PathBuf,
+        /// What they are.
+        kind: LineKind,
+        /// How many there are.
+        lines: u64,
+    },
+    /// Lines have no heights of their own.
+    #[error("{}: expected {} with heights, found lines of two coordinates", path.display(), kind.name())]
+    Level {
+        /// The raster: no file has the lines.
+        path: PathBuf,
+        /// What they are.
+        kind: LineKind,
+    },
+    /// Nothing can be judged by them.
+    #[error("{}: {error}", path.display())]
+    Judged {
+        /// The layer's file, or the raster where there is none.
+        path: PathBuf,
+        /// What they are.
+        kind: LineKind,
+        /// Why not.
+        error: Box<VerifyError>,
+    },
+    /// A lake has no height.
+    #[error("{}: expected samples with heights on the rim of every lake, found none for feature {feature}", path.display())]
+    NoLevel {
+        /// The raster.
+        path: PathBuf,
+        /// The lake.
+        feature: u64,
+    },
+    /// Several heights at one place.
+    #[error("{}: {error}", path.display())]
+    TwoHeights {
+        /// The layer's file, or the raster where there is none.
+        path: PathBuf,
+        /// Where, and which.
+        error: TwoHeights,
+    },
+}
+
+/// What messages call lines of a kind: their layer's file, or the raster.
+pub(super) fn path(inputs: &[LineInput], kind: LineKind, band: &Band) -> PathBuf {
+    let input = inputs.iter().find(|input| input.kind == kind);
+    input.and_then(LineInput::file).unwrap_or(band.path()).to_path_buf()
+}
+
+impl Opened {
+    /// All lines that become edges.
+    pub(super) fn lines(
+        &self,
+        inputs: &[LineInput],
+        warned: &Warned<'_>,
+        cancel: &CancelToken,
+    ) -> Result<Vec<LineSet>, RunError> {
+        let read = |input: &LineInput| {
+            let set = self.line_set(input, cancel)?;
+            let told = input.file().and_then(|file| Warning::of_no_geometry(file, set.lines.without_geometry()));
+            told.into_iter().for_each(|found| warned.tell(found));
+            Ok(set)
+        };
+        inputs.iter().map(read).collect()
+    }
+
+    fn line_set(&self, input: &LineInput, cancel: &CancelToken) -> Result<LineSet, RunError> {
+        let &LineInput { kind, ref from, shift, ref heights } = input;
+        let wants_heights = *heights == HeightSource::Own;
+        let lines = match from {
+            #[cfg(feature = "gdal")]
+            Lines::Layer(source) => {
+                let shapes = |error| RunError::Shapes { kind, error };
+                let nowhere = || shapes(ShapesError::NoRaster { path: source.path.clone() });
+                let raster = self.raster.as_ref().ok_or_else(nowhere)?;
+                let read = match kind {
+                    LineKind::Breaklines => read_lines(raster, source, wants_heights, cancel),
+                    LineKind::Lakes | LineKind::Footprints => {
+                        let field = match heights {
+                            HeightSource::Lake(LakeHeight::Field(name)) => Some(name.as_str()),
+                            _ => None,
+                        };
+                        read_outlines(raster, source, field, cancel)
+                    }
+                };
+                read.map_err(shapes)?
+            }
+            Lines::Places(lines) => {
+                let _ = cancel;
+                let path = self.band.path().to_path_buf();
+                if wants_heights && lines.heights().is_none() {
+                    return Err(UnusableLines::Level { path, kind }.into());
+                }
+                let lines = if wants_heights { lines.clone() } else { lines.clone().without_heights() };
+                let transform = self.band.geo_transform();
+                let placed = lines.placed(|&(x, y)| transform.sample_coordinates(x, y));
+                let is_finite = |(column, row): &&(f64, f64)| column.is_finite() && row.is_finite();
+                if let Some(&(column, row)) = placed.lines().iter().flatten().find(|place| !is_finite(place)) {
+                    let error = LinesError::TooFar { column, row };
+                    return Err(UnusableLines::Lattice { path, kind, error }.into());
+                }
+                placed
+            }
+        };
+        let lines = match heights {
+            HeightSource::Lake(height) => with_levels(lines, height, &self.band, cancel)?,
+            HeightSource::Raster | HeightSource::Own => lines,
+        };
+        Ok(LineSet { kind, lines, shift })
+    }
+}
+
+/// All lines on the lattice of the heights; `None` where there are none.
+pub(super) fn on_lattice(
+    inputs: &[LineInput],
+    sets: &[LineSet],
+    band: &Band,
+) -> Result<Option<Breaklines>, UnusableLines> {
+    if sets.is_empty() {
+        return Ok(None);
+    }
+    let of = |kind| path(inputs, kind, band);
+    let lattice = |(kind, error)| UnusableLines::Lattice { path: of(kind), kind, error };
+    let lines = Breaklines::new(sets, (band.width(), band.height())).map_err(lattice)?;
+    let nothing = lines.counts().find(|(_, counts)| counts.segments == 0);
+    if let Some((kind, counts)) = nothing {
+        return Err(UnusableLines::Outside { path: of(kind), kind, lines: counts.lines });
+    }
+    Ok(Some(lines))
+}
