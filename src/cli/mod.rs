@@ -33,6 +33,8 @@ mod shell;
 mod signals;
 mod simplify;
 mod synth;
+mod tiles;
+mod tiles_verify;
 mod values;
 mod verify;
 mod warnings;
@@ -63,6 +65,8 @@ enum Command {
     Run(shards::RunArgs),
     Merge(shards::MergeArgs),
     Verify(verify::VerifyArgs),
+    Tiles(tiles::TilesArgs),
+    TilesVerify(tiles_verify::TilesVerifyArgs),
     Convert(convert::ConvertArgs),
     Info(info::InfoArgs),
     Synth(synth::SynthArgs),
@@ -79,6 +83,8 @@ impl Command {
             Command::Run(args) => shards::run(args),
             Command::Merge(args) => shards::merge_all(args),
             Command::Verify(args) => verify::run(args),
+            Command::Tiles(args) => tiles::run(args),
+            Command::TilesVerify(args) => tiles_verify::run(args),
             Command::Convert(args) => convert::run(args),
             Command::Info(args) => info::run(args),
             Command::Synth(args) => synth::run(args),
@@ -95,6 +101,8 @@ impl Command {
             Command::Run(args) => args.process.quiet,
             Command::Merge(args) => args.process.quiet,
             Command::Verify(args) => args.quiet,
+            Command::Tiles(args) => args.quiet,
+            Command::TilesVerify(args) => args.quiet,
             Command::Convert(args) => args.quiet,
             Command::Preview(args) => args.quiet,
             Command::Synth(_) | Command::Info(_) | Command::Completions(_) | Command::Man(_) => false,
