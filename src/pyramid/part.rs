@@ -24,6 +24,9 @@ const MOST_CELLS: i64 = 512;
 /// The share of the tolerance that the mesh of every 2ᵏ-th sample is made at: those between are measured afterwards.
 const THINNED_SHARE: f64 = 0.9;
 
+/// Polishing keeps the surface between samples within so many tolerances of their heights.
+const MAX_STRAY: f64 = 1.5;
+
 /// A part: its square of the tile, in cells from the tile's north-west corner, and what it is made for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
@@ -39,6 +42,15 @@ pub(super) struct Place {
     pub(super) tolerance: f64,
     /// Vertices stand at multiples of it.
     pub(super) snap: i64,
+}
+
+impl Place {
+    /// Whether a vertex can stand inside, off the rim.
+    pub(super) fn has_inside(&self, vertex: &Vertex) -> bool {
+        let (column, row) = (vertex.column - self.first.0, vertex.row - self.first.1);
+        let is_snapped = vertex.column % self.snap == 0 && vertex.row % self.snap == 0;
+        is_snapped && column > 0 && row > 0 && column < self.cells && row < self.cells
+    }
 }
 
 /// The mesh of a part.
@@ -206,7 +218,7 @@ impl PartMaker {
 
     /// Engine and polishing.
     fn run(&mut self, tile: &Tile, domain: &Domain, tolerance: f64, cancel: &CancelToken) -> Result<(), PyramidError> {
-        let (feasibility, max_stray) = (Feasibility::Weak, f64::INFINITY);
+        let (feasibility, max_stray) = (Feasibility::Weak, MAX_STRAY);
         let task = Task { tile, domain, tolerance, feasibility, max_stray, cancel };
         GreedyInsertion::default().triangulate(&task, &mut self.engine, &mut self.mesh)?;
         let options = polish::Options { effort: polish::Effort::Fast, ..polish::Options::default() };

@@ -6,7 +6,7 @@ use super::lines::Vertex;
 use super::measure::{Measured, Meter};
 use super::part::{Part, PartMaker, Place};
 use super::quantize::{Steps, snap};
-use super::samples::{Block, Samples};
+use super::samples::{Block, Patch, Samples};
 use super::surface::Surface;
 use super::Body;
 use crate::base::control::CancelToken;
@@ -76,38 +76,70 @@ impl LevelTask<'_> {
             if measured.failing.is_empty() {
                 return Ok((surface, measured));
             }
-            if !mend(&mut made, &measured.failing, &place, maker) {
+            if !self.mend(tile, &mut made, &measured.failing, &place, maker)? {
                 break;
             }
         }
         Err(PyramidError::Unreachable { tile, max_error })
     }
-}
 
-/// Gives parts the vertices that they lack; says whether any has got one.
-fn mend(
-    parts: &mut [Part],
-    failing: &[(u32, Vertex)],
-    place: &dyn Fn(i64) -> Place,
-    maker: &mut TileMaker,
-) -> bool {
-    let mut wanted: Vec<(u32, Vertex)> = failing.to_vec();
-    wanted.sort_by_key(|(part, v)| (*part, v.row, v.column));
-    let mut is_mended = false;
-    for group in wanted.chunk_by(|a, b| a.0 == b.0) {
-        let number = group[0].0;
-        let place = place(i64::from(number));
-        let inside = |v: &Vertex| {
-            let (column, row) = (v.column - place.first.0, v.row - place.first.1);
-            let is_snapped = v.column % place.snap == 0 && v.row % place.snap == 0;
-            is_snapped && column > 0 && row > 0 && column < place.cells && row < place.cells
-        };
-        let more: Vec<Vertex> = group.iter().map(|(_, v)| *v).filter(inside).collect();
-        let part = &mut parts[number as usize];
-        let before = part.vertices.len();
-        let again = maker.parts.triangulate(&place, &part.vertices, part.rim, &more);
-        is_mended |= again.vertices.len() > before;
-        *part = again;
+    /// Gives parts the vertices that they lack, and triangulates those anew; says whether any has changed. Where the sample that
+    /// fails is a vertex already, or on the rim of its part, chords beside it are too long for the steepness of its
+    /// triangles: the samples around it become vertices.
+    fn mend(
+        &self,
+        tile: TileKey,
+        parts: &mut [Part],
+        failing: &[(u32, Vertex)],
+        place: &dyn Fn(i64) -> Place,
+        maker: &mut TileMaker,
+    ) -> Result<bool, PyramidError> {
+        let across = i64::from(self.level.parts);
+        let mut wanted: Vec<(u32, Vertex)> = Vec::new();
+        for &(owner, vertex) in failing {
+            let Place { cells, .. } = place(0);
+            let around = (vertex.column / cells).min(across - 1) + across * (vertex.row / cells).min(across - 1);
+            let number = if place(around).has_inside(&vertex) { around as u32 } else { owner };
+            let is_new = place(i64::from(number)).has_inside(&vertex)
+                && !parts[number as usize].vertices.iter().any(|v| (v.column, v.row) == (vertex.column, vertex.row));
+            if is_new {
+                wanted.push((number, vertex));
+            } else {
+                let neighbours = self.around(tile, &vertex, place(0).snap, &mut maker.block)?;
+                wanted.extend(neighbours.into_iter().map(|v| (number, v)).filter(|(n, v)| place(i64::from(*n)).has_inside(v)));
+            }
+        }
+        wanted.sort_by_key(|(part, v)| (*part, v.row, v.column));
+        wanted.dedup_by_key(|(part, v)| (*part, v.row, v.column));
+        let mut is_mended = false;
+        for group in wanted.chunk_by(|a, b| a.0 == b.0) {
+            let number = group[0].0;
+            let more: Vec<Vertex> = group.iter().map(|(_, v)| *v).collect();
+            let part = &mut parts[number as usize];
+            let again = maker.parts.triangulate(&place(i64::from(number)), &part.vertices, part.rim, &more);
+            is_mended |= again.vertices.len() > part.vertices.len() || again.triangles != part.triangles;
+            *part = again;
+        }
+        Ok(is_mended)
     }
-    is_mended
+
+    /// The samples around one where vertices can stand.
+    fn around(
+        &self,
+        tile: TileKey,
+        vertex: &Vertex,
+        snap: i64,
+        block: &mut Block,
+    ) -> Result<Vec<Vertex>, PyramidError> {
+        let (column, row) = tile.origin(self.samples.grid);
+        let (left, top) = (vertex.column - snap, vertex.row - snap);
+        let patch = Patch { column: column + left, row: row + top, width: 3, height: 3, step: snap };
+        self.samples.read(patch, block)?;
+        let sample = |i: i64| Vertex {
+            column: left + i % 3 * snap,
+            row: top + i / 3 * snap,
+            height: block.heights[i as usize],
+        };
+        Ok((0..9).map(sample).collect())
+    }
 }

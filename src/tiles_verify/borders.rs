@@ -130,7 +130,7 @@ impl Borders<'_> {
         }
         let Some(theirs) = self.sides.get(&other) else { return Ok(None) };
         let ours = &self.sides[&key];
-        let is_meridian = side % 2 == 0;
+        let is_meridian = side.is_multiple_of(2);
         let (ours, theirs) = (&ours.0[side], &theirs.0[(side + 2) % 4]);
         let line = Line { borders: self, is_meridian, finer: key, side, coarser: other };
         let mut found = (0.0f64, 0.0f64);
