@@ -65,7 +65,9 @@ impl Failure {
     /// The same failure, where it came of a disk that may be full.
     pub(super) fn on_disk(self, source: &std::io::Error) -> Failure {
         match code_of(source) {
-            DISK_TOO_SMALL => Failure { code: DISK_TOO_SMALL, ..self }.hint("free some space, or write to another disk"),
+            DISK_TOO_SMALL => {
+                Failure { code: DISK_TOO_SMALL, ..self }.hint("free some space, or write to another disk")
+            }
             _ => self,
         }
     }

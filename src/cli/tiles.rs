@@ -123,8 +123,12 @@ impl From<PyramidError> for Failure {
             PyramidError::Level { .. } => {
                 failure.hint("choose a smaller --max-level, or a larger --grid-factor for a finer grid")
             }
-            PyramidError::Curvature { .. } => failure.hint("choose a larger --max-error, a larger --max-level or --grid-factor 2"),
-            PyramidError::Step { .. } => failure.hint("choose a larger --max-error, or a larger --max-level for smaller tiles"),
+            PyramidError::Curvature { .. } => {
+                failure.hint("choose a larger --max-error, a larger --max-level or --grid-factor 2")
+            }
+            PyramidError::Step { .. } => {
+                failure.hint("choose a larger --max-error, or a larger --max-level for smaller tiles")
+            }
             PyramidError::Unreachable { .. } => failure.hint("choose a larger --max-error, or --grid-factor 2"),
             PyramidError::Vertices { .. } => {
                 failure.hint("choose a larger --max-level for smaller tiles, a larger --max-error or --error-factor")
@@ -149,7 +153,9 @@ fn of_geodesy(error: &GeodesyError) -> String {
              --vertical-crs names another vertical CRS"
         ),
         GeodesyError::NotVertical { .. } => "choose another with --vertical-crs".to_string(),
-        GeodesyError::OtherBody { .. } => "gdal_translate -a_srs gives the raster a CRS without one, and no --vertical-crs".to_string(),
+        GeodesyError::OtherBody { .. } => {
+            "gdal_translate -a_srs gives the raster a CRS without one, and no --vertical-crs".to_string()
+        }
         GeodesyError::Unit { .. } => "gdal_edit.py -units m names another".to_string(),
         _ => "gdalwarp -t_srs EPSG:4326 brings it into a CRS that PROJ knows the way from".to_string(),
     }

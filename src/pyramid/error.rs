@@ -56,7 +56,9 @@ pub enum PyramidError {
         found: u32,
     },
     /// No triangle of the grid is flat enough.
-    #[error("level {level}: triangles of the grid's own size sag under the ellipsoid by more than a quarter of {max_error} m")]
+    #[error(
+        "level {level}: triangles of the grid's own size sag under the ellipsoid by more than a quarter of {max_error} m"
+    )]
     Curvature {
         /// The level.
         level: u32,

@@ -41,8 +41,11 @@ const COLLAR: i64 = 32;
 
 /// Cells from samples inside to those outside that bind.
 pub(super) fn collar(cells: i64) -> usize {
-    (cells / COLLAR).max(1) as usize
+    (cells / COLLAR).clamp(1, MOST_COLLAR) as usize
 }
+
+/// However long a line is, no more are free.
+const MOST_COLLAR: i64 = 64;
 
 /// Which samples outside of the raster are within a distance of one inside, along a line.
 pub(super) fn near_inside(inside: impl Iterator<Item = bool> + Clone, reach: usize) -> Vec<bool> {
@@ -92,8 +95,11 @@ impl Sides {
         let path = if inside.contains(&false) {
             let near = near_inside(inside.iter().copied(), collar(length));
             let limit = |(&inside, near): (&bool, bool)| if near && !inside { MAX_TOLERANCE } else { tolerance };
-            let limits: Vec<f64> = inside.iter().zip(near).map(limit).collect();
-            self.min_link.path(heights, limits.as_slice(), &[], cancel)?
+            let limits: Vec<f64> = inside.iter().zip(near.iter().copied()).map(limit).collect();
+            // Far outside the line is level: one link, however long.
+            let turns: Vec<usize> =
+                (1..near.len()).filter(|&i| near[i - 1] != near[i]).map(|i| i - usize::from(near[i])).collect();
+            self.min_link.path(heights, limits.as_slice(), &turns, cancel)?
         } else {
             self.min_link.path(heights, tolerance, &[], cancel)?
         };

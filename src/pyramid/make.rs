@@ -62,11 +62,8 @@ pub(super) fn make(request: &TilesRequest, control: &Control<'_>) -> Result<Tile
     let staged = StagedSet::create(&request.output, request.overwrite, request.gzip)?;
     let prepared = open(request, control)?;
     let grid = prepared.source.grid(request.grid_factor.trailing_zeros())?;
-    let options = LevelOptions {
-        max_error: request.max_error,
-        max_level: request.max_level,
-        error_factor: request.error_factor,
-    };
+    let options =
+        LevelOptions { max_error: request.max_error, max_level: request.max_level, error_factor: request.error_factor };
     let plan = levels(&prepared.body, grid, &options)?;
     let samples = resample(&prepared, grid, request, control)?;
     let finest = plan.last().expect("there is level 0").level;
@@ -132,7 +129,8 @@ fn candidates(samples: &Samples, level: u32) -> Vec<TileKey> {
         .flat_map(|row| [row - 1, row])
         .filter(|row| (0..1i64 << level).contains(row))
         .flat_map(|row| {
-            let key = move |column: i64| TileKey { level, x: column.rem_euclid(around) as u32, y: from_south(row) as u32 };
+            let key =
+                move |column: i64| TileKey { level, x: column.rem_euclid(around) as u32, y: from_south(row) as u32 };
             columns.clone().map(key)
         })
         .collect();
@@ -141,25 +139,26 @@ fn candidates(samples: &Samples, level: u32) -> Vec<TileKey> {
     keys
 }
 
+/// Samples that are read at a time, across and down.
+const WINDOW: i64 = 256;
+
 /// The relief of all tiles of the finest level that have a sample of the raster.
-fn reliefs(
-    samples: &Samples,
-    finest: u32,
-    control: &Control<'_>,
-) -> Result<BTreeMap<TileKey, Relief>, PyramidError> {
+fn reliefs(samples: &Samples, finest: u32, control: &Control<'_>) -> Result<BTreeMap<TileKey, Relief>, PyramidError> {
     let cells = samples.grid.cells(finest);
     let relief = |block: &mut Block, &tile: &TileKey| {
         control.cancel.check()?;
         let (column, row) = tile.origin(samples.grid);
-        let mut found: Option<Relief> = None;
+        let mut found = None;
         let mut is_inside = false;
-        // By rows, so that large tiles take no more memory than small ones.
-        const ROWS: i64 = 64;
-        for top in (0..=cells).step_by(ROWS as usize) {
-            let height = ROWS.min(cells + 1 - top) as usize;
-            samples.read(Patch { column, row: row + top, width: cells as usize + 1, height, step: 1 }, block)?;
+        for ((left, top), (width, height)) in samples.windows((column, row), cells, WINDOW) {
+            let patch = Patch { column: column + left, row: row + top, width, height, step: 1 };
+            samples.read(patch, block)?;
             is_inside |= block.inside.contains(&true);
-            found = block.heights.iter().fold(found, |r, &h| Some(r.map_or(Relief::of(h), |r| r.with(Relief::of(h)))));
+            let heights = block.heights.iter().copied().map(Relief::of);
+            found = found.into_iter().chain(heights).reduce(Relief::with);
+        }
+        if !samples.has_all((column, row), cells) {
+            found = found.map(|relief| relief.with(Relief::of(samples.outside)));
         }
         Ok::<_, PyramidError>(found.filter(|_| is_inside).map(|relief| (tile, relief)))
     };
@@ -180,7 +179,8 @@ fn upwards(finest: BTreeMap<TileKey, Relief>, level: u32, outside: f64) -> Vec<B
         }
         debug_assert!(parents.keys().all(|key| key.level == level));
         // Where a child is missing, the ground outside is seen.
-        let whole = |(relief, count): (Relief, usize)| if count < 4 { relief.with(Relief::of(outside)) } else { relief };
+        let whole =
+            |(relief, count): (Relief, usize)| if count < 4 { relief.with(Relief::of(outside)) } else { relief };
         all.push(parents.into_iter().map(|(key, found)| (key, whole(found))).collect());
     }
     let roots = all.last_mut().expect("the finest level");

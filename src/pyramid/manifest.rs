@@ -104,7 +104,8 @@ pub(super) fn ranges(tiles: &BTreeSet<(u32, u32)>) -> Vec<Range> {
             let start_y = open.iter().find(|r| above(r)).map_or(row, |r| r.start_y);
             next.push(Range { start_x, start_y, end_x, end_y: row });
         }
-        let goes_on = |r: &Range| next.iter().any(|n| (n.start_x, n.end_x, n.start_y) == (r.start_x, r.end_x, r.start_y));
+        let goes_on =
+            |r: &Range| next.iter().any(|n| (n.start_x, n.end_x, n.start_y) == (r.start_x, r.end_x, r.start_y));
         done.extend(open.iter().filter(|r| !goes_on(r)));
         open = next;
     }

@@ -50,7 +50,13 @@ struct Facet {
 }
 
 impl Facet {
-    fn new(surface: &Surface, triangle: [u32; 3], body: &Body, cells: i64, angle: &dyn Fn(f64, f64) -> (f64, f64)) -> Facet {
+    fn new(
+        surface: &Surface,
+        triangle: [u32; 3],
+        body: &Body,
+        cells: i64,
+        angle: &dyn Fn(f64, f64) -> (f64, f64),
+    ) -> Facet {
         let vertices = triangle.map(|i| surface.vertices[i as usize]);
         let corners = vertices.map(|v| v.at);
         let scale = cells as f64 / SPAN as f64;
@@ -158,24 +164,12 @@ impl Meter<'_> {
         let facets: Vec<Facet> = facets.collect();
         let mut worst = vec![(0.0, Vertex { column: 0, row: 0, height: 0.0 }); facets.len()];
         let mut measured = Measured::default();
-        for top in (0..=cells).step_by(WINDOW as usize) {
-            for left in (0..=cells).step_by(WINDOW as usize) {
-                let size = (WINDOW.min(cells + 1 - left), WINDOW.min(cells + 1 - top));
-                if !self.samples.may_have(origin.0 + left, origin.1 + top, size.0, size.1) {
-                    continue;
-                }
-                self.cancel.check()?;
-                let patch = Patch {
-                    column: origin.0 + left,
-                    row: origin.1 + top,
-                    width: size.0 as usize,
-                    height: size.1 as usize,
-                    step: 1,
-                };
-                self.samples.read(patch, block)?;
-                let window = Window { left, top, patch, surface, facets: &facets };
-                window.measure(self.body, grid, cells, block, &mut worst, &mut measured);
-            }
+        for ((left, top), (width, height)) in self.samples.windows(origin, cells, WINDOW) {
+            self.cancel.check()?;
+            let patch = Patch { column: origin.0 + left, row: origin.1 + top, width, height, step: 1 };
+            self.samples.read(patch, block)?;
+            let window = Window { left, top, patch, surface, facets: &facets };
+            window.measure(self.body, grid, cells, block, &mut worst, &mut measured);
         }
         for (triangle, &(error, vertex)) in worst.iter().enumerate() {
             measured.max_error = measured.max_error.max(error);

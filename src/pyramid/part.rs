@@ -78,7 +78,12 @@ pub(super) struct PartMaker {
 
 impl PartMaker {
     /// Makes a part.
-    pub(super) fn make(&mut self, samples: &Samples, place: &Place, cancel: &CancelToken) -> Result<Part, PyramidError> {
+    pub(super) fn make(
+        &mut self,
+        samples: &Samples,
+        place: &Place,
+        cancel: &CancelToken,
+    ) -> Result<Part, PyramidError> {
         let rim = self.rim(samples, place, cancel)?;
         let (column, row) = (place.origin.0 + place.first.0, place.origin.1 + place.first.1);
         if !samples.may_have(column, row, place.cells, place.cells) {
@@ -204,10 +209,8 @@ impl PartMaker {
             let heights: Vec<f64> = (0..side).map(at).map(|(c, r)| tile.at(c, r)).collect();
             let limits: Vec<f64> = (0..side).map(at).map(|(c, r)| tile.limit(c, r, tolerance)).collect();
             let path = self.min_link.path(&heights, Limits::Each(&limits), &[], cancel)?;
-            let vertex = |&i: &usize| mesh::Vertex {
-                at: Point::of_sample(at(i).0 as i32, at(i).1 as i32),
-                height: heights[i],
-            };
+            let vertex =
+                |&i: &usize| mesh::Vertex { at: Point::of_sample(at(i).0 as i32, at(i).1 as i32), height: heights[i] };
             loop_.extend(path[..path.len() - 1].iter().map(vertex));
         }
         let on_rim = loop_.len();

@@ -50,6 +50,33 @@ impl Samples {
         below && beside
     }
 
+    /// The windows of so many cells each way that together have all samples of the raster in a square, whose first sample and
+    /// cells along the side are given, its whole border included. Windows are counted from the square's corner: each is the
+    /// offset of its first sample and how many samples it has across and down.
+    pub(crate) fn windows(&self, origin: (i64, i64), cells: i64, size: i64) -> Vec<((i64, i64), (usize, usize))> {
+        let starts = |first: i64, count: usize| {
+            let (low, high) = (first.max(0), (first + count as i64 - 1).min(cells));
+            (low / size * size..=high).step_by(size as usize).filter(move |_| low <= high)
+        };
+        let rows = starts(self.area.row - origin.1, self.area.height);
+        let first = (self.area.column - origin.0).rem_euclid(self.grid.columns());
+        // Around the ellipsoid the area begins once more.
+        let around = [first - self.grid.columns(), first];
+        let mut columns: Vec<i64> = around.into_iter().flat_map(|first| starts(first, self.area.width)).collect();
+        columns.sort_unstable();
+        columns.dedup();
+        let samples = |start: i64| size.min(cells + 1 - start) as usize;
+        let window = |(left, top): (i64, i64)| ((left, top), (samples(left), samples(top)));
+        rows.flat_map(|top| columns.iter().map(move |&left| (left, top))).map(window).collect()
+    }
+
+    /// Whether all samples of a square, its border included, are of the area.
+    pub(crate) fn has_all(&self, origin: (i64, i64), cells: i64) -> bool {
+        let first = (origin.0 - self.area.column).rem_euclid(self.grid.columns());
+        let row = origin.1 - self.area.row;
+        first + cells < self.area.width as i64 && row >= 0 && row + cells < self.area.height as i64
+    }
+
     /// Reads a patch.
     pub(crate) fn read(&self, patch: Patch, block: &mut Block) -> Result<(), PyramidError> {
         let Patch { row, width, height, step, .. } = patch;
@@ -133,6 +160,26 @@ mod tests {
         let field = Field::from_heights(width, height, Heights::F64(heights)).expect("a field");
         let area = Area { column: 13, row: 2, width, height };
         Samples { grid: Grid { exponent: 3 }, field, area, outside: -5.0 }
+    }
+
+    #[test]
+    fn windows_have_all_samples_of_a_square_once() {
+        let samples = samples();
+        for ((column, row), cells) in (0..16).flat_map(|c| (0..8).flat_map(move |r| [4, 8].map(|n| ((c, r), n)))) {
+            let mut seen = std::collections::BTreeMap::new();
+            for ((left, top), (width, height)) in samples.windows((column, row), cells, 4) {
+                let places = (0..width as i64).flat_map(|c| (0..height as i64).map(move |r| (left + c, top + r)));
+                places.for_each(|place| *seen.entry(place).or_insert(0) += 1);
+            }
+            let is_in = |c: i64, r: i64| (column + c - 13).rem_euclid(16) < 6 && (0..4).contains(&(row + r - 2));
+            for (c, r) in (0..=cells).flat_map(|c| (0..=cells).map(move |r| (c, r))) {
+                let count = seen.remove(&(c, r)).unwrap_or(0);
+                assert!(count <= 1 && (count == 1 || !is_in(c, r)), "{c}, {r} of {column}, {row}: {count}");
+            }
+            assert!(seen.is_empty());
+            let all = (0..=cells).all(|c| (0..=cells).all(|r| is_in(c, r)));
+            assert_eq!(samples.has_all((column, row), cells), all, "{column}, {row}, {cells}");
+        }
     }
 
     #[test]

@@ -179,7 +179,8 @@ impl Source {
             }
             // From the one before by the shorter way round; a geographic raster counts on by itself.
             let (first, last, before) = east.unwrap_or((lon, lon, lon));
-            let step = if self.period.is_some() { lon - before } else { (lon - before + 540.0).rem_euclid(360.0) - 180.0 };
+            let step =
+                if self.period.is_some() { lon - before } else { (lon - before + 540.0).rem_euclid(360.0) - 180.0 };
             let lon = before + step;
             east = Some((first.min(lon), last.max(lon), lon));
             (south, north) = (south.min(lat), north.max(lat));

@@ -1,5 +1,6 @@
 //! One tile: its parts, put together, measured as decoded, and mended until every sample is within the level's error.
 
+use super::Body;
 use super::error::PyramidError;
 use super::grid::{Level, TileKey};
 use super::lines::Vertex;
@@ -8,7 +9,6 @@ use super::part::{Part, PartMaker, Place};
 use super::quantize::{Steps, snap};
 use super::samples::{Block, Patch, Samples};
 use super::surface::Surface;
-use super::Body;
 use crate::base::control::CancelToken;
 
 /// Memory that tiles are made in, one thread's.
@@ -106,7 +106,9 @@ impl LevelTask<'_> {
                 wanted.push((number, vertex));
             } else {
                 let neighbours = self.around(tile, &vertex, place(0).snap, &mut maker.block)?;
-                wanted.extend(neighbours.into_iter().map(|v| (number, v)).filter(|(n, v)| place(i64::from(*n)).has_inside(v)));
+                wanted.extend(
+                    neighbours.into_iter().map(|v| (number, v)).filter(|(n, v)| place(i64::from(*n)).has_inside(v)),
+                );
             }
         }
         wanted.sort_by_key(|(part, v)| (*part, v.row, v.column));
@@ -135,11 +137,8 @@ impl LevelTask<'_> {
         let (left, top) = (vertex.column - snap, vertex.row - snap);
         let patch = Patch { column: column + left, row: row + top, width: 3, height: 3, step: snap };
         self.samples.read(patch, block)?;
-        let sample = |i: i64| Vertex {
-            column: left + i % 3 * snap,
-            row: top + i / 3 * snap,
-            height: block.heights[i as usize],
-        };
+        let sample =
+            |i: i64| Vertex { column: left + i % 3 * snap, row: top + i / 3 * snap, height: block.heights[i as usize] };
         Ok((0..9).map(sample).collect())
     }
 }

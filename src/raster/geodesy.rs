@@ -164,10 +164,8 @@ impl Geodesy {
         let to_geographic = between(&self.horizontal, &self.geographic).map_err(|e| no_way(&e))?;
         let heights = match &self.with_heights {
             None => None,
-            Some(from) => between(from, EARTH_WITH_HEIGHTS).map_err(|_| GeodesyError::NoGrid {
-                vertical: self.vertical.clone(),
-                from: name(from),
-            })?,
+            Some(from) => between(from, EARTH_WITH_HEIGHTS)
+                .map_err(|_| GeodesyError::NoGrid { vertical: self.vertical.clone(), from: name(from) })?,
         };
         Ok(Ways { to_raster, to_geographic, heights, factor: self.factor })
     }

@@ -73,11 +73,13 @@ impl Borders<'_> {
         for (&key, sides) in &self.sides {
             for side in [2, 3] {
                 let (east, north) = TOWARDS[side];
-                let Some((other, theirs)) = key.neighbour(east, north).and_then(|k| self.sides.get_key_value(&k)) else {
+                let Some((other, theirs)) = key.neighbour(east, north).and_then(|k| self.sides.get_key_value(&k))
+                else {
                     continue;
                 };
                 if sides.0[side] != theirs.0[side - 2] {
-                    findings.add(Kind::Borders, || format!("tiles {key} and {other} do not have the same border vertices"));
+                    findings
+                        .add(Kind::Borders, || format!("tiles {key} and {other} do not have the same border vertices"));
                 }
             }
         }
@@ -102,7 +104,9 @@ impl Borders<'_> {
             let allowed = (of(coarser).max(of(finer)) + steps).min(5.0 * self.ellipsoid.client_error(coarser));
             if largest > allowed {
                 findings.add(Kind::Gaps, || {
-                    format!("between tiles of levels {coarser} and {finer} is a gap of {largest} m, allowed are {allowed}")
+                    format!(
+                        "between tiles of levels {coarser} and {finer} is a gap of {largest} m, allowed are {allowed}"
+                    )
                 });
             }
             Gap { coarser, finer, largest, allowed, outside }
@@ -135,7 +139,8 @@ impl Borders<'_> {
         let line = Line { borders: self, is_meridian, finer: key, side, coarser: other };
         let mut found = (0.0f64, 0.0f64);
         let (first, last) = (line.along_finer(0), line.along_finer(LAST));
-        let places = ours.iter().map(|s| line.along_finer(s.along)).chain(theirs.iter().map(|s| line.along_coarser(s.along)));
+        let places =
+            ours.iter().map(|s| line.along_finer(s.along)).chain(theirs.iter().map(|s| line.along_coarser(s.along)));
         for at in places.filter(|at| (first..=last).contains(at)) {
             let gap = match (line.height(ours, at, true), line.height(theirs, at, false)) {
                 (Some(a), Some(b)) => (a - b).abs(),

@@ -51,7 +51,9 @@ pub(super) fn judge_layer(folder: &Path, found: &BTreeSet<TileKey>, levels: usiz
     let name = path.display();
     let mut expect = |what: &str, is_so: bool| {
         if !is_so {
-            findings.add(Kind::Manifest, || format!("{name}: expected {what}, found {}", layer[what.split(' ').next().unwrap_or_default()]));
+            findings.add(Kind::Manifest, || {
+                format!("{name}: expected {what}, found {}", layer[what.split(' ').next().unwrap_or_default()])
+            });
         }
     };
     let strings = |value: &Value| -> Vec<String> {
@@ -70,8 +72,12 @@ pub(super) fn judge_layer(folder: &Path, found: &BTreeSet<TileKey>, levels: usiz
     let side = 180.0 / 2f64.powi(levels as i32 - 1);
     let least = |of: fn(&TileKey) -> u32| deepest.iter().map(|k| of(k)).min().map_or(0.0, f64::from);
     let most = |of: fn(&TileKey) -> u32| deepest.iter().map(|k| of(k) + 1).max().map_or(0.0, f64::from);
-    let bounds =
-        [least(|k| k.x) * side - 180.0, least(|k| k.y) * side - 90.0, most(|k| k.x) * side - 180.0, most(|k| k.y) * side - 90.0];
+    let bounds = [
+        least(|k| k.x) * side - 180.0,
+        least(|k| k.y) * side - 90.0,
+        most(|k| k.x) * side - 180.0,
+        most(|k| k.y) * side - 90.0,
+    ];
     let said: Vec<f64> = layer["bounds"].as_array().into_iter().flatten().filter_map(Value::as_f64).collect();
     expect("bounds of the deepest tiles", said == bounds);
     let mut listed = BTreeSet::new();
@@ -95,7 +101,8 @@ pub(super) fn judge_layer(folder: &Path, found: &BTreeSet<TileKey>, levels: usiz
     if !is_sound || listed != *found {
         let missing = listed.difference(found).next().or_else(|| found.difference(&listed).next());
         let case = missing.map_or(String::new(), |key| format!(", tile {key} among them"));
-        findings.add(Kind::Manifest, || format!("{}: available tiles are not those that there are{case}", path.display()));
+        findings
+            .add(Kind::Manifest, || format!("{}: available tiles are not those that there are{case}", path.display()));
     }
 }
 
@@ -108,7 +115,9 @@ fn is_unsound(findings: &mut Findings, path: &Path) {
 pub(super) fn judge_promise(promise: &Promise, ellipsoid: &Ellipsoid, coarsest: u32, findings: &mut Findings) {
     if promise.grid_exponent < coarsest {
         let found = promise.grid_exponent;
-        findings.add(Kind::Manifest, || format!("the grid of 2^{found} cells is coarser than the raster, which asks for 2^{coarsest}"));
+        findings.add(Kind::Manifest, || {
+            format!("the grid of 2^{found} cells is coarser than the raster, which asks for 2^{coarsest}")
+        });
     }
     for (i, level) in promise.levels.iter().enumerate() {
         let client = ellipsoid.client_error(i as u32);

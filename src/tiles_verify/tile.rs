@@ -110,7 +110,8 @@ impl<'a> Tile<'a> {
             let expected: HashSet<u32> = (0..vertices.len() as u32).filter(|&i| is_on(i, side)).collect();
             border += expected.len();
             if listed != expected || listed.len() != self.decoded.sides[side].len() {
-                findings.add(Kind::Sides, || format!("tile {key}: the list of its {name} side is not its vertices there"));
+                findings
+                    .add(Kind::Sides, || format!("tile {key}: the list of its {name} side is not its vertices there"));
             }
         }
         if ![[0, 0], [0, LAST], [LAST, 0], [LAST, LAST]].iter().all(|corner| places.contains(corner)) {
@@ -130,7 +131,9 @@ impl<'a> Tile<'a> {
         let (centre, radius) = self.decoded.sphere;
         let farthest = self.points.iter().map(|p| times(less(*p, centre), less(*p, centre)).sqrt()).fold(0.0, f64::max);
         if farthest > radius {
-            findings.add(Kind::Header, || format!("tile {key}: a vertex is {farthest} m from the centre of a sphere of {radius}"));
+            findings.add(Kind::Header, || {
+                format!("tile {key}: a vertex is {farthest} m from the centre of a sphere of {radius}")
+            });
         }
         if self.decoded.maximum <= self.decoded.minimum {
             findings.add(Kind::Header, || format!("tile {key}: its least height is not below its greatest"));
@@ -150,29 +153,23 @@ impl<'a> Tile<'a> {
         let mut distance = Distance::default();
         const WINDOW: i64 = 128;
         let facets: Vec<Facet> = self.decoded.triangles.iter().map(|&t| self.facet(t, cells)).collect();
-        for top in (0..=cells).step_by(WINDOW as usize) {
-            for left in (0..=cells).step_by(WINDOW as usize) {
-                let (width, height) = (WINDOW.min(cells + 1 - left), WINDOW.min(cells + 1 - top));
-                let (column, row) = (origin.0 + left, origin.1 + top);
-                if !samples.may_have(column, row, width, height) {
-                    continue;
-                }
-                let patch = Patch { column, row, width: width as usize, height: height as usize, step: 1 };
-                samples.read(patch, block)?;
-                let buckets = Buckets::new(&facets, (left, top), (width, height));
-                for i in (0..block.inside.len()).filter(|&i| block.inside[i]) {
-                    let (c, r) = (left + i as i64 % width, top + i as i64 / width);
-                    let (lon, lat) = (self.grid.longitude(origin.0 + c), self.grid.latitude(origin.1 + r));
-                    let error = self.error(&facets, buckets.at(c, r), (c, r), (lon, lat), block.heights[i], cells);
-                    distance.samples += 1;
-                    distance.owned += u64::from(c < cells && r < cells);
-                    distance.largest = distance.largest.max(error);
-                    if error > allowed {
-                        let key = self.key;
-                        findings.add(Kind::Promise, || {
-                            format!("tile {key}: at {lon}°, {lat}° the surface is {error} m from the sample, allowed are {allowed}")
-                        });
-                    }
+        for ((left, top), (width, height)) in samples.windows(origin, cells, WINDOW) {
+            let patch = Patch { column: origin.0 + left, row: origin.1 + top, width, height, step: 1 };
+            samples.read(patch, block)?;
+            let (width, height) = (width as i64, height as i64);
+            let buckets = Buckets::new(&facets, (left, top), (width, height));
+            for i in (0..block.inside.len()).filter(|&i| block.inside[i]) {
+                let (c, r) = (left + i as i64 % width, top + i as i64 / width);
+                let (lon, lat) = (self.grid.longitude(origin.0 + c), self.grid.latitude(origin.1 + r));
+                let error = self.error(&facets, buckets.at(c, r), (c, r), (lon, lat), block.heights[i], cells);
+                distance.samples += 1;
+                distance.owned += u64::from(c < cells && r < cells);
+                distance.largest = distance.largest.max(error);
+                if error > allowed {
+                    let key = self.key;
+                    findings.add(Kind::Promise, || {
+                                format!("tile {key}: at {lon}°, {lat}° the surface is {error} m from the sample, allowed are {allowed}")
+                            });
                 }
             }
         }
@@ -222,7 +219,8 @@ impl<'a> Tile<'a> {
             reach = [reach[0].max(2.0 * columns.abs() + 1.0), reach[1].max(2.0 * rows.abs() + 1.0)];
         }
         let bounds = [0, 1].map(|k| {
-            let (low, high) = places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[k]), h.max(p[k])));
+            let (low, high) =
+                places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[k]), h.max(p[k])));
             (low - reach[k], high + reach[k])
         });
         let (one, other) = (less(points[1], points[0]), less(points[2], points[0]));
