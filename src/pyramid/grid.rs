@@ -119,8 +119,8 @@ const FINEST_CELLS: i64 = 128;
 /// The share of a level's error that a triangle's sag may take.
 const SAG_SHARE: f64 = 0.25;
 
-/// Parts are cut no finer: 64 each way.
-pub(super) const MAX_PARTS: u32 = 64;
+/// Parts are cut no finer: the corners of 128 each way are a quarter of the vertices that a tile may have.
+pub(super) const MAX_PARTS: u32 = 128;
 
 /// All levels, from 0 to the finest.
 ///

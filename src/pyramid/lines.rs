@@ -105,9 +105,11 @@ impl Sides {
         };
         let mut side: Vec<(i64, f64)> = Vec::with_capacity(path.len());
         for at in path {
-            let at = (at as i64 + snap / 2) / snap * snap;
-            if side.last().is_none_or(|last| last.0 < at) {
-                side.push((at, heights[at as usize]));
+            let snapped = (at as i64 + snap / 2) / snap * snap;
+            if side.last().is_none_or(|last| last.0 < snapped) {
+                // A vertex that can stand beyond the raster only has the height of the sample that it is for.
+                let keeps = inside[at] && !inside[snapped as usize];
+                side.push((snapped, heights[if keeps { at } else { snapped as usize }]));
             }
         }
         Ok(side)

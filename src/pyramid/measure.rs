@@ -211,10 +211,12 @@ impl Window<'_> {
         let snap = snap(cells) as usize;
         let mut note = |facet: usize, c: usize, r: usize, error: f64| {
             if error > worst[facet].0 {
-                // Windows begin at multiples of the snap.
-                let (c, r) = (c / snap * snap, r / snap * snap);
-                let height = block.heights[r * width + c];
-                worst[facet] = (error, Vertex { column: self.left + c as i64, row: self.top + r as i64, height });
+                // Windows begin at multiples of the snap. Where a vertex can stand beyond the raster only, it takes the
+                // height of the sample that it is for.
+                let (to_c, to_r) = (c / snap * snap, r / snap * snap);
+                let snapped = to_r * width + to_c;
+                let height = block.heights[if block.inside[snapped] { snapped } else { r * width + c }];
+                worst[facet] = (error, Vertex { column: self.left + to_c as i64, row: self.top + to_r as i64, height });
             }
         };
         for (number, facet) in self.facets.iter().enumerate() {

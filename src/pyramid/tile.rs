@@ -30,8 +30,8 @@ pub(super) struct LevelTask<'a> {
 /// The share of a level's error that meshes are made within, before curvature and the steps of heights take theirs.
 const SHARE: f64 = 0.98;
 
-/// Rounds of mending: each halves the triangles that fail, at the least.
-const ROUNDS: usize = 60;
+/// Rounds of mending: a few are the rule, where parts are small enough.
+const ROUNDS: usize = 40;
 
 impl LevelTask<'_> {
     /// How far meshes may be from samples before they are rounded and curved: what sag, the chord's distance sideways
