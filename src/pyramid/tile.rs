@@ -125,7 +125,7 @@ impl LevelTask<'_> {
         Ok(is_mended)
     }
 
-    /// The samples around one where vertices can stand.
+    /// The samples of the raster around one where vertices can stand.
     fn around(
         &self,
         tile: TileKey,
@@ -139,6 +139,7 @@ impl LevelTask<'_> {
         self.samples.read(patch, block)?;
         let sample =
             |i: i64| Vertex { column: left + i % 3 * snap, row: top + i / 3 * snap, height: block.heights[i as usize] };
-        Ok((0..9).map(sample).collect())
+        // Those beyond the raster would make a cliff of its border.
+        Ok((0..9).filter(|&i| block.inside[i as usize]).map(sample).collect())
     }
 }
