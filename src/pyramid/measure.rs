@@ -3,7 +3,7 @@
 //! **Which triangle a sample is judged by.** The normal at a sample's place meets a triangle of the surface where it passes
 //! its three edges on the inner side: the sign of ((A − S) × (B − S)) · N for each edge AB, S the place on the ellipsoid and
 //! N the normal. Two triangles that share an edge compute it with opposite signs, bit for bit, so that no sample falls between
-//! them. Edges are chords, and those along a tile's border lie beside the parallel that it is: a sample between chord and
+//! them; one that is within 10⁻⁷ m of an edge is judged by both. Edges are chords, and those along a tile's border lie beside the parallel that it is: a sample between chord and
 //! border is judged by the plane of the triangle at that chord.
 //!
 //! **How exactly.** Points in space are near 6.4·10⁶ m, where doubles are 10⁻⁹ m apart; they are taken relative to the tile's
@@ -22,6 +22,9 @@ use crate::base::control::CancelToken;
 
 /// What rounding adds to an error, in metres on level ground.
 const DOUBT: f64 = 1e-8;
+
+/// How far outside of an edge a sample may be and count as on it, in metres: on a meridian that is a border all of them are.
+const SLACK: f64 = 1e-7;
 
 /// Samples that are read at a time, across and down.
 const WINDOW: i64 = 256;
@@ -45,6 +48,8 @@ struct Facet {
     flat: [(f64, f64); 3],
     normal: Vector,
     length: f64,
+    /// How long its edges are.
+    sides: [f64; 3],
     /// How far the edges may be from straight lines on the grid, in columns and rows.
     bulge: (f64, f64),
 }
@@ -75,7 +80,15 @@ impl Facet {
         }
         // It is largest near the middle of an edge; twice that and a cell are more than enough, and a sample that is missed
         // all the same is found not to be covered.
-        Facet { corners, flat, normal, length: length(normal), bulge: (2.0 * bulge.0 + 1.0, 2.0 * bulge.1 + 1.0) }
+        let sides = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| length(minus(corners[i], corners[j])));
+        Facet {
+            corners,
+            flat,
+            normal,
+            length: length(normal),
+            sides,
+            bulge: (2.0 * bulge.0 + 1.0, 2.0 * bulge.1 + 1.0),
+        }
     }
 
     /// The rows from which samples may be in it.
@@ -110,7 +123,8 @@ impl Facet {
     /// Whether the normal at a place meets it.
     fn has(&self, place: Vector, normal: Vector) -> bool {
         let [a, b, c] = self.corners.map(|corner| minus(corner, place));
-        [(a, b), (b, c), (c, a)].into_iter().all(|(p, q)| dot(cross(p, q), normal) >= 0.0)
+        let edges = [(a, b), (b, c), (c, a)];
+        edges.iter().zip(self.sides).all(|(&(p, q), side)| dot(cross(p, q), normal) >= -SLACK * side)
     }
 
     /// How far a height is from its plane along the normal, rounding included; infinite where it does not face up.
