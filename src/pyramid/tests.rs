@@ -3,8 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use gdal::DriverManager;
-use gdal::raster::Buffer;
 use gdal::spatial_ref::{AxisMappingStrategy, CoordTransform, SpatialRef};
 
 use super::source::{Source, band};
@@ -12,30 +10,7 @@ use super::{PyramidError, TilesReport, TilesRequest, make, tiles};
 use crate::base::Window;
 use crate::base::control::Control;
 use crate::raster::{GeodesyError, Raster};
-use crate::testing::folder;
-
-/// Writes a raster of singles.
-fn raster(
-    folder: &Path,
-    name: &str,
-    size: (usize, usize),
-    transform: [f64; 6],
-    crs: &str,
-    at: &dyn Fn(usize, usize) -> f32,
-) -> PathBuf {
-    let path = folder.join(name);
-    let driver = DriverManager::get_driver_by_name("GTiff").expect("GeoTIFF");
-    let mut dataset = driver.create_with_band_type::<f32, _>(&path, size.0, size.1, 1).expect("a raster");
-    dataset.set_geo_transform(&transform).expect("placed");
-    if !crs.is_empty() {
-        dataset.set_spatial_ref(&SpatialRef::from_definition(crs).expect("a CRS")).expect("placed");
-    }
-    let samples = (0..size.0 * size.1).map(|i| at(i % size.0, i / size.0)).collect();
-    let mut band = dataset.rasterband(1).expect("a band");
-    band.write((0, 0), size, &mut Buffer::new(size, samples)).expect("written");
-    drop(dataset);
-    path
-}
+use crate::testing::{folder, raster};
 
 fn hills(column: usize, row: usize) -> f32 {
     let (x, y) = (column as f32, row as f32);

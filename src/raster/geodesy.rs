@@ -164,8 +164,10 @@ impl Geodesy {
         let to_geographic = between(&self.horizontal, &self.geographic).map_err(|e| no_way(&e))?;
         let heights = match &self.with_heights {
             None => None,
-            Some(from) => between(from, EARTH_WITH_HEIGHTS)
-                .map_err(|_| GeodesyError::NoGrid { vertical: self.vertical.clone(), from: name(from) })?,
+            Some(from) => between(from, EARTH_WITH_HEIGHTS).map_err(|_| GeodesyError::NoGrid {
+                vertical: self.vertical.clone(),
+                from: codes(&self.horizontal, from),
+            })?,
         };
         Ok(Ways { to_raster, to_geographic, heights, factor: self.factor })
     }
@@ -247,6 +249,16 @@ fn horizontal_part(wkt: &str) -> String {
         return wkt.to_string();
     }
     part_of(wkt, "PROJCS").or_else(|| part_of(wkt, "GEOGCS")).unwrap_or_else(|| wkt.to_string())
+}
+
+/// A compound CRS as `EPSG:HORIZONTAL+VERTICAL`, where both parts have a code; else its text.
+fn codes(horizontal: &str, compound: &str) -> String {
+    let code = |text: &str| SpatialRef::from_wkt(text).ok()?.auth_code().ok();
+    let vertical = part_of(compound, "VERT_CS").and_then(|part| code(&part));
+    match code(horizontal).zip(vertical) {
+        Some((horizontal, vertical)) => format!("EPSG:{horizontal}+{vertical}"),
+        None => compound.to_string(),
+    }
 }
 
 /// What messages call a CRS.

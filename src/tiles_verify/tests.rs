@@ -3,26 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use gdal::DriverManager;
-use gdal::raster::Buffer;
-use gdal::spatial_ref::SpatialRef;
 use tempfile::TempDir;
 
 use super::decode::decode;
 use super::{TilesVerifyRequest, Verdict, tiles_verify};
 use crate::base::control::Control;
 use crate::pyramid::{TilesRequest, tiles};
-use crate::testing::folder;
-
-fn raster(path: &Path, size: (usize, usize), transform: [f64; 6], crs: &str, at: &dyn Fn(usize, usize) -> f32) {
-    let driver = DriverManager::get_driver_by_name("GTiff").expect("GeoTIFF");
-    let mut dataset = driver.create_with_band_type::<f32, _>(path, size.0, size.1, 1).expect("a raster");
-    dataset.set_geo_transform(&transform).expect("placed");
-    dataset.set_spatial_ref(&SpatialRef::from_definition(crs).expect("a CRS")).expect("placed");
-    let samples = (0..size.0 * size.1).map(|i| at(i % size.0, i / size.0)).collect();
-    let mut band = dataset.rasterband(1).expect("a band");
-    band.write((0, 0), size, &mut Buffer::new(size, samples)).expect("written");
-}
+use crate::testing::{folder, raster};
 
 fn hills(column: usize, row: usize) -> f32 {
     let (x, y) = (column as f32, row as f32);
@@ -55,8 +42,8 @@ fn scene() -> (PathBuf, PathBuf) {
     static SCENE: OnceLock<TempDir> = OnceLock::new();
     let scene = SCENE.get_or_init(|| {
         let scene = folder();
-        let input = scene.path().join("dem.tif");
-        raster(&input, (60, 60), [11.1, 0.005, 0.0, 45.15, 0.0, -0.005], "EPSG:4326", &hills);
+        let input =
+            raster(scene.path(), "dem.tif", (60, 60), [11.1, 0.005, 0.0, 45.15, 0.0, -0.005], "EPSG:4326", &hills);
         make(&input, &scene.path().join("set"), 60.0);
         scene
     });
@@ -237,8 +224,8 @@ fn odd_places_keep_the_promise() {
     ];
     for (name, size, transform, crs, max_error, heights) in cases {
         let folder = folder();
-        let (input, set) = (folder.path().join(name), folder.path().join("set"));
-        raster(&input, size, transform, crs, heights);
+        let input = raster(folder.path(), name, size, transform, crs, heights);
+        let set = folder.path().join("set");
         make(&input, &set, max_error);
         let verdict = verdict(&input, &set);
         assert!(verdict.passed, "{name}: {verdict}");
