@@ -48,23 +48,44 @@ pub(crate) struct TilesArgs {
     /// Compress the files: the server must send them with Content-Encoding: gzip (docs/tiles.md)
     #[arg(long)]
     gzip: bool,
-    #[command(flatten)]
-    input: InputArgs,
-    /// Threads to work with [default: as many as the machine has cores]
-    #[arg(long, value_name = "N", value_parser = values::threads)]
-    threads: Option<NonZeroUsize>,
-    /// Where temporary files go: about 8 bytes for each sample of the grid
-    #[arg(long, value_name = "DIR")]
-    temp_dir: Option<PathBuf>,
     /// Replace an earlier set of tiles
     #[arg(long)]
     overwrite: bool,
+    #[command(flatten)]
+    pub(super) common: CommonArgs,
+}
+
+/// What `tiles` and `tiles-verify` share.
+#[derive(Debug, clap::Args)]
+pub(crate) struct CommonArgs {
+    #[command(flatten)]
+    pub(super) input: InputArgs,
+    /// Threads to work with [default: as many as the machine has cores]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
+    pub(super) threads: Option<NonZeroUsize>,
+    /// Where temporary files go: about 8 bytes for each sample of the grid
+    #[arg(long, value_name = "DIR")]
+    pub(super) temp_dir: Option<PathBuf>,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
     /// Print nothing
     #[arg(long, short, conflicts_with = "json")]
     pub(super) quiet: bool,
+}
+
+impl CommonArgs {
+    /// Prints a report, as it is asked for.
+    pub(super) fn print(&self, report: &(impl serde::Serialize + std::fmt::Display)) -> Result<(), Failure> {
+        if self.json {
+            return print::json(report);
+        }
+        if self.quiet {
+            return Ok(());
+        }
+        warnings::print(&warnings::take());
+        print::report(&report.to_string())
+    }
 }
 
 /// The smallest error that can be told from rounding.
@@ -82,11 +103,11 @@ fn height(word: &str) -> Result<f64, String> {
 }
 
 pub(crate) fn run(args: &TilesArgs) -> Result<ExitCode, Failure> {
-    args.input.asked().check_samples()?;
+    args.common.input.asked().check_samples()?;
     bound_gdal_cache(GDAL_CACHE);
-    let bars = Bars::new(args.quiet);
+    let bars = Bars::new(args.common.quiet);
     let request = TilesRequest {
-        view: args.input.view(),
+        view: args.common.input.view(),
         max_level: args.max_level,
         error_factor: args.error_factor,
         grid_factor: args.grid_factor.parse().map_err(Failure::usage)?,
@@ -94,18 +115,13 @@ pub(crate) fn run(args: &TilesArgs) -> Result<ExitCode, Failure> {
         outside: args.outside,
         gzip: args.gzip,
         overwrite: args.overwrite,
-        threads: args.threads,
-        temp_dir: args.temp_dir.clone(),
+        threads: args.common.threads,
+        temp_dir: args.common.temp_dir.clone(),
         ..TilesRequest::new(&args.raster, &args.output, args.max_error)
     };
     let report = tiles(&request, &bars.control())?;
     drop(bars);
-    if args.json {
-        print::json(&report)?;
-    } else if !args.quiet {
-        warnings::print(&warnings::take());
-        print::report(&report.to_string())?;
-    }
+    args.common.print(&report)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,12 +1,11 @@
 //! `tiles-verify`: judges a pyramid of terrain tiles.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use super::input::InputArgs;
 use super::progress::Bars;
-use super::{Failure, GDAL_CACHE, print, values, warnings};
+use super::tiles::CommonArgs;
+use super::{Failure, GDAL_CACHE};
 use crate::raster::bound_gdal_cache;
 use crate::tiles_verify::{TilesVerifyRequest, tiles_verify};
 
@@ -21,39 +20,22 @@ pub(crate) struct TilesVerifyArgs {
     /// The folder of tiles
     tiles: PathBuf,
     #[command(flatten)]
-    input: InputArgs,
-    /// Threads to work with [default: as many as the machine has cores]
-    #[arg(long, value_name = "N", value_parser = values::threads)]
-    threads: Option<NonZeroUsize>,
-    /// Where temporary files go: about 8 bytes for each sample of the grid
-    #[arg(long, value_name = "DIR")]
-    temp_dir: Option<PathBuf>,
-    /// Print the verdict as JSON
-    #[arg(long)]
-    json: bool,
-    /// Print nothing; the exit code tells
-    #[arg(long, short, conflicts_with = "json")]
-    pub(super) quiet: bool,
+    pub(super) common: CommonArgs,
 }
 
 pub(crate) fn run(args: &TilesVerifyArgs) -> Result<ExitCode, Failure> {
-    args.input.asked().check_samples()?;
+    args.common.input.asked().check_samples()?;
     bound_gdal_cache(GDAL_CACHE);
-    let bars = Bars::new(args.quiet);
+    let bars = Bars::new(args.common.quiet);
     let request = TilesVerifyRequest {
         input: args.raster.clone(),
-        view: args.input.view(),
+        view: args.common.input.view(),
         tiles: args.tiles.clone(),
-        threads: args.threads,
-        temp_dir: args.temp_dir.clone(),
+        threads: args.common.threads,
+        temp_dir: args.common.temp_dir.clone(),
     };
     let verdict = tiles_verify(&request, &bars.control())?;
     drop(bars);
-    if args.json {
-        print::json(&verdict)?;
-    } else if !args.quiet {
-        warnings::print(&warnings::take());
-        print::report(&verdict.to_string())?;
-    }
+    args.common.print(&verdict)?;
     Ok(if verdict.passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

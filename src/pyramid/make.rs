@@ -1,7 +1,7 @@
 //! From a raster to a folder of tiles.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -191,21 +191,6 @@ fn upwards(finest: BTreeMap<TileKey, Relief>, level: u32, outside: f64) -> Vec<B
     all
 }
 
-/// Memory of threads that make tiles, which take turns with it.
-#[derive(Default)]
-struct Makers(Mutex<Vec<(TileMaker, Block)>>);
-
-impl Makers {
-    fn with<R>(&self, work: impl FnOnce(&mut TileMaker, &mut Block) -> R) -> R {
-        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let taken = lock().pop();
-        let (mut maker, mut block) = taken.unwrap_or_default();
-        let done = work(&mut maker, &mut block);
-        lock().push((maker, block));
-        done
-    }
-}
-
 /// Makes all tiles of a level. Where one cannot be within the error, the ground being steep beside long chords, all are made
 /// again from parts of half the size.
 fn make_level(
@@ -220,12 +205,13 @@ fn make_level(
     let steps = Steps::of(reliefs);
     let keys: Vec<TileKey> = reliefs.keys().copied().collect();
     staged.prepare(&keys)?;
-    let makers = Makers::default();
     loop {
         let task = LevelTask { body, samples, level, steps: &steps, cancel: &control.cancel };
         let made: Result<Vec<LevelReport>, PyramidError> = keys
             .par_iter()
-            .map(|&tile| makers.with(|maker, block| make_tile(&task, tile, maker, block, staged, control)))
+            .map_init(<(TileMaker, Block)>::default, |(maker, block), &tile| {
+                make_tile(&task, tile, maker, block, staged, control)
+            })
             .collect();
         let is_fine = level.parts >= MAX_PARTS || samples.grid.cells(level.level) / i64::from(level.parts) < 8;
         match made {
