@@ -59,7 +59,7 @@ pub struct Layer {
 /// What was promised, and of what.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Promise {
-    /// See [`SCHEMA`].
+    /// The version of this form: 1.
     pub schema: u32,
     /// What has made the tiles.
     pub generator: String,
