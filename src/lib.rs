@@ -79,9 +79,13 @@ pub mod page;
 #[cfg(feature = "gdal")]
 pub mod preview;
 #[cfg(feature = "gdal")]
+pub mod pyramid;
+#[cfg(feature = "gdal")]
 pub mod raster;
 pub mod run;
 pub mod synth;
 #[cfg(test)]
 mod testing;
+#[cfg(feature = "gdal")]
+pub mod tiles_verify;
 pub mod verify;

@@ -3,8 +3,11 @@
 pub(crate) mod heap;
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use gdal::DriverManager;
+use gdal::raster::Buffer;
+use gdal::spatial_ref::SpatialRef;
 use proptest::prelude::ProptestConfig;
 use tempfile::TempDir;
 
@@ -35,6 +38,28 @@ pub(crate) fn folder() -> TempDir {
 /// The same parameters, with temporary files in memory.
 pub(crate) fn in_memory(params: &Params) -> Params {
     Params { temp_dir: temp_dir(), ..params.clone() }
+}
+
+/// Writes a raster of singles; without a CRS, if that is empty.
+pub(crate) fn raster(
+    folder: &Path,
+    name: &str,
+    size: (usize, usize),
+    transform: [f64; 6],
+    crs: &str,
+    at: &dyn Fn(usize, usize) -> f32,
+) -> PathBuf {
+    let path = folder.join(name);
+    let driver = DriverManager::get_driver_by_name("GTiff").expect("GeoTIFF");
+    let mut dataset = driver.create_with_band_type::<f32, _>(&path, size.0, size.1, 1).expect("a raster");
+    dataset.set_geo_transform(&transform).expect("placed");
+    if !crs.is_empty() {
+        dataset.set_spatial_ref(&SpatialRef::from_definition(crs).expect("a CRS")).expect("placed");
+    }
+    let samples = (0..size.0 * size.1).map(|i| at(i % size.0, i / size.0)).collect();
+    let mut band = dataset.rasterband(1).expect("a band");
+    band.write((0, 0), size, &mut Buffer::new(size, samples)).expect("written");
+    path
 }
 
 #[test]

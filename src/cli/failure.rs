@@ -62,6 +62,16 @@ impl Failure {
         self
     }
 
+    /// The same failure, where it came of a disk that may be full.
+    pub(super) fn on_disk(self, source: &std::io::Error) -> Failure {
+        match code_of(source) {
+            DISK_TOO_SMALL => {
+                Failure { code: DISK_TOO_SMALL, ..self }.hint("free some space, or write to another disk")
+            }
+            _ => self,
+        }
+    }
+
     /// The same failure, with one word for another.
     pub(super) fn with_words(self, word: &str, other: &str) -> Failure {
         Failure { message: self.message.replace(word, other), ..self }

@@ -33,6 +33,8 @@ mod shell;
 mod signals;
 mod simplify;
 mod synth;
+mod tiles;
+mod tiles_verify;
 mod values;
 mod verify;
 mod view;
@@ -64,6 +66,8 @@ enum Command {
     Run(shards::RunArgs),
     Merge(shards::MergeArgs),
     Verify(Box<verify::VerifyArgs>),
+    Tiles(tiles::TilesArgs),
+    TilesVerify(tiles_verify::TilesVerifyArgs),
     Convert(convert::ConvertArgs),
     Info(info::InfoArgs),
     Synth(synth::SynthArgs),
@@ -81,6 +85,8 @@ impl Command {
             Command::Run(args) => shards::run(args),
             Command::Merge(args) => shards::merge_all(args),
             Command::Verify(args) => verify::run(args),
+            Command::Tiles(args) => tiles::run(args),
+            Command::TilesVerify(args) => tiles_verify::run(args),
             Command::Convert(args) => convert::run(args),
             Command::Info(args) => info::run(args),
             Command::Synth(args) => synth::run(args),
@@ -98,6 +104,8 @@ impl Command {
             Command::Run(args) => args.process.quiet,
             Command::Merge(args) => args.process.quiet,
             Command::Verify(args) => args.quiet,
+            Command::Tiles(args) => args.common.quiet,
+            Command::TilesVerify(args) => args.common.quiet,
             Command::Convert(args) => args.quiet,
             Command::Preview(args) => args.quiet,
             Command::View(args) => args.quiet,

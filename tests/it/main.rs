@@ -39,6 +39,7 @@ mod simplify_bad_input;
 mod simplify_files;
 mod stray;
 mod synth_bad_input;
+mod tiles;
 mod trim;
 mod usage;
 mod util;

@@ -12,12 +12,13 @@ use terrabite::formats::{Contents, Header, PlySink, Sink};
 
 use crate::util::{Dem, Folder, Kind, Run, hills, made_once, terrabite};
 
-const PACKAGES: [&str; 7] = [
+const PACKAGES: [&str; 8] = [
     "meshio==5.3.5",
     "netCDF4==1.7.5.1.post1",
     "numpy==2.3.5",
     "pillow==13.0.0",
     "plyfile==1.1.5",
+    "quantized-mesh-tile==0.7.0",
     "trimesh==5.2.0",
     "ugrid-checks==0.2.0",
 ];
@@ -35,7 +36,7 @@ const NODE_PACKAGES: [&str; 6] = [
 /// Set where the package indexes cannot be reached.
 const SKIP: &str = "TERRABITE_SKIP_READERS";
 
-fn are_skipped() -> bool {
+pub(crate) fn are_skipped() -> bool {
     let skipped = std::env::var_os(SKIP).is_some_and(|v| v == "1");
     if skipped {
         eprintln!("skipped: {SKIP}=1");
@@ -449,7 +450,7 @@ fn of_debian(program: &str, package: &str, arguments: &[&str]) -> Run {
 }
 
 /// The interpreter of a virtual environment with [`PACKAGES`], made under the target folder at the first run.
-fn python() -> PathBuf {
+pub(crate) fn python() -> PathBuf {
     let parent = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let python = |environment: &Path| environment.join("bin/python");
     let usable = |environment: &Path| python(environment).exists();

@@ -40,7 +40,8 @@ use crate::base::mesh::{Domain, TileMesh};
 pub use self::mend::{mend_part, mend_tile};
 pub use self::options::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 pub use self::refine::{Split, Step};
-pub(super) use self::seeded::{Rim, delaunay, refine};
+pub use self::seeded::delaunay;
+pub(super) use self::seeded::{Rim, refine};
 
 #[cfg(test)]
 mod tests;

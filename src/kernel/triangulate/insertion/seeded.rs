@@ -11,12 +11,7 @@ use crate::base::mesh::{Domain, TileMesh, Vertex, locked_edges};
 /// Triangulates the ground of a domain with further vertices inside it: Delaunay but for the edges of loops. Vertices
 /// off the ground, on an edge of a loop or where there is a vertex are left out. Neighbours in the list should be near
 /// one another. Nothing is said of errors.
-pub(in crate::kernel::triangulate) fn delaunay(
-    domain: &Domain,
-    inside: impl Iterator<Item = Vertex>,
-    scratch: &mut Scratch,
-    mesh: &mut TileMesh,
-) {
+pub fn delaunay(domain: &Domain, inside: impl Iterator<Item = Vertex>, scratch: &mut Scratch, mesh: &mut TileMesh) {
     mesh.clear();
     let surface = &mut scratch.surface;
     std::mem::swap(&mut surface.vertices, &mut mesh.vertices);

@@ -1,0 +1,178 @@
+//! `tiles`: makes a pyramid of terrain tiles.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use super::input::InputArgs;
+use super::progress::Bars;
+use super::{Failure, GDAL_CACHE, print, values, warnings};
+use crate::field::FieldError;
+use crate::job::Error;
+use crate::pyramid::{PyramidError, TilesRequest, tiles};
+use crate::raster::{GeodesyError, bound_gdal_cache};
+
+/// Make a pyramid of terrain tiles (quantized-mesh) for CesiumJS and others
+///
+/// Every level keeps a stated error against the samples of a fixed grid of longitudes and latitudes that is not coarser than
+/// the raster; the largest allowed and the largest found are reported level by level. Tiles of a level share every vertex of
+/// their borders. OUT is a folder: nothing, an empty one, or with --overwrite an earlier set of tiles.
+#[derive(Debug, clap::Args)]
+pub(crate) struct TilesArgs {
+    /// The raster; its CRS is geographic or projected
+    raster: PathBuf,
+    /// The folder to make
+    #[arg(value_name = "OUT")]
+    output: PathBuf,
+    /// The largest error of the finest level, in metres. Levels above it have twice the error of the next finer one, but
+    /// never more than the client takes for granted
+    #[arg(long, value_name = "METRES", value_parser = error_in_metres)]
+    max_error: f64,
+    /// The finest level [default: the coarser of the first at which clients expect no more than --max-error, and the first
+    /// whose tiles are at most 128 samples wide]
+    #[arg(long, value_name = "LEVEL")]
+    max_level: Option<u32>,
+    /// No level's error is larger than F times what clients expect of it
+    #[arg(long, hide_short_help = true, value_name = "F", default_value_t = 1.0, value_parser = error_in_metres)]
+    error_factor: f64,
+    /// Cells of the grid where the raster's samples ask for one: 1, 2 or 4
+    #[arg(long, hide_short_help = true, value_name = "N", default_value = "1", value_parser = ["1", "2", "4"])]
+    grid_factor: String,
+    /// The vertical CRS of the heights, such as EPSG:5773 (EGM96), in place of the raster's. Without one heights are taken as
+    /// ellipsoidal
+    #[arg(long, value_name = "CRS")]
+    vertical_crs: Option<String>,
+    /// The height where the raster has none, in metres above the ellipsoid
+    #[arg(long, value_name = "METRES", default_value_t = 0.0, value_parser = height, allow_hyphen_values = true)]
+    outside: f64,
+    /// Compress the files: the server must send them with Content-Encoding: gzip (docs/tiles.md)
+    #[arg(long)]
+    gzip: bool,
+    /// Replace an earlier set of tiles
+    #[arg(long)]
+    overwrite: bool,
+    #[command(flatten)]
+    pub(super) common: CommonArgs,
+}
+
+/// What `tiles` and `tiles-verify` share.
+#[derive(Debug, clap::Args)]
+pub(crate) struct CommonArgs {
+    #[command(flatten)]
+    pub(super) input: InputArgs,
+    /// Threads to work with [default: as many as the machine has cores]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
+    pub(super) threads: Option<NonZeroUsize>,
+    /// Where temporary files go: about 8 bytes for each sample of the grid
+    #[arg(long, value_name = "DIR")]
+    pub(super) temp_dir: Option<PathBuf>,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+    /// Print nothing
+    #[arg(long, short, conflicts_with = "json")]
+    pub(super) quiet: bool,
+}
+
+impl CommonArgs {
+    /// Prints a report, as it is asked for.
+    pub(super) fn print(&self, report: &(impl serde::Serialize + std::fmt::Display)) -> Result<(), Failure> {
+        if self.json {
+            return print::json(report);
+        }
+        if self.quiet {
+            return Ok(());
+        }
+        warnings::print(&warnings::take());
+        print::report(&report.to_string())
+    }
+}
+
+/// The smallest error that can be told from rounding.
+const LEAST: f64 = 0.001;
+
+fn error_in_metres(word: &str) -> Result<f64, String> {
+    let number: f64 = word.parse().map_err(|_| "expected a number".to_string())?;
+    let most = 1e6;
+    if (LEAST..=most).contains(&number) { Ok(number) } else { Err(format!("expected {LEAST} to {most}")) }
+}
+
+fn height(word: &str) -> Result<f64, String> {
+    let number: f64 = word.parse().map_err(|_| "expected a number".to_string())?;
+    if number.abs() <= 20_000.0 { Ok(number) } else { Err("expected -20000 to 20000".to_string()) }
+}
+
+pub(crate) fn run(args: &TilesArgs) -> Result<ExitCode, Failure> {
+    args.common.input.asked().check_samples()?;
+    bound_gdal_cache(GDAL_CACHE);
+    let bars = Bars::new(args.common.quiet);
+    let request = TilesRequest {
+        view: args.common.input.view(),
+        max_level: args.max_level,
+        error_factor: args.error_factor,
+        grid_factor: args.grid_factor.parse().map_err(Failure::usage)?,
+        vertical_crs: args.vertical_crs.clone(),
+        outside: args.outside,
+        gzip: args.gzip,
+        overwrite: args.overwrite,
+        threads: args.common.threads,
+        temp_dir: args.common.temp_dir.clone(),
+        ..TilesRequest::new(&args.raster, &args.output, args.max_error)
+    };
+    let report = tiles(&request, &bars.control())?;
+    drop(bars);
+    args.common.print(&report)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+impl From<PyramidError> for Failure {
+    fn from(error: PyramidError) -> Failure {
+        let failure = Failure::new(&error);
+        match error {
+            PyramidError::View(error) => error.into(),
+            PyramidError::Raster(error) => error.into(),
+            PyramidError::Field(FieldError::Cancelled(stopped)) | PyramidError::Cancelled(stopped) => stopped.into(),
+            PyramidError::Field(error) => Error::Field(error).into(),
+            PyramidError::Geodesy { source, .. } => failure.hint(&of_geodesy(&source)),
+            PyramidError::Nothing { .. } => failure.hint("gdalinfo -stats shows whether the raster has heights"),
+            PyramidError::Spacing { .. } => failure.hint("gdalwarp -tr resamples it, or choose another --grid-factor"),
+            PyramidError::Level { .. } => {
+                failure.hint("choose a smaller --max-level, or a larger --grid-factor for a finer grid")
+            }
+            PyramidError::Curvature { .. } => {
+                failure.hint("choose a larger --max-error, a larger --max-level or --grid-factor 2")
+            }
+            PyramidError::Step { .. } => {
+                failure.hint("choose a larger --max-error, or a larger --max-level for smaller tiles")
+            }
+            PyramidError::Unreachable { .. } => failure.hint("choose a larger --max-error, or --grid-factor 2"),
+            PyramidError::Vertices { .. } => {
+                failure.hint("choose a larger --max-level for smaller tiles, a larger --max-error or --error-factor")
+            }
+            PyramidError::Occupied { found, .. } if found.starts_with("an earlier") => {
+                failure.hint("--overwrite replaces it")
+            }
+            PyramidError::Occupied { .. } => failure.hint("choose another folder"),
+            PyramidError::File { source, .. } => failure.on_disk(&source),
+            PyramidError::NotTiles { .. } => failure.hint("terrabite tiles makes one"),
+            PyramidError::Threads { .. } => failure.hint("choose fewer with --threads"),
+        }
+    }
+}
+
+/// What mends a raster that has no place on an ellipsoid.
+fn of_geodesy(error: &GeodesyError) -> String {
+    match error {
+        GeodesyError::Local { .. } => "gdal_translate -a_srs EPSG:… gives it a CRS, and -a_ullr a place".to_string(),
+        GeodesyError::NoGrid { from, .. } => format!(
+            "projinfo -s \"{from}\" -t EPSG:4979 --spatial-test intersects names the grid, and projsync fetches it; \
+             --vertical-crs names another vertical CRS"
+        ),
+        GeodesyError::NotVertical { .. } => "choose another with --vertical-crs".to_string(),
+        GeodesyError::OtherBody { .. } => {
+            "gdal_translate -a_srs gives the raster a CRS without one, and no --vertical-crs".to_string()
+        }
+        GeodesyError::Unit { .. } => "gdal_edit.py -units m names another".to_string(),
+        _ => "gdalwarp -t_srs EPSG:4326 brings it into a CRS that PROJ knows the way from".to_string(),
+    }
+}

@@ -1,0 +1,41 @@
+//! `tiles-verify`: judges a pyramid of terrain tiles.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use super::progress::Bars;
+use super::tiles::CommonArgs;
+use super::{Failure, GDAL_CACHE};
+use crate::raster::bound_gdal_cache;
+use crate::tiles_verify::{TilesVerifyRequest, tiles_verify};
+
+/// Judge a pyramid of terrain tiles against its raster: errors, borders, gaps between levels, manifests
+///
+/// Reads the raster and the folder that tiles has made, by code of its own. What was promised stands in terrabite.json there;
+/// options that decide which samples the raster has must be given as they were. Exit code 0: the tiles pass, 1: they fail.
+#[derive(Debug, clap::Args)]
+pub(crate) struct TilesVerifyArgs {
+    /// The raster that the tiles were made from
+    raster: PathBuf,
+    /// The folder of tiles
+    tiles: PathBuf,
+    #[command(flatten)]
+    pub(super) common: CommonArgs,
+}
+
+pub(crate) fn run(args: &TilesVerifyArgs) -> Result<ExitCode, Failure> {
+    args.common.input.asked().check_samples()?;
+    bound_gdal_cache(GDAL_CACHE);
+    let bars = Bars::new(args.common.quiet);
+    let request = TilesVerifyRequest {
+        input: args.raster.clone(),
+        view: args.common.input.view(),
+        tiles: args.tiles.clone(),
+        threads: args.common.threads,
+        temp_dir: args.common.temp_dir.clone(),
+    };
+    let verdict = tiles_verify(&request, &bars.control())?;
+    drop(bars);
+    args.common.print(&verdict)?;
+    Ok(if verdict.passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}

@@ -1,0 +1,131 @@
+//! What can go wrong with a pyramid.
+
+use std::path::PathBuf;
+
+use super::grid::TileKey;
+use crate::base::RasterError;
+use crate::base::control::Cancelled;
+use crate::field::FieldError;
+use crate::raster::{GeodesyError, ViewError};
+
+/// Why no pyramid is made, or none can be judged.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PyramidError {
+    /// The raster cannot be opened as it is asked for.
+    #[error(transparent)]
+    View(#[from] ViewError),
+    /// The raster cannot be read.
+    #[error(transparent)]
+    Raster(#[from] RasterError),
+    /// Samples cannot be read, or kept in a temporary file.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// The raster lies on no ellipsoid, or nobody knows how.
+    #[error("{}: {source}", path.display())]
+    Geodesy {
+        /// The raster.
+        path: PathBuf,
+        /// Why.
+        source: GeodesyError,
+    },
+    /// Nothing of the raster has a place on the ellipsoid, or no sample has a height.
+    #[error("{}: found no sample with a height and a place on the ellipsoid", path.display())]
+    Nothing {
+        /// The raster.
+        path: PathBuf,
+    },
+    /// The grid that the raster asks for is out of range.
+    #[error("{}: expected samples from {least} to {most}° apart, found {found}°", path.display())]
+    Spacing {
+        /// The raster.
+        path: PathBuf,
+        /// The finest.
+        least: f64,
+        /// The coarsest.
+        most: f64,
+        /// What there is.
+        found: f64,
+    },
+    /// A level has fewer than eight cells to a tile.
+    #[error("expected a finest level of at most {expected} for the raster's samples, found {found}")]
+    Level {
+        /// The most.
+        expected: u32,
+        /// What was asked for.
+        found: u32,
+    },
+    /// No triangle of the grid is flat enough.
+    #[error(
+        "level {level}: triangles of the grid's own size sag under the ellipsoid by more than a quarter of {max_error} m"
+    )]
+    Curvature {
+        /// The level.
+        level: u32,
+        /// Its error.
+        max_error: f64,
+    },
+    /// Heights have to be coarser than the tolerance.
+    #[error(
+        "tile {tile}: heights of this range can be written in steps of {step} m only, which is too coarse for {max_error} m"
+    )]
+    Step {
+        /// The tile.
+        tile: TileKey,
+        /// The step.
+        step: f64,
+        /// The level's error.
+        max_error: f64,
+    },
+    /// Rounding, curvature and the ground's steepness leave no mesh.
+    #[error("tile {tile}: found no mesh within {max_error} m on the lattice of 32767 places that the format has")]
+    Unreachable {
+        /// The tile.
+        tile: TileKey,
+        /// The level's error.
+        max_error: f64,
+    },
+    /// A tile needs more vertices than readers can number.
+    #[error("tile {tile}: expected at most 65536 vertices, twice those of the border included, found {found}")]
+    Vertices {
+        /// The tile.
+        tile: TileKey,
+        /// How many it needs.
+        found: usize,
+    },
+    /// There is something at the output's path.
+    #[error("{}: expected an empty folder or nothing, found {found}", path.display())]
+    Occupied {
+        /// The output.
+        path: PathBuf,
+        /// What is there.
+        found: &'static str,
+    },
+    /// A file or folder cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A folder holds no set of tiles.
+    #[error("{}: expected a set of tiles made by terrabite, found {found}", path.display())]
+    NotTiles {
+        /// The file.
+        path: PathBuf,
+        /// What is there.
+        found: String,
+    },
+    /// The system has not so many threads.
+    #[error("{threads} threads cannot be started: {reason}")]
+    Threads {
+        /// How many; 0 for as many as there are cores.
+        threads: usize,
+        /// What the system said.
+        reason: String,
+    },
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}

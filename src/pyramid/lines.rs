@@ -1,0 +1,130 @@
+//! The sides of tiles and of their parts: polylines over all samples of the finest grid on a line, the fewest links within a
+//! tolerance. A side is a function of its line, its ends and the level, so that all who share it have the same.
+
+use super::error::PyramidError;
+use super::quantize::coordinate;
+use super::samples::{Block, Patch, Samples};
+use crate::base::control::CancelToken;
+use crate::base::exact::MAX_TOLERANCE;
+use crate::kernel::seam::MinLink;
+
+/// A vertex of a tile: its sample of the finest grid, counted from the tile's north-west corner, and the height there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Vertex {
+    pub(super) column: i64,
+    pub(super) row: i64,
+    pub(super) height: f64,
+}
+
+impl Vertex {
+    /// Its coordinates in the format: from the west, and from the south.
+    pub(super) fn coordinates(&self, tile_cells: i64) -> (i64, i64) {
+        (coordinate(self.column, tile_cells), coordinate(tile_cells - self.row, tile_cells))
+    }
+}
+
+/// A line of samples between two places, both included.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Line {
+    /// The first sample, on the grid.
+    pub(super) column: i64,
+    pub(super) row: i64,
+    /// Cells.
+    pub(super) length: i64,
+    /// Whether it runs down a meridian; else along a parallel.
+    pub(super) down: bool,
+}
+
+/// Samples outside of the raster that are so near to one inside, in parts of the line, bind nothing: there the surface comes
+/// down to the height outside.
+const COLLAR: i64 = 32;
+
+/// Cells from samples inside to those outside that bind.
+pub(super) fn collar(cells: i64) -> usize {
+    (cells / COLLAR).clamp(1, MOST_COLLAR) as usize
+}
+
+/// However long a line is, no more are free.
+const MOST_COLLAR: i64 = 64;
+
+/// Which samples outside of the raster are within a distance of one inside, along a line.
+pub(super) fn near_inside(inside: impl Iterator<Item = bool> + Clone, reach: usize) -> Vec<bool> {
+    let inside: Vec<bool> = inside.collect();
+    let mut near = vec![false; inside.len()];
+    let mut sweep = |order: &mut dyn Iterator<Item = usize>| {
+        let mut since = usize::MAX;
+        for i in order {
+            since = if inside[i] { 0 } else { since.saturating_add(1) };
+            near[i] |= since <= reach;
+        }
+    };
+    sweep(&mut (0..inside.len()));
+    sweep(&mut (0..inside.len()).rev());
+    near
+}
+
+/// Finds sides, one after the other.
+#[derive(Default)]
+pub(super) struct Sides {
+    min_link: MinLink,
+    block: Block,
+}
+
+impl Sides {
+    /// The places of a side's vertices along the line, from 0 to its length, with heights. All are multiples of `snap`.
+    pub(super) fn find(
+        &mut self,
+        samples: &Samples,
+        line: Line,
+        tolerance: f64,
+        snap: i64,
+        cancel: &CancelToken,
+    ) -> Result<Vec<(i64, f64)>, PyramidError> {
+        let Line { column, row, length, down } = line;
+        let ends = vec![(0, samples.outside), (length, samples.outside)];
+        let (width, height) = if down { (0, length) } else { (length, 0) };
+        if !samples.may_have(column, row, width, height) {
+            return Ok(ends);
+        }
+        let patch = Patch { column, row, width: width as usize + 1, height: height as usize + 1, step: 1 };
+        samples.read(patch, &mut self.block)?;
+        let Block { heights, inside, .. } = &self.block;
+        if !inside.contains(&true) {
+            return Ok(ends);
+        }
+        let path = if inside.contains(&false) {
+            let near = near_inside(inside.iter().copied(), collar(length));
+            let limit = |(&inside, near): (&bool, bool)| if near && !inside { MAX_TOLERANCE } else { tolerance };
+            let limits: Vec<f64> = inside.iter().zip(near.iter().copied()).map(limit).collect();
+            // Far outside the line is level: one link, however long.
+            let turns: Vec<usize> =
+                (1..near.len()).filter(|&i| near[i - 1] != near[i]).map(|i| i - usize::from(near[i])).collect();
+            self.min_link.path(heights, limits.as_slice(), &turns, cancel)?
+        } else {
+            self.min_link.path(heights, tolerance, &[], cancel)?
+        };
+        let mut side: Vec<(i64, f64)> = Vec::with_capacity(path.len());
+        for at in path {
+            let snapped = (at as i64 + snap / 2) / snap * snap;
+            if side.last().is_none_or(|last| last.0 < snapped) {
+                // A vertex that can stand beyond the raster only has the height of the sample that it is for.
+                let keeps = inside[at] && !inside[snapped as usize];
+                side.push((snapped, heights[if keeps { at } else { snapped as usize }]));
+            }
+        }
+        Ok(side)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_near_those_inside() {
+        let inside = [false, false, false, true, false, false, false, false, true];
+        let near = near_inside(inside.into_iter(), 2);
+        assert_eq!(near, [false, true, true, true, true, true, true, true, true]);
+        assert_eq!(near_inside([false; 3].into_iter(), 2), [false; 3]);
+    }
+}

@@ -1,0 +1,133 @@
+//! A pyramid of terrain tiles (quantized-mesh 1.0) in which every level keeps a stated error.
+//!
+//! In comes a raster; out goes a folder of tiles with its manifest. `source` gives the heights of the finest grid (`grid`), a
+//! fixed grid of longitudes and latitudes not coarser than the raster, and `samples` keeps them. A level is made tile by
+//! tile: `lines` finds the sides, which depend on their line and the level alone, `part` makes meshes with the engines of
+//! [`crate::kernel`], `quantize` brings places and heights onto the lattice that the format has, so that tiles of a level share
+//! every vertex on their border, `surface` is the tile as decoded, `measure` compares that with all samples, and `tile` mends
+//! what is beyond the error. `encode`, `normals`, `manifest` and `write` make files of it.
+//!
+//! **The promise.** Every tile of level L, as decoded, is within ε_L of every sample of the finest grid that the raster gives a
+//! height, along the normal of the ellipsoid. It does not rest on how the mesh was made: `measure` finds the distance of each
+//! sample from the very vertices that are written, adds a bound of its rounding, and a tile that fails is mended or refused.
+//! Samples that the raster gives no height, and those beyond its outermost samples, have the height that is taken outside;
+//! nothing is promised there, and near the raster's border the surface runs from one to the other.
+//!
+//! **Memory.** A thread holds the samples of a part (at most 513 × 513, with heights and weights), a window of 256 × 256 samples,
+//! and the mesh of one tile of at most 65,536 vertices. In common there are 40 bytes for each tile of all levels. Samples
+//! of the grid, 8 bytes each, are in an unlinked temporary file that is mapped.
+//!
+//! **The same bytes.** Tiles depend on the raster and the options, not on threads. Sines, cosines and PROJ decide them: another
+//! version of the system's mathematics or of PROJ may move a place by the last bit.
+
+mod body;
+mod encode;
+mod error;
+mod grid;
+mod lines;
+mod make;
+mod manifest;
+mod measure;
+mod normals;
+mod part;
+mod quantize;
+mod report;
+mod samples;
+mod source;
+mod surface;
+#[cfg(test)]
+mod tests;
+mod tile;
+mod write;
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+pub use body::Body;
+pub use error::PyramidError;
+pub use grid::{Grid, Level, TileKey};
+pub use manifest::{LAYER, Layer, PROMISE, Promise, Range};
+pub use report::{LevelReport, TilesReport};
+pub(crate) use samples::{Block as SampleBlock, Patch, Samples};
+
+use crate::base::control::Control;
+use crate::raster::View;
+
+/// What tiles are made from, and how.
+#[derive(Debug, Clone)]
+pub struct TilesRequest {
+    /// The raster.
+    pub input: PathBuf,
+    /// How it is looked at.
+    pub view: View,
+    /// The folder.
+    pub output: PathBuf,
+    /// The largest error of the finest level, in metres.
+    pub max_error: f64,
+    /// The finest level; `None`: the coarser of the first whose client error is not above `max_error`, and the first whose
+    /// tiles have at most 128 cells of the finest grid.
+    pub max_level: Option<u32>,
+    /// No level's error is larger than this times the client's.
+    pub error_factor: f64,
+    /// A power of two: how many cells the grid has where the raster's samples ask for one.
+    pub grid_factor: u32,
+    /// The vertical CRS of the heights, where the raster does not say, or says another.
+    pub vertical_crs: Option<String>,
+    /// The height in metres above the ellipsoid where the raster has none.
+    pub outside: f64,
+    /// Whether files are compressed.
+    pub gzip: bool,
+    /// Whether an earlier set of tiles may be replaced.
+    pub overwrite: bool,
+    /// Threads; `None`: as many as there are cores.
+    pub threads: Option<NonZeroUsize>,
+    /// The folder of temporary files; `None` is the system's.
+    pub temp_dir: Option<PathBuf>,
+}
+
+impl TilesRequest {
+    /// Tiles within this error, everything else as usual.
+    pub fn new(input: impl Into<PathBuf>, output: impl Into<PathBuf>, max_error: f64) -> TilesRequest {
+        TilesRequest {
+            input: input.into(),
+            view: View::default(),
+            output: output.into(),
+            max_error,
+            max_level: None,
+            error_factor: 1.0,
+            grid_factor: 1,
+            vertical_crs: None,
+            outside: 0.0,
+            gzip: false,
+            overwrite: false,
+            threads: None,
+            temp_dir: None,
+        }
+    }
+
+    fn temp_dir(&self) -> PathBuf {
+        self.temp_dir.clone().unwrap_or_else(std::env::temp_dir)
+    }
+}
+
+/// The samples that a set of tiles was made from, and the grid that is not coarser than the raster.
+pub(crate) fn samples(
+    request: &TilesRequest,
+    grid: Grid,
+    control: &Control<'_>,
+) -> Result<(Samples, Grid, Body), PyramidError> {
+    let prepared = make::open(request, control)?;
+    let coarsest = prepared.source.grid(0)?;
+    Ok((make::resample(&prepared, grid, request, control)?, coarsest, prepared.body))
+}
+
+/// Makes a set of tiles.
+///
+/// # Errors
+/// [`PyramidError`]; nothing is left under the output's name then.
+pub fn tiles(request: &TilesRequest, control: &Control<'_>) -> Result<TilesReport, PyramidError> {
+    let threads = request.threads.map_or(0, NonZeroUsize::get);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|e| PyramidError::Threads { threads, reason: e.to_string() })?;
+    pool.install(|| make::make(request, control))
+}

@@ -1,0 +1,271 @@
+//! The mesh of a part of a tile: of all of it where triangles are flat enough, else of one of k × k.
+//!
+//! A part of up to [`MOST_CELLS`] cells is made from all samples. A larger one is made from every 2ᵏ-th sample, at a share of
+//! the tolerance, and its inner vertices are taken over. In either case whoever measures the tile as decoded may ask for
+//! further vertices: then the part is triangulated anew, Delaunay on the lattice of the format, where no triangle can be
+//! turned over by rounding.
+
+use super::error::PyramidError;
+use super::lines::{Line, Sides, Vertex, collar, near_inside};
+use super::quantize::SPAN;
+use super::samples::{Block, Patch, Samples};
+use crate::base::control::CancelToken;
+use crate::base::lattice::{Point, orient};
+use crate::base::mesh::{self, Domain, TileMesh};
+use crate::base::{Heights, Tile};
+use crate::kernel::polish;
+use crate::kernel::seam::{Limits, MinLink};
+use crate::kernel::triangulate::insertion::{self, GreedyInsertion, delaunay};
+use crate::kernel::triangulate::{Engine, EngineScratch, Feasibility, Task};
+
+/// Parts of so many cells are made from all of their samples.
+const MOST_CELLS: i64 = 512;
+
+/// The share of the tolerance that the mesh of every 2ᵏ-th sample is made at: those between are measured afterwards.
+const THINNED_SHARE: f64 = 0.9;
+
+/// Polishing keeps the surface between samples within so many tolerances of their heights.
+const MAX_STRAY: f64 = 1.5;
+
+/// A part: its square of the tile, in cells from the tile's north-west corner, and what it is made for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// The tile's first sample on the grid.
+    pub(super) origin: (i64, i64),
+    /// Cells along the tile's side.
+    pub(super) tile_cells: i64,
+    /// The part's first sample in the tile.
+    pub(super) first: (i64, i64),
+    /// Cells along the part's side.
+    pub(super) cells: i64,
+    /// How far the mesh may be from samples, places and heights not rounded yet.
+    pub(super) tolerance: f64,
+    /// Vertices stand at multiples of it.
+    pub(super) snap: i64,
+}
+
+impl Place {
+    /// Whether a vertex can stand inside, off the rim.
+    pub(super) fn has_inside(&self, vertex: &Vertex) -> bool {
+        let (column, row) = (vertex.column - self.first.0, vertex.row - self.first.1);
+        let is_snapped = vertex.column % self.snap == 0 && vertex.row % self.snap == 0;
+        is_snapped && column > 0 && row > 0 && column < self.cells && row < self.cells
+    }
+}
+
+/// The mesh of a part.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Part {
+    /// Those of the rim come first.
+    pub(super) vertices: Vec<Vertex>,
+    /// How many are on the rim.
+    pub(super) rim: usize,
+    /// Counter-clockwise as seen from above.
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+/// Memory for parts, reused.
+#[derive(Default)]
+pub(super) struct PartMaker {
+    sides: Sides,
+    min_link: MinLink,
+    engine: EngineScratch,
+    insertion: insertion::Scratch,
+    polish: polish::Scratch,
+    block: Block,
+    mesh: TileMesh,
+}
+
+impl PartMaker {
+    /// Makes a part.
+    pub(super) fn make(
+        &mut self,
+        samples: &Samples,
+        place: &Place,
+        cancel: &CancelToken,
+    ) -> Result<Part, PyramidError> {
+        let rim = self.rim(samples, place, cancel)?;
+        let (column, row) = (place.origin.0 + place.first.0, place.origin.1 + place.first.1);
+        if !samples.may_have(column, row, place.cells, place.cells) {
+            return Ok(self.triangulate(place, &rim, rim.len(), &[]));
+        }
+        let step = (place.cells / MOST_CELLS).max(1).max(place.snap);
+        let side = (place.cells / step) as usize + 1;
+        samples.read(Patch { column, row, width: side, height: side, step }, &mut self.block)?;
+        if !self.block.inside.contains(&true) {
+            return Ok(self.triangulate(place, &rim, rim.len(), &[]));
+        }
+        if step == 1 { self.of_all(place, &rim, cancel) } else { self.of_some(place, &rim, step, cancel) }
+    }
+
+    /// The vertices around a part: its north side eastwards, then on clockwise as seen from above. Ground lies to the right
+    /// there, which is left on the lattice, whose rows run down.
+    fn rim(&mut self, samples: &Samples, place: &Place, cancel: &CancelToken) -> Result<Vec<Vertex>, PyramidError> {
+        let Place { origin, first, cells, tolerance, snap, .. } = *place;
+        let mut side = |column: i64, row: i64, down: bool| {
+            let line = Line { column: origin.0 + column, row: origin.1 + row, length: cells, down };
+            let found = self.sides.find(samples, line, tolerance, snap, cancel)?;
+            let vertex = |(at, height)| match down {
+                true => Vertex { column, row: row + at, height },
+                false => Vertex { column: column + at, row, height },
+            };
+            Ok::<Vec<Vertex>, PyramidError>(found.into_iter().map(vertex).collect())
+        };
+        let north = side(first.0, first.1, false)?;
+        let east = side(first.0 + cells, first.1, true)?;
+        let south = side(first.0, first.1 + cells, false)?;
+        let west = side(first.0, first.1, true)?;
+        let mut rim = Vec::with_capacity(north.len() + east.len() + south.len() + west.len());
+        rim.extend_from_slice(&north[..north.len() - 1]);
+        rim.extend_from_slice(&east[..east.len() - 1]);
+        rim.extend(south[1..].iter().rev());
+        rim.extend(west[1..].iter().rev());
+        Ok(rim)
+    }
+
+    /// Reads the block as a tile in which nothing binds the samples outside that are near others inside, but for those on
+    /// the rim: there `on_rim` says which.
+    fn tile(&self, on_rim: impl Fn(usize, usize) -> Option<bool>, side: usize) -> Tile {
+        let Block { heights, inside, .. } = &self.block;
+        let tile = Tile::from_heights(side, side, Heights::F64(heights.clone()));
+        if !inside.contains(&false) {
+            return tile;
+        }
+        let reach = collar(side as i64 - 1);
+        let mut near = vec![false; side * side];
+        for row in 0..side {
+            let line = near_inside(inside[row * side..][..side].iter().copied(), reach);
+            near[row * side..][..side].copy_from_slice(&line);
+        }
+        for column in 0..side {
+            let line = near_inside((0..side).map(|row| near[row * side + column]), reach);
+            (0..side).for_each(|row| near[row * side + column] = line[row]);
+        }
+        let weight = |i: usize| {
+            let is_free = on_rim(i % side, i / side).unwrap_or(near[i] && !inside[i]);
+            if is_free { 0.0 } else { 1.0 }
+        };
+        tile.with_weights((0..side * side).map(weight).collect())
+    }
+
+    /// Whether samples of the rim are free, as [`Sides`] has it.
+    fn free_on_rim(&self, side: usize) -> impl Fn(usize, usize) -> Option<bool> + use<> {
+        let inside = &self.block.inside;
+        let reach = collar(side as i64 - 1);
+        let line = |at: &dyn Fn(usize) -> usize| {
+            let near = near_inside((0..side).map(|i| inside[at(i)]), reach);
+            (0..side).map(|i| near[i] && !inside[at(i)]).collect::<Vec<bool>>()
+        };
+        let last = side - 1;
+        let north = line(&|i| i);
+        let south = line(&|i| last * side + i);
+        let west = line(&|i| i * side);
+        let east = line(&|i| i * side + last);
+        move |column, row| match (column, row) {
+            // A corner is a vertex of both of its sides.
+            (c, 0) => Some(north[c]),
+            (c, r) if r == last => Some(south[c]),
+            (0, r) => Some(west[r]),
+            (c, r) if c == last => Some(east[r]),
+            _ => None,
+        }
+    }
+
+    /// From all samples, with the rim as it is.
+    fn of_all(&mut self, place: &Place, rim: &[Vertex], cancel: &CancelToken) -> Result<Part, PyramidError> {
+        let side = place.cells as usize + 1;
+        let tile = self.tile(self.free_on_rim(side), side);
+        let local = |v: &Vertex| mesh::Vertex {
+            at: Point::of_sample((v.column - place.first.0) as i32, (v.row - place.first.1) as i32),
+            height: v.height,
+        };
+        let domain = domain(rim.iter().map(local).collect());
+        self.run(&tile, &domain, place.tolerance, cancel)?;
+        let vertices: Vec<Vertex> = self.mesh.vertices.iter().map(|v| on_tile(v, place.first, 1)).collect();
+        let triangles = self.mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
+        let part = Part { vertices, rim: rim.len(), triangles };
+        if part.keeps_its_turns(place.tile_cells) {
+            return Ok(part);
+        }
+        Ok(self.triangulate(place, &part.vertices, part.rim, &[]))
+    }
+
+    /// From every so-many-th sample, with a rim of its own that only serves to choose vertices inside.
+    fn of_some(
+        &mut self,
+        place: &Place,
+        rim: &[Vertex],
+        step: i64,
+        cancel: &CancelToken,
+    ) -> Result<Part, PyramidError> {
+        let side = (place.cells / step) as usize + 1;
+        let tile = self.tile(self.free_on_rim(side), side);
+        let tolerance = THINNED_SHARE * place.tolerance;
+        let mut loop_ = Vec::new();
+        let last = side - 1;
+        let sides: [&dyn Fn(usize) -> (usize, usize); 4] =
+            [&|i| (i, 0), &|i| (last, i), &|i| (last - i, last), &|i| (0, last - i)];
+        for at in sides {
+            let heights: Vec<f64> = (0..side).map(at).map(|(c, r)| tile.at(c, r)).collect();
+            let limits: Vec<f64> = (0..side).map(at).map(|(c, r)| tile.limit(c, r, tolerance)).collect();
+            let path = self.min_link.path(&heights, Limits::Each(&limits), &[], cancel)?;
+            let vertex =
+                |&i: &usize| mesh::Vertex { at: Point::of_sample(at(i).0 as i32, at(i).1 as i32), height: heights[i] };
+            loop_.extend(path[..path.len() - 1].iter().map(vertex));
+        }
+        let on_rim = loop_.len();
+        self.run(&tile, &domain(loop_), tolerance, cancel)?;
+        let inner: Vec<Vertex> = self.mesh.vertices[on_rim..].iter().map(|v| on_tile(v, place.first, step)).collect();
+        Ok(self.triangulate(place, rim, rim.len(), &inner))
+    }
+
+    /// Engine and polishing.
+    fn run(&mut self, tile: &Tile, domain: &Domain, tolerance: f64, cancel: &CancelToken) -> Result<(), PyramidError> {
+        let (feasibility, max_stray) = (Feasibility::Weak, MAX_STRAY);
+        let task = Task { tile, domain, tolerance, feasibility, max_stray, cancel };
+        GreedyInsertion::default().triangulate(&task, &mut self.engine, &mut self.mesh)?;
+        let options = polish::Options { effort: polish::Effort::Fast, ..polish::Options::default() };
+        polish::polish(&task, &options, &mut self.polish, &mut self.mesh)?;
+        Ok(())
+    }
+
+    /// Triangulates a rim (the first `on_rim` of the vertices), the vertices after it and further ones, Delaunay on the
+    /// lattice of the format. A vertex that comes to lie on the rim or on another there is left out.
+    pub(super) fn triangulate(&mut self, place: &Place, vertices: &[Vertex], on_rim: usize, more: &[Vertex]) -> Part {
+        let at = |v: &Vertex| lattice_point(v, place.tile_cells);
+        let numbered = |i: usize, v: &Vertex| mesh::Vertex { at: at(v), height: i as f64 };
+        let all: Vec<Vertex> = vertices.iter().chain(more).copied().collect();
+        let domain = domain(all[..on_rim].iter().enumerate().map(|(i, v)| numbered(i, v)).collect());
+        let inner = all.iter().enumerate().skip(on_rim).map(|(i, v)| numbered(i, v));
+        delaunay(&domain, inner, &mut self.insertion, &mut self.mesh);
+        // Heights have carried the numbers of the vertices through.
+        let vertices = self.mesh.vertices.iter().map(|v| all[v.height as usize]).collect();
+        let triangles = self.mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
+        Part { vertices, rim: on_rim, triangles }
+    }
+}
+
+impl Part {
+    /// Whether rounding to the lattice of the format turns no triangle over.
+    fn keeps_its_turns(&self, tile_cells: i64) -> bool {
+        let at = |i: u32| lattice_point(&self.vertices[i as usize], tile_cells);
+        self.triangles.iter().all(|&[a, b, c]| orient(at(a), at(c), at(b)) > 0)
+    }
+}
+
+/// A vertex on the lattice of the format, rows running down.
+fn lattice_point(vertex: &Vertex, tile_cells: i64) -> Point {
+    let (u, v) = vertex.coordinates(tile_cells);
+    Point { x: u as i32, y: (SPAN - v) as i32 }
+}
+
+fn domain(rim: Vec<mesh::Vertex>) -> Domain {
+    let loops = vec![(0..rim.len() as u32).collect()];
+    Domain { vertices: rim, loops, ..Domain::default() }
+}
+
+/// A vertex of a mesh over every so-many-th sample of a part.
+fn on_tile(vertex: &mesh::Vertex, first: (i64, i64), step: i64) -> Vertex {
+    let (column, row) = vertex.at.sample().expect("vertices stand on samples");
+    Vertex { column: first.0 + column as i64 * step, row: first.1 + row as i64 * step, height: vertex.height }
+}

@@ -1,0 +1,188 @@
+//! Whole sets of tiles, and the heights of the finest grid.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use gdal::spatial_ref::{AxisMappingStrategy, CoordTransform, SpatialRef};
+
+use super::source::{Source, band};
+use super::{PyramidError, TilesReport, TilesRequest, make, tiles};
+use crate::base::Window;
+use crate::base::control::Control;
+use crate::raster::{GeodesyError, Raster};
+use crate::testing::{folder, raster};
+
+fn hills(column: usize, row: usize) -> f32 {
+    let (x, y) = (column as f32, row as f32);
+    600.0 + 400.0 * (x / 5.0).sin() * (y / 7.0).cos() + 30.0 * ((x * 1.3 + y * 2.1) % 5.0)
+}
+
+fn request(input: &Path, output: &Path, max_error: f64) -> TilesRequest {
+    TilesRequest { temp_dir: Some(crate::fuzzing::temp_dir()), ..TilesRequest::new(input, output, max_error) }
+}
+
+/// The naive way: each sample by itself, from the samples themselves.
+#[test]
+fn heights_of_the_grid_are_bilinear_at_the_exact_place() {
+    let folder = folder();
+    let size = (40, 30);
+    let transform = [500_000.0, 300.0, 60.0, 5_200_000.0, 40.0, -280.0];
+    let path = raster(folder.path(), "dem.tif", size, transform, "EPSG:32633", &hills);
+    let prepared = make::open(&request(&path, Path::new("out"), 10.0), &Control::default()).expect("a raster");
+    let source = Arc::new(Source::new(prepared.source.field.clone(), prepared.source.geodesy.clone()));
+    let grid = source.grid(0).expect("a grid");
+    assert_eq!(grid.exponent, 17);
+    let area = source.area(grid).expect("an area");
+    let samples = band(source, grid, area).expect("a band");
+    let mut words = vec![0f64; area.width * area.height];
+    let whole = Window { column: 0, row: 0, width: area.width, height: area.height };
+    samples.read(whole, bytemuck::cast_slice_mut(&mut words)).expect("heights");
+    let crs = |epsg| {
+        let mut crs = SpatialRef::from_epsg(epsg).expect("known");
+        crs.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
+        crs
+    };
+    let way = CoordTransform::new(&crs(4326), &crs(32633)).expect("a way");
+    let [x0, xc, xr, y0, yc, yr] = transform;
+    let mut inside = 0;
+    for (i, &found) in words.iter().enumerate() {
+        let (column, row) = (area.column + (i % area.width) as i64, area.row + (i / area.width) as i64);
+        let (mut x, mut y) = ([grid.longitude(column)], [grid.latitude(row)]);
+        way.transform_coords(&mut x, &mut y, &mut []).expect("a place");
+        let (dx, dy, det) = (x[0] - x0, y[0] - y0, xc * yr - xr * yc);
+        let (c, r) = ((dx * yr - dy * xr) / det - 0.5, (dy * xc - dx * yc) / det - 0.5);
+        if !(0.0..=39.0).contains(&c) || !(0.0..=29.0).contains(&r) {
+            assert!(found.is_nan(), "{c}, {r}");
+            continue;
+        }
+        inside += 1;
+        let (left, top) = (c.floor().min(38.0), r.floor().min(28.0));
+        let at = |dc: usize, dr: usize| f64::from(hills(left as usize + dc, top as usize + dr));
+        let (p, q) = (c - left, r - top);
+        let expected = at(0, 0)
+            + p * (at(1, 0) - at(0, 0))
+            + q * (at(0, 1) - at(0, 0))
+            + p * q * (at(1, 1) - at(1, 0) - at(0, 1) + at(0, 0));
+        assert!((found - expected).abs() < 1e-6, "{found} for {expected} at {c}, {r}");
+    }
+    assert!(inside > 1000, "{inside}");
+    // Windows do not change a height.
+    let window = Window { column: 7, row: 9, width: 80, height: 11 };
+    let mut part = vec![0f64; window.len()];
+    samples.read(window, bytemuck::cast_slice_mut(&mut part)).expect("heights");
+    for (i, height) in part.iter().enumerate() {
+        let whole = words[(window.row + i / 80) * area.width + window.column + i % 80];
+        assert_eq!(height.to_bits(), whole.to_bits());
+    }
+}
+
+/// All files of a folder, with their names.
+fn content(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut all = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for path in next.read_dir().expect("a folder").map(|entry| entry.expect("an entry").path()) {
+            match path.is_dir() {
+                true => folders.push(path),
+                false => all.push((
+                    path.strip_prefix(folder).expect("inside").to_path_buf(),
+                    std::fs::read(&path).expect("a file"),
+                )),
+            }
+        }
+    }
+    all.sort();
+    all
+}
+
+fn made(input: &Path, output: &Path, threads: usize) -> Result<TilesReport, PyramidError> {
+    let request = TilesRequest { threads: std::num::NonZeroUsize::new(threads), ..request(input, output, 100.0) };
+    tiles(&request, &Control::default())
+}
+
+#[test]
+fn threads_do_not_change_a_byte() {
+    let folder = folder();
+    let transform = [10.0, 0.02, 0.0, 47.0, 0.0, -0.02];
+    let path = raster(folder.path(), "dem.tif", (50, 40), transform, "EPSG:4326", &hills);
+    let (one, three) = (folder.path().join("one"), folder.path().join("three"));
+    let report = made(&path, &one, 1).expect("tiles");
+    made(&path, &three, 3).expect("tiles");
+    assert_eq!(content(&one), content(&three));
+    assert!(report.levels.iter().all(|l| l.largest_error <= l.max_error && l.tiles > 0), "{report:?}");
+    assert_eq!(report.levels[0].tiles, 2);
+    // Nothing else is left beside them.
+    assert_eq!(folder.path().read_dir().expect("a folder").count(), 3);
+    assert!(matches!(made(&path, &one, 1), Err(PyramidError::Occupied { found: "an earlier set of tiles", .. })));
+}
+
+#[test]
+fn folders_with_other_files_are_left_alone() {
+    let folder = folder();
+    let transform = [10.0, 0.02, 0.0, 47.0, 0.0, -0.02];
+    let path = raster(folder.path(), "dem.tif", (10, 10), transform, "EPSG:4326", &hills);
+    let out = folder.path().join("out");
+    std::fs::create_dir(&out).expect("a folder");
+    std::fs::write(out.join("layer.json"), "{}").expect("a file");
+    for overwrite in [false, true] {
+        let found = tiles(&TilesRequest { overwrite, ..request(&path, &out, 100.0) }, &Control::default());
+        assert!(matches!(found, Err(PyramidError::Occupied { found: "other files", .. })), "{found:?}");
+    }
+    assert_eq!(content(&out), [(PathBuf::from("layer.json"), b"{}".to_vec())]);
+    std::fs::remove_file(out.join("layer.json")).expect("removed");
+    made(&path, &out, 1).expect("an empty folder is taken");
+    let again = TilesRequest { overwrite: true, gzip: true, ..request(&path, &out, 100.0) };
+    tiles(&again, &Control::default()).expect("an earlier set is replaced");
+    assert!(
+        content(&out).iter().any(|(name, bytes)| name.ends_with("0/0/0.terrain") && bytes.starts_with(&[0x1f, 0x8b]))
+    );
+    assert_eq!(folder.path().read_dir().expect("a folder").count(), 2);
+}
+
+#[test]
+fn rasters_that_lie_nowhere_are_refused() {
+    let folder = folder();
+    let transform = [10.0, 0.02, 0.0, 47.0, 0.0, -0.02];
+    let out = folder.path().join("out");
+    let local = "LOCAL_CS[\"site\",UNIT[\"metre\",1]]";
+    for crs in ["", local] {
+        let path = raster(folder.path(), "dem.tif", (10, 10), transform, crs, &hills);
+        let found = made(&path, &out, 1);
+        assert!(matches!(found, Err(PyramidError::Geodesy { source: GeodesyError::Local { .. }, .. })), "{found:?}");
+    }
+    let nothing = raster(folder.path(), "nothing.tif", (10, 10), transform, "EPSG:4326", &|_, _| f32::NAN);
+    assert!(matches!(made(&nothing, &out, 1), Err(PyramidError::Nothing { .. })));
+    assert!(!out.exists());
+}
+
+#[test]
+fn heights_are_brought_to_the_ellipsoid_or_refused() {
+    let folder = folder();
+    let at =
+        |name: &str, crs: &str, transform: [f64; 6]| raster(folder.path(), name, (3, 3), transform, crs, &|_, _| 0.0);
+    let (alps, plains) = ([7.99, 0.01, 0.0, 46.01, 0.0, -0.01], [-100.01, 0.01, 0.0, 40.01, 0.0, -0.01]);
+    let height = |path: &Path, vertical: Option<&str>, (lon, lat): (f64, f64)| {
+        let geodesy = Raster::open(path, 1).expect("a raster").geodesy(vertical)?;
+        let (mut x, mut y, mut z) = ([lon], [lat], [0.0]);
+        geodesy.ways()?.to_ellipsoidal(&mut x, &mut y, &mut z);
+        Ok::<f64, GeodesyError>(z[0])
+    };
+    let compound = at("compound.tif", "EPSG:4326+5773", alps);
+    let flat = at("flat.tif", "EPSG:4326", alps);
+    for (path, vertical) in [(&compound, None), (&flat, Some("EPSG:5773"))] {
+        let found = height(path, vertical, (8.0, 46.0)).expect("EGM96 comes with PROJ's data");
+        assert!((found - 51.853).abs() < 0.001, "{found}");
+    }
+    assert_eq!(height(&flat, None, (8.0, 46.0)).expect("ellipsoidal"), 0.0);
+    let refused =
+        [("EPSG:4326+3855", alps), ("EPSG:7415", [1.2e5, 10.0, 0.0, 4.8e5, 0.0, -10.0]), ("EPSG:4269+5703", plains)];
+    for (crs, transform) in refused {
+        let found = height(&at("refused.tif", crs, transform), None, (8.0, 46.0));
+        assert!(
+            matches!(&found, Err(GeodesyError::NoGrid { vertical, .. }) if !vertical.is_empty()),
+            "{crs}: {found:?}"
+        );
+    }
+    let wrong = height(&flat, Some("EPSG:4326"), (8.0, 46.0));
+    assert!(matches!(wrong, Err(GeodesyError::NotVertical { .. })), "{wrong:?}");
+}

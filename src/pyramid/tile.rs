@@ -1,0 +1,145 @@
+//! One tile: its parts, put together, measured as decoded, and mended until every sample is within the level's error.
+
+use super::Body;
+use super::error::PyramidError;
+use super::grid::{Level, TileKey};
+use super::lines::Vertex;
+use super::measure::{Measured, Meter};
+use super::part::{Part, PartMaker, Place};
+use super::quantize::{Steps, snap};
+use super::samples::{Block, Patch, Samples};
+use super::surface::Surface;
+use crate::base::control::CancelToken;
+
+/// Memory that tiles are made in, one thread's.
+#[derive(Default)]
+pub(super) struct TileMaker {
+    parts: PartMaker,
+    block: Block,
+}
+
+/// What is the same for all tiles of a level.
+pub(super) struct LevelTask<'a> {
+    pub(super) body: &'a Body,
+    pub(super) samples: &'a Samples,
+    pub(super) level: Level,
+    pub(super) steps: &'a Steps,
+    pub(super) cancel: &'a CancelToken,
+}
+
+/// The share of a level's error that meshes are made within, before curvature and the steps of heights take theirs.
+const SHARE: f64 = 0.98;
+
+/// Rounds of mending: a few are the rule, where parts are small enough.
+const ROUNDS: usize = 40;
+
+impl LevelTask<'_> {
+    /// How far meshes may be from samples before they are rounded and curved: what sag, the chord's distance sideways
+    /// times the slope (as much again, on ground of 45°), and half of the coarsest step leave. Not enough is left where the
+    /// ground is steeper; the tile is measured and mended then.
+    fn tolerance(&self, tile: TileKey) -> Result<f64, PyramidError> {
+        let max_error = self.level.max_error;
+        let side = 180.0 / (1u64 << self.level.level) as f64 / f64::from(self.level.parts);
+        let step = self.steps.coarsest();
+        let tolerance = SHARE * max_error - 2.0 * self.body.sag(side) - 0.5 * step;
+        if tolerance < 0.25 * max_error {
+            return Err(PyramidError::Step { tile, step, max_error });
+        }
+        Ok(tolerance)
+    }
+
+    /// Makes a tile.
+    pub(super) fn make(&self, tile: TileKey, maker: &mut TileMaker) -> Result<(Surface, Measured), PyramidError> {
+        let grid = self.samples.grid;
+        let tile_cells = grid.cells(tile.level);
+        let parts = i64::from(self.level.parts);
+        let cells = tile_cells / parts;
+        let tolerance = self.tolerance(tile)?;
+        let place = |i: i64| Place {
+            origin: tile.origin(grid),
+            tile_cells,
+            first: (i % parts * cells, i / parts * cells),
+            cells,
+            tolerance,
+            snap: snap(tile_cells),
+        };
+        let mut made = Vec::with_capacity((parts * parts) as usize);
+        for i in 0..parts * parts {
+            self.cancel.check()?;
+            made.push(maker.parts.make(self.samples, &place(i), self.cancel)?);
+        }
+        let meter = Meter { body: self.body, samples: self.samples, cancel: self.cancel };
+        let max_error = self.level.max_error;
+        for _ in 0..ROUNDS {
+            let surface = Surface::of(self.body, grid, tile, self.steps, &made);
+            let measured = meter.measure(&surface, max_error, &mut maker.block)?;
+            if measured.failing.is_empty() {
+                return Ok((surface, measured));
+            }
+            if !self.mend(tile, &mut made, &measured.failing, &place, maker)? {
+                break;
+            }
+        }
+        Err(PyramidError::Unreachable { tile, max_error })
+    }
+
+    /// Gives parts the vertices that they lack, and triangulates those anew; says whether any has changed. Where the sample that
+    /// fails is a vertex already, or on the rim of its part, chords beside it are too long for the steepness of its
+    /// triangles: the samples around it become vertices.
+    fn mend(
+        &self,
+        tile: TileKey,
+        parts: &mut [Part],
+        failing: &[(u32, Vertex)],
+        place: &dyn Fn(i64) -> Place,
+        maker: &mut TileMaker,
+    ) -> Result<bool, PyramidError> {
+        let across = i64::from(self.level.parts);
+        let mut wanted: Vec<(u32, Vertex)> = Vec::new();
+        for &(owner, vertex) in failing {
+            let Place { cells, .. } = place(0);
+            let around = (vertex.column / cells).min(across - 1) + across * (vertex.row / cells).min(across - 1);
+            let number = if place(around).has_inside(&vertex) { around as u32 } else { owner };
+            let is_new = place(i64::from(number)).has_inside(&vertex)
+                && !parts[number as usize].vertices.iter().any(|v| (v.column, v.row) == (vertex.column, vertex.row));
+            if is_new {
+                wanted.push((number, vertex));
+            } else {
+                let neighbours = self.around(tile, &vertex, place(0).snap, &mut maker.block)?;
+                wanted.extend(
+                    neighbours.into_iter().map(|v| (number, v)).filter(|(n, v)| place(i64::from(*n)).has_inside(v)),
+                );
+            }
+        }
+        wanted.sort_by_key(|(part, v)| (*part, v.row, v.column));
+        wanted.dedup_by_key(|(part, v)| (*part, v.row, v.column));
+        let mut is_mended = false;
+        for group in wanted.chunk_by(|a, b| a.0 == b.0) {
+            let number = group[0].0;
+            let more: Vec<Vertex> = group.iter().map(|(_, v)| *v).collect();
+            let part = &mut parts[number as usize];
+            let again = maker.parts.triangulate(&place(i64::from(number)), &part.vertices, part.rim, &more);
+            is_mended |= again.vertices.len() > part.vertices.len() || again.triangles != part.triangles;
+            *part = again;
+        }
+        Ok(is_mended)
+    }
+
+    /// The samples of the raster around one where vertices can stand.
+    fn around(
+        &self,
+        tile: TileKey,
+        vertex: &Vertex,
+        snap: i64,
+        block: &mut Block,
+    ) -> Result<Vec<Vertex>, PyramidError> {
+        let (column, row) = tile.origin(self.samples.grid);
+        let (left, top) = (vertex.column - snap, vertex.row - snap);
+        let patch = Patch { column: column + left, row: row + top, width: 3, height: 3, step: snap };
+        self.samples.read(patch, block)?;
+        let sample =
+            |i: i64| Vertex { column: left + i % 3 * snap, row: top + i / 3 * snap, height: block.heights[i as usize] };
+        // Those beyond the raster would make a cliff of its border.
+        Ok((0..9).filter(|&i| block.inside[i as usize]).map(sample).collect())
+    }
+}

@@ -1,0 +1,76 @@
+//! Points on an ellipsoid and above it, by the parametric latitude; the maker of tiles has formulas of its own.
+
+/// Half axes in metres.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ellipsoid {
+    pub(super) a: f64,
+    pub(super) b: f64,
+}
+
+pub(super) type Point = [f64; 3];
+
+pub(super) fn less(p: Point, q: Point) -> Point {
+    [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
+}
+
+pub(super) fn times(p: Point, q: Point) -> f64 {
+    p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
+}
+
+pub(super) fn across(p: Point, q: Point) -> Point {
+    [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]]
+}
+
+impl Ellipsoid {
+    /// The point of the ellipsoid at a longitude and latitude in degrees, and the normal there.
+    pub(super) fn foot(&self, lon: f64, lat: f64) -> (Point, Point) {
+        let (lambda, phi) = (lon.to_radians(), lat.to_radians());
+        let beta = (self.b * phi.sin()).atan2(self.a * phi.cos());
+        let reach = self.a * beta.cos();
+        let foot = [reach * lambda.cos(), reach * lambda.sin(), self.b * beta.sin()];
+        (foot, [phi.cos() * lambda.cos(), phi.cos() * lambda.sin(), phi.sin()])
+    }
+
+    pub(super) fn point(&self, lon: f64, lat: f64, height: f64) -> Point {
+        let (foot, normal) = self.foot(lon, lat);
+        std::array::from_fn(|i| foot[i] + height * normal[i])
+    }
+
+    /// Longitude, latitude and height of a point: Newton's method in Bowring's form, to the last digits that doubles have.
+    pub(super) fn geodetic(&self, p: Point) -> (f64, f64, f64) {
+        let (a, b) = (self.a, self.b);
+        let reach = p[0].hypot(p[1]);
+        let (e2, second) = ((a * a - b * b) / (a * a), (a * a - b * b) / (b * b));
+        let mut beta = (p[2] * a).atan2(reach * b);
+        let mut phi = 0.0f64;
+        for _ in 0..4 {
+            let (sin, cos) = beta.sin_cos();
+            phi = (p[2] + second * b * sin * sin * sin).atan2(reach - e2 * a * cos * cos * cos);
+            beta = (b * phi.sin()).atan2(a * phi.cos());
+        }
+        let lon = p[1].atan2(p[0]).to_degrees();
+        let (foot, normal) = self.foot(lon, phi.to_degrees());
+        (lon, phi.to_degrees(), times(less(p, foot), normal))
+    }
+
+    /// The error at which clients go one level deeper.
+    pub(super) fn client_error(&self, level: u32) -> f64 {
+        std::f64::consts::TAU * self.a / (4.0 * 65.0 * 2.0) / 2f64.powi(level as i32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn points_come_back(lon in -180.0f64..180.0, lat in -89.9f64..89.9, height in -11_000.0f64..9000.0) {
+            let earth = Ellipsoid { a: 6_378_137.0, b: 6_356_752.314_245_179 };
+            let (x, y, z) = earth.geodetic(earth.point(lon, lat, height));
+            prop_assert!((z - height).abs() < 1e-8, "{z} for {height}");
+            prop_assert!((x - lon).abs() < 1e-9 && (y - lat).abs() < 1e-11, "{x} {y}");
+        }
+    }
+}

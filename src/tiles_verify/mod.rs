@@ -1,0 +1,276 @@
+//! Judges a set of terrain tiles against the raster that it was made from.
+//!
+//! In come the raster and the folder; out comes a [`Verdict`]. `decode` reads files, `ellipsoid` has formulas of its own, `tile`
+//! judges a tile by itself, `borders` where tiles meet, `manifest` what stands beside them. It shares with
+//! [`crate::pyramid`] which samples the finest grid has and what their heights are, the addresses of tiles, and the form of
+//! `terrabite.json`; nothing of how meshes are made, written or measured.
+//!
+//! **Why that is a proof.** Triangles of a tile have positive area, no side of an edge has two, edges with one are on the border,
+//! and areas add up to the square: so they tile it. The normal at every sample is intersected with all triangles near it; the
+//! largest distance counts, with a bound of rounding added: a coordinate is off by less than 4·10⁻⁹ m, so a height by less
+//! than 2·10⁻⁸ m times the secant of the slope. A sample that no triangle is found for fails, so the search
+//! for triangles near it need not be trusted. Every sample of the grid is in a tile of the finest level, which is counted.
+//!
+//! **Memory.** The borders of all tiles, 24 bytes a vertex; a tile and a window of samples per thread.
+
+mod borders;
+mod decode;
+mod ellipsoid;
+mod findings;
+mod manifest;
+#[cfg(test)]
+mod tests;
+mod tile;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Read;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+pub use borders::Gap;
+
+use self::borders::{Borders, Sides};
+use self::decode::Decoded;
+use self::ellipsoid::Ellipsoid;
+use self::findings::{Findings, Kind};
+use self::tile::{Distance, Tile};
+use crate::base::control::{Control, Stage};
+use crate::pyramid::{
+    Grid, PROMISE, Patch, Promise, PyramidError, SampleBlock, Samples, TileKey, TilesRequest, samples,
+};
+use crate::raster::View;
+
+/// What is judged.
+#[derive(Debug, Clone)]
+pub struct TilesVerifyRequest {
+    /// The raster.
+    pub input: PathBuf,
+    /// How it is looked at: as it was when the tiles were made.
+    pub view: View,
+    /// The folder of tiles.
+    pub tiles: PathBuf,
+    /// Threads; `None`: as many as there are cores.
+    pub threads: Option<NonZeroUsize>,
+    /// The folder of temporary files; `None` is the system's.
+    pub temp_dir: Option<PathBuf>,
+}
+
+/// What was found of a level.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LevelVerdict {
+    /// The level.
+    pub level: u32,
+    /// What it promises, in metres.
+    pub max_error: f64,
+    /// Tiles.
+    pub tiles: u64,
+    /// Triangles.
+    pub triangles: u64,
+    /// Samples that were compared; those on borders count for every tile.
+    pub samples: u64,
+    /// The largest distance from a sample.
+    pub largest_error: f64,
+}
+
+/// What was found of a set of tiles.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verdict {
+    /// The version of this report.
+    pub schema: u32,
+    /// Whether the set keeps its promise.
+    pub passed: bool,
+    /// What is wrong, one sentence for each kind of fault.
+    pub failures: Vec<String>,
+    /// The levels.
+    pub levels: Vec<LevelVerdict>,
+    /// The largest gap between tiles of any two levels that meet.
+    pub gaps: Vec<Gap>,
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        writeln!(f, "level  tiles  triangles    allowed    largest  gap to the level above")?;
+        for l in &self.levels {
+            let gap = self.gaps.iter().find(|g| g.finer == l.level && g.coarser + 1 == l.level);
+            let gap = gap.map_or(String::new(), |g| format!("{:.3} of {:.3}", g.largest, g.allowed));
+            let (allowed, largest) = (l.max_error, l.largest_error);
+            writeln!(f, "{:>5} {:>6} {:>10} {allowed:>10.3} {largest:>10.3}  {gap}", l.level, l.tiles, l.triangles)?;
+        }
+        for failure in &self.failures {
+            writeln!(f, "failed: {failure}")?;
+        }
+        write!(f, "{}", if self.passed { "passed" } else { "NOT passed" })
+    }
+}
+
+/// Judges a set of tiles. One that is merely wrong is a verdict.
+///
+/// # Errors
+/// [`PyramidError`]: the raster cannot be read, the folder holds no set, or the caller asked to stop.
+pub fn tiles_verify(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict, PyramidError> {
+    let threads = request.threads.map_or(0, NonZeroUsize::get);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|e| PyramidError::Threads { threads, reason: e.to_string() })?;
+    pool.install(|| judge(request, control))
+}
+
+fn promise(folder: &Path) -> Result<Promise, PyramidError> {
+    let path = folder.join(PROMISE);
+    let wrong = |found: String| PyramidError::NotTiles { path: path.clone(), found };
+    let text = std::fs::read_to_string(&path).map_err(|e| wrong(e.to_string()))?;
+    let promise: Promise = serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))?;
+    let sound = promise.schema == 1 && (7..=26).contains(&promise.grid_exponent) && !promise.levels.is_empty();
+    let deepest = promise.grid_exponent as usize - 3;
+    if !sound || promise.levels.len() > deepest + 1 {
+        return Err(wrong("numbers out of range".to_string()));
+    }
+    Ok(promise)
+}
+
+/// What was found of one tile.
+struct Judged {
+    key: TileKey,
+    findings: Findings,
+    distance: Distance,
+    triangles: u64,
+    step: f64,
+    sides: Option<Sides>,
+}
+
+fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict, PyramidError> {
+    let promise = promise(&request.tiles)?;
+    let grid = Grid { exponent: promise.grid_exponent };
+    let asked = TilesRequest {
+        view: request.view.clone(),
+        vertical_crs: promise.vertical_crs_given.clone(),
+        outside: promise.outside,
+        temp_dir: request.temp_dir.clone(),
+        ..TilesRequest::new(&request.input, &request.tiles, promise.max_error)
+    };
+    let (samples, coarsest, body) = samples(&asked, grid, control)?;
+    let ellipsoid = Ellipsoid { a: body.semi_major, b: body.semi_minor };
+    let mut findings = Findings::default();
+    if (promise.semi_major, promise.semi_minor) != (body.semi_major, body.semi_minor) {
+        findings.add(Kind::Manifest, || "the tiles are on another ellipsoid than the raster".to_string());
+    }
+    let found = manifest::files(&request.tiles)?;
+    manifest::judge_layer(&request.tiles, &found, promise.levels.len(), &mut findings);
+    manifest::judge_promise(&promise, &ellipsoid, coarsest.exponent, &mut findings);
+    judge_files(&found, promise.levels.len() as u32, &mut findings);
+
+    let keys: Vec<TileKey> = found.iter().copied().filter(|k| (k.level as usize) < promise.levels.len()).collect();
+    control.progress.begin(Stage::Compare, keys.len() as u64, keys.len() as u64);
+    let one = |block: &mut SampleBlock, &key: &TileKey| {
+        control.cancel.check()?;
+        let allowed = promise.levels[key.level as usize].max_error;
+        let judged = judge_tile(&request.tiles, key, grid, &ellipsoid, &samples, allowed, block)?;
+        control.progress.step(Stage::Compare, 1);
+        Ok(judged)
+    };
+    let judged: Result<Vec<Judged>, PyramidError> = keys.par_iter().map_init(SampleBlock::default, one).collect();
+    control.progress.end(Stage::Compare);
+    let level = |level: &crate::pyramid::Level| LevelVerdict {
+        level: level.level,
+        max_error: level.max_error,
+        tiles: 0,
+        triangles: 0,
+        samples: 0,
+        largest_error: 0.0,
+    };
+    let mut levels: Vec<LevelVerdict> = promise.levels.iter().map(level).collect();
+    let mut steps = vec![0.0f64; levels.len()];
+    let mut sides = BTreeMap::new();
+    let mut owned = vec![0u64; levels.len()];
+    for tile in judged? {
+        findings.merge(tile.findings);
+        let number = tile.key.level as usize;
+        let level = &mut levels[number];
+        level.tiles += 1;
+        level.triangles += tile.triangles;
+        level.samples += tile.distance.samples;
+        level.largest_error = level.largest_error.max(tile.distance.largest);
+        owned[number] += tile.distance.owned;
+        steps[number] = steps[number].max(tile.step);
+        sides.extend(tile.sides.map(|s| (tile.key, s)));
+    }
+    let expected = count(&samples)?;
+    for (level, owned) in owned.iter().enumerate().filter(|(_, owned)| **owned != expected) {
+        findings.add(Kind::Files, || format!("tiles of level {level} have {owned} of the raster's {expected} samples"));
+    }
+    let borders = Borders { grid, ellipsoid: &ellipsoid, samples: &samples, levels: &promise.levels, sides, steps };
+    borders.judge_levels(&mut findings);
+    let gaps = borders.judge_gaps(&mut findings)?;
+    let failures = findings.sentences();
+    Ok(Verdict { schema: 1, passed: failures.is_empty(), failures, levels, gaps })
+}
+
+/// Every tile has its parent, both roots are there, and no level is deeper than promised.
+fn judge_files(found: &BTreeSet<TileKey>, levels: u32, findings: &mut Findings) {
+    for root in (0..2).map(|x| TileKey { level: 0, x, y: 0 }).filter(|root| !found.contains(root)) {
+        findings.add(Kind::Files, || format!("tile {root} is missing"));
+    }
+    for key in found {
+        if key.level >= levels {
+            findings.add(Kind::Files, || format!("tile {key} is of a level that nothing is promised of"));
+        } else if key.level > 0 && !found.contains(&key.parent()) {
+            findings.add(Kind::Files, || format!("tile {key} has no tile above it"));
+        }
+    }
+}
+
+fn judge_tile(
+    folder: &Path,
+    key: TileKey,
+    grid: Grid,
+    ellipsoid: &Ellipsoid,
+    samples: &Samples,
+    allowed: f64,
+    block: &mut SampleBlock,
+) -> Result<Judged, PyramidError> {
+    let mut findings = Findings::default();
+    let distance = Distance::default();
+    let decoded = match read(&folder.join(format!("{key}.terrain"))) {
+        Ok(decoded) => decoded,
+        Err(reason) => {
+            findings.add(Kind::Format, || format!("tile {key}: {reason}"));
+            return Ok(Judged { key, findings, distance, triangles: 0, step: 0.0, sides: None });
+        }
+    };
+    let tile = Tile::new(key, grid, ellipsoid, &decoded);
+    tile.judge_shape(&mut findings);
+    let distance = tile.distance(samples, block, allowed, &mut findings)?;
+    let (triangles, step) = (decoded.triangles.len() as u64, borders::step(&tile));
+    Ok(Judged { key, findings, distance, triangles, step, sides: Some(Sides::of(&decoded)) })
+}
+
+/// Reads a tile, compressed or not.
+fn read(path: &Path) -> Result<Decoded, String> {
+    let mut bytes = std::fs::read(path).map_err(|e| e.to_string())?;
+    if bytes.starts_with(&[0x1f, 0x8b]) {
+        /// More than any tile of 65,536 vertices has.
+        const MOST: u64 = 8 << 20;
+        let mut plain = Vec::new();
+        let decoder = flate2::read::GzDecoder::new(bytes.as_slice());
+        decoder.take(MOST).read_to_end(&mut plain).map_err(|e| e.to_string())?;
+        bytes = plain;
+    }
+    decode::decode(&bytes)
+}
+
+/// How many samples the raster has on the grid.
+fn count(samples: &Samples) -> Result<u64, PyramidError> {
+    let area = samples.area;
+    let rows = |block: &mut SampleBlock, top: usize| {
+        let height = (area.height - top).min(64);
+        let patch = Patch { column: area.column, row: area.row + top as i64, width: area.width, height, step: 1 };
+        samples.read(patch, block)?;
+        Ok(block.inside.iter().filter(|inside| **inside).count() as u64)
+    };
+    let tops: Vec<usize> = (0..area.height).step_by(64).collect();
+    let counts: Result<Vec<u64>, PyramidError> =
+        tops.par_iter().map_init(SampleBlock::default, |block, &top| rows(block, top)).collect();
+    Ok(counts?.into_iter().sum())
+}

@@ -1,0 +1,233 @@
+//! Sets that keep their promise pass; a set that is changed in any one way fails for that.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use tempfile::TempDir;
+
+use super::decode::decode;
+use super::{TilesVerifyRequest, Verdict, tiles_verify};
+use crate::base::control::Control;
+use crate::pyramid::{TilesRequest, tiles};
+use crate::testing::{folder, raster};
+
+fn hills(column: usize, row: usize) -> f32 {
+    let (x, y) = (column as f32, row as f32);
+    900.0 + 500.0 * (x / 9.0).sin() * (y / 7.0).cos() + 20.0 * ((x * 1.3 + y * 2.1) % 5.0)
+}
+
+fn verdict(input: &Path, set: &Path) -> Verdict {
+    let request = TilesVerifyRequest {
+        input: input.to_path_buf(),
+        view: crate::raster::View::default(),
+        tiles: set.to_path_buf(),
+        threads: std::num::NonZeroUsize::new(2),
+        temp_dir: Some(crate::fuzzing::temp_dir()),
+    };
+    tiles_verify(&request, &Control::default()).expect("a verdict")
+}
+
+fn make(input: &Path, set: &Path, max_error: f64) {
+    let request = TilesRequest {
+        temp_dir: Some(crate::fuzzing::temp_dir()),
+        outside: 50.0,
+        threads: std::num::NonZeroUsize::new(2),
+        ..TilesRequest::new(input, set, max_error)
+    };
+    tiles(&request, &Control::default()).expect("tiles");
+}
+
+/// A raster and its tiles, made once: two by two tiles of the finest level.
+fn scene() -> (PathBuf, PathBuf) {
+    static SCENE: OnceLock<TempDir> = OnceLock::new();
+    let scene = SCENE.get_or_init(|| {
+        let scene = folder();
+        let input =
+            raster(scene.path(), "dem.tif", (60, 60), [11.1, 0.005, 0.0, 45.15, 0.0, -0.005], "EPSG:4326", &hills);
+        make(&input, &scene.path().join("set"), 60.0);
+        scene
+    });
+    (scene.path().join("dem.tif"), scene.path().join("set"))
+}
+
+/// A copy of the set that may be changed.
+fn copy() -> (TempDir, PathBuf, Vec<PathBuf>) {
+    let (_, set) = scene();
+    let to = folder();
+    let (mut folders, mut tiles) = (vec![set.clone()], Vec::new());
+    while let Some(next) = folders.pop() {
+        let target = to.path().join(next.strip_prefix(&set).expect("inside"));
+        std::fs::create_dir_all(&target).expect("a folder");
+        for path in next.read_dir().expect("a folder").map(|entry| entry.expect("an entry").path()) {
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let file = target.join(path.file_name().expect("a name"));
+            std::fs::copy(&path, &file).expect("a copy");
+            tiles.extend(Some(file).filter(|f| f.extension().is_some_and(|e| e == "terrain")));
+        }
+    }
+    // Finest level last.
+    tiles.sort_by_key(|tile| (tile.components().rev().nth(2).map(|c| c.as_os_str().len()), tile.clone()));
+    let path = to.path().to_path_buf();
+    (to, path, tiles)
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> usize {
+    u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes")) as usize
+}
+
+/// Adds to the height of a vertex, in steps.
+fn raise(bytes: &mut [u8], vertex: usize, steps: i32) {
+    let count = u32_at(bytes, 88);
+    for (i, change) in [(vertex, steps), (vertex + 1, -steps)] {
+        if i < count {
+            let at = 92 + 4 * count + 2 * i;
+            let code = u16::from_le_bytes([bytes[at], bytes[at + 1]]);
+            let delta = i32::from(code >> 1) ^ -i32::from(code & 1);
+            let delta = delta + change;
+            let code = ((delta << 1) ^ (delta >> 31)) as u16;
+            bytes[at..at + 2].copy_from_slice(&code.to_le_bytes());
+        }
+    }
+}
+
+fn change(path: &Path, change: impl FnOnce(&mut Vec<u8>)) {
+    let mut bytes = std::fs::read(path).expect("a file");
+    change(&mut bytes);
+    std::fs::write(path, bytes).expect("written");
+}
+
+fn fails(set: &Path, word: &str) {
+    let verdict = verdict(&scene().0, set);
+    let said = verdict.failures.join("\n");
+    assert!(!verdict.passed && said.contains(word), "expected {word}, found {said}");
+}
+
+#[test]
+fn a_set_as_it_is_made_passes() {
+    let (input, set) = scene();
+    let verdict = verdict(&input, &set);
+    assert!(verdict.passed, "{verdict}");
+    assert!(verdict.levels.last().expect("levels").tiles >= 4 && verdict.gaps.len() > 2, "{verdict}");
+    assert!(verdict.levels.iter().all(|l| l.samples >= 3600 && l.largest_error > 0.0), "{verdict}");
+}
+
+#[test]
+fn a_vertex_that_is_moved_is_found() {
+    let (_keep, set, tiles) = copy();
+    change(tiles.last().expect("tiles"), |bytes| {
+        let decoded = decode(bytes).expect("a tile");
+        // Off the border, and where the raster has a height.
+        let is_inside = |i: &usize| decoded.vertices[*i][..2].iter().all(|c| (1..32767).contains(c));
+        let mut inside = (0..decoded.vertices.len()).filter(is_inside);
+        let inner = inside.find(|&i| decoded.height(i) > 800.0).expect("one inside");
+        let step = (decoded.maximum - decoded.minimum) / 32767.0;
+        raise(bytes, inner, -(200.0 / step) as i32);
+    });
+    fails(&set, "from the sample");
+}
+
+#[test]
+fn a_border_that_is_moved_is_found_however_little() {
+    let (_keep, set, tiles) = copy();
+    change(tiles.last().expect("tiles"), |bytes| {
+        let decoded = decode(bytes).expect("a tile");
+        raise(bytes, decoded.sides[1][decoded.sides[1].len() / 2] as usize, 1);
+        raise(bytes, decoded.sides[0][decoded.sides[0].len() / 2] as usize, 1);
+    });
+    fails(&set, "same border vertices");
+}
+
+#[test]
+fn a_tile_that_is_missing_is_found() {
+    let (_keep, set, tiles) = copy();
+    std::fs::remove_file(tiles.last().expect("tiles")).expect("removed");
+    fails(&set, "available tiles are not those that there are");
+    fails(&set, "of the raster's");
+}
+
+#[test]
+fn a_triangle_that_is_turned_over_or_missing_is_found() {
+    let (_keep, set, tiles) = copy();
+    change(tiles.last().expect("tiles"), |bytes| {
+        let at = 92 + 6 * u32_at(bytes, 88);
+        let last = at + 4 + 6 * (u32_at(bytes, at) - 1);
+        // Its codes name old vertices or new ones: two that are not new change places.
+        let codes: Vec<u16> = bytes[last..last + 6].chunks(2).map(|c| u16::from_le_bytes([c[0], c[1]])).collect();
+        assert!(codes.iter().all(|c| *c > 0), "the last triangle has no new vertex: {codes:?}");
+        bytes[last..last + 4].rotate_left(2);
+    });
+    fails(&set, "turned over");
+    let (_keep, set, tiles) = copy();
+    change(tiles.last().expect("tiles"), |bytes| {
+        let at = 92 + 6 * u32_at(bytes, 88);
+        let triangles = u32_at(bytes, at) - 1;
+        bytes.drain(at + 4 + 6 * triangles..at + 10 + 6 * triangles);
+        bytes[at..at + 4].copy_from_slice(&(triangles as u32).to_le_bytes());
+    });
+    fails(&set, "a triangle on one side only");
+}
+
+#[test]
+fn manifests_that_lie_are_found() {
+    let json = |set: &Path, name: &str, edit: &dyn Fn(&mut serde_json::Value)| {
+        let path = set.join(name);
+        let mut value = serde_json::from_str(&std::fs::read_to_string(&path).expect("a file")).expect("JSON");
+        edit(&mut value);
+        std::fs::write(path, value.to_string()).expect("written");
+    };
+    let (_keep, set, _) = copy();
+    json(&set, "layer.json", &|layer| layer["maxzoom"] = 3.into());
+    fails(&set, "maxzoom");
+    let (_keep, set, _) = copy();
+    json(&set, "layer.json", &|layer| layer["scheme"] = "xyz".into());
+    fails(&set, "scheme");
+    let (_keep, set, _) = copy();
+    json(&set, "terrabite.json", &|promise| promise["levels"][8]["max_error"] = 5.0.into());
+    fails(&set, "from the sample");
+    let (_keep, set, _) = copy();
+    json(&set, "terrabite.json", &|promise| promise["levels"][2]["max_error"] = 1e6.into());
+    fails(&set, "level 2 promises");
+}
+
+#[test]
+fn lists_and_headers_are_judged() {
+    let (_keep, set, tiles) = copy();
+    change(tiles.last().expect("tiles"), |bytes| {
+        let radius = f64::from_le_bytes(bytes[56..64].try_into().expect("eight bytes"));
+        bytes[56..64].copy_from_slice(&(0.9 * radius).to_le_bytes());
+        let at = 92 + 6 * u32_at(bytes, 88);
+        let west = at + 4 + 6 * u32_at(bytes, at);
+        // The first vertex of the list becomes its second.
+        bytes.copy_within(west + 6..west + 8, west + 4);
+    });
+    fails(&set, "from the centre of a sphere");
+    fails(&set, "west side");
+    let (_keep, set, tiles) = copy();
+    change(tiles.last().expect("tiles"), |bytes| bytes.truncate(200));
+    fails(&set, "found the end");
+}
+
+/// Over the antimeridian, in longitudes beyond 180°, on another body, at a pole, and with samples that are missing.
+#[test]
+fn odd_places_keep_the_promise() {
+    let holes = |c: usize, r: usize| if c % 11 < 3 && r % 13 < 4 { f32::NAN } else { hills(c, r) };
+    let moon = "GEOGCS[\"Moon\",DATUM[\"Moon\",SPHEROID[\"Moon\",1737400,0]],PRIMEM[\"0\",0],UNIT[\"degree\",0.0174532925199433]]";
+    type Case<'a> = (&'a str, (usize, usize), [f64; 6], &'a str, f64, &'a dyn Fn(usize, usize) -> f32);
+    let cases: [Case<'_>; 4] = [
+        ("over.tif", (40, 30), [178.3, 0.1, 0.0, -16.0, 0.0, -0.1], "EPSG:4326", 1000.0, &hills),
+        ("utm.tif", (40, 30), [200_000.0, 9000.0, 0.0, 7_000_000.0, 0.0, -9000.0], "EPSG:32601", 1000.0, &hills),
+        ("moon.tif", (360, 180), [0.0, 1.0, 0.0, 90.0, 0.0, -1.0], moon, 4000.0, &hills),
+        ("holes.tif", (50, 40), [10.0, 0.02, 0.0, 47.0, 0.0, -0.02], "EPSG:4326", 1000.0, &holes),
+    ];
+    for (name, size, transform, crs, max_error, heights) in cases {
+        let folder = folder();
+        let input = raster(folder.path(), name, size, transform, crs, heights);
+        let set = folder.path().join("set");
+        make(&input, &set, max_error);
+        let verdict = verdict(&input, &set);
+        assert!(verdict.passed, "{name}: {verdict}");
+    }
+}

@@ -1,0 +1,65 @@
+//! `tiles` and `tiles-verify` as users run them, and tiles in a decoder that others wrote.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::readers;
+use crate::util::{Dem, Folder, Kind, Run, hills, terrabite};
+
+/// In Switzerland, with cells of half a kilometre.
+fn dem(folder: &Folder) -> String {
+    let heights = |column, row| 500.0 + 10.0 * hills(column, row);
+    let place = [8.0, 0.005, 0.0, 46.5, 0.0, -0.005];
+    Dem::new(40, 30).kind(Kind::Float32).heights(heights).geo_transform(place).epsg(4326).write(folder, "dem.tif")
+}
+
+#[test]
+fn a_set_is_made_judged_and_replaced() {
+    let folder = Folder::new();
+    let (dem, out) = (dem(&folder), folder.at("out"));
+    let made = terrabite(["tiles", &dem, &out, "--max-error", "100"]).succeeds();
+    assert!(made.out.contains("taken as ellipsoidal") && made.out.contains("resampled surface"), "{made:#?}");
+    let judged = terrabite(["tiles-verify", &dem, &out]).succeeds();
+    assert!(judged.out.ends_with("passed\n"), "{judged:#?}");
+    terrabite(["tiles", &dem, &out, "--max-error", "100"]).fails(1, &["an earlier set of tiles", "--overwrite"]);
+    let json = terrabite(["tiles", &dem, &out, "--max-error", "200", "--overwrite", "--gzip", "--json"]).succeeds();
+    let report = json.json();
+    assert_eq!(report["levels"][0]["tiles"], 2);
+    terrabite(["tiles-verify", &dem, &out, "--quiet"]).succeeds();
+    // A tile that is gone: exit code 1, and the reason.
+    std::fs::remove_file(folder.join("out/0/0/0.terrain")).expect("removed");
+    let judged = terrabite(["tiles-verify", &dem, &out]);
+    assert_eq!(judged.code, Some(1), "{judged:#?}");
+    assert!(judged.out.contains("tile 0/0/0 is missing") && judged.out.ends_with("NOT passed\n"), "{judged:#?}");
+    assert_eq!(folder.names(), ["dem.tif", "out"]);
+}
+
+#[test]
+fn what_cannot_be_done_is_said_with_the_way_out() {
+    let folder = Folder::new();
+    let nowhere = Dem::new(20, 20).write(&folder, "nowhere.tif");
+    let out = folder.at("out");
+    terrabite(["tiles", &nowhere, &out, "--max-error", "10"]).fails(1, &["nowhere.tif", "geotransform", "-a_srs"]);
+    let dem = dem(&folder);
+    let grid = ["tiles", &dem, &out, "--max-error", "100", "--vertical-crs", "EPSG:3855"];
+    terrabite(grid).fails(1, &["dem.tif", "projinfo -s \"EPSG:4326+3855\"", "--vertical-crs"]);
+    terrabite(["tiles", &dem, &out, "--max-error", "0"]).fails(2, &["--max-error", "0.001"]);
+    terrabite(["tiles", &dem, &out, "--max-error", "100", "--max-level", "20"]).fails(1, &["--max-level"]);
+    terrabite(["tiles-verify", &dem, folder.path().to_str().expect("a path")]).fails(1, &["terrabite.json"]);
+    assert!(!Path::new(&out).exists());
+}
+
+/// PyPI's quantized-mesh-tile decodes every tile to the vertices and triangles that are in it.
+#[test]
+fn another_decoder_finds_the_same() {
+    if readers::are_skipped() {
+        return;
+    }
+    let folder = Folder::new();
+    let (dem, out) = (dem(&folder), folder.at("out"));
+    terrabite(["tiles", &dem, &out, "--max-error", "100", "--outside", "700"]).succeeds();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/it/tiles.py");
+    let decoded = Run::of(Command::new(readers::python()).arg(script).arg(&out));
+    assert_eq!(decoded.code, Some(0), "{decoded:#?}");
+    assert!(decoded.out.starts_with("agreed: "), "{decoded:#?}");
+}
