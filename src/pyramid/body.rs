@@ -17,12 +17,12 @@ pub(super) struct Angle {
 }
 
 impl Angle {
-    /// Of an angle in degrees. At a pole the cosine is 0.
+    /// Of an angle in degrees, the same on every machine. At a pole the cosine is 0.
     pub(super) fn of(degrees: f64) -> Angle {
         if degrees.abs() == 90.0 {
             return Angle { sin: degrees.signum(), cos: 0.0 };
         }
-        let (sin, cos) = degrees.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(degrees.to_radians());
         Angle { sin, cos }
     }
 }

@@ -51,7 +51,7 @@ pub(super) fn resample(
 ) -> Result<Samples, PyramidError> {
     let area = prepared.source.area(grid)?;
     let band = band(prepared.source.clone(), grid, area)?;
-    let options = FieldOptions { temp_dir: request.temp_dir(), choice: Choice::Decode, maps_files: false };
+    let options = FieldOptions { temp_dir: request.temp_dir(), choice: Choice::Decode, ..FieldOptions::default() };
     let field = Field::open(&band, &options, control)?;
     Ok(Samples { grid, field, area, outside: request.outside })
 }

@@ -144,10 +144,10 @@ impl Body {
         let around = Angle::of(lat);
         let e2 = self.eccentricity2();
         let across = self.semi_major / (1.0 - e2 * around.sin * around.sin).sqrt();
-        let reach = point[0].hypot(point[1]);
+        let reach = libm::hypot(point[0], point[1]);
         // What lies above the ellipsoid counts little here.
-        let found = (point[2] + e2 * across * around.sin).atan2(reach).to_degrees();
-        let east = (point[1].atan2(point[0]).to_degrees() - lon + 540.0).rem_euclid(360.0) - 180.0;
+        let found = libm::atan2(point[2] + e2 * across * around.sin, reach).to_degrees();
+        let east = (libm::atan2(point[1], point[0]).to_degrees() - lon + 540.0).rem_euclid(360.0) - 180.0;
         (east, found - lat)
     }
 }

@@ -17,8 +17,8 @@
 //! and the mesh of one tile of at most 65,536 vertices. In common there are 40 bytes for each tile of all levels. Samples
 //! of the grid, 8 bytes each, are in an unlinked temporary file that is mapped.
 //!
-//! **The same bytes.** Tiles depend on the raster and the options, not on threads. Sines, cosines and PROJ decide them: another
-//! version of the system's mathematics or of PROJ may move a place by the last bit.
+//! **The same bytes.** Tiles depend on the raster and the options, not on threads or on the system's mathematics (sines and cosines are
+//! those of the crate `libm`). PROJ decides them, too: another version may move a place by the last bit.
 
 mod body;
 mod encode;

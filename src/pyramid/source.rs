@@ -145,11 +145,11 @@ impl Source {
             if x.iter().chain(&y).any(|v| !v.is_finite()) || y[0].abs() > 89.9 {
                 continue;
             }
-            let shrink = y[0].to_radians().cos();
+            let shrink = libm::cos(y[0].to_radians());
             for other in [1, 2] {
                 let east = (x[other] - x[0] + 540.0).rem_euclid(360.0) - 180.0;
                 let north = y[other] - y[0];
-                let (along, length) = ((east * shrink).abs(), (east * shrink).hypot(north));
+                let (along, length) = ((east * shrink).abs(), libm::hypot(east * shrink, north));
                 least = least.min(if along > north.abs() { length / shrink } else { length });
             }
         }
