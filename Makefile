@@ -24,7 +24,7 @@ help:
 	@echo '                    (choose: BENCH_OPTIONS="--against REV", a commit to compare with;'
 	@echo '                    BENCH_OPTIONS=--looks, only whether seams and the rim can be seen;'
 	@echo '                    BENCH_OPTIONS=--budgets, only what budgets of triangles come to)'
-	@echo 'make pictures  docs/images/looks-*.png, meshes of two builds shaded (choose: PICTURES_OPTIONS="--before REV")'
+	@echo 'make pictures  docs/images/looks-*.png, meshes of two builds shaded, and breaklines-*.png (choose: PICTURES_OPTIONS="--before REV")'
 	@echo 'make bench-scale    from 4096 x 4096 to 32768 x 32768 (choose: SIZES=4096,8192)'
 	@echo 'make bench-kernels  the parts, by criterion'
 	@echo 'make paper   repeats the experiments of three papers, tables and plots'
@@ -101,6 +101,7 @@ bench-scale: setup
 pictures: setup
 	$(CARGO) build --release --locked --bin terrabite
 	@python3 scripts/pictures.py $(PICTURES_OPTIONS)
+	@python3 scripts/pictures_breaklines.py
 
 bench-kernels: setup
 	$(CARGO) bench --locked
