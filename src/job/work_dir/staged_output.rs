@@ -1,7 +1,7 @@
 //! Where the output of a run is staged, so that what a killed run leaves can be found.
 //!
 //! The note is a line, `staging` or `committing FILE`, and the partial file's path as it is, whatever its bytes. FILE is
-//! DEVICE-INODE-LENGTH-SECONDS-NANOSECONDS, the last two being the time of its last change.
+//! DEVICE-INODE-NANOSECONDS, the last being the time when the file was made, or 0 where the file system does not tell.
 //! It is durable before the partial file is made, and again before it is renamed. A run that was killed after that is
 //! done once more: its line ends with ` over FILE`, the output that is there already.
 
@@ -11,13 +11,14 @@ use std::io::{self, ErrorKind};
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
 
 use crate::base::durable;
 use crate::base::private_file::PrivateFile;
 
 pub(super) const NAME: &str = "staged";
 
-/// A file, whatever its name. An inode may serve another file once its own is removed, so length and time count, too.
+/// A file, whatever its name. An inode may serve another file once its own is removed, so the time counts when it was made.
 type Identity = String;
 
 struct Note {
@@ -47,7 +48,8 @@ pub(super) fn has_committed(dir: &Path, output: &Path) -> bool {
 }
 
 fn identity(file: &Metadata) -> Identity {
-    format!("{}-{}-{}-{}-{}", file.dev(), file.ino(), file.len(), file.mtime(), file.mtime_nsec())
+    let made = file.created().ok().and_then(|time| time.duration_since(UNIX_EPOCH).ok());
+    format!("{}-{}-{}", file.dev(), file.ino(), made.map_or(0, |since| since.as_nanos()))
 }
 
 /// Removes the partial file of a run that was killed, if there is one. A file that has taken its name stays.

@@ -151,8 +151,9 @@ fn an_output_that_took_its_name_is_known() {
     let work = begun(&folder);
     assert!(work.has_committed(&output));
     assert!(!work.has_committed(&folder.path().join("other.ply")));
-    // What somebody has changed is theirs, as is a new file with the number of one that was removed.
-    fs::write(&output, "changed").unwrap();
+    // A new file that gets the number of the one that was removed is not.
+    fs::remove_file(&output).unwrap();
+    fs::write(&output, "whole").unwrap();
     assert!(!work.has_committed(&output));
 }
 
