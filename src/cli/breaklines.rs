@@ -129,8 +129,18 @@ pub(super) fn of_layer(kind: LineKind, error: ShapesError) -> Failure {
 /// What mends lakes that overlap.
 const APART: &str = "make one feature of them, or take one out of the layer of --lake-polygons";
 
-/// What mends two heights at one place.
-const ONE_HEIGHT: &str = "change the z of one of them there, choose a larger --max-error, or take heights from the raster with --breakline-z raster";
+/// What mends two heights at one place, by what has them.
+fn one_height(kinds: [LineKind; 2]) -> &'static str {
+    match kinds.map(|kind| kind == LineKind::Lakes) {
+        [true, true] => "make one feature of them, or give both one height with --lake-z field:NAME",
+        [false, false] => {
+            "change the z of one of them there, choose a larger --max-error, or take heights from the raster with --breakline-z raster"
+        }
+        _ => {
+            "change the z of the line or the height of the lake, choose a larger --max-error, or take heights of lines from the raster with --breakline-z raster"
+        }
+    }
+}
 
 /// Why lines cannot be used that have been read.
 pub(super) fn of_lines(error: &UnusableLines, failure: Failure) -> Failure {
@@ -147,16 +157,18 @@ pub(super) fn of_lines(error: &UnusableLines, failure: Failure) -> Failure {
         UnusableLines::Lattice { error: LinesError::TooFar { .. }, kind, .. } | UnusableLines::Outside { kind, .. } => {
             failure.hint(&other_crs(kind))
         }
-        UnusableLines::TwoHeights { .. } => failure.hint(ONE_HEIGHT),
+        UnusableLines::TwoHeights { error, .. } => failure.hint(one_height(error.of.map(|of| of.0))),
         UnusableLines::Judged { error, kind, .. } => match **error {
             VerifyError::ManyLines => failure.hint(&fewer(kind)),
             VerifyError::FarLine { .. } => failure.hint(&other_crs(kind)),
-            VerifyError::TwoHeights { .. } => failure.hint(ONE_HEIGHT),
+            VerifyError::TwoHeights { kinds, .. } => failure.hint(one_height(kinds)),
             VerifyError::LakesOverlap { .. } => failure.hint(APART),
             _ => failure,
         },
         UnusableLines::Lattice { error: LinesError::Overlap { .. }, .. } => failure.hint(APART),
-        UnusableLines::NoLevel { .. } => failure.hint("--lake-z field:NAME takes heights from the layer"),
+        UnusableLines::NoLevel { .. } => {
+            failure.hint("--lake-z field:NAME takes heights from the layer; or take the lake out of it")
+        }
         UnusableLines::Lattice { .. } | UnusableLines::Level { .. } => failure,
     }
 }

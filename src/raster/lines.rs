@@ -62,21 +62,27 @@ pub fn read_outlines(
         let height = field.map_or(Ok(0.0), |field| number(feature, field))?;
         outlines(placer, geometry, (id, height), found)
     };
-    let (found, without_geometry) =
-        for_each_geometry(raster, from, ("polygons", "a polygon or polygons"), cancel, take)?;
+    let one =
+        field.map_or("a polygon or polygons".to_string(), |field| format!("polygons with numbers in field {field}"));
+    let (found, without_geometry) = for_each_geometry(raster, from, ("polygons", &one), cancel, take)?;
     Ok(polylines(found, field.is_some()).beside(without_geometry))
 }
 
 /// The number that a feature has in a field.
 fn number(feature: &Feature<'_>, field: &str) -> Result<f64, String> {
-    let index = feature.field_index(field).map_err(|_| format!("no field {field}"))?;
-    let found = match feature.field(index) {
-        Ok(Some(FieldValue::IntegerValue(whole))) => Some(f64::from(whole)),
-        Ok(Some(FieldValue::Integer64Value(whole))) => Some(whole as f64),
-        Ok(Some(FieldValue::RealValue(number))) => Some(number),
-        _ => None,
-    };
-    found.filter(|number| number.is_finite()).ok_or_else(|| format!("no number in field {field}"))
+    let index = feature.field_index(field).map_err(|_| {
+        let names: Vec<String> = feature.fields().map(|(name, _)| name).collect();
+        format!("no field {field} among {}", if names.is_empty() { "none".to_string() } else { names.join(", ") })
+    })?;
+    match feature.field(index) {
+        Ok(Some(FieldValue::IntegerValue(whole))) => Ok(f64::from(whole)),
+        Ok(Some(FieldValue::Integer64Value(whole))) => Ok(whole as f64),
+        Ok(Some(FieldValue::RealValue(number))) if number.is_finite() => Ok(number),
+        Ok(Some(FieldValue::RealValue(number))) => Err(format!("{number} in field {field}")),
+        Ok(Some(FieldValue::StringValue(text))) => Err(format!("the text {text:?} in field {field}")),
+        Ok(None) => Err(format!("nothing in field {field}")),
+        _ => Err(format!("no number in field {field}")),
+    }
 }
 
 fn outlines(

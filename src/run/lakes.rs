@@ -1,5 +1,7 @@
 //! Heights of lakes: of a field, or of the samples on their rims.
 
+use std::path::Path;
+
 use super::RunError;
 use super::lines::UnusableLines;
 use crate::base::control::CancelToken;
@@ -32,17 +34,16 @@ impl LakeHeight {
     }
 }
 
-/// Outlines of lakes, with the height of each lake along its outlines.
+/// Outlines of lakes, with the height of each lake along its outlines; `path` is what messages call them.
 ///
 /// # Errors
 /// [`RunError`]: samples cannot be read, a lake has none with a height on its rim, outlines are too long.
 pub(super) fn with_levels(
     outlines: Polylines,
     height: &LakeHeight,
-    band: &Band,
+    (band, path): (&Band, &Path),
     cancel: &CancelToken,
 ) -> Result<Polylines, RunError> {
-    let path = || band.path().to_path_buf();
     let mut heights: Vec<Vec<f64>> = Vec::new();
     let lines = outlines.lines();
     let mut from = 0;
@@ -56,7 +57,7 @@ pub(super) fn with_levels(
             LakeHeight::Each(each) => each.get(number).copied(),
             LakeHeight::Field(_) => outlines.heights().and_then(|heights| heights[from].first().copied()),
             LakeHeight::Min | LakeHeight::Median => {
-                let mut found = on_rim(rings, band)?;
+                let mut found = on_rim(rings, (band, path))?;
                 found.sort_unstable_by(f64::total_cmp);
                 let at = if *height == LakeHeight::Min { 0 } else { found.len().saturating_sub(1) / 2 };
                 found.get(at).copied()
@@ -65,7 +66,7 @@ pub(super) fn with_levels(
         let is_outside = rings.iter().all(|ring| samples_beside(ring, band).map_or(true, |samples| samples.is_empty()));
         // Nothing is made of what lies elsewhere.
         let level = level.or(is_outside.then_some(0.0));
-        let level = level.ok_or_else(|| UnusableLines::NoLevel { path: path(), feature })?;
+        let level = level.ok_or_else(|| UnusableLines::NoLevel { path: path.to_path_buf(), feature })?;
         heights.extend(rings.iter().map(|ring| vec![level; ring.len()]));
         (from, number) = (from + count, number + 1);
     }
@@ -73,11 +74,11 @@ pub(super) fn with_levels(
 }
 
 /// The heights of the samples on a rim, those without left out.
-fn on_rim(rings: &[Vec<(f64, f64)>], band: &Band) -> Result<Vec<f64>, RunError> {
+fn on_rim(rings: &[Vec<(f64, f64)>], (band, path): (&Band, &Path)) -> Result<Vec<f64>, RunError> {
     let mut samples = Vec::new();
     for ring in rings {
         let found = samples_beside(ring, band).map_err(|error| UnusableLines::Lattice {
-            path: band.path().to_path_buf(),
+            path: path.to_path_buf(),
             kind: LineKind::Lakes,
             error,
         })?;

@@ -99,14 +99,14 @@ pub enum UnusableLines {
         /// Why not.
         error: LinesError,
     },
-    /// Nothing of them lies on the raster.
-    #[error("{}: expected {} on the raster, found none of {lines}", path.display(), kind.name())]
+    /// Nothing of them lies on the raster, or nothing has a length there.
+    #[error("{}: expected {} on the raster, found none of {lines} that has a length there on the lattice of quarter cells", path.display(), kind.name())]
     Outside {
         /// The layer's file, or the raster where there is none.
         path: PathBuf,
         /// What they are.
         kind: LineKind,
-        /// How many there are.
+        /// How many lines there are, each ring of a polygon being one.
         lines: u64,
     },
     /// Lines have no heights of their own.
@@ -130,7 +130,7 @@ pub enum UnusableLines {
     /// A lake has no height.
     #[error("{}: expected samples with heights on the rim of every lake, found none for feature {feature}", path.display())]
     NoLevel {
-        /// The raster.
+        /// The layer's file, or the raster where there is none.
         path: PathBuf,
         /// The lake.
         feature: u64,
@@ -207,7 +207,10 @@ impl Opened {
             }
         };
         let lines = match heights {
-            HeightSource::Lake(height) => with_levels(lines, height, &self.band, cancel)?,
+            HeightSource::Lake(height) => {
+                let path = input.file().unwrap_or(self.band.path());
+                with_levels(lines, height, (&self.band, path), cancel)?
+            }
             HeightSource::Raster | HeightSource::Own => lines,
         };
         Ok(LineSet { kind, lines, shift })
