@@ -149,7 +149,7 @@ impl From<PyramidError> for Failure {
             PyramidError::Vertices { .. } => {
                 failure.hint("choose a larger --max-level for smaller tiles, a larger --max-error or --error-factor")
             }
-            PyramidError::Occupied { found, .. } if found.starts_with("an earlier") => {
+            PyramidError::Occupied { found, .. } if found == "an earlier set of tiles" => {
                 failure.hint("--overwrite replaces it")
             }
             PyramidError::Occupied { .. } => failure.hint("choose another folder"),

@@ -99,7 +99,7 @@ pub enum PyramidError {
         /// The output.
         path: PathBuf,
         /// What is there.
-        found: &'static str,
+        found: String,
     },
     /// A file or folder cannot be read or written.
     #[error("{}: {source}", path.display())]

@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use super::error::PyramidError;
 use super::grid::TileKey;
-use super::manifest::PROMISE;
+use super::manifest::{LAYER, PROMISE};
 use crate::base::durable;
 
 /// A set of tiles that is not under its name yet. Dropped before [`StagedSet::commit`], it is removed.
@@ -34,7 +34,8 @@ impl StagedSet {
         let (parent, name) = (parent(output), output.file_name().unwrap_or_default());
         let prefix = format!(".{}.", name.to_string_lossy());
         let private = tempfile::Builder::new().prefix(&prefix).suffix(".partial").tempdir_in(parent);
-        let private = private.map_err(failed(parent))?;
+        // The system's words, without the name of what nobody asked for.
+        let private = private.map_err(|error| failed(parent)(error.kind().into()))?;
         let set = private.path().join("set");
         fs::create_dir(&set).map_err(failed(&set))?;
         Ok(StagedSet { private, set, output: output.to_path_buf(), gzip })
@@ -113,7 +114,7 @@ fn parent(path: &Path) -> &Path {
 
 /// Whether a set may take this name.
 fn check(output: &Path, overwrite: bool) -> Result<(), PyramidError> {
-    let occupied = |found| PyramidError::Occupied { path: output.to_path_buf(), found };
+    let occupied = |found: &str| PyramidError::Occupied { path: output.to_path_buf(), found: found.to_string() };
     if output.file_name().is_none() {
         return Err(occupied("no name of a folder"));
     }
@@ -126,8 +127,37 @@ fn check(output: &Path, overwrite: bool) -> Result<(), PyramidError> {
     let is_empty = fs::read_dir(output).map_err(failed(output))?.next().is_none();
     let is_ours = output.join(PROMISE).is_file();
     match (is_empty, is_ours, overwrite) {
-        (true, _, _) | (_, true, true) => Ok(()),
+        (true, _, _) => Ok(()),
+        (_, true, true) => match foreign(output).map_err(failed(output))? {
+            None => Ok(()),
+            Some(path) => Err(occupied(&format!("an earlier set of tiles with {} in it", path.display()))),
+        },
         (_, true, false) => Err(occupied("an earlier set of tiles")),
         (_, false, _) => Err(occupied("other files")),
     }
+}
+
+/// Something in a set of tiles that is none of its files, if there is any: it would go with the set.
+fn foreign(set: &Path) -> std::io::Result<Option<PathBuf>> {
+    let is_number = |name: &str| name.parse::<u32>().is_ok();
+    let mut folders = vec![(set.to_path_buf(), 0)];
+    while let Some((folder, depth)) = folders.pop() {
+        for entry in fs::read_dir(&folder)? {
+            let entry = entry?;
+            let (name, kind) = (entry.file_name(), entry.file_type()?);
+            let name = name.to_str().unwrap_or_default();
+            let is_ours = match depth {
+                0 if kind.is_file() => [LAYER, PROMISE].contains(&name),
+                0 | 1 => kind.is_dir() && is_number(name),
+                _ => kind.is_file() && name.strip_suffix(".terrain").is_some_and(is_number),
+            };
+            if !is_ours {
+                return Ok(Some(entry.path()));
+            }
+            if kind.is_dir() {
+                folders.push((entry.path(), depth + 1));
+            }
+        }
+    }
+    Ok(None)
 }

@@ -3,6 +3,9 @@
 /// A decoded file.
 #[derive(Debug, Clone)]
 pub(super) struct Decoded {
+    pub(super) centre: [f64; 3],
+    /// In half axes.
+    pub(super) occlusion_point: [f64; 3],
     pub(super) minimum: f64,
     pub(super) maximum: f64,
     pub(super) sphere: ([f64; 3], f64),
@@ -44,7 +47,8 @@ impl<'a> Cursor<'a> {
 
     fn single(&mut self, what: &str) -> Result<f64, String> {
         let bytes = self.take(4, what)?.try_into().map_err(|_| what.to_string())?;
-        Ok(f64::from(f32::from_le_bytes(bytes)))
+        let value = f32::from_le_bytes(bytes);
+        if value.is_finite() { Ok(value.into()) } else { Err(format!("expected finite {what}, found {value}")) }
     }
 
     fn count(&mut self, what: &str) -> Result<usize, String> {
@@ -73,10 +77,10 @@ fn undone(codes: &[u16], what: &str) -> Result<Vec<u16>, String> {
 /// Reads a file.
 pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, String> {
     let mut cursor = Cursor { bytes, at: 0 };
-    cursor.three("centre")?;
+    let centre = cursor.three("centre")?;
     let (minimum, maximum) = (cursor.single("least height")?, cursor.single("greatest height")?);
     let sphere = (cursor.three("sphere's centre")?, cursor.double("sphere's radius")?);
-    cursor.three("occlusion point")?;
+    let occlusion_point = cursor.three("occlusion point")?;
     let count = cursor.count("number of vertices")?;
     if count > 65_536 {
         return Err(format!("expected at most 65536 vertices, found {count}"));
@@ -114,7 +118,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, String> {
             normals = Some(content.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect());
         }
     }
-    Ok(Decoded { minimum, maximum, sphere, vertices, triangles, sides, normals })
+    Ok(Decoded { centre, occlusion_point, minimum, maximum, sphere, vertices, triangles, sides, normals })
 }
 
 impl Decoded {

@@ -53,6 +53,19 @@ impl Ellipsoid {
         (lon, phi.to_degrees(), times(less(p, foot), normal))
     }
 
+    /// Whether the ellipsoid hides a point, given in half axes, only from where it hides a vertex, too: the point is not nearer to the
+    /// horizon that the vertex has on its side. Points far out are hidden from nowhere that a client is.
+    pub(super) fn hides_later(&self, occlusion_point: Point, vertex: Point) -> bool {
+        const FAR: f64 = 1e5;
+        let length = |p: Point| times(p, p).sqrt();
+        let vertex = [vertex[0] / self.a, vertex[1] / self.a, vertex[2] / self.b];
+        let reach = length(occlusion_point);
+        // What is under the ellipsoid counts as on it.
+        let angle = length(across(occlusion_point, vertex)).atan2(times(occlusion_point, vertex));
+        let horizon = angle + (1.0 / length(vertex).max(1.0)).acos();
+        reach >= FAR || reach >= 1.0 - 1e-12 && (1.0 / reach).min(1.0).acos() >= horizon - 1e-7
+    }
+
     /// The error at which clients go one level deeper.
     pub(super) fn client_error(&self, level: u32) -> f64 {
         std::f64::consts::TAU * self.a / (4.0 * 65.0 * 2.0) / 2f64.powi(level as i32)

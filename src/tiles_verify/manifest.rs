@@ -122,10 +122,15 @@ pub(super) fn judge_promise(promise: &Promise, ellipsoid: &Ellipsoid, coarsest: 
     for (i, level) in promise.levels.iter().enumerate() {
         let client = ellipsoid.client_error(i as u32);
         let below = promise.levels.get(i + 1).map_or(promise.max_error, |l| 2.0 * l.max_error);
-        let allowed = below.min(promise.error_factor * client) * (1.0 + 1e-12);
-        if level.level as usize != i || level.max_error > allowed || level.max_error.is_nan() {
+        let expected = below.min(promise.error_factor * client);
+        let is_near = |found: f64, expected: f64| (found - expected).abs() <= 1e-9 * expected;
+        if level.level as usize != i || !is_near(level.max_error, expected) {
             let found = level.max_error;
-            findings.add(Kind::Manifest, || format!("level {i} promises {found} m, where {allowed} m are allowed"));
+            findings.add(Kind::Manifest, || format!("level {i} promises {found} m, where the rule gives {expected} m"));
+        }
+        if !is_near(level.client_error, client) {
+            let found = level.client_error;
+            findings.add(Kind::Manifest, || format!("level {i} has a client error of {found} m, expected {client} m"));
         }
     }
 }

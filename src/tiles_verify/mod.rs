@@ -166,7 +166,8 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
     let one = |block: &mut SampleBlock, &key: &TileKey| {
         control.cancel.check()?;
         let allowed = promise.levels[key.level as usize].max_error;
-        let judged = judge_tile(&request.tiles, key, grid, &ellipsoid, &samples, allowed, block)?;
+        let files = (request.tiles.as_path(), promise.gzip);
+        let judged = judge_tile(files, key, grid, &ellipsoid, &samples, allowed, block)?;
         control.progress.step(Stage::Compare, 1);
         Ok(judged)
     };
@@ -222,7 +223,7 @@ fn judge_files(found: &BTreeSet<TileKey>, levels: u32, findings: &mut Findings) 
 }
 
 fn judge_tile(
-    folder: &Path,
+    (folder, gzip): (&Path, bool),
     key: TileKey,
     grid: Grid,
     ellipsoid: &Ellipsoid,
@@ -232,7 +233,7 @@ fn judge_tile(
 ) -> Result<Judged, PyramidError> {
     let mut findings = Findings::default();
     let distance = Distance::default();
-    let decoded = match read(&folder.join(format!("{key}.terrain"))) {
+    let decoded = match read(&folder.join(format!("{key}.terrain")), gzip) {
         Ok(decoded) => decoded,
         Err(reason) => {
             findings.add(Kind::Format, || format!("tile {key}: {reason}"));
@@ -246,15 +247,24 @@ fn judge_tile(
     Ok(Judged { key, findings, distance, triangles, step, sides: Some(Sides::of(&decoded)) })
 }
 
-/// Reads a tile, compressed or not.
-fn read(path: &Path) -> Result<Decoded, String> {
+/// Reads a tile, compressed or not, as all of a set are: a server says one thing of all of them.
+fn read(path: &Path, gzip: bool) -> Result<Decoded, String> {
     let mut bytes = std::fs::read(path).map_err(|e| e.to_string())?;
-    if bytes.starts_with(&[0x1f, 0x8b]) {
+    match (gzip, bytes.starts_with(&[0x1f, 0x8b])) {
+        (true, false) => return Err("expected gzip, as terrabite.json says, found a plain file".to_string()),
+        (false, true) => return Err("expected a plain file, as terrabite.json says, found gzip".to_string()),
+        _ => {}
+    }
+    if gzip {
         /// More than any tile of 65,536 vertices has.
         const MOST: u64 = 8 << 20;
         let mut plain = Vec::new();
-        let decoder = flate2::read::GzDecoder::new(bytes.as_slice());
-        decoder.take(MOST).read_to_end(&mut plain).map_err(|e| e.to_string())?;
+        let mut decoder = flate2::bufread::GzDecoder::new(bytes.as_slice()).take(MOST);
+        decoder.read_to_end(&mut plain).map_err(|e| e.to_string())?;
+        let left = decoder.into_inner().into_inner().len();
+        if left > 0 {
+            return Err(format!("expected the end after what is compressed, found {left} bytes more"));
+        }
         bytes = plain;
     }
     decode::decode(&bytes)

@@ -189,7 +189,13 @@ fn manifests_that_lie_are_found() {
     fails(&set, "from the sample");
     let (_keep, set, _) = copy();
     json(&set, "terrabite.json", &|promise| promise["levels"][2]["max_error"] = 1e6.into());
-    fails(&set, "level 2 promises");
+    fails(&set, "where the rule gives");
+    let (_keep, set, _) = copy();
+    json(&set, "terrabite.json", &|promise| promise["max_error"] = 61.0.into());
+    fails(&set, "promises 60 m, where the rule gives 61 m");
+    let (_keep, set, _) = copy();
+    json(&set, "terrabite.json", &|promise| promise["gzip"] = true.into());
+    fails(&set, "expected gzip");
 }
 
 #[test]
@@ -205,9 +211,43 @@ fn lists_and_headers_are_judged() {
     });
     fails(&set, "from the centre of a sphere");
     fails(&set, "west side");
+    // Where readers take them from: centre, heights, sphere, occlusion point.
+    let put = |at: usize, number: f64, words: &str| {
+        let (_keep, set, tiles) = copy();
+        change(tiles.last().expect("tiles"), |bytes| bytes[at..at + 8].copy_from_slice(&number.to_le_bytes()));
+        fails(&set, words);
+    };
+    put(0, 0.0, "its centre is not in its sphere");
+    put(56, 1e30, "from the centre of a sphere");
+    put(64, 0.0, "a vertex can be seen");
+    for at in [24, 28] {
+        let (_keep, set, tiles) = copy();
+        change(&tiles[0], |bytes| bytes[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes()));
+        fails(&set, "found NaN");
+    }
     let (_keep, set, tiles) = copy();
     change(tiles.last().expect("tiles"), |bytes| bytes.truncate(200));
     fails(&set, "found the end");
+}
+
+/// Compressed sets pass; not those in which one file is not, or has something after its end.
+#[test]
+fn all_files_are_compressed_or_none() {
+    let (input, _) = scene();
+    let folder = folder();
+    let set = folder.path().join("set");
+    let gzip = TilesRequest { gzip: true, outside: 50.0, ..TilesRequest::new(&input, &set, 60.0) };
+    tiles(&gzip, &Control::default()).expect("tiles");
+    assert!(verdict(&input, &set).passed);
+    let tile = set.join("0/0/0.terrain");
+    change(&tile, |bytes| bytes.extend([0, 1, 2]));
+    fails(&set, "found 3 bytes more");
+    std::fs::copy(scene().1.join("0/0/0.terrain"), &tile).expect("a copy");
+    fails(&set, "found a plain file");
+    // Files of others would go with an earlier set.
+    std::fs::write(set.join("0/notes.txt"), "mine").expect("written");
+    let again = tiles(&TilesRequest { overwrite: true, ..gzip }, &Control::default()).expect_err("refused").to_string();
+    assert!(again.contains("notes.txt") && set.join("0/notes.txt").exists(), "{again}");
 }
 
 /// Over the antimeridian, in longitudes beyond 180°, on another body, at a pole, and with samples that are missing.

@@ -130,10 +130,17 @@ impl<'a> Tile<'a> {
         let key = self.key;
         let (centre, radius) = self.decoded.sphere;
         let farthest = self.points.iter().map(|p| times(less(*p, centre), less(*p, centre)).sqrt()).fold(0.0, f64::max);
-        if farthest > radius {
+        if farthest > radius || radius > 2.0 * farthest + 1.0 {
             findings.add(Kind::Header, || {
-                format!("tile {key}: a vertex is {farthest} m from the centre of a sphere of {radius}")
+                format!("tile {key}: the farthest vertex is {farthest} m from the centre of a sphere of {radius}")
             });
+        }
+        let off = less(self.decoded.centre, centre);
+        if times(off, off).sqrt() > radius {
+            findings.add(Kind::Header, || format!("tile {key}: its centre is not in its sphere"));
+        }
+        if !self.points.iter().all(|&point| self.ellipsoid.hides_later(self.decoded.occlusion_point, point)) {
+            findings.add(Kind::Header, || format!("tile {key}: a vertex can be seen where its occlusion point cannot"));
         }
         if self.decoded.maximum <= self.decoded.minimum {
             findings.add(Kind::Header, || format!("tile {key}: its least height is not below its greatest"));
@@ -165,7 +172,7 @@ impl<'a> Tile<'a> {
                 distance.samples += 1;
                 distance.owned += u64::from(c < cells && r < cells);
                 distance.largest = distance.largest.max(error);
-                if error > allowed {
+                if error.is_nan() || error > allowed {
                     let key = self.key;
                     findings.add(Kind::Promise, || {
                                 format!("tile {key}: at {lon}°, {lat}° the surface is {error} m from the sample, allowed are {allowed}")
