@@ -157,7 +157,7 @@ fn size_of_units(
     (width, rows)
 }
 
-/// Units for so many samples across and down in blocks of this size, where a unit takes so many bytes for each.
+/// The units of a raster of this size in blocks of this size, where a unit takes `sample_bytes` for each sample.
 pub(super) fn windows_of(size: (usize, usize), block: (usize, usize), sample_bytes: usize) -> Vec<Window> {
     let ((raster_width, raster_height), (width, rows)) = (size, size_of_units(size, block, sample_bytes));
     let mut units = Vec::new();

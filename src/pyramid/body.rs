@@ -57,7 +57,7 @@ impl Body {
         2.0 * std::f64::consts::PI * self.semi_major * 0.25 / 130.0 / (1u64 << level) as f64
     }
 
-    /// By how much the chord of the diagonal of a square of so many degrees sags under the ellipsoid at the most: no triangle
+    /// By how much the chord of the diagonal of a square with sides of `degrees` sags under the ellipsoid at the most: no triangle
     /// in the square sags more.
     pub(super) fn sag(&self, degrees: f64) -> f64 {
         let side = degrees.to_radians() * self.semi_major;

@@ -117,7 +117,7 @@ pub enum PyramidError {
         /// What is there.
         found: String,
     },
-    /// The system has not so many threads.
+    /// The system refuses this number of threads.
     #[error("{threads} threads cannot be started: {reason}")]
     Threads {
         /// How many; 0 for as many as there are cores.

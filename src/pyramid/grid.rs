@@ -71,7 +71,7 @@ impl TileKey {
         TileKey { level: self.level - 1, x: self.x / 2, y: self.y / 2 }
     }
 
-    /// The tile so many columns to the east and rows to the north, around the antimeridian; `None` beyond a pole.
+    /// The tile `east` columns and `north` rows from this one, around the antimeridian; `None` beyond a pole.
     pub fn neighbour(&self, east: i32, north: i32) -> Option<TileKey> {
         let columns = 2i64 << self.level;
         let y = i64::from(self.y) + i64::from(north);
@@ -109,7 +109,7 @@ pub struct Level {
     pub max_error: f64,
     /// The client's error, E.
     pub client_error: f64,
-    /// Tiles are cut into so many parts each way, so that triangles do not sag too far under the ellipsoid.
+    /// How many parts tiles are cut into each way, so that triangles do not sag too far under the ellipsoid.
     pub parts: u32,
 }
 

@@ -7,7 +7,8 @@ use super::error::PyramidError;
 use super::samples::{Block, Patch, Samples};
 use super::surface::Surface;
 
-/// Differences reach so many parts of a tile's side: neither so far that slopes are lost, nor so near that they are noise.
+/// Differences reach over one part in this number of a tile's side: neither so far that slopes are lost, nor so near that they are
+/// noise.
 const REACH: i64 = 128;
 
 /// A normal at every vertex of a tile, in the order of its vertices, as the two bytes of the octahedral encoding.

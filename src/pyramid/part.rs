@@ -18,13 +18,13 @@ use crate::kernel::seam::{Limits, MinLink};
 use crate::kernel::triangulate::insertion::{self, GreedyInsertion, delaunay};
 use crate::kernel::triangulate::{Engine, EngineScratch, Feasibility, Task};
 
-/// Parts of so many cells are made from all of their samples.
+/// The most cells across a part that is made from all of its samples.
 const MOST_CELLS: i64 = 512;
 
 /// The share of the tolerance that the mesh of every 2ᵏ-th sample is made at: those between are measured afterwards.
 const THINNED_SHARE: f64 = 0.9;
 
-/// Polishing keeps the surface between samples within so many tolerances of their heights.
+/// Polishing keeps the surface between samples within this multiple of the tolerance from their heights.
 const MAX_STRAY: f64 = 1.5;
 
 /// A part: its square of the tile, in cells from the tile's north-west corner, and what it is made for.

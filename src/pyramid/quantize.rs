@@ -14,7 +14,7 @@ use super::grid::TileKey;
 /// The largest coordinate.
 pub(super) const SPAN: i64 = 32767;
 
-/// The coordinate of a sample of a line that has so many cells.
+/// The coordinate of a sample on a side of `cells` cells.
 pub(super) fn coordinate(at: i64, cells: i64) -> i64 {
     (at * SPAN * 2 + cells) / (2 * cells)
 }

@@ -16,7 +16,7 @@ pub(crate) struct Samples {
     pub(crate) outside: f64,
 }
 
-/// Every so many samples of a window of the grid.
+/// A window of the grid, of which every `step`th sample is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Patch {
     /// The first column; those beyond the grid's last begin anew.
@@ -50,7 +50,7 @@ impl Samples {
         below && beside
     }
 
-    /// The windows of so many cells each way that together have all samples of the raster in a square, whose first sample and
+    /// The windows, of at most `size` cells each way, that together have all samples of the raster in a square, whose first sample and
     /// cells along the side are given, its whole border included. Windows are counted from the square's corner: each is the
     /// offset of its first sample and how many samples it has across and down.
     pub(crate) fn windows(&self, origin: (i64, i64), cells: i64, size: i64) -> Vec<((i64, i64), (usize, usize))> {

@@ -215,7 +215,7 @@ impl Source {
     }
 }
 
-/// A place along an axis of so many samples, if it is on or between them.
+/// A place along an axis of `samples` samples, if it is on or between them.
 fn on_samples(at: f64, samples: usize) -> Option<f64> {
     let last = (samples - 1) as f64;
     (-ROUNDING..=last + ROUNDING).contains(&at).then(|| at.clamp(0.0, last))

@@ -71,7 +71,7 @@ pub(super) fn judge_layer(folder: &Path, found: &BTreeSet<TileKey>, levels: usiz
     let deepest: Vec<&TileKey> = found.iter().filter(|k| k.level as usize + 1 == levels).collect();
     let side = 180.0 / 2f64.powi(levels as i32 - 1);
     let least = |of: fn(&TileKey) -> u32| deepest.iter().map(|k| of(k)).min().map_or(0.0, f64::from);
-    let most = |of: fn(&TileKey) -> u32| deepest.iter().map(|k| of(k) + 1).max().map_or(0.0, f64::from);
+    let most = |of: fn(&TileKey) -> u32| deepest.iter().map(|k| of(k)).max().map_or(0.0, |last| f64::from(last) + 1.0);
     let bounds = [
         least(|k| k.x) * side - 180.0,
         least(|k| k.y) * side - 90.0,

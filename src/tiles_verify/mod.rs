@@ -161,7 +161,8 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
     manifest::judge_promise(&promise, &ellipsoid, coarsest.exponent, &mut findings);
     judge_files(&found, promise.levels.len() as u32, &mut findings);
 
-    let keys: Vec<TileKey> = found.iter().copied().filter(|k| (k.level as usize) < promise.levels.len()).collect();
+    let is_judged = |key: &TileKey| (key.level as usize) < promise.levels.len() && is_on_the_globe(key);
+    let keys: Vec<TileKey> = found.iter().copied().filter(is_judged).collect();
     control.progress.begin(Stage::Compare, keys.len() as u64, keys.len() as u64);
     let one = |block: &mut SampleBlock, &key: &TileKey| {
         control.cancel.check()?;
@@ -208,6 +209,11 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
     Ok(Verdict { schema: 1, passed: failures.is_empty(), failures, levels, gaps })
 }
 
+/// Whether a level has such a column and row.
+fn is_on_the_globe(key: &TileKey) -> bool {
+    u64::from(key.x) < 2u64 << key.level && u64::from(key.y) < 1u64 << key.level
+}
+
 /// Every tile has its parent, both roots are there, and no level is deeper than promised.
 fn judge_files(found: &BTreeSet<TileKey>, levels: u32, findings: &mut Findings) {
     for root in (0..2).map(|x| TileKey { level: 0, x, y: 0 }).filter(|root| !found.contains(root)) {
@@ -216,6 +222,8 @@ fn judge_files(found: &BTreeSet<TileKey>, levels: u32, findings: &mut Findings) 
     for key in found {
         if key.level >= levels {
             findings.add(Kind::Files, || format!("tile {key} is of a level that nothing is promised of"));
+        } else if !is_on_the_globe(key) {
+            findings.add(Kind::Files, || format!("tile {key} is beyond the columns and rows of its level"));
         } else if key.level > 0 && !found.contains(&key.parent()) {
             findings.add(Kind::Files, || format!("tile {key} has no tile above it"));
         }

@@ -146,6 +146,11 @@ fn a_tile_that_is_missing_is_found() {
     std::fs::remove_file(tiles.last().expect("tiles")).expect("removed");
     fails(&set, "available tiles are not those that there are");
     fails(&set, "of the raster's");
+    // Nor does a level have more of them.
+    let (_keep, set, tiles) = copy();
+    let far = tiles.last().expect("tiles").with_file_name("4294967295.terrain");
+    std::fs::copy(tiles.last().expect("tiles"), far).expect("a copy");
+    fails(&set, "is beyond the columns and rows of its level");
 }
 
 #[test]
