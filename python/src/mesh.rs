@@ -12,11 +12,11 @@ use terrabite::base::control::Control;
 use terrabite::formats::{
     ArrayReader, Base, Compression, Format, Header, ReadError, SinkOptions, by_extension, by_name,
 };
-use terrabite::run::{ConvertRequest, InMemory, RunError, convert_mesh, simplify_in_memory, verify_mesh};
+use terrabite::run::{ConvertRequest, Coordinates, InMemory, RunError, convert_mesh, simplify_in_memory, verify_mesh};
 
 use crate::band::PyBand;
 use crate::errors::{MeshError, taken};
-use crate::options::{Options, VerifyOptions};
+use crate::options::{Options, VerifyOptions, within};
 use crate::run::{Watch, run};
 
 /// A mesh in arrays that numpy owns and nobody writes to, with what a file with it says of itself.
@@ -128,6 +128,7 @@ impl PyMesh {
         cancel: Option<Py<PyAny>>,
     ) -> PyResult<String> {
         let options: WriteOptions = taken(options)?;
+        within("z_scale", Some(options.z_scale), |f| f.is_finite() && f > 0.0, "a finite number above 0")?;
         let (format, sink) = (options.format(&path)?, options.sink()?);
         let single = match options.precision.as_deref() {
             None | Some("double") => false,
@@ -142,7 +143,7 @@ impl PyMesh {
             overwrite: options.overwrite,
             temp_dir: options.temp_dir,
             sink,
-            single,
+            coordinates: Coordinates { local: options.local, z_scale: options.z_scale, single },
             ..ConvertRequest::new("the mesh", path)
         };
         let watch = Watch { cancel, progress: None };
@@ -157,6 +158,8 @@ impl PyMesh {
 struct WriteOptions {
     format: Option<String>,
     precision: Option<String>,
+    local: bool,
+    z_scale: f64,
     ascii: bool,
     base_height: Option<f64>,
     base_depth: Option<f64>,

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use terrabite::base::features::{Feature, FeatureSet};
 use terrabite::base::{Band, LineKind, Polylines};
 use terrabite::field::Choice;
+use terrabite::job::normals::Normals;
 use terrabite::job::rules::{self, default_engine, default_quality};
 use terrabite::job::{EngineChoice, Goal, Params, Quality, VertexHeights};
 use terrabite::kernel::polish::Tuning;
@@ -81,6 +82,9 @@ pub(crate) struct Options<'py> {
     memory: Option<u64>,
     threads: Option<usize>,
     temp_dir: Option<PathBuf>,
+    normals: Option<String>,
+    work_dir: Option<PathBuf>,
+    keep_work_dir: bool,
 }
 
 /// What a mesh is judged by, as the words of a call.
@@ -118,7 +122,7 @@ pub(crate) fn chosen<T: Copy>(name: &str, word: Option<&String>, choices: &[(&st
 }
 
 /// A number in a range, or an error that says which.
-fn within(name: &str, number: Option<f64>, fits: impl Fn(f64) -> bool, expected: &str) -> PyResult<()> {
+pub(crate) fn within(name: &str, number: Option<f64>, fits: impl Fn(f64) -> bool, expected: &str) -> PyResult<()> {
     match number.filter(|number| !fits(*number)) {
         None => Ok(()),
         Some(found) => Err(PyValueError::new_err(format!("{name}: expected {expected}, found {found}"))),
@@ -191,6 +195,13 @@ impl Options<'_> {
             )?,
             memory: self.memory,
             threads: threads(self.threads)?,
+            normals: chosen(
+                "normals",
+                self.normals.as_ref(),
+                &[("gradient", Normals::Gradient), ("area", Normals::Area)],
+            )?,
+            work_dir: self.work_dir.clone(),
+            keep_work_dir: self.keep_work_dir,
             ..request
         })
     }

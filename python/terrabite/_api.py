@@ -78,6 +78,9 @@ def simplify(
     memory: int | None = None,
     threads: int | None = None,
     temp_dir: str | os.PathLike[str] | None = None,
+    normals: Literal["gradient", "area"] | None = None,
+    work_dir: str | os.PathLike[str] | None = None,
+    keep_work_dir: bool = False,
     cancel: Flag | None = None,
     progress: Progress | None = None,
 ) -> TIN:
@@ -151,6 +154,9 @@ def simplify(
             by default.
         threads: Threads to work with; as many as the machine has cores by default. The mesh does not depend on it.
         temp_dir: The folder of temporary files.
+        normals: ``nx``, ``ny`` and ``nz`` among the attributes: normals of the raster at the vertices, or of the triangles around them.
+        work_dir: A folder that keeps finished tiles until the mesh is there: after an interruption the same call goes on.
+        keep_work_dir: It stays when the mesh is there.
         cancel: An object with ``is_set()``, such as a ``threading.Event``: setting it, from any thread, stops the call.
         progress: Called with a stage's name, steps done and steps in all, at most every 50 ms, by the calling thread.
 
@@ -214,6 +220,9 @@ def simplify(
         "memory": memory,
         "threads": threads,
         "temp_dir": temp_dir,
+        "normals": normals,
+        "work_dir": work_dir,
+        "keep_work_dir": keep_work_dir,
     }
     return TIN(_terrabite.simplify(heights_band, options, cancel, progress), place)
 

@@ -65,7 +65,9 @@ class TIN:
 
     @property
     def attributes(self) -> dict[str, NDArray[np.float64]]:
-        """Further values of the vertices by their names: float64 of shape (n,), one for each attribute that was asked for."""
+        """Further values of the vertices by their names: float64 of shape (n,), one for each attribute that was asked for; with
+        ``normals`` ``nx``, ``ny`` and ``nz``, too, which files have as normals where the format does.
+        """
         return dict(self._mesh.attributes)
 
     @property
@@ -109,6 +111,8 @@ class TIN:
         *,
         format: Format | None = None,
         precision: Literal["double", "float"] | None = None,
+        local: bool = False,
+        z_scale: float = 1,
         ascii: bool = False,
         base_height: float | None = None,
         base_depth: float | None = None,
@@ -124,6 +128,7 @@ class TIN:
         lose by that is added to the bound that the file states: ``["max_error"]`` of the dictionary that is returned, with
         ``["loss"]`` for what was lost. The mesh gets its name when it is complete; before, there is none.
 
+        ``local`` takes an origin near the middle of the mesh from x and y, ``z_scale`` multiplies heights; the file says both.
         ``ascii`` writes text where binary is usual (PLY). ``base_height`` or ``base_depth`` make a solid with a floor
         (STL). ``mesh_compression`` is for GLB.
 
@@ -142,6 +147,8 @@ class TIN:
         options = {
             "format": format,
             "precision": precision,
+            "local": local,
+            "z_scale": z_scale,
             "ascii": ascii,
             "base_height": base_height,
             "base_depth": base_depth,

@@ -114,3 +114,22 @@ def test_ctrl_c_stops_a_call_of_a_worker_by_the_flag():
         """
     )
     assert took < SOON and code == 0 and "cancelled" in printed
+
+
+def test_a_call_goes_on_in_its_work_dir(tmp_path):
+    heights, flag, options = hills(300, 400), threading.Event(), {"tile": 64, "work_dir": tmp_path / "work"}
+
+    def stop(stage: str, done: int, total: int) -> None:
+        if stage == "triangulate" and 0 < done < total:
+            flag.set()
+
+    with pytest.raises(tb.Cancelled):
+        tb.simplify(np.tile(heights, (4, 4)), 0.01, cancel=flag, progress=stop, **options)
+    with pytest.raises(tb.Error):
+        tb.simplify(heights, 2, **options)
+    tin = tb.simplify(np.tile(heights, (4, 4)), 0.01, **options)
+    assert tin.report["tiles_found"] > 0 and not (tmp_path / "work").exists()
+    tin = tb.simplify(heights, 2, keep_work_dir=True, **options)
+    assert (tmp_path / "work").is_dir()
+    again = tb.simplify(heights, 2, **options)
+    assert np.array_equal(again.vertices, tin.vertices) and np.array_equal(again.triangles, tin.triangles)

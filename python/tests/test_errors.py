@@ -142,8 +142,8 @@ def test_edges_follow_outlines():
 def test_options_have_the_names_and_defaults_of_the_command(command):
     """Those that are not there are for files: where they go, what is printed, and layers that GDAL's vector library reads."""
     of_files = {
-        "input", "output", "overwrite", "quiet", "json", "dry-run", "work-dir", "keep-work-dir", "help", "format", "ascii", "precision",
-        "local", "z-scale", "normals", "texture", "texture-size", "base-height", "base-depth", "mesh-compression",
+        "input", "output", "overwrite", "quiet", "json", "dry-run", "help", "format", "ascii", "precision",
+        "local", "z-scale", "texture", "texture-size", "base-height", "base-depth", "mesh-compression",
         "ogr-geometry", "cutline-layer", "points-layer", "breaklines-layer", "lake-polygons-layer", "footprints-layer", "bbox-crs", "importance-band", "importance-oo", "image", "report",
     }
     shown = subprocess.run([command, "simplify", "--help"], capture_output=True, text=True, check=True).stdout

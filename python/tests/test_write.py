@@ -98,3 +98,18 @@ def test_pyvista_has_the_same_mesh(dem):
     tin = tb.simplify(dem, 2)
     mesh = tin.to_pyvista()
     assert np.array_equal(mesh.points, tin.vertices) and np.array_equal(mesh.regular_faces, tin.triangles)
+
+
+def test_coordinates_are_local_and_heights_scaled_where_asked(tmp_path, dem):
+    tin = tb.simplify(dem, 2, normals="area", **PLACE)
+    assert list(tin.attributes) == ["nx", "ny", "nz"]
+    normals = np.stack(list(tin.attributes.values()), axis=1)
+    assert np.allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-6) and (normals[:, 2] > 0).all()
+    written = tin.write(tmp_path / "a.ply", local=True, z_scale=0.3)
+    assert written["z_scale"] == 0.3 and written["offset"][0] > 4e5 and written["loss"] < 1e-12
+    assert tb.verify(dem, tmp_path / "a.ply", written["max_error"], **PLACE).passed
+    assert b"property float nz" in (tmp_path / "a.ply").read_bytes()[:3000]
+    for z_scale in (0, -1, float("inf"), float("nan")):
+        with pytest.raises(ValueError, match="z_scale"):
+            tin.write(tmp_path / "b.ply", z_scale=z_scale)
+    assert not (tmp_path / "b.ply").exists()

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use super::coordinates::{PrecisionArg, check_precision};
+use super::coordinates::ConvertedArgs;
 use super::format_options::FormatArgs;
 use super::progress::Bars;
 use super::{Failure, GDAL_CACHE, output_format, print, warnings};
@@ -13,8 +13,8 @@ use crate::run::{ConvertReport, ConvertRequest, convert};
 
 /// Write a mesh in another format, without the raster
 ///
-/// Coordinates stay as they are, bit for bit, unless the format holds only single precision or metres; what heights lose then is
-/// added to the tolerance that the mesh names. What the format does not keep is told.
+/// Coordinates stay as they are, bit for bit, unless the format holds only single precision or metres, or others are asked for; what
+/// heights lose then is added to the tolerance that the mesh names. What the format does not keep is told.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ConvertArgs {
     /// The mesh, in any of the formats
@@ -23,9 +23,8 @@ pub(crate) struct ConvertArgs {
     output: PathBuf,
     #[command(flatten)]
     format: FormatArgs,
-    /// Number type of coordinates, where the format has both; those that are float already stay so
-    #[arg(long, help_heading = "Format", value_enum)]
-    precision: Option<PrecisionArg>,
+    #[command(flatten)]
+    coordinates: ConvertedArgs,
     /// The folder of temporary files [default: the system's]
     #[arg(long, help_heading = "Run", value_name = "DIR")]
     temp_dir: Option<PathBuf>,
@@ -42,15 +41,14 @@ pub(crate) struct ConvertArgs {
 
 pub(crate) fn run(args: &ConvertArgs) -> Result<ExitCode, Failure> {
     let named = output_format::of(&args.output, args.format.name(), output_format::MESHES)?.name;
-    if let Some(format) = formats::by_name(named) {
-        check_precision(args.precision, format)?;
-    }
+    let format = formats::by_name(named);
+    let coordinates = args.coordinates.coordinates(format)?;
     bound_gdal_cache(GDAL_CACHE);
     let bars = Bars::new(args.quiet);
     let request = ConvertRequest {
-        format: formats::by_name(named),
+        format,
         sink: args.format.sink(),
-        single: args.precision == Some(PrecisionArg::Float),
+        coordinates,
         overwrite: args.overwrite,
         temp_dir: args.temp_dir.clone(),
         ..ConvertRequest::new(&args.input, &args.output)

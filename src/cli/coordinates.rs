@@ -24,6 +24,30 @@ pub(super) struct CoordinateArgs {
     precision: Option<PrecisionArg>,
 }
 
+/// How coordinates of a converted mesh are written.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Coordinates")]
+pub(super) struct ConvertedArgs {
+    /// Write x and y less an origin near the middle of the mesh, which the header names
+    #[arg(long)]
+    local: bool,
+    /// Multiply heights by this, as the header says
+    #[arg(long, value_name = "F", default_value_t = 1.0, value_parser = values::factor, allow_hyphen_values = true)]
+    z_scale: f64,
+    /// Number type of coordinates, where the format has both; those that are float already stay so
+    #[arg(long, value_enum)]
+    precision: Option<PrecisionArg>,
+}
+
+impl ConvertedArgs {
+    /// What is asked for. Doubles are refused for a format that has none.
+    pub(super) fn coordinates(&self, format: Option<&Format>) -> Result<Coordinates, Failure> {
+        format.map_or(Ok(()), |format| check_precision(self.precision, format))?;
+        let single = self.precision == Some(PrecisionArg::Float);
+        Ok(Coordinates { local: self.local, z_scale: self.z_scale, single })
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum PrecisionArg {
     Double,

@@ -234,6 +234,7 @@ impl From<RunError> for Failure {
             RunError::Scratch(ScratchError::Cancelled(stopped)) | RunError::Mesh(ReadError::Cancelled(stopped)) => stopped.into(),
             RunError::Scratch(ref scratch) | RunError::Mesh(ReadError::Scratch(ref scratch)) => of_scratch(scratch, &error),
             RunError::Mesh(_) | RunError::NotFinite { .. } => failure,
+            RunError::Placed { .. } => failure.hint("leave out --local and --z-scale, or have simplify write the mesh so"),
             RunError::Verify(error) => error.into(),
             RunError::ErrorRaster(error) => error.into(),
             RunError::Checkpoints(CheckpointError::Crs { .. }) => failure.hint("choose another CRS with --checkpoints-crs"),

@@ -1,23 +1,24 @@
 //! From one format of meshes to another, without the raster.
 
+mod frame;
 mod marks;
 
 use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::coordinates::origin;
+use self::frame::{Step, frame};
 use super::report::SCHEMA;
-use super::{IN_MEMORY, RunError, Warned, prepare};
+use super::{Coordinates, IN_MEMORY, RunError, Warned, prepare};
+use crate::base::CoordinateFrame;
 use crate::base::channels::{Channel, Number};
 use crate::base::control::{Control, Stage};
 use crate::base::external::{Scratch, Store, StoreWriter};
 use crate::base::staged::StagedFile;
 use crate::base::warning::{Warning, WarningCode, Warnings};
-use crate::base::{CoordinateFrame, Metres, metres_in};
 use crate::formats::{
     self, Attributes, Bounds, Contents, Format, Header, HeaderKept, Marks, MeshReader, Precision, ReadOptions, Setup,
-    Sink, SinkOption, SinkOptions, Unit,
+    Sink, SinkOption, SinkOptions,
 };
 
 /// Vertices or triangles handed on at a time.
@@ -39,8 +40,8 @@ pub struct ConvertRequest {
     pub format: Option<&'static Format>,
     /// Options of that format.
     pub sink: SinkOptions,
-    /// Single precision, where the format has both. What is single already stays so.
-    pub single: bool,
+    /// How coordinates are written, where the format leaves a choice. What is local or single in the input already stays so.
+    pub coordinates: Coordinates,
     /// Whether an existing output is replaced.
     pub overwrite: bool,
     /// The folder of temporary files; `None` is the system's.
@@ -86,7 +87,7 @@ impl ConvertRequest {
             output: output.into(),
             format: None,
             sink: SinkOptions::default(),
-            single: false,
+            coordinates: Coordinates::default(),
             overwrite: false,
             temp_dir: None,
         }
@@ -95,8 +96,8 @@ impl ConvertRequest {
 
 /// Writes a mesh in another format.
 ///
-/// Coordinates stay as they are, bit for bit, unless the format holds only single precision, or metres: then they are what a run
-/// with this format would have written, so that [`super::verify`] finds the same samples under them. What heights lose by that
+/// Coordinates stay as they are, bit for bit, unless the format holds only single precision, or metres, or others are asked for: then
+/// they are what a run with this format would have written, so that [`super::verify`] finds the same samples under them. What heights lose by that
 /// is added to the tolerance that the header names. Attributes, CRS and the rest of the header go as far as the format keeps
 /// them; what it does not is told by warnings.
 ///
@@ -194,9 +195,10 @@ impl Conversion {
     ) -> Result<Conversion, RunError> {
         let given = reader.header().clone();
         let source = given.frame;
-        let is_single = source.single || request.single || !target.precisions.contains(&Precision::Double);
+        let single = source.single || request.coordinates.single || !target.precisions.contains(&Precision::Double);
         let read = bounds(reader)?;
-        let frame = frame(&given, target, is_single, read);
+        let frame = frame(&given, target, Coordinates { single, ..request.coordinates }, read);
+        let frame = frame.map_err(|found| RunError::Placed { path: request.input.clone(), found })?;
         let step = Step { from: source, to: frame };
         let mut loss: f64 = 0.0;
         let mut written = Bounds::EMPTY;
@@ -311,6 +313,7 @@ impl Conversion {
         let step = Step { from: self.source_frame, to: self.frame };
         let names: Vec<&str> = self.kept.iter().map(|channel| channel.name.as_str()).collect();
         let mut store = scratch.map(StoreWriter::new).transpose()?;
+        let turn = step.turn().filter(|_| self.has_normals);
         let mut vertices = Vec::with_capacity(BATCH);
         let mut values = vec![Vec::with_capacity(BATCH); names.len()];
         reader.for_each_vertex_with(&names, |_, vertex, attributes| {
@@ -320,6 +323,14 @@ impl Conversion {
             }
             vertices.push(vertex);
             values.iter_mut().zip(attributes).for_each(|(all, value)| all.push(*value));
+            if let Some(turn) = &turn {
+                // Normals come last.
+                let of: [usize; 3] = std::array::from_fn(|i| values.len() - 3 + i);
+                let turned = turn(of.map(|i| attributes[i]));
+                of.into_iter()
+                    .zip(turned)
+                    .for_each(|(i, value)| values[i].last_mut().into_iter().for_each(|n| *n = value));
+            }
             if vertices.len() == BATCH {
                 hand_on(sink, &mut vertices, &mut values, control)?;
             }
@@ -383,66 +394,6 @@ pub(super) fn bounds(reader: &mut dyn MeshReader) -> Result<Bounds, RunError> {
         Ok(())
     })?;
     Ok(bounds)
-}
-
-/// How the output has coordinates. A step that the input has made already stays as it is: what was rounded cannot be placed
-/// anew.
-fn frame(given: &Header, target: &Format, single: bool, read: Bounds) -> CoordinateFrame {
-    let source = given.frame;
-    if source.single || source == (CoordinateFrame { single, ..source }) && target.unit == Unit::OfCrs {
-        return source;
-    }
-    let is_plain = !source.is_local();
-    let [(left, right), (bottom, top)] = [(read.min[0], read.max[0]), (read.min[1], read.max[1])];
-    let origin = match is_plain && single && left <= right {
-        true => origin([left, bottom, right, top]),
-        false => source.origin,
-    };
-    let in_metres = target.unit == Unit::Metre;
-    let xy_scale = match in_metres && source.xy_scale == CoordinateFrame::PLAIN.xy_scale {
-        true => Metres::between(metres(given), bottom + source.origin.1, top + source.origin.1),
-        false => source.xy_scale,
-    };
-    let z_scale = match in_metres && source.z_scale == CoordinateFrame::PLAIN.z_scale {
-        true => given.heights.unit.as_deref().and_then(metres_in).unwrap_or(source.z_scale),
-        false => source.z_scale,
-    };
-    CoordinateFrame { origin, xy_scale, z_scale, single }
-}
-
-#[cfg(feature = "gdal")]
-fn metres(header: &Header) -> Option<Metres> {
-    header.crs.metres.or_else(|| crate::raster::metres_of(header.crs.definition.as_deref()?))
-}
-
-#[cfg(not(feature = "gdal"))]
-fn metres(header: &Header) -> Option<Metres> {
-    header.crs.metres
-}
-
-/// From the numbers of one frame to those of another that goes on where it ends.
-#[derive(Debug, Clone, Copy)]
-struct Step {
-    from: CoordinateFrame,
-    to: CoordinateFrame,
-}
-
-impl Step {
-    /// What the second frame writes of a vertex, operation by operation ([`CoordinateFrame::written_place`]).
-    fn take(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        let Step { from, to } = self;
-        let rounded = |value: f64| if to.single { f64::from(value as f32) } else { value };
-        let across = |value: f64, from: (f64, f64), to: (f64, f64)| {
-            let moved = if from.0 == to.0 { value } else { value - to.0 };
-            rounded(if from.1 == to.1 { moved } else { moved * to.1 })
-        };
-        let height = if from.z_scale == to.z_scale { z } else { z * to.z_scale };
-        [
-            across(x, (from.origin.0, from.xy_scale.0), (to.origin.0, to.xy_scale.0)),
-            across(y, (from.origin.1, from.xy_scale.1), (to.origin.1, to.xy_scale.1)),
-            rounded(height),
-        ]
-    }
 }
 
 /// Which attributes the format keeps, with normals last; the names of the others; and whether there are normals.

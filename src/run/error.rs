@@ -148,6 +148,14 @@ pub enum RunError {
         /// Its coordinates.
         found: [f64; 3],
     },
+    /// A mesh that is converted cannot be placed as asked.
+    #[error("{}: expected map coordinates and heights as they are, found {found}", path.display())]
+    Placed {
+        /// The mesh.
+        path: PathBuf,
+        /// What its header says.
+        found: &'static str,
+    },
     /// The mesh that is converted.
     #[error(transparent)]
     Mesh(#[from] ReadError),

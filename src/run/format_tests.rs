@@ -251,15 +251,73 @@ fn a_converted_mesh_is_the_one_that_a_run_writes() {
         };
         let ply = folder.path().join("tin.ply");
         simplify(&way.request(FORMATS[0], &ply), &control).expect("a mesh");
-        for format in FORMATS {
+        let local = Coordinates { local: true, ..Coordinates::default() };
+        let scaled = Coordinates { z_scale: 3.0, ..Coordinates::default() };
+        let single = Coordinates { z_scale: 0.25, single: true, ..local };
+        for (format, coordinates) in
+            FORMATS.iter().flat_map(|format| [Coordinates::default(), local, scaled, single].map(|c| (*format, c)))
+        {
             let out = folder.path().join("out").with_extension(format.extensions[0]);
-            let request = ConvertRequest { format: Some(format), overwrite: true, ..ConvertRequest::new(&ply, &out) };
+            let (format_of_out, overwrite) = (Some(format), true);
+            let request =
+                ConvertRequest { format: format_of_out, overwrite, coordinates, ..ConvertRequest::new(&ply, &out) };
             let report = convert(&request, &control).expect("converted");
+            let has_origin = coordinates.local || !format.precisions.contains(&Precision::Double);
+            assert_eq!(report.offset != (0.0, 0.0), has_origin, "{}: {place:?} {coordinates:?}", format.title);
+            assert_eq!(report.z_scale, coordinates.z_scale);
             // Heights may lose a little, which the report says.
             let request = VerifyRequest::new(way.band(), &out, 0.5 + report.loss);
             let found = verify(&request, &control).expect("judged");
-            assert!(found.passed, "{}: {place:?}: {:?}", format.title, found.failures);
+            assert!(found.passed, "{}: {place:?} {coordinates:?}: {:?}", format.title, found.failures);
             assert_eq!(report.max_error, Some(0.5 + report.loss));
+            let anew = Coordinates { z_scale: 5.0, ..Coordinates::default() };
+            let anew = ConvertRequest {
+                coordinates: anew,
+                overwrite,
+                ..ConvertRequest::new(&out, folder.path().join("a.ply"))
+            };
+            let is_plain = report.z_scale == 1.0 && report.precision == "double";
+            assert_eq!(convert(&anew, &control).is_ok(), is_plain, "{}: {coordinates:?}", format.title);
         }
+    }
+}
+
+/// Normals stand on the axes of the file: where a converted one has longer ones, they turn.
+#[test]
+fn normals_turn_with_the_axes() {
+    let folder = testing::folder();
+    let control = Control::default();
+    let at = |name: &str| folder.path().join(name);
+    let (local, single, attributes, gaps) = (false, false, false, true);
+    let (kind, normals) = (SampleType::F32, Some(Normals::Area));
+    let read = |path: &Path| {
+        let mut found = Vec::new();
+        let mut reader = formats::open(path, None, &ReadOptions::default()).expect("a mesh");
+        let keep = |_: u64, _: [f64; 3], normal: &[f64]| {
+            found.push([normal[0], normal[1], normal[2]]);
+            Ok::<(), ReadError>(())
+        };
+        reader.for_each_vertex_with(&["nx", "ny", "nz"], keep).expect("vertices");
+        found
+    };
+    let coordinates = Coordinates { z_scale: 7.0, ..Coordinates::default() };
+    let pairs = [Place::Utm, Place::Degrees].into_iter().flat_map(|p| ["ply", "glb", "vtp"].map(|e| (p, e)));
+    for (place, extension) in pairs {
+        let way = Way { place, local, single, attributes, gaps, kind, normals };
+        simplify(&way.request(FORMATS[0], &at("tin.ply")), &control).expect("a mesh");
+        let (format, overwrite) = (formats::by_name(extension), true);
+        let (converted, made) = (at("a").with_extension(extension), at("b").with_extension(extension));
+        let request = ConvertRequest { coordinates, overwrite, ..ConvertRequest::new(at("tin.ply"), &converted) };
+        convert(&request, &control).expect("converted");
+        let request = way.request(format.expect("a format"), &made);
+        simplify(&Request { coordinates, ..request }, &control).expect("a mesh");
+        let (found, expected, before) = (read(&converted), read(&made), read(&at("tin.ply")));
+        let off = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max);
+        let farthest = |others: &[[f64; 3]]| found.iter().zip(others).map(off).fold(0.0, f64::max);
+        assert_eq!(found.len(), expected.len());
+        assert!(farthest(&expected) < 1e-5, "{extension}: {}", farthest(&expected));
+        // Heights are so much longer than degrees that normals lie flat, whatever heights are multiplied by.
+        let has_turned = place == Place::Utm || extension == "glb";
+        assert_eq!(farthest(&before) > 0.1, has_turned, "{extension}: {}", farthest(&before));
     }
 }

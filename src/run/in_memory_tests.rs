@@ -1,14 +1,16 @@
 //! Meshes in arrays: the same as in files, written and judged from there.
 
 use std::path::Path;
+use std::sync::atomic::Ordering;
 
 use super::{
     ConvertRequest, HeightSource, InMemory, LineInput, Lines, PointInput, Request, RunError, VerifyRequest,
     convert_mesh, simplify, simplify_in_memory, verify_mesh,
 };
-use crate::base::control::{CancelToken, Control};
+use crate::base::control::{CancelToken, Control, Progress, Stage};
 use crate::base::{Band, LineKind, PointCounts, Polylines};
 use crate::formats::{ArrayReader, SinkOptions};
+use crate::job::Params;
 
 fn bowl() -> Band {
     let height = |i: usize| ((i % 40) as f32 - 20.0).powi(2) / 10.0 + ((i / 40) as f32 - 15.0).powi(2) / 7.0;
@@ -84,4 +86,39 @@ fn places_become_the_samples_nearest_to_them() {
     for place in [[7.5, -3.5], [30.5, -20.5]] {
         assert!(vertices.iter().any(|[x, y, _]| [*x, *y] == place), "{place:?}");
     }
+}
+
+/// Stops a run once three tiles of it are there.
+struct Third(CancelToken, std::sync::atomic::AtomicU64);
+
+impl Progress for Third {
+    fn begin(&self, _: Stage, _: u64, _: u64) {}
+
+    fn end(&self, _: Stage) {}
+
+    fn step(&self, stage: Stage, _: u64) {
+        if stage == Stage::Triangulate && self.1.fetch_add(1, Ordering::Relaxed) == 2 {
+            self.0.cancel();
+        }
+    }
+}
+
+#[test]
+fn a_work_dir_keeps_tiles_until_the_arrays_are_there() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().join("work");
+    let mut asked = Request { work_dir: Some(dir.clone()), ..request(Path::new("")) };
+    asked.params.tile = 8;
+    let cancel = CancelToken::default();
+    let third = Third(cancel.clone(), Default::default());
+    let stopped = simplify_in_memory(&asked, &Control { cancel, progress: &third });
+    assert!(matches!(stopped, Err(RunError::Kept { .. })) && dir.is_dir());
+    let other = Request { params: Params { tile: 9, ..asked.params.clone() }, ..asked.clone() };
+    assert!(simplify_in_memory(&other, &Control::default()).is_err(), "tiles of another job");
+    let continued = made(&asked);
+    assert!(continued.report.tiles_found.is_some_and(|tiles| tiles >= 3), "{:?}", continued.report.tiles_found);
+    assert!(!dir.exists(), "it is of no more use");
+    let whole = made(&Request { work_dir: None, ..asked });
+    assert_eq!(continued.arrays.triangles, whole.arrays.triangles);
+    assert_eq!(continued.arrays.vertices, whole.arrays.vertices);
 }

@@ -16,7 +16,7 @@ use crate::base::control::Control;
 use crate::base::staged::StagedFile;
 use crate::base::warning::{Warning, WarningCode};
 use crate::field::{Access, Choice, Field, FieldError, FieldOptions, HoleOptions};
-use crate::formats::{ArraySink, Arrays, Attributes, FORMATS, Header, Setup, Sink};
+use crate::formats::{ArraySink, Arrays, Attributes, FORMATS, Header, Setup, Sink, SinkOption};
 use crate::job::normals::NormalSource;
 use crate::job::plan::{DENSEST, DiskUse, Estimate, Expected, check_disk, estimate, probe, probe_field};
 use crate::job::work_dir::WorkDir;
@@ -49,7 +49,9 @@ pub(super) fn simplify_in_memory(request: &Request<'_>, control: &Control<'_>) -
     let warned = Warned::new(control);
     // What is in memory keeps what the first format keeps: doubles, and all attributes.
     let format = FORMATS[0];
-    if let Some(option) = request.sink.asked().chain(request.further_options()).next() {
+    // Normals are attributes there.
+    let further = request.further_options().filter(|option| *option != SinkOption::Normals);
+    if let Some(option) = request.sink.asked().chain(further).next() {
         let path = request.input.path().to_path_buf();
         return Err(RunError::FormatOption { path, format: IN_MEMORY, option, formats: titles(option) });
     }
@@ -57,7 +59,6 @@ pub(super) fn simplify_in_memory(request: &Request<'_>, control: &Control<'_>) -
         format: Some(format),
         output: PathBuf::from(IN_MEMORY),
         coordinates: Coordinates::default(),
-        work_dir: None,
         ..request.clone()
     };
     let run = Run::prepare(&request, Purpose::Make, &warned, control)?;
@@ -146,15 +147,24 @@ impl Run<'_> {
             first_look(self.request)?;
         }
         let ranged = self.ranged()?;
-        let open = |dir: &PathBuf| self.kept(|job| WorkDir::open(dir, job), ranged.as_ref());
+        self.with_work_dir(ranged.as_ref(), |kept| self.make(start, ranged.as_ref(), kept))
+    }
+
+    /// Does something with the work dir, if there is one. What becomes of finished tiles depends on the outcome.
+    fn with_work_dir<T>(
+        &self,
+        ranged: Option<&Ranged<'_>>,
+        work: impl FnOnce(Option<&Kept>) -> Result<T, Error>,
+    ) -> Result<T, RunError> {
+        let open = |dir: &PathBuf| self.kept(|job| WorkDir::open(dir, job), ranged);
         let kept = self.request.work_dir.as_ref().map(open).transpose()?;
-        match (self.make(start, ranged.as_ref(), kept.as_ref()), kept) {
-            (Ok(report), None) => Ok(report),
-            (Ok(report), Some(kept)) => {
+        match (work(kept.as_ref()), kept) {
+            (Ok(made), None) => Ok(made),
+            (Ok(made), Some(kept)) => {
                 if !self.request.keep_work_dir {
                     kept.finish(self.warned);
                 }
-                Ok(report)
+                Ok(made)
             }
             (Err(error), None) => Err(error.into()),
             (Err(error), Some(kept)) => Err(kept.explain(error)),
@@ -185,10 +195,10 @@ impl Run<'_> {
             },
         )?;
         self.warn_of_attributes(ranged);
-        let Some(most) = request.scene else { return self.make_into(sink, &partial, start, ranged, kept) };
+        let Some(most) = request.scene else { return self.make_into(sink, Some(&partial), start, ranged, kept) };
         let mut gatherer = Gatherer::new(self.band().extent(), most);
         let watched = Box::new(Watched::new(sink, &mut gatherer));
-        let report = self.make_into(watched, &partial, start, ranged, kept)?;
+        let report = self.make_into(watched, Some(&partial), start, ranged, kept)?;
         let scene = gatherer.finish(report.triangles);
         Ok(Report { scene: Some(scene), ..report })
     }
@@ -197,25 +207,30 @@ impl Run<'_> {
     fn fill(&self, arrays: &mut Arrays) -> Result<(Report, Header), RunError> {
         let start = Instant::now();
         let ranged = self.ranged()?;
-        self.check_disks(None, None)?;
-        let sink = Box::new(ArraySink::new(&self.request.output, arrays));
-        let report = self.make_into(sink, Path::new(""), start, ranged.as_ref(), None)?;
+        let report = self.with_work_dir(ranged.as_ref(), |kept| {
+            self.check_disks(None, kept)?;
+            let sink = Box::new(ArraySink::new(&self.request.output, arrays));
+            self.make_into(sink, None, start, ranged.as_ref(), kept)
+        })?;
         let header = provenance::header(self.request, self.band(), &self.written, ranged.as_ref());
         let header = Header { tolerance: report.tolerance, ..header };
         Ok((Report { output: String::new(), format: IN_MEMORY, ..report }, header))
     }
 
-    /// Makes the mesh and hands it to a sink, whose unfinished file is called `partial`.
+    /// Makes the mesh and hands it to a sink, whose unfinished file is called `partial`, if it has one.
     fn make_into(
         &self,
         sink: Box<dyn Sink + '_>,
-        partial: &Path,
+        partial: Option<&Path>,
         start: Instant,
         ranged: Option<&Ranged<'_>>,
         kept: Option<&Kept>,
     ) -> Result<Report, Error> {
         let (request, params) = (self.request, &self.params);
-        let field = if self.needs_samples(kept) { self.field(ranged, partial)? } else { self.field_of_no_use(ranged)? };
+        let field = match self.needs_samples(kept) {
+            true => self.field(ranged, partial.unwrap_or(Path::new("")))?,
+            false => self.field_of_no_use(ranged)?,
+        };
         let opened = Instant::now();
         let mesh = match kept {
             Some(kept) if self.purpose == Purpose::Merge => kept.merge(&field, params, self.control)?,
@@ -229,7 +244,7 @@ impl Run<'_> {
         let normals = request.normals.map(|normals| NormalSource { normals, field: &field, frame });
         let summary = mesh.write_if(sink, normals, self.control, &|| {
             unchanged()?;
-            kept.map_or(Ok(()), Kept::committing)
+            kept.filter(|_| partial.is_some()).map_or(Ok(()), Kept::committing)
         })?;
         self.look(&summary.errors);
         let seconds = Seconds {

@@ -77,9 +77,9 @@ pub struct InMemory {
     pub report: Report,
 }
 
-/// Makes the mesh that is asked for, in arrays. Output, format and work dir of the request are not looked at; coordinates must be
-/// as usual, as arrays have them as they are, and no option of a format may be asked for. The memory of the arrays comes on top
-/// of that of the run.
+/// Makes the mesh that is asked for, in arrays. Output, format and coordinates of the request are not looked at: arrays have
+/// coordinates as they are. Normals become attributes; no other option of a format may be asked for. A work dir keeps finished tiles until the arrays are there. The
+/// memory of the arrays comes on top of that of the run.
 ///
 /// # Errors
 /// [`RunError`]; [`RunError::FormatOption`] for an option of a format.

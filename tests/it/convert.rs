@@ -147,3 +147,23 @@ fn degrees_become_metres_for_looking() {
         assert!((found[0] - 77_212.0).abs() < 10.0 && (found[1] - 111_155.0).abs() < 10.0, "{found:?}");
     }
 }
+
+#[test]
+fn coordinates_become_local_and_heights_scaled() {
+    let folder = Folder::new();
+    let dem = Dem::new(40, 30).on_the_map().heights(|c, r| hills(c, r) / 7.0).write(&folder, "dem.tif");
+    let (ply, local, single) = (folder.at("tin.ply"), folder.at("local.obj"), folder.at("single.glb"));
+    terrabite(["simplify", &dem, &ply, "--max-error", "1", "-q"]).succeeds();
+    let report = terrabite(["convert", &ply, &local, "--local", "--z-scale", "3", "--json"]).succeeds().json();
+    assert_eq!((&report["z_scale"], &report["precision"]), (&3.0.into(), &"double".into()));
+    assert!(report["offset"][0].as_f64().is_some_and(|x| x != 0.0));
+    let loosened = report["max_error"].to_string();
+    terrabite(["verify", &dem, &local, "--max-error", &loosened, "-q"]).succeeds();
+    let again = ["convert", &local, &folder.at("b.ply"), "--z-scale", "2"];
+    terrabite(again).fails(1, &["local.obj", "heights that were multiplied already", "--z-scale"]);
+    terrabite(["convert", &ply, &single, "-q"]).succeeds();
+    let again = ["convert", &single, &folder.at("b.ply"), "--z-scale", "2"];
+    terrabite(again).fails(1, &["single.glb", "single precision", "--z-scale"]);
+    terrabite(["convert", &single, &folder.at("b.ply"), "--local", "-q"]).succeeds();
+    terrabite(["convert", &ply, &folder.at("c.ply"), "--z-scale", "0"]).fails(2, &["--z-scale"]);
+}
