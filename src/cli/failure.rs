@@ -191,6 +191,12 @@ pub(super) fn of_shapes(error: ShapesError, option: &str) -> Failure {
         ShapesError::Cancelled(stopped) => stopped.into(),
         ShapesError::Open { .. } => failure.hint(&format!("choose another file with {option}")),
         ShapesError::NoSuchLayer { .. } => failure.hint(&format!("choose one with {option}-layer")),
+        ShapesError::Layer { ref found, .. } if found.contains("CURVE") || found == "CIRCULARSTRING" => {
+            failure.hint("ogr2ogr -nlt CONVERT_TO_LINEAR makes straight pieces of curves")
+        }
+        ShapesError::Layer { ref found, .. } if found == "GEOMETRYCOLLECTION" => {
+            failure.hint("ogr2ogr -explodecollections takes collections apart")
+        }
         ShapesError::Layer { .. } => failure.hint(&format!("choose another layer with {option}-layer")),
         ShapesError::Crs { .. } => {
             failure.hint(&format!("give {option} a layer in the raster's CRS, transformed with ogr2ogr -t_srs"))

@@ -314,6 +314,14 @@ fn what_cannot_be_used_is_refused_by_name() {
     scene.simplify(&scene.dem, &[]).fails(1, &["dem.tif: cannot be opened as a layer of lines", "--breaklines"]);
     scene.simplify(&points, &[]).fails(1, &["points.geojson", "expected a line", "found POINT", "--breaklines-layer"]);
     scene.simplify(&far, &[]).fails(1, &["far.geojson: expected breaklines on the raster, found none of 1", "ogr2ogr"]);
+    let curve = scene
+        .folder
+        .with("curve.csv", "id,WKT\n1,\"CIRCULARSTRING (500020 5199970, 500100 5199900, 500300 5199800)\"\n");
+    scene.simplify(&curve, &[]).fails(1, &["curve.csv", "found CIRCULARSTRING", "-nlt CONVERT_TO_LINEAR"]);
+    let both =
+        json!({"type": "GeometryCollection", "geometries": [{"type": "LineString", "coordinates": [[0, 0], [1, 1]]}]});
+    let both = scene.geometries("both.geojson", vec![both]);
+    scene.simplify(&both, &[]).fails(1, &["both.geojson", "found GEOMETRYCOLLECTION", "-explodecollections"]);
     scene.simplify(&lines, &["--breaklines-layer", "sea"]).fails(1, &["expected layer sea, found roads"]);
     scene.simplify(&lines, &["--breakline-shift", "99"]).fails(2, &["from 0 to 16"]);
     scene.simplify(&lines, &["--engine", "greedy-cuts"]).fails(2, &["--breaklines", "greedy cuts take no given edges"]);
