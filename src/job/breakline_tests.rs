@@ -16,6 +16,8 @@ use crate::formats::{Header, MeshReader, PlySink, ReadError, ReadOptions, open};
 use crate::job::spool::Chunk;
 use crate::kernel::breaklines::Breaklines;
 use crate::kernel::measure::ErrorStats;
+use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::insertion::GreedyInsertion;
 use crate::testing::{self, cases};
 use crate::verify::{LinesVerdict, RequiredLines, Verdict, VerifyError, VerifyOptions, verify, verify_lines};
 
@@ -215,17 +217,27 @@ pub(super) fn qualities() -> impl Strategy<Value = (Quality, VertexHeights)> {
     ]
 }
 
+/// Engines that take lines.
+pub(super) fn engines() -> impl Strategy<Value = EngineChoice> {
+    prop_oneof![
+        3 => Just(GreedyInsertion::default().into()),
+        1 => Just(GreedyCuts::PLAIN.into()),
+        1 => Just(GreedyCuts::IMPROVED.into()),
+    ]
+}
+
 proptest! {
     #![proptest_config(cases(60, 2000))]
 
     #[test]
     fn edges_follow_random_lines_over_random_rasters(
-        scene in scene(), (quality, heights) in qualities(), tile in 2usize..20,
+        scene in scene(), (quality, heights) in qualities(), engine in engines(), tile in 2usize..20,
         tolerance in prop_oneof![Just(0.5), Just(3.0), Just(20.0)], points in prop::collection::vec(0usize..500, 0..4),
     ) {
         let points = points.into_iter().map(|i| (i % scene.size.0, i / scene.size.0 % scene.size.1));
         let points = PointSet::new(points.filter(|_| scene.heights.iter().all(|z| !z.is_nan())));
-        scene.certify(&Params { quality, heights, tile, points: Some(Arc::new(points)), ..scene.params(tolerance) });
+        let points = Some(Arc::new(points));
+        scene.certify(&Params { quality, heights, engine, tile, points, ..scene.params(tolerance) });
     }
 }
 
@@ -234,13 +246,14 @@ proptest! {
 
     #[test]
     fn edges_keep_the_heights_of_lines_over_random_rasters(
-        scene in scene(), own in heights(), (quality, heights) in qualities(), tile in 2usize..20,
+        scene in scene(), own in heights(), (quality, heights) in qualities(), engine in engines(), tile in 2usize..20,
         tolerance in prop_oneof![Just(0.5), Just(3.0), Just(20.0)], points in prop::collection::vec(0usize..500, 0..4),
     ) {
         let scene = Scene { own: Some(own), ..scene };
         let points = points.into_iter().map(|i| (i % scene.size.0, i / scene.size.0 % scene.size.1));
         let points = PointSet::new(points.filter(|_| scene.heights.iter().all(|z| !z.is_nan())));
-        let params = Params { quality, heights, tile, points: Some(Arc::new(points)), ..scene.params(tolerance) };
+        let points = Some(Arc::new(points));
+        let params = Params { quality, heights, engine, tile, points, ..scene.params(tolerance) };
         match RequiredLines::new(&scene.sets(), scene.size, tolerance) {
             Ok(_) => scene.certify(&params),
             // Where lines are steep, one that bends and meets another is not at its height to a cell.

@@ -18,6 +18,7 @@ use crate::job::spool::{Chunk, Spool};
 use crate::kernel::measure::{Bare, measure};
 use crate::kernel::seam::{MinLink, Rim};
 use crate::kernel::triangulate::cuts::GreedyCuts;
+use crate::kernel::triangulate::hitting_set::HittingSet;
 use crate::kernel::triangulate::insertion::GreedyInsertion;
 use crate::kernel::triangulate::{Capabilities, Engine, EngineScratch, Task};
 use crate::raster::Raster;
@@ -163,20 +164,23 @@ fn points_become_vertices_of_the_written_mesh() {
 }
 
 #[test]
-fn points_are_refused_by_engines_that_take_none_and_identify_a_work_dir() {
+fn every_engine_takes_points_and_they_identify_a_work_dir() {
     let field = Field::from_heights(9, 9, Heights::F64(vec![1.0; 81])).expect("a field");
     let with = |points: &[(usize, usize)]| {
         let points = Some(Arc::new(PointSet::new(points.iter().copied())));
         Params { points, ..Params::new(1.0) }
     };
-    let cuts = Params { engine: EngineChoice::GreedyCuts(GreedyCuts::PLAIN), ..with(&[(3, 3)]) };
-    let run = triangulate(&field, &cuts, &Control::default());
-    assert!(matches!(probe_field(&field, &cuts, &Control::default()), Err(Error::Incompatible(_))));
-    assert!(matches!(run, Err(Error::Incompatible(_))), "{run:?}");
-    let insertion = EngineChoice::GreedyInsertion(GreedyInsertion::default());
-    let mesh = triangulate(&field, &Params { engine: insertion, ..with(&[(3, 3)]) }, &Control::default());
-    let chunk = mesh.expect("a mesh").chunks().next().expect("a tile").expect("a chunk");
-    assert!(chunk.vertices.iter().any(|v| v.at == Point::of_sample(3, 3)));
+    let engines: [EngineChoice; 4] = [
+        GreedyInsertion::default().into(),
+        GreedyCuts::PLAIN.into(),
+        GreedyCuts::IMPROVED.into(),
+        HittingSet::default().into(),
+    ];
+    for engine in engines {
+        let mesh = triangulate(&field, &Params { engine, ..with(&[(3, 3)]) }, &Control::default());
+        let chunk = mesh.expect("a mesh").chunks().next().expect("a tile").expect("a chunk");
+        assert!(chunk.vertices.iter().any(|v| v.at == Point::of_sample(3, 3)), "{}", engine.name());
+    }
     assert!(triangulate(&field, &with(&[]), &Control::default()).is_ok());
     assert_eq!(with(&[]).named(), Params::new(1.0).named());
     assert_eq!(with(&[(1, 2), (3, 4)]).named(), with(&[(3, 4), (1, 2)]).named());

@@ -180,9 +180,7 @@ pub const RULES: &[Rule] = &[
         GOALS,
         "whether lines that meet have one height there depends on the tolerance, which a goal leaves open",
     ),
-    exclude(EDGES, CUTS, "greedy cuts take no given edges"),
     exclude(EDGES, HITTING_SETS, "squares take no given edges"),
-    exclude(&[Feature::Points], CUTS, "greedy cuts cannot make vertices of given points"),
     exclude(OF_INSERTION, CUTS, "greedy cuts have no edges to swap and no candidates to select"),
     exclude(CUTS, HITTING_SETS, "a tile is triangulated by one engine"),
     exclude(OF_INSERTION, HITTING_SETS, "squares are repaired by insertion with its usual options"),
@@ -459,9 +457,11 @@ const MAX_STRAY: f64 = 1.5;
 
 /// The engine where none is named, once it is known whether meshes are polished: greedy cuts with an order of theirs, or
 /// alone, where they are the fastest; greedy insertion for polishing, which comes to fewer triangles from there, and
-/// sooner; for goals, which it meets exactly; and where a feature excludes greedy cuts.
+/// sooner; for goals, which it meets exactly; for given points and edges, which it knows from the start; and where a feature
+/// excludes greedy cuts.
 pub fn default_engine(features: FeatureSet) -> EngineChoice {
-    let is_alone = !features.has(Feature::Polishing) && features.among(GOALS).is_empty();
+    let others = [GOALS, EDGES, &[Feature::Polishing, Feature::Points]];
+    let is_alone = others.iter().all(|some| features.among(some).is_empty());
     let by_cuts = features.has(Feature::CutOrder) || is_alone;
     if by_cuts && !excluded(features, Feature::GreedyCuts) {
         return GreedyCuts::PLAIN.into();

@@ -324,7 +324,7 @@ fn what_cannot_be_used_is_refused_by_name() {
     scene.simplify(&both, &[]).fails(1, &["both.geojson", "found GEOMETRYCOLLECTION", "-explodecollections"]);
     scene.simplify(&lines, &["--breaklines-layer", "sea"]).fails(1, &["expected layer sea, found roads"]);
     scene.simplify(&lines, &["--breakline-shift", "99"]).fails(2, &["from 0 to 16"]);
-    scene.simplify(&lines, &["--engine", "greedy-cuts"]).fails(2, &["--breaklines", "greedy cuts take no given edges"]);
+    scene.simplify(&lines, &["--engine", "hitting-set"]).fails(2, &["--breaklines", "squares take no given edges"]);
     scene.simplify(&lines, &["--max-stray", "2"]).fails(2, &["--breaklines cannot be combined with --max-stray"]);
     scene.verify(&lines, &["--trim", "2"]).fails(2, &["--breaklines cannot be combined with --trim"]);
     terrabite(scene.command("simplify", &["--breakline-shift", "1"])).fails(2, &["--breaklines"]);

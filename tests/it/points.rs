@@ -104,6 +104,22 @@ fn points_are_vertices_of_the_written_mesh() {
 }
 
 #[test]
+fn greedy_cuts_leave_points_uncovered_until_they_are_vertices() {
+    let scene = Scene::new();
+    let (points, tin) = (scene.layer("peaks.geojson", &PLACES), scene.folder.at("tin.ply"));
+    for (cuts, quality) in [("plain", "none"), ("improved", "none"), ("plain", "balanced")] {
+        let usual = ["simplify", &scene.dem, &tin, "--max-error", "1000", "--tile", "16", "--points", &points, "-q"];
+        terrabite(usual.iter().chain(&["--cuts", cuts, "--quality", quality, "--overwrite"])).succeeds();
+        terrabite(["verify", &scene.dem, &tin, "--max-error", "1000", "-q"]).succeeds();
+        let found = places_of(&scene.written());
+        for (column, row) in &PLACES[..9] {
+            let place = scene.at((column.round(), row.round()));
+            assert!(found.contains(&place.map(f64::to_bits)), "{cuts} {quality}: {column}, {row}");
+        }
+    }
+}
+
+#[test]
 fn neither_threads_nor_the_order_of_points_change_a_byte() {
     let scene = Scene::new();
     let mut places = PLACES.to_vec();
@@ -152,18 +168,6 @@ fn a_work_dir_belongs_to_its_points() {
     let same = scene.layer("same.geojson", &places);
     let report = scene.run(&same, &["--work-dir", &work]).succeeds().json();
     assert!(report["tiles_found"].as_u64().unwrap() >= 1, "{report}");
-}
-
-/// Greedy cuts take none: that is told before anything is opened.
-#[test]
-fn points_need_an_engine_that_takes_them() {
-    let folder = Folder::new();
-    let tin = folder.at("tin.ply");
-    let engine = ["--engine", "greedy-cuts"];
-    let arguments = ["simplify", "none.tif", &tin, "--max-error", "1", "--points", "none.geojson"];
-    let run = terrabite(arguments.iter().chain(&engine));
-    run.fails(2, &["greedy cuts", "--engine greedy-insertion"]);
-    assert_eq!(folder.names(), [""; 0]);
 }
 
 #[test]

@@ -14,13 +14,15 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use super::tests::{chains_of, line, lines_of, set};
 use super::*;
 use crate::base::control::CancelToken;
-use crate::base::lattice::{Point, in_circle, orient};
-use crate::base::mesh::TileMesh;
+use crate::base::lattice::{Point, dot, in_circle, orient};
+use crate::base::mesh::{Domain, TileMesh};
 use crate::base::tiling::TilePlace;
 use crate::base::{Heights, Tile};
 use crate::kernel::seam::{MinLink, Rim, Sides};
+use crate::kernel::triangulate::Feasibility;
+use crate::kernel::triangulate::conformance::{check, triangulate};
+use crate::kernel::triangulate::cuts::GreedyCuts;
 use crate::kernel::triangulate::insertion::GreedyInsertion;
-use crate::kernel::triangulate::{Engine, EngineScratch, Feasibility, Task};
 
 /// A place as numbers.
 type At = (i64, i64);
@@ -88,17 +90,17 @@ fn rough(seed: u32) -> Tile {
     Tile::from_heights(SIZE.0, SIZE.1, Heights::F64((0..SIZE.0 * SIZE.1).map(height).collect()))
 }
 
-/// What greedy insertion makes of a tile that is a whole raster.
-fn inserted(tile: &Tile, chains: &TileChains, tolerance: f64) -> TileMesh {
+/// The ground of a tile that is a whole raster.
+fn ground(tile: &Tile, points: &[(usize, usize)], chains: &TileChains, tolerance: f64) -> Domain {
     let (cancel, place) = (CancelToken::default(), TilePlace::alone(SIZE.0, SIZE.1));
-    let rim = Rim::with_sides(tile, tolerance, Sides::FINAL, &[], chains, &place, &mut MinLink::default(), &cancel);
-    let domain = rim.expect("nobody cancels").domain;
-    let (feasibility, max_stray) = (Feasibility::Weak, f64::INFINITY);
-    let task = Task { tile, domain: &domain, tolerance, feasibility, max_stray, cancel: &cancel };
-    let mut mesh = TileMesh::default();
-    let mut memory = EngineScratch::default();
-    GreedyInsertion::default().triangulate(&task, &mut memory, &mut mesh).expect("nobody cancels");
-    mesh
+    let rim = Rim::with_sides(tile, tolerance, Sides::FINAL, points, chains, &place, &mut MinLink::default(), &cancel);
+    rim.expect("nobody cancels").domain
+}
+
+/// What greedy insertion makes of it.
+fn inserted(tile: &Tile, chains: &TileChains, tolerance: f64) -> TileMesh {
+    let domain = ground(tile, &[], chains, tolerance);
+    triangulate(&GreedyInsertion::default(), tile, &domain, tolerance, Feasibility::Weak)
 }
 
 proptest! {
@@ -168,6 +170,45 @@ proptest! {
             prop_assert!(orient(a, d, c) > 0 && orient(d, b, c) > 0, "{:?} has no other diagonal", edge);
             prop_assert!(!in_circle(a, b, c, d), "{:?} is the worse diagonal", edge);
             prop_assert!(!in_circle(a, d, c, b), "{:?} is the better diagonal, and not theirs", edge);
+        }
+    }
+
+    /// Greedy cuts eat the ground on both sides of every edge, and leave points uncovered until they are corners.
+    #[test]
+    fn cuts_keep_edges_and_points(
+        lines in prop::collection::vec(line(), 0..5),
+        points in prop::collection::btree_set((0..SIZE.1, 0..SIZE.0), 0..6),
+        seed in any::<u32>(),
+        flat in any::<bool>(),
+        tolerance in prop_oneof![Just(0.0), 0.0..2e7f64],
+    ) {
+        let level = || Tile::from_heights(SIZE.0, SIZE.1, Heights::F64(vec![0.0; SIZE.0 * SIZE.1]));
+        let tile = if flat { level() } else { rough(seed) };
+        let lines = lines_of(lines, SIZE);
+        let points: Vec<(usize, usize)> = points.into_iter().map(|(row, column)| (column, row)).collect();
+        let chains = chains_of(&tile, &lines, tolerance);
+        // Points on lines are ends of edges in a run; here they are left out.
+        let edges = of_chains(&chains);
+        let is_apart = |&(column, row): &(usize, usize)| {
+            let p = Point::of_sample(column as i32, row as i32);
+            edges.iter().all(|edge| {
+                let [a, b] = edge.map(|(x, y)| Point { x: x as i32, y: y as i32 });
+                orient(a, b, p) != 0 || dot(p, a, b) > 0
+            })
+        };
+        let points: Vec<(usize, usize)> = points.into_iter().filter(is_apart).collect();
+        let domain = ground(&tile, &points, &chains, tolerance);
+        for cuts in [GreedyCuts::PLAIN, GreedyCuts::IMPROVED] {
+            let mesh = triangulate(&cuts, &tile, &domain, tolerance, Feasibility::Weak);
+            check(&tile, &domain, &mesh, tolerance);
+            let at = |v: u32| at(mesh.vertices[v as usize].at);
+            let sides = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(|edge| sorted(edge.map(at)));
+            let ours: Edges = mesh.triangles.iter().flat_map(sides).collect();
+            prop_assert!(edges.is_subset(&ours), "{:?} are missing", edges.difference(&ours));
+            let is_vertex = |&(column, row): &(usize, usize)| {
+                mesh.vertices.iter().any(|v| v.at == Point::of_sample(column as i32, row as i32))
+            };
+            prop_assert!(points.iter().all(is_vertex));
         }
     }
 }

@@ -2,8 +2,9 @@
 
 use super::Edge;
 use super::edge_grid::EdgeGrid;
+use super::slits::Rims;
 use crate::base::handed_over::RESERVED_SAMPLES;
-use crate::base::lattice::{Point, STEPS};
+use crate::base::lattice::{Point, STEPS, orient};
 use crate::base::mesh::{Domain, TileMesh, Vertex};
 
 /// The rim of the untriangulated ground, and the mesh eaten so far.
@@ -19,6 +20,11 @@ pub(super) struct Front {
     pub(super) far_corner: Point,
     /// A place on every hole's rim, by y, then by x. A triangle around a whole hole crosses nothing: only this gives it away.
     pub(super) holes: Vec<Point>,
+    /// The given points, by y, then by x. Each stays uncovered until it is a corner.
+    points: Vec<Vertex>,
+    /// The number of the first of them in the mesh.
+    first_point: u32,
+    rims: Rims,
     mesh: TileMesh,
     alive: usize,
     fresh: Fresh,
@@ -59,6 +65,9 @@ impl Default for Front {
             grid: EdgeGrid::default(),
             far_corner: Point { x: 0, y: 0 },
             holes: Vec::new(),
+            points: Vec::new(),
+            first_point: 0,
+            rims: Rims::default(),
             mesh: TileMesh::default(),
             alive: 0,
             fresh: Fresh::default(),
@@ -74,24 +83,26 @@ impl Front {
         let samples = ((far_corner.x / STEPS + 1) as usize * (far_corner.y / STEPS + 1) as usize).min(RESERVED_SAMPLES);
         mesh.vertices.reserve_exact(samples);
         mesh.triangles.reserve_exact(2 * samples);
-        mesh.vertices.extend_from_slice(&domain.vertices);
+        mesh.vertices.extend(domain.fixed());
         self.mesh = mesh;
         self.nodes.clear();
         self.grid.reset(far_corner);
         self.far_corner = far_corner;
+        self.points.clear();
+        self.points.extend_from_slice(&domain.points);
+        self.first_point = domain.vertices.len() as u32;
+        self.rims.find(domain);
         self.holes.clear();
-        self.holes.extend(domain.holes());
+        self.holes.append(&mut self.rims.holes);
         self.holes.sort_unstable_by_key(|h| (h.y, h.x));
         self.fresh.corners.clear();
         self.fresh.edges.clear();
-        for corners in &domain.loops {
-            let (base, count) = (self.nodes.len() as u32, corners.len() as u32);
-            self.nodes.extend(corners.iter().zip(0..count).map(|(&index, i)| Node {
-                vertex: domain.vertices[index as usize],
-                index,
-                prev: base + (i + count - 1) % count,
-                next: base + (i + 1) % count,
-            }));
+        let vertex = |&(index, _): &(u32, u32)| (domain.vertices[index as usize], index);
+        let corners = self.rims.edges.iter().map(vertex).zip(&self.rims.next);
+        self.nodes.extend(corners.map(|((vertex, index), &next)| Node { vertex, index, prev: DEAD, next }));
+        for node in 0..self.nodes.len() as u32 {
+            let next = self.next(node);
+            self.nodes[next as usize].prev = node;
         }
         self.alive = self.nodes.len();
         for node in 0..self.nodes.len() as u32 {
@@ -211,8 +222,7 @@ impl Front {
         self.unlist_edge(a);
         match apex {
             Apex::New(vertex) => {
-                let index = self.mesh.vertices.len() as u32;
-                self.mesh.vertices.push(vertex);
+                let index = self.number_of(vertex);
                 self.push_triangle(a, b, index);
                 let node = self.push_node(Node { vertex, index, prev: a, next: b });
                 self.link(a, node);
@@ -237,6 +247,40 @@ impl Front {
                 twin
             }
         }
+    }
+
+    /// The number of a new vertex in the mesh; that of a given point, where it is one.
+    fn number_of(&mut self, vertex: Vertex) -> u32 {
+        match self.points.binary_search_by_key(&(vertex.at.y, vertex.at.x), |p| (p.at.y, p.at.x)) {
+            Ok(point) => self.first_point + point as u32,
+            Err(_) => {
+                self.mesh.vertices.push(vertex);
+                self.mesh.vertices.len() as u32 - 1
+            }
+        }
+    }
+
+    /// Whether a given point lies in a closed triangle, other than at a corner.
+    pub(super) fn covers_point(&self, corners: [Point; 3]) -> bool {
+        if self.points.is_empty() {
+            return false;
+        }
+        let [a, b, c] = corners;
+        let (left, right) = (a.x.min(b.x).min(c.x), a.x.max(b.x).max(c.x));
+        let (top, bottom) = (a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y));
+        let is_covered =
+            |p: Point| orient(a, b, p) >= 0 && orient(b, c, p) >= 0 && orient(c, a, p) >= 0 && !corners.contains(&p);
+        // Row by row, as others stand to the left and right.
+        let mut rest = &self.points[self.points.partition_point(|p| p.at.y < top)..];
+        while let Some(row) = rest.first().map(|p| p.at.y).filter(|y| *y <= bottom) {
+            let (this, below) = rest.split_at(rest.partition_point(|p| p.at.y == row));
+            let near = &this[this.partition_point(|p| p.at.x < left)..];
+            if near.iter().take_while(|p| p.at.x <= right).any(|p| is_covered(p.at)) {
+                return true;
+            }
+            rest = below;
+        }
+        false
     }
 
     fn push_triangle(&mut self, a: u32, b: u32, apex: u32) {

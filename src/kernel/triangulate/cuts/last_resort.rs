@@ -2,7 +2,7 @@
 //!
 //! Weak feasibility never gets stuck. From any edge of the front some vertex of the front is visible; in the triangle
 //! between, the sample of least positive distance from the edge's line makes a triangle that holds no sample but on the
-//! edge itself, and every edge of the front is within the tolerance at the samples it passes. Samples on the triangle's
+//! edge itself (so no given point, either), and every edge of the front is within the tolerance at the samples it passes. Samples on the triangle's
 //! other sides count only where these sides are new: a vertex on an edge of the front would be a T-junction.
 //!
 //! Strong feasibility can get stuck. Then, of all the ears that are weakly feasible, the one that strays least from the
@@ -228,15 +228,15 @@ fn visible_vertex(front: &Front, edge: Edge) -> Option<Cut> {
 
 fn sees(front: &Front, (a, b): Edge, node: u32) -> Option<Cut> {
     if node == front.prev(a) {
-        return front.ear_is_visible(node, a, b).then_some(Cut::Ear([node, a, b]));
+        return front.ear_is_inside(node, a, b).then_some(Cut::Ear([node, a, b]));
     }
     if node == front.next(b) {
-        return front.ear_is_visible(a, b, node).then_some(Cut::Ear([a, b, node]));
+        return front.ear_is_inside(a, b, node).then_some(Cut::Ear([a, b, node]));
     }
     if orient(front.at(a), front.at(b), front.at(node)) <= 0 {
         return None;
     }
-    let apex = front.visible_apex((a, b), front.vertex(node))?;
+    let apex = front.apex_inside((a, b), front.vertex(node))?;
     matches!(apex, Apex::Node(_)).then_some(Cut::Bite((a, b), apex))
 }
 

@@ -1,6 +1,6 @@
 //! Greedy cuts (Silva, Mitchell & Kaufman 1995, section 2): the ground yet untriangulated is eaten from its rim inward.
 //!
-//! `front` keeps the rim of that ground as corner nodes and knows the three cuts: an ear, a bite to a new vertex, a
+//! `slits` finds the rim of a domain: its loops, and its edges as slits. `front` keeps it as corner nodes and knows the three cuts: an ear, a bite to a new vertex, a
 //! bite to a vertex of the front itself, which splits a polygon. `edge_grid` finds the front's edges near a place,
 //! `visible` says which cuts stay inside, `places` what a bite to a place would be. Which cut comes next is a `Strategy`:
 //! `paper` is the paper's own, `largest_first` the improved one. Both leave edges without a bite to `thin`, and
@@ -22,6 +22,7 @@ mod paper;
 mod places;
 mod ray;
 mod score;
+mod slits;
 mod sweep;
 mod thin;
 mod visible;
@@ -99,7 +100,7 @@ impl Engine for GreedyCuts {
     }
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities::default()
+        Capabilities { points: true, edges: true, channels: false }
     }
 
     /// Beside the mesh 32 bytes for each node that the front ever had, about as many as samples, in a list that doubles; and
@@ -138,7 +139,6 @@ impl Engine for GreedyCuts {
 
 impl GreedyCuts {
     fn cut(&self, task: &Task<'_>, scratch: &mut Scratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
-        assert!(task.domain.points.is_empty(), "{} points for an engine that takes none", task.domain.points.len());
         let Scratch { front, plain, improved, last_resort } = scratch;
         front.reset(task.domain, task.tile.far_corner(), std::mem::take(mesh));
         match self.cuts {

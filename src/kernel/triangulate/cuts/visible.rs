@@ -11,6 +11,10 @@ impl Front {
     /// Whether a line from `node` to `target` sets out strictly inside the node's wedge of ground.
     pub(super) fn wedge_contains(&self, node: u32, target: Point) -> bool {
         let (p, v, q) = (self.at(self.prev(node)), self.at(node), self.at(self.next(node)));
+        if p == q {
+            // The end of a slit has ground all around.
+            return orient(v, q, target) != 0 || dot(v, q, target) < 0;
+        }
         let (left_of_out, left_of_in) = (orient(v, q, target) > 0, orient(p, v, target) > 0);
         match orient(p, v, q) {
             turn if turn > 0 => left_of_out && left_of_in,
@@ -29,8 +33,14 @@ impl Front {
             .is_continue()
     }
 
-    /// Whether the corner p–i–q can be cut off as an ear: a positive turn, and the new edge p–q inside the ground.
+    /// Whether the corner p–i–q can be cut off as an ear: a positive turn, the new edge p–q inside the ground, and no given point
+    /// covered.
     pub(super) fn ear_is_visible(&self, p: u32, i: u32, q: u32) -> bool {
+        self.ear_is_inside(p, i, q) && !self.covers_point([p, i, q].map(|node| self.at(node)))
+    }
+
+    /// The same whatever given points it covers.
+    pub(super) fn ear_is_inside(&self, p: u32, i: u32, q: u32) -> bool {
         let (pp, ip, qp) = (self.at(p), self.at(i), self.at(q));
         if orient(pp, ip, qp) <= 0 {
             return false;
@@ -49,9 +59,14 @@ impl Front {
         below.iter().take_while(|h| h.y < bottom).any(|&h| inside(h))
     }
 
-    /// What a bite from the edge a–b to a place would meet, or `None` if the triangle is not inside the ground. An apex
-    /// next to the edge on the front makes an ear, not a bite, and is not found here.
+    /// What a bite from the edge a–b to a place would meet, or `None` if the triangle is not inside the ground, or covers a given
+    /// point. An apex next to the edge on the front makes an ear, not a bite, and is not found here.
     pub(super) fn visible_apex(&self, (a, b): Edge, v: Vertex) -> Option<Apex> {
+        self.apex_inside((a, b), v).filter(|_| !self.covers_point([self.at(a), self.at(b), v.at]))
+    }
+
+    /// The same whatever given points it covers.
+    pub(super) fn apex_inside(&self, (a, b): Edge, v: Vertex) -> Option<Apex> {
         let (ap, bp) = (self.at(a), self.at(b));
         let inside = v.at.x >= 0 && v.at.y >= 0 && v.at.x <= self.far_corner.x && v.at.y <= self.far_corner.y;
         if !inside || orient(ap, bp, v.at) <= 0 || !self.wedge_contains(a, v.at) || !self.wedge_contains(b, v.at) {
