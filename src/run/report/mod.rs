@@ -12,29 +12,28 @@
 //! | `filled_samples` | of voids that are filled, `filled_voids` in number: covered, bound by no tolerance |
 //! | `trimmed_samples` | on the ground, left uncovered where the rim was simplified |
 
+mod layers;
 mod needs;
 mod text;
 
-use std::path::Path;
-
 use serde::Serialize;
 
+use super::Request;
 use super::attributes::Ranged;
 use super::coordinates::Written;
 use super::scene::Scene;
-use super::{Input, Request};
 use crate::base::channels::{Channel, Ranges};
 use crate::base::lattice::STEPS;
 use crate::base::warning::Warnings;
-use crate::base::{Band, Cutline, Encoding, LineKind, PointCounts, Reference};
+use crate::base::{Band, Encoding, LineKind, PointCounts, Reference};
 use crate::field::{Access, Field};
 use crate::formats::Format;
 use crate::job::plan::Plan;
 use crate::job::{EngineChoice, Goal, Mesh, Outcome, Params, Quality, Summary, TileTimes, VertexHeights};
-use crate::kernel::breaklines::{ChainCounts, LineCounts};
 use crate::kernel::measure::{ErrorStats, ShapeStats, WeightedStats};
 use crate::kernel::triangulate::Feasibility;
 
+pub use layers::{CutlineReport, LinesReport, PointsReport};
 pub use needs::{Needs, WorkDirState};
 pub use text::{BinaryBytes, Line, band, grouped, heights, place};
 
@@ -134,45 +133,6 @@ pub struct ImportanceReport {
     pub access: Access,
     /// The largest error × weight.
     pub max_weighted_error: f64,
-}
-
-/// Polygons outside of which samples count as missing.
-#[derive(Debug, Clone, Serialize)]
-pub struct CutlineReport {
-    /// The layer's file; empty where a program gave the polygons.
-    pub file: String,
-    /// How many.
-    pub polygons: u64,
-    /// The vertices of all of them.
-    pub vertices: u64,
-}
-
-/// Lines that were asked to be edges.
-#[derive(Debug, Clone, Serialize)]
-pub struct LinesReport {
-    /// The layer's file; empty where a program gave the lines.
-    pub file: String,
-    /// Where their heights come from: raster or line, for lakes min, median or a field.
-    pub z: String,
-    /// How far edges may be from lines, in cells.
-    pub shift: f64,
-    /// What became of the lines.
-    #[serde(flatten)]
-    pub counts: LineCounts,
-    /// What became of them on the ground.
-    pub chains: ChainCounts,
-}
-
-/// Points that were asked to be vertices.
-#[derive(Debug, Clone, Serialize)]
-pub struct PointsReport {
-    /// The layer's file; empty where a program gave the samples.
-    pub file: String,
-    /// The layer.
-    pub layer: String,
-    /// What became of them.
-    #[serde(flatten)]
-    pub counts: PointCounts,
 }
 
 /// What coordinates mean, and how they are written.
@@ -389,44 +349,6 @@ impl Report {
     pub fn fell_short(&self) -> bool {
         self.goal.as_ref().is_some_and(GoalReport::fell_short)
     }
-}
-
-impl LinesReport {
-    fn new(kind: LineKind, request: &Request<'_>, params: &Params, mesh: &Mesh) -> Option<LinesReport> {
-        let input = request.lines.iter().find(|input| input.kind == kind)?;
-        let mut counts = params.breaklines.as_ref()?.counts().enumerate();
-        let (number, (_, counts)) = counts.find(|(_, (of, _))| *of == kind)?;
-        let chains = mesh.chains().get(number).copied()?;
-        Some(LinesReport { file: shown(input.file()), z: input.heights.name(), shift: input.shift, counts, chains })
-    }
-}
-
-impl CutlineReport {
-    fn new(cutline: &Cutline, request: &Request<'_>) -> CutlineReport {
-        let file = match &request.input {
-            #[cfg(feature = "gdal")]
-            Input::Raster { view, .. } => view.cutline.as_ref().map(|source| source.path.as_path()),
-            Input::Band(_) => None,
-        };
-        let (polygons, vertices) = cutline.counts();
-        CutlineReport { file: shown(file), polygons, vertices }
-    }
-}
-
-impl PointsReport {
-    fn new(layer: &str, counts: PointCounts, request: &Request<'_>) -> PointsReport {
-        let file = match &request.points {
-            #[cfg(feature = "gdal")]
-            Some(super::PointInput::Layer(source)) => Some(source.path.as_path()),
-            _ => None,
-        };
-        PointsReport { file: shown(file), layer: layer.to_string(), counts }
-    }
-}
-
-/// A path as text; empty where there is none.
-fn shown(path: Option<&Path>) -> String {
-    path.map_or(String::new(), |path| path.display().to_string())
 }
 
 impl MapReport {
