@@ -31,6 +31,8 @@ pub struct Tile {
     pub(crate) weights: Vec<f64>,
     /// Samples beside lines with heights of their own, by rows, then by columns.
     pub(crate) eased: Vec<EasedSample>,
+    /// Cells near lines, whose sides no limit on straying binds: row by row, one fewer than samples. Empty where there are none.
+    pub(crate) unbound: Vec<bool>,
     /// Which samples are heights. The ground's loops keep engines away from the others.
     pub(crate) validity: Validity,
 }
@@ -182,6 +184,17 @@ impl Tile {
             self.weights[eased.sample as usize] = weight;
             self.eased.push(eased);
         }
+    }
+
+    /// Whether a side between two neighbouring samples is one of an unbound cell.
+    pub(crate) fn is_unbound(&self, [from, to]: [(usize, usize); 2]) -> bool {
+        let (column, row) = (from.0.min(to.0), from.1.min(to.1));
+        let before = if from.0 == to.0 { (column.wrapping_sub(1), row) } else { (column, row.wrapping_sub(1)) };
+        let (across, down) = (self.width - 1, self.height - 1);
+        let is_unbound = |(column, row): (usize, usize)| {
+            column < across && row < down && self.unbound.get(row * across + column).is_some_and(|unbound| *unbound)
+        };
+        is_unbound((column, row)) || is_unbound(before)
     }
 
     /// Samples across.

@@ -79,6 +79,7 @@ impl Field {
         tile.width = window.width;
         tile.height = window.height;
         tile.eased.clear();
+        tile.unbound.clear();
         let Tile { heights, weights, validity, channels, .. } = &mut *tile;
         let LoadScratch { stored, bridged } = scratch;
         bridged.clear();

@@ -226,6 +226,11 @@ pub(super) fn engines() -> impl Strategy<Value = EngineChoice> {
     ]
 }
 
+/// The limit of the quality, none, and limits that are asked for.
+pub(super) fn limits() -> impl Strategy<Value = Option<f64>> {
+    prop::sample::select(vec![None, None, Some(f64::INFINITY), Some(1.0), Some(1.5)])
+}
+
 proptest! {
     #![proptest_config(cases(60, 2000))]
 
@@ -233,11 +238,12 @@ proptest! {
     fn edges_follow_random_lines_over_random_rasters(
         scene in scene(), (quality, heights) in qualities(), engine in engines(), tile in 2usize..20,
         tolerance in prop_oneof![Just(0.5), Just(3.0), Just(20.0)], points in prop::collection::vec(0usize..500, 0..4),
+        max_stray in limits(),
     ) {
         let points = points.into_iter().map(|i| (i % scene.size.0, i / scene.size.0 % scene.size.1));
         let points = PointSet::new(points.filter(|_| scene.heights.iter().all(|z| !z.is_nan())));
         let points = Some(Arc::new(points));
-        scene.certify(&Params { quality, heights, engine, tile, points, ..scene.params(tolerance) });
+        scene.certify(&Params { quality, heights, engine, tile, points, max_stray, ..scene.params(tolerance) });
     }
 }
 
@@ -248,12 +254,13 @@ proptest! {
     fn edges_keep_the_heights_of_lines_over_random_rasters(
         scene in scene(), own in heights(), (quality, heights) in qualities(), engine in engines(), tile in 2usize..20,
         tolerance in prop_oneof![Just(0.5), Just(3.0), Just(20.0)], points in prop::collection::vec(0usize..500, 0..4),
+        max_stray in limits(),
     ) {
         let scene = Scene { own: Some(own), ..scene };
         let points = points.into_iter().map(|i| (i % scene.size.0, i / scene.size.0 % scene.size.1));
         let points = PointSet::new(points.filter(|_| scene.heights.iter().all(|z| !z.is_nan())));
         let points = Some(Arc::new(points));
-        let params = Params { quality, heights, engine, tile, points, ..scene.params(tolerance) };
+        let params = Params { quality, heights, engine, tile, points, max_stray, ..scene.params(tolerance) };
         match RequiredLines::new(&scene.sets(), scene.size, tolerance) {
             Ok(_) => scene.certify(&params),
             // Where lines are steep, one that bends and meets another is not at its height to a cell.

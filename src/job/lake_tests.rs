@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::breakline_tests::{Line, Scene, engines, qualities, scene};
+use super::breakline_tests::{Line, Scene, engines, limits, qualities, scene};
 use super::*;
 use crate::base::LineKind;
 use crate::kernel::breaklines::{Breaklines, LinesError};
@@ -37,14 +37,14 @@ proptest! {
     #[test]
     fn lakes_are_level_over_random_rasters(
         scene in lakes(), (quality, heights) in qualities(), engine in engines(), tile in 2usize..20,
-        tolerance in prop_oneof![Just(0.5), Just(3.0), Just(20.0)], has_lines in any::<bool>(),
+        tolerance in prop_oneof![Just(0.5), Just(3.0), Just(20.0)], has_lines in any::<bool>(), max_stray in limits(),
     ) {
         let scene = Scene { lines: if has_lines { scene.lines.clone() } else { Vec::new() }, ..scene };
         let made = Breaklines::new(&scene.sets(), scene.size);
         match (RequiredLines::new(&scene.sets(), scene.size, tolerance), made) {
             (Ok(_), Ok(lines)) => {
                 prop_assert!(lines.check_heights(tolerance).is_ok());
-                scene.certify(&Params { quality, heights, engine, tile, ..scene.params(tolerance) });
+                scene.certify(&Params { quality, heights, engine, tile, max_stray, ..scene.params(tolerance) });
             }
             (Err((_, VerifyError::LakesOverlap { .. })), Err((LineKind::Lakes, LinesError::Overlap { .. }))) => {}
             (Err((_, VerifyError::TwoHeights { .. })), Ok(lines)) => {

@@ -163,18 +163,8 @@ pub const RULES: &[Rule] = &[
     )),
     everywhere(exclude(EDGES, &[Feature::FilledVoids], "filled voids have no heights that lines could be held to")),
     everywhere(exclude(EDGES, &[Feature::Trim], "trimming may remove the ground that edges of lines lie on")),
-    exclude(
-        &[Feature::Breaklines, Feature::Footprints],
-        &[Feature::MaxStray],
-        "beside an edge of a line triangles may be long and thin, and nothing may be put on the edge",
-    ),
     exclude(EDGES, &[Feature::StrongFeasibility], "edges of lines are not held to the diagonals of cells"),
     everywhere(require(&[Feature::LineHeights], Feature::Breaklines, "it is the heights of these lines that count")),
-    everywhere(exclude(
-        LEVELS,
-        &[Feature::MaxStray],
-        "beside such lines the surface leaves the heights of samples, between which it would be held",
-    )),
     exclude(
         LEVELS,
         GOALS,

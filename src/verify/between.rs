@@ -3,9 +3,10 @@
 
 use super::edge::Edge;
 use super::grid::STEPS;
-use super::limit::{Beyond, Mean, StrayLimit};
+use super::limit::{Beyond, Mean};
 use super::plane::{Plane, U};
 use super::samples::{Samples, flag};
+use super::strays::Held;
 use super::walk::{Crossed, Walk};
 
 /// What samples a point of the surface is between.
@@ -37,6 +38,17 @@ impl Site {
             Kind::Cell => [(column, row - 1), (column + 1, row)],
             Kind::Row => [(column, row), (column + 1, row)],
         }
+    }
+
+    /// The cells that it is in or between, by column and row of their first samples.
+    fn cells(self) -> impl Iterator<Item = (i64, i64)> {
+        let Site { kind, column, row } = self;
+        let other = match kind {
+            Kind::Column => (column - 1, row - 1),
+            Kind::Cell => (column, row - 1),
+            Kind::Row => (column, row),
+        };
+        [(column, row - 1), other].into_iter()
     }
 }
 
@@ -99,8 +111,7 @@ impl<'s> Sheet<'s> {
 /// Some rows that one thread works on.
 pub(super) struct Rows<'b> {
     pub(super) sheet: Sheet<'b>,
-    pub(super) limit: StrayLimit,
-    pub(super) trims: bool,
+    pub(super) held: Held<'b>,
     pub(super) marks: &'b mut [u8],
     pub(super) worst: &'b mut [Option<Worst>],
 }
@@ -120,7 +131,7 @@ impl Rows<'_> {
             // Faces have their corners in one order. An edge of two faces is passed down by one of them, and up by the other.
             let edge = match Edge::new(p, q) {
                 Some(edge) => edge,
-                None if self.trims => Edge::new(q, p).expect("it begins at one of its ends"),
+                None if self.held.trims => Edge::new(q, p).expect("it begins at one of its ends"),
                 None => continue,
             };
             if edge.is_finite() {
@@ -195,7 +206,7 @@ impl Rows<'_> {
             // Weights are not known here.
             Some(_) if self.sheet.samples.weights.is_some() => -slack,
             Some(worst) => {
-                let surely_within = (self.limit.most - slack) * (1.0 - 4.0 * U);
+                let surely_within = (self.held.limit.most - slack) * (1.0 - 4.0 * U);
                 surely_within.min((worst.beyond.counted - slack).next_down())
             }
         }
@@ -211,11 +222,11 @@ impl Rows<'_> {
         let most = (seems_beyond + point.slack) * weight.unwrap_or(1.0) * (1.0 + 32.0 * U);
         // Products may underflow where limits are near the smallest numbers.
         const SMALLEST_LIMIT: f64 = 1e-200;
-        let is_settled = self.limit.most >= SMALLEST_LIMIT || weight.is_none();
-        if seems_beyond <= -point.slack || is_settled && most <= self.limit.most && most < before {
+        let is_settled = self.held.limit.most >= SMALLEST_LIMIT || weight.is_none();
+        if seems_beyond <= -point.slack || is_settled && most <= self.held.limit.most && most < before {
             return;
         }
-        let Some(beyond) = self.limit.judge(&point.mean, range, weight) else { return };
+        let Some(beyond) = self.held.limit.judge(&point.mean, range, weight) else { return };
         if !beyond.within {
             let at = (site.row - self.sheet.rows.0) as usize * self.sheet.width + site.column as usize;
             self.marks[at] |= site.kind as u8;
@@ -236,16 +247,19 @@ impl Rows<'_> {
     }
 
     /// The least and the largest of the heights around a point, and the least weight there; `None` where it is not judged: a side
-    /// needs two heights, a cell three. Where a sample is bridged, or may be bare, nothing is asked.
+    /// needs two heights, a cell three. Where a sample is bridged, or may be bare, nothing is asked, nor beside lines and in lakes.
     fn range(&self, site: Site) -> Option<([f64; 2], Option<f64>)> {
         let [(left, above), (right, below)] = site.ends();
+        if self.held.unbound.is_some_and(|unbound| site.cells().any(|(column, row)| unbound.has(column, row))) {
+            return None;
+        }
         let (mut range, mut weight) = ([f64::INFINITY, f64::NEG_INFINITY], None::<f64>);
         let (mut missing, mut is_exempt) = (0, false);
         for row in above..=below {
             let samples = self.sheet.row(row)?;
             for at in left as usize..=right as usize {
                 let height = samples.heights[at];
-                is_exempt |= samples.flags(at) & (flag::BRIDGED | flag::NEAR) != 0;
+                is_exempt |= samples.flags(at) & (flag::BRIDGED | flag::NEAR) != 0 || samples.is_widened(at);
                 if height.is_nan() {
                     missing += 1;
                     continue;

@@ -167,11 +167,13 @@ use faces::{FaceFindings, FaceSorts, read_faces};
 use grid::Grid;
 use holes::find_bridges;
 use limit::StrayLimit;
+use lines::Unbound;
 use outline::Outline;
 use pace::Pace;
 use rim::Rim;
 use runs::RunFlags;
 use samples::{BandReader, Bands, flag};
+use strays::Held;
 use strip::find_strip;
 use sweep::{Comparison, sweep};
 use weighted::judge_weighted;
@@ -397,7 +399,9 @@ fn judge(
         bands = bridges.into_iter().fold(bands, |bands, runs| bands.with_flags(RunFlags::new(runs, flag::BRIDGED)));
         Outline::Ground(Boundary::new(grid, boundary, &scratch))
     };
-    let comparison = sweep(bands, grid, by_row, outline, (tolerance, limit), (&scratch, observer), control)?;
+    let unbound = options.lines.filter(|_| limit.is_some()).map(Unbound::new);
+    let held = limit.map(|limit| Held { limit, trims, unbound: unbound.as_ref() });
+    let comparison = sweep(bands, grid, by_row, outline, (tolerance, held), (&scratch, observer), control)?;
     let of_channels = |c| judge_weighted(raster, mesh, tolerance, c, &scratch, control);
     let extended = channels.map(of_channels).transpose()?;
     let samples = raster.width() as u64 * raster.height() as u64;

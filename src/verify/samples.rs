@@ -308,4 +308,10 @@ impl<'s> Samples<'s> {
     pub(super) fn flags(&self, at: usize) -> u8 {
         self.flags.map_or(0, |flags| flags[at])
     }
+
+    /// Whether one with a height is judged by something else: it is beside a line with a height, or in a lake.
+    pub(super) fn is_widened(&self, at: usize) -> bool {
+        let height = self.heights[at];
+        self.intervals.is_some_and(|(lows, tops)| lows[at] != height || tops[at] != height) && !height.is_nan()
+    }
 }

@@ -11,6 +11,7 @@ use super::between::{Kind, Rows, Sheet, Site, Worst};
 use super::finding::{Finding, SidePlace};
 use super::grid::Grid;
 use super::limit::StrayLimit;
+use super::lines::Unbound;
 use super::plane::Plane;
 use super::samples::Samples;
 use super::stray_verdict::{StrayVerdict, WorstStray};
@@ -32,15 +33,23 @@ impl StrayFindings {
     }
 }
 
+/// What the surface between samples is held to.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Held<'l> {
+    pub(super) limit: StrayLimit,
+    /// Whether edges of one face need not run along sides and diagonals of cells.
+    pub(super) trims: bool,
+    /// The cells where it is held to nothing, where there are lines.
+    pub(super) unbound: Option<&'l Unbound>,
+}
+
 /// Some rows of samples, and where the surface strays from them: sides in these rows, and what is between each and the row
 /// above it.
 ///
 /// Memory use: a byte for each sample, and some 100 for each row.
 pub(super) struct Strays<'s> {
     grid: Grid,
-    limit: StrayLimit,
-    /// Whether edges of one face need not run along sides and diagonals of cells.
-    trims: bool,
+    held: Held<'s>,
     sheet: Sheet<'s>,
     marks: Vec<u8>,
     worst: Vec<Option<Worst>>,
@@ -50,7 +59,7 @@ impl<'s> Strays<'s> {
     /// Of the rows from `first_row` on. `above` is the row above them, where there is one.
     pub(super) fn new(
         grid: Grid,
-        (limit, trims): (StrayLimit, bool),
+        held: Held<'s>,
         first_row: i64,
         above: Option<Samples<'s>>,
         samples: Samples<'s>,
@@ -58,17 +67,17 @@ impl<'s> Strays<'s> {
         let width = grid.width as usize;
         let rows = samples.heights.len() / width;
         let sheet = Sheet { width, rows: (first_row, first_row + rows as i64), above, samples };
-        Strays { grid, limit, trims, sheet, marks: vec![0; samples.heights.len()], worst: vec![None; rows] }
+        Strays { grid, held, sheet, marks: vec![0; samples.heights.len()], worst: vec![None; rows] }
     }
 
     /// Holds a batch of faces against the rows.
     pub(super) fn compare(&mut self, planes: &[Plane]) {
-        let (sheet, limit, trims, width) = (self.sheet, self.limit, self.trims, self.sheet.width);
+        let (sheet, held, width) = (self.sheet, self.held, self.sheet.width);
         let rows = self.worst.len().div_ceil(TASKS * rayon::current_num_threads());
         let tasks = self.worst.par_chunks_mut(rows).zip(self.marks.par_chunks_mut(rows * width));
         tasks.enumerate().for_each(|(task, (worst, marks))| {
             let sheet = sheet.part(task * rows, worst.len());
-            let mut rows = Rows { sheet, limit, trims, marks, worst };
+            let mut rows = Rows { sheet, held, marks, worst };
             planes.iter().for_each(|plane| rows.compare(plane));
         });
     }
@@ -100,7 +109,7 @@ impl<'s> Strays<'s> {
     fn worst(&self, worst: &Worst) -> WorstStray {
         let (column, row) = worst.place;
         let (x, y) = self.grid.transform.place(column, row);
-        let tolerance = self.limit.tolerance;
+        let tolerance = self.held.limit.tolerance;
         WorstStray {
             stray: worst.beyond.by,
             weight: worst.weight,

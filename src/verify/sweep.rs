@@ -8,11 +8,10 @@ use super::feed::Feed;
 use super::finding::{Finding, SamplePlace, TouchPlace};
 use super::grid::Grid;
 use super::ground::{Ground, GroundFindings};
-use super::limit::StrayLimit;
 use super::observe::Observer;
 use super::outline::{Outline, OutlineFindings};
 use super::samples::{Bands, Rows};
-use super::strays::{StrayFindings, Strays};
+use super::strays::{Held, StrayFindings, Strays};
 use super::triangle::{TRIANGLE_WORDS, Triangle, TriangleWords};
 use super::verdict::{WeightedWorst, WorstSample};
 use crate::base::external::{Scratch, Sorted};
@@ -50,14 +49,14 @@ pub(super) struct Comparison {
 /// Memory use is constant whatever the mesh and the threads, because two bands and two batches are held at a time, and
 /// triangles that reach into the next band wait for it in a queue ([`Feed`]). An observer takes 8 bytes more for each sample of a
 /// band.
-pub(super) fn sweep<'s>(
+pub(super) fn sweep<'s, 'c>(
     mut reader: Bands<'_>,
     grid: Grid,
     triangles: Sorted<'s, TRIANGLE_WORDS>,
     outline: Outline<'s>,
-    (tolerance, limit): (f64, Option<StrayLimit>),
+    (tolerance, held): (f64, Option<Held<'c>>),
     (scratch, observer): (&'s Scratch, Option<&mut dyn Observer>),
-    control: &Control<'_>,
+    control: &'c Control<'c>,
 ) -> Result<Comparison, VerifyError> {
     let bands = reader.count();
     let samples = grid.width as u64 * grid.height as u64;
@@ -65,7 +64,7 @@ pub(super) fn sweep<'s>(
     let mut sweep = Sweep {
         grid,
         tolerance,
-        limit: limit.map(|limit| (limit, matches!(outline, Outline::Trimmed(_)))),
+        held,
         above: Rows::default(),
         control,
         observer,
@@ -77,7 +76,7 @@ pub(super) fn sweep<'s>(
         outline,
         comparison: Comparison {
             weighted: reader.are_weighted(),
-            strays: limit.map(|_| StrayFindings::default()),
+            strays: held.map(|_| StrayFindings::default()),
             ..Comparison::default()
         },
         row: 0,
@@ -101,8 +100,8 @@ pub(super) fn sweep<'s>(
 struct Sweep<'s, 'c, 'o> {
     grid: Grid,
     tolerance: f64,
-    /// The limit on straying, if there is one, and whether the mesh's boundary may be trimmed.
-    limit: Option<(StrayLimit, bool)>,
+    /// What the surface between samples is held to, if it is.
+    held: Option<Held<'c>>,
     /// The row above the next ones, where there is a limit and a row.
     above: Rows,
     control: &'c Control<'c>,
@@ -129,7 +128,7 @@ impl Sweep<'_, '_, '_> {
             band = band.observed_in(std::mem::take(&mut self.errors));
         }
         let above = (self.row > 0).then(|| self.above.samples());
-        let mut strays = self.limit.map(|limit| Strays::new(grid, limit, self.row, above, rows.samples()));
+        let mut strays = self.held.map(|held| Strays::new(grid, held, self.row, above, rows.samples()));
         self.row = band.rows.1;
         let (after, between) = (self.row, strays.is_some());
         let goes_on = |words: &TriangleWords| {

@@ -7,7 +7,7 @@
 //! edges; between two of those `links` finds the fewest edges, by `wall` within the tolerance of the raster's surface and by
 //! `obstacles` off all other lines; `reach` tells at once of many that they may be used. [`Chains`] has the edges of a whole raster, and
 //! lends those of a tile. Where lines have heights of their own (`levels`), samples beside them are eased (`beside`): the surface may be
-//! anywhere between the sample and the line.
+//! anywhere between the sample and the line. `unbound` says where edges are too near for a limit on straying.
 //!
 //! What holds of the chain, and how `verify` judges it by code of its own: docs/breaklines.md.
 
@@ -22,6 +22,7 @@ mod obstacles;
 mod pieces;
 mod places;
 mod reach;
+mod unbound;
 mod wall;
 
 #[cfg(test)]
@@ -232,6 +233,18 @@ impl Breaklines {
         if self.have_heights() {
             self.beside.ease(tile, window, points, tolerance);
         }
+    }
+
+    /// Marks the cells of a tile that are so near to lines that nothing limits there how far the surface strays between samples.
+    pub fn unbind(&self, tile: &mut Tile, window: Window) {
+        unbound::mark(tile, window, &self.segments, self.unbound_cells());
+    }
+
+    /// How many cells around those that lines run in are unbound: as many as edges may be from lines; at the least one where samples
+    /// beside lines are eased.
+    fn unbound_cells(&self) -> i64 {
+        let cells = self.sets.iter().map(|set| ((set.shift + FINE - 1) / FINE).max(i64::from(set.has_heights)));
+        cells.max().unwrap_or(0)
     }
 
     /// How far edges may be from the places of all of these sets, in parts of a cell.

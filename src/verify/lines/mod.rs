@@ -17,6 +17,7 @@ mod noding;
 mod pieces;
 mod places;
 mod required;
+mod unbound;
 
 #[cfg(test)]
 mod tests;
@@ -37,6 +38,7 @@ use graph::stretches;
 use heights::Samples;
 
 pub use required::RequiredLines;
+pub(super) use unbound::Unbound;
 
 /// A place in quarter cells: across, down.
 pub(super) type Spot = (i64, i64);

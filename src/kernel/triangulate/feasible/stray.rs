@@ -118,7 +118,7 @@ impl<H: Copy + Into<f64>> Edge<'_, H> {
         let reach = walk.near.abs().max(walk.far.abs());
         let (across, along) = if walk.columns { (1, self.tile.width) } else { (self.tile.width, 1) };
         let steps = f64::from(STEPS);
-        let is_plain = !self.tile.is_weighted() && self.tile.validity.is_whole();
+        let is_plain = !self.tile.is_weighted() && self.tile.validity.is_whole() && self.tile.unbound.is_empty();
         for line in first..=last {
             let done = f64::from(line * STEPS - walk.from.0);
             let place = (f64::from(walk.from.1) + slope * done) / steps;
@@ -152,13 +152,13 @@ impl<H: Copy + Into<f64>> Edge<'_, H> {
         false
     }
 
-    /// The limit on a side; none where a sample of it has no height.
+    /// The limit on a side; none where a sample of it has no height, or where it is near a line.
     #[inline(never)]
     fn limit_on(&self, walk: &Walk, line: i32, before: usize) -> Option<f64> {
         let side = [before, before + 1].map(|i| walk.sample(line, i as i32));
         let has_height = |&(column, row): &(usize, usize)| self.tile.validity.has_height(column as i32, row as i32);
         let binds = self.tile.validity.is_whole() || side.iter().all(has_height);
-        binds.then(|| self.limit.on(self.tile, side))
+        (binds && !self.tile.is_unbound(side)).then(|| self.limit.on(self.tile, side))
     }
 
     /// Whether the edge is within the limit of the range where it crosses a line, exactly.
