@@ -106,7 +106,8 @@ fn edges_follow_lines_and_verify_finds_them() {
         let told = &report["breaklines"];
         assert_eq!((&told["lines"], &told["left_out"], &told["shift"]), (&json!(4), &json!(1), &json!(0.5)), "{told}");
         assert_eq!(told["chains"]["off_ground"], 0);
-        assert_eq!(report["max_stray"], Value::Null);
+        let limit = if options.contains(&"none") { Value::Null } else { json!(1.5) };
+        assert_eq!(report["max_stray"], limit);
         let verdict = scene.verify(&lines, &[]).succeeds().json();
         assert_eq!(verdict["breaklines"]["segments"], told["segments"]);
         assert_eq!(verdict["breaklines"]["broken"]["count"], 0);
@@ -222,7 +223,6 @@ fn lines_without_one_height_at_every_place_are_refused_by_name() {
     scene
         .simplify(&two, &[&own[..], &["--max-triangles", "900"]].concat())
         .fails(2, &["--breakline-z line", "--max-error"]);
-    scene.verify(&two, &[&own[..], &["--max-stray", "2"]].concat()).fails(2, &["--breakline-z line", "--max-stray"]);
     terrabite(scene.command("simplify", &own)).fails(2, &["--breakline-z line requires --breaklines"]);
 }
 
@@ -285,7 +285,6 @@ fn edges_follow_the_outlines_of_footprints_together_with_breaklines() {
         &["--footprints", &far],
         &["far.geojson: expected footprints on the raster, found none of 1", "--footprints"],
     );
-    refused(&["--footprints", &houses, "--max-stray", "2"], &["--footprints cannot be combined with --max-stray"]);
     refused(&["--footprints", &houses, "--breakline-z", "line"], &["--breakline-z line requires --breaklines"]);
 }
 
@@ -325,7 +324,27 @@ fn what_cannot_be_used_is_refused_by_name() {
     scene.simplify(&lines, &["--breaklines-layer", "sea"]).fails(1, &["expected layer sea, found roads"]);
     scene.simplify(&lines, &["--breakline-shift", "99"]).fails(2, &["from 0 to 16"]);
     scene.simplify(&lines, &["--engine", "hitting-set"]).fails(2, &["--breaklines", "squares take no given edges"]);
-    scene.simplify(&lines, &["--max-stray", "2"]).fails(2, &["--breaklines cannot be combined with --max-stray"]);
     scene.verify(&lines, &["--trim", "2"]).fails(2, &["--breaklines cannot be combined with --trim"]);
     terrabite(scene.command("simplify", &["--breakline-shift", "1"])).fails(2, &["--breaklines"]);
+}
+
+/// A road across ground that is rough at every other sample: where triangles end is decided between samples.
+#[test]
+fn straying_is_limited_but_near_lines() {
+    let scene = Scene::new();
+    let rough = |c: usize, r: usize| if (c * 7 + r * 5) % 11 < 2 { 60.0 } else { (c + r) as f64 };
+    let dem = Dem::new(40, 30).on_the_map().heights(rough).write(&scene.folder, "rough.tif");
+    let (lines, tin) = (scene.layer("roads.geojson", &LINES), scene.folder.at("rough.ply"));
+    let usual = ["--max-error", "8", "--breaklines", &lines, "--json"];
+    let simplify = |options: &[&str]| {
+        terrabite([&["simplify", &dem, &tin, "--overwrite"], &usual[..], options].concat()).succeeds().json()
+    };
+    let verify =
+        |options: &[&str]| terrabite([&["verify", &dem, &tin], &usual[..], options].concat()).json()["passed"].clone();
+    assert_eq!(simplify(&["--quality", "none"])["max_stray"], Value::Null);
+    assert_eq!((verify(&[]), verify(&["--max-stray", "1"])), (json!(true), json!(false)));
+    for (options, limit) in [(&["--quality", "none", "--max-stray", "1"][..], 1.0), (&[], 1.5)] {
+        assert_eq!(simplify(options)["max_stray"], json!(limit));
+        assert_eq!(verify(&["--max-stray", &limit.to_string()]), json!(true), "{options:?}");
+    }
 }

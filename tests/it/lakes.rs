@@ -66,11 +66,6 @@ fn lakes_that_cannot_be_level_are_refused_by_name() {
     );
     refused(&with("field:name"), 1, &["in field name"]);
     refused(&with("mean"), 2, &["expected min, median or field:NAME"]);
-    refused(
-        &[&with("min")[..], &["--max-stray", "2"]].concat(),
-        2,
-        &["--lake-polygons cannot be combined with --max-stray"],
-    );
     refused(&["--lake-polygons", &roads], 1, &["roads.geojson", "found LINESTRING", "--lake-polygons-layer"]);
     terrabite(scene.command("simplify", &["--lake-z", "min"])).fails(2, &["--lake-polygons"]);
     let at = |c: f64, r: f64| [500_000.0 + (c + 0.5) * 10.0, 5_200_000.0 - (r + 0.5) * 10.0];
