@@ -109,7 +109,8 @@ impl LineSet {
     pub fn features(sets: impl Iterator<Item = (LineKind, bool)>) -> FeatureSet {
         let of = |(kind, has_heights): (LineKind, bool)| {
             let heights = (kind == LineKind::Breaklines && has_heights).then_some(Feature::LineHeights);
-            [kind.feature()].into_iter().chain(heights)
+            let cutline = (kind == LineKind::Cutline).then_some(Feature::Cutline);
+            [kind.feature()].into_iter().chain(heights).chain(cutline)
         };
         sets.flat_map(of).collect()
     }
@@ -125,6 +126,8 @@ pub enum LineKind {
     Lakes,
     /// Outlines of buildings and dams.
     Footprints,
+    /// Outlines of polygons that the mesh ends at.
+    Cutline,
 }
 
 impl LineKind {
@@ -134,7 +137,13 @@ impl LineKind {
             LineKind::Breaklines => Feature::Breaklines,
             LineKind::Lakes => Feature::Lakes,
             LineKind::Footprints => Feature::Footprints,
+            LineKind::Cutline => Feature::ExactCutline,
         }
+    }
+
+    /// Whether they bound an inside. What lies outside of the raster is then drawn to its rim, and edges keep to every place.
+    pub fn has_inside(self) -> bool {
+        matches!(self, LineKind::Lakes | LineKind::Cutline)
     }
 
     /// What they are called.
@@ -143,6 +152,7 @@ impl LineKind {
             LineKind::Breaklines => "breaklines",
             LineKind::Lakes => "lakes",
             LineKind::Footprints => "footprints",
+            LineKind::Cutline => "cutline",
         }
     }
 }

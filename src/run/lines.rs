@@ -21,16 +21,16 @@ pub struct LineInput {
     pub kind: LineKind,
     /// Where they come from.
     pub from: Lines,
-    /// How far edges may be from a line's places, at the most, in cells; 0 for lakes.
+    /// How far edges may be from a line's places, at the most, in cells; 0 for lakes and cutlines.
     pub shift: f64,
-    /// Which heights edges have; footprints have the raster's.
+    /// Which heights edges have; footprints and cutlines have the raster's.
     pub heights: HeightSource,
 }
 
 /// The lines of a [`LineInput`].
 #[derive(Debug, Clone)]
 pub enum Lines {
-    /// A layer of lines, or of polygons where they are outlines of lakes or footprints.
+    /// A layer of lines, or of polygons where they are outlines of lakes, footprints or a cutline.
     #[cfg(feature = "gdal")]
     Layer(LineSource),
     /// These lines, through places on the map of the input; outlines are closed.
@@ -179,7 +179,7 @@ impl Opened {
                 let raster = self.raster.as_ref().ok_or_else(nowhere)?;
                 let read = match kind {
                     LineKind::Breaklines => read_lines(raster, source, wants_heights, cancel),
-                    LineKind::Lakes | LineKind::Footprints => {
+                    LineKind::Lakes | LineKind::Footprints | LineKind::Cutline => {
                         let field = match heights {
                             HeightSource::Lake(LakeHeight::Field(name)) => Some(name.as_str()),
                             _ => None,
@@ -229,7 +229,11 @@ pub(super) fn on_lattice(
     let of = |kind| path(inputs, kind, band);
     let lattice = |(kind, error)| UnusableLines::Lattice { path: of(kind), kind, error };
     let lines = Breaklines::new(sets, (band.width(), band.height())).map_err(lattice)?;
-    let nothing = lines.counts().find(|(_, counts)| counts.segments == 0);
+    // A cutline around all of the raster has no line on it.
+    let nothing = lines.counts().find(|(kind, counts)| match kind {
+        LineKind::Cutline => lines.leave_nothing(),
+        _ => counts.segments == 0,
+    });
     if let Some((kind, counts)) = nothing {
         return Err(UnusableLines::Outside { path: of(kind), kind, lines: counts.lines });
     }

@@ -157,7 +157,7 @@ pub use heights::HeightReader;
 pub use lines::{LinesVerdict, RequiredLines, StretchPlace, verify_lines};
 pub use observe::{ObservedRows, Observer};
 pub use stray_verdict::{StrayVerdict, WorstStray};
-pub use verdict::{TrimVerdict, Verdict, WeightedWorst, WorstSample};
+pub use verdict::{CutlineVerdict, TrimVerdict, Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedVerdict, WorstWeighted};
 
 use boundary::Boundary;
@@ -370,7 +370,9 @@ fn judge(
         read_faces(mesh, &mut store, &grid, limit.is_some(), (&scratch, reborrowed(&mut observer)), &mut pace)?;
     corner_findings.find_unused(&grid, &mut store, uses, &mut pace)?;
     let trims = ground.trim > 0;
-    let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, trims, &scratch, &mut pace)?;
+    let inside = options.lines.and_then(RequiredLines::inside);
+    let ends_anywhere = trims || inside.is_some();
+    let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, ends_anywhere, &scratch, &mut pace)?;
     drop(store);
     pace.end()?;
 
@@ -384,7 +386,7 @@ fn judge(
             None => reader,
         }
     };
-    let mut bands = Bands::new(reader(), options.importance, options.lines.filter(|lines| lines.have_heights()));
+    let mut bands = Bands::new(reader(), options.importance, options.lines);
     let find = |limit| find_bridges(reader(), limit, &scratch, control);
     let bridges = (ground.fill_holes > 0).then(|| find(ground.fill_holes)).transpose()?;
     let (bridged_holes, bridges) = bridges.map_or((0, None), |found| (found.holes, Some(found.runs)));
@@ -392,10 +394,13 @@ fn judge(
         let strip = find_strip(reader(), bridges, ground.trim, &scratch, control)?;
         bands = bands.with_flags(RunFlags::new(strip.bridged.into_records(), flag::BRIDGED));
         bands = bands.with_flags(RunFlags::new(strip.near.into_records(), flag::NEAR));
-        Outline::Trimmed(Rim::new(grid, boundary))
+        Outline::Trimmed(Rim::new(grid, boundary, None))
     } else {
         bands = bridges.into_iter().fold(bands, |bands, runs| bands.with_flags(RunFlags::new(runs, flag::BRIDGED)));
-        Outline::Ground(Boundary::new(grid, boundary, &scratch))
+        match inside {
+            Some(_) => Outline::Cut(Rim::new(grid, boundary, inside)),
+            None => Outline::Ground(Boundary::new(grid, boundary, &scratch)),
+        }
     };
     let comparison = sweep(bands, grid, by_row, outline, (tolerance, limit), (&scratch, observer), control)?;
     let of_channels = |c| judge_weighted(raster, mesh, tolerance, c, &scratch, control);
@@ -431,6 +436,14 @@ fn verdict(
     corners: VertexFindings,
 ) -> Verdict {
     let ground = comparison.ground;
+    let cut = comparison.outline.cut;
+    let expected_double_area = cut.as_ref().map_or(ground.double_area, |rim| rim.core_double_area);
+    let cutline = cut.map(|rim| CutlineVerdict {
+        bare: rim.bare_core,
+        beyond: rim.beyond,
+        crossed_edges: rim.crossed,
+        overlapping_edges: rim.overlapping,
+    });
     let trim = comparison.outline.rim.map(|rim| TrimVerdict {
         cells: trim,
         trimmed: ground.trimmed,
@@ -466,7 +479,7 @@ fn verdict(
         degenerate: faces.degenerate,
         unplaced: faces.unplaced,
         double_area: faces.double_area,
-        expected_double_area: ground.double_area,
+        expected_double_area,
         unmatched_edges: edges.unmatched.and(comparison.outline.astray),
         overused_edges: edges.overused,
         same_direction_edges: edges.same_direction,
@@ -478,6 +491,7 @@ fn verdict(
         outside: corners.outside,
         heights_not_finite: corners.not_finite,
         trim,
+        cutline,
         extended: None,
         lines: None,
     }

@@ -73,7 +73,7 @@ pub(super) fn sweep<'s>(
         triangles: Feed::new(triangles, scratch),
         batches: Default::default(),
         planes: Planes::default(),
-        ground: Ground::new(grid),
+        ground: Ground::new(grid, matches!(outline, Outline::Cut(_))),
         outline,
         comparison: Comparison {
             weighted: reader.are_weighted(),

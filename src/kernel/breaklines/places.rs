@@ -34,14 +34,14 @@ pub(super) fn cut(
         of: (number, 0),
         pieces: std::mem::take(pieces),
         before: None,
-        is_closed: set.kind == LineKind::Lakes,
+        is_closed: set.kind.has_inside(),
     };
     let mut counts = LineCounts { lines: lines.len() as u64, ..LineCounts::default() };
     for (i, line) in lines.iter().enumerate() {
         let found = walk.pieces.len();
         let heights = set.lines.heights().map(|heights| heights[i].as_slice());
-        // Lines without heights are as one.
-        walk.of.1 = heights.map_or(0, |_| i as u32);
+        // Lines without heights are as one, but for what they bound.
+        walk.of.1 = if heights.is_some() || set.kind == LineKind::Cutline { i as u32 } else { 0 };
         walk.before = None;
         let mut last: Option<Corner> = None;
         for (j, &vertex) in line.iter().enumerate() {
