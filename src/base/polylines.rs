@@ -86,6 +86,15 @@ impl Polylines {
         self.features.as_ref().map_or(line as u64, |features| features[line])
     }
 
+    /// The same lines without heights, each of which ends where it begins.
+    pub fn closed(&self) -> Polylines {
+        let closed = |line: &Vec<(f64, f64)>| {
+            let open = line.first().filter(|first| line.last() != Some(first));
+            line.iter().chain(open).copied().collect()
+        };
+        Polylines { lines: Arc::new(self.lines.iter().map(closed).collect()), heights: None, ..self.clone() }
+    }
+
     /// The same lines with every vertex elsewhere.
     pub fn placed(&self, place: impl Fn(&(f64, f64)) -> (f64, f64)) -> Polylines {
         let lines = self.lines.iter().map(|line| line.iter().map(&place).collect()).collect();

@@ -176,6 +176,7 @@ pub(super) fn of_lines(error: &UnusableLines, failure: Failure) -> Failure {
         UnusableLines::Lattice { error: LinesError::TooFar { .. }, kind, .. } | UnusableLines::Outside { kind, .. } => {
             failure.hint(&other_crs(kind))
         }
+        UnusableLines::NothingInside { .. } => failure.hint(&other_crs(&LineKind::Cutline)),
         UnusableLines::TwoHeights { error, .. } => failure.hint(one_height(error.of.map(|of| of.0))),
         UnusableLines::Judged { error, kind, .. } => match **error {
             VerifyError::ManyLines => failure.hint(&fewer(kind)),

@@ -95,11 +95,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
         threads: args.threads,
         temp_dir: args.temp_dir.clone(),
         extras: args.qa.extras(),
-        ..VerifyRequest::new(
-            Input::Raster { path: args.raster.clone(), view },
-            &args.mesh,
-            args.max_error,
-        )
+        ..VerifyRequest::new(Input::Raster { path: args.raster.clone(), view }, &args.mesh, args.max_error)
     };
     args.qa.check(&request)?;
     let report = verify(&request, &bars.control())?;

@@ -38,7 +38,15 @@ pub(super) struct Scene {
 
 impl Scene {
     pub(super) fn new(size: (usize, usize), seed: u64, lines: Vec<Line>) -> Scene {
-        Scene { size, heights: terrain(seed, size.0, size.1), lines, own: None, lakes: Vec::new(), cutline: Vec::new(), shift: 0.5 }
+        Scene {
+            size,
+            heights: terrain(seed, size.0, size.1),
+            lines,
+            own: None,
+            lakes: Vec::new(),
+            cutline: Vec::new(),
+            shift: 0.5,
+        }
     }
 
     /// Takes away every sample for which a cheap hash is below a share of 256, in blobs of up to two each way.

@@ -170,7 +170,11 @@ pub const RULES: &[Rule] = &[
         "beside an edge of a line triangles may be long and thin, and nothing may be put on the edge",
     ),
     exclude(EDGES, &[Feature::StrongFeasibility], "edges of lines are not held to the diagonals of cells"),
-    everywhere(require(&[Feature::ExactCutline], Feature::Cutline, "it is the outlines of its polygons that the mesh ends at")),
+    everywhere(require(
+        &[Feature::ExactCutline],
+        Feature::Cutline,
+        "it is the outlines of its polygons that the mesh ends at",
+    )),
     everywhere(require(&[Feature::LineHeights], Feature::Breaklines, "it is the heights of these lines that count")),
     everywhere(exclude(
         LEVELS,

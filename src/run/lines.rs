@@ -33,7 +33,7 @@ pub enum Lines {
     /// A layer of lines, or of polygons where they are outlines of lakes, footprints or a cutline.
     #[cfg(feature = "gdal")]
     Layer(LineSource),
-    /// These lines, through places on the map of the input; outlines are closed.
+    /// These lines, through places on the map of the input; outlines end where they begin, or are closed.
     Places(Polylines),
 }
 
@@ -107,6 +107,14 @@ pub enum UnusableLines {
         /// What they are.
         kind: LineKind,
         /// How many lines there are, each ring of a polygon being one.
+        lines: u64,
+    },
+    /// Nothing of the raster is inside of a cutline.
+    #[error("{}: expected a cutline around some of the raster, found nothing inside of {lines} outlines", path.display())]
+    NothingInside {
+        /// The layer's file, or the raster where there is none.
+        path: PathBuf,
+        /// How many outlines there are.
         lines: u64,
     },
     /// Lines have no heights of their own.
@@ -195,7 +203,11 @@ impl Opened {
                 if wants_heights && lines.heights().is_none() {
                     return Err(UnusableLines::Level { path, kind }.into());
                 }
-                let lines = if wants_heights { lines.clone() } else { lines.clone().without_heights() };
+                let lines = match kind {
+                    LineKind::Breaklines if wants_heights => lines.clone(),
+                    LineKind::Breaklines => lines.clone().without_heights(),
+                    LineKind::Lakes | LineKind::Footprints | LineKind::Cutline => lines.closed(),
+                };
                 let transform = self.band.geo_transform();
                 let placed = lines.placed(|&(x, y)| transform.sample_coordinates(x, y));
                 let is_finite = |(column, row): &&(f64, f64)| column.is_finite() && row.is_finite();
@@ -229,13 +241,18 @@ pub(super) fn on_lattice(
     let of = |kind| path(inputs, kind, band);
     let lattice = |(kind, error)| UnusableLines::Lattice { path: of(kind), kind, error };
     let lines = Breaklines::new(sets, (band.width(), band.height())).map_err(lattice)?;
-    // A cutline around all of the raster has no line on it.
-    let nothing = lines.counts().find(|(kind, counts)| match kind {
-        LineKind::Cutline => lines.leave_nothing(),
-        _ => counts.segments == 0,
-    });
-    if let Some((kind, counts)) = nothing {
-        return Err(UnusableLines::Outside { path: of(kind), kind, lines: counts.lines });
+    for (kind, counts) in lines.counts() {
+        let (path, lines_read) = (of(kind), counts.lines);
+        match kind {
+            // One around all of the raster has no line on it.
+            LineKind::Cutline if lines.leave_nothing() => {
+                return Err(UnusableLines::NothingInside { path, lines: lines_read });
+            }
+            LineKind::Breaklines | LineKind::Lakes | LineKind::Footprints if counts.segments == 0 => {
+                return Err(UnusableLines::Outside { path, kind, lines: lines_read });
+            }
+            _ => {}
+        }
     }
     Ok(Some(lines))
 }

@@ -111,7 +111,8 @@ impl Ground {
         self.segments.reserve_exact((rows * width).saturating_sub(self.segments.len()));
         self.segments.resize(rows * width, Segments::default());
         // All are looked at, as vectors.
-        let is_full = |row: &[u8]| row.iter().fold(true, |full, s| full & (s & (VALID | BRIDGED | STRIP | OUTSIDE) == VALID));
+        let is_full =
+            |row: &[u8]| row.iter().fold(true, |full, s| full & (s & (VALID | BRIDGED | STRIP | OUTSIDE) == VALID));
         let full: Vec<bool> = self.states.par_chunks(width).map(is_full).collect();
         let states = &self.states;
         let line = |row: usize| &states[row * width..(row + 1) * width];

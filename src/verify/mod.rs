@@ -82,6 +82,19 @@
 //! Samples of the ground outside of the strip are covered, each is within the tolerance where it is covered (`sweep`,
 //! `ground`).
 //!
+//! # Where it ends at outlines
+//!
+//! With [`VerifyOptions::lines`] that have a cutline, the mesh is to cover the part of the ground that is inside of outlines
+//! (`lines/inside`), which for this are noded on the lattice of quarter cells; half cells that they come into are no ground. Then (1),
+//! (2), (4) and (5) are asked for, and in place of the others:
+//!
+//! 9. f = 1 where there is ground inside, and f = 0 elsewhere.
+//!
+//! Noded outlines neither begin nor end nor cross each other within a quarter row, nor do they cross sides of cells there, nor the
+//! diagonals of the half cells that are left. So what is inside is a row of spans as well, and so is what it has in common with the ground,
+//! and neighbours tell as before (6, 7). There is no bare ground for faces to enclose. Samples tell nothing more of what is covered:
+//! each in a face is within the tolerance, and those in no face have none of that ground at them.
+//!
 //! # Between samples
 //!
 //! With [`VerifyOptions::max_stray`] triangles also reach the row below their last one, and those between two rows are kept
@@ -194,7 +207,8 @@ pub struct VerifyOptions<'a> {
     pub importance: Option<&'a Band>,
     /// Lines whose heights of their own count beside them: where the lesser of a sample's height h and those of lines is `low` and the
     /// larger is `high`, the surface is to be from `low` − `max_error` to `high` + `max_error`. A line is beside a sample if a place of
-    /// it is in one of the closed cells around the sample. Whether edges follow lines is another question: [`verify_lines`].
+    /// it is in one of the closed cells around the sample. Whether edges follow lines is another question: [`verify_lines`]. Outlines of a
+    /// [cutline](crate::base::LineKind::Cutline) are where the mesh is to end.
     pub lines: Option<&'a RequiredLines>,
     /// Where temporary files are made, about 200 bytes per triangle; `None` is the system's place for them.
     pub temp_dir: Option<PathBuf>,
@@ -358,6 +372,11 @@ fn judge(
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
     let (tolerance, limit) = (options.max_error, limit(raster, options)?);
+    if let Some(lines) = options.lines {
+        let others = [(Feature::Trim, ground.trim > 0), (Feature::FilledVoids, ground.fill_holes > 0)];
+        let others = others.into_iter().filter(|(_, is_asked)| *is_asked).map(|(feature, _)| feature);
+        rules::check_samples(lines.features().and(others.collect()))?;
+    }
     let scratch = Scratch::new(options.temp_dir.as_deref(), control.cancel.clone());
     let grid = Grid::of(raster, mesh);
     let (vertices, triangles) = (mesh.vertex_count(), mesh.face_count());

@@ -125,9 +125,9 @@ impl<'s> Rim<'s> {
                     Some(inside) => {
                         let ground = inside.clip(y + quarter, &ground);
                         let width = |left: Crossing, right: Crossing| right.parts(PARTS) - left.parts(PARTS);
-                        let areas = ground.iter().map(|Span { left, right }| {
-                            width(left.top, right.top) + width(left.bottom, right.bottom)
-                        });
+                        let areas = ground
+                            .iter()
+                            .map(|Span { left, right }| width(left.top, right.top) + width(left.bottom, right.bottom));
                         self.double_area_in_parts += areas.sum::<i128>();
                         self.sweep(y + quarter, &ground, &ground)?;
                     }

@@ -318,6 +318,13 @@ impl<'s> Samples<'s> {
             .filter(|[low, top]| low < top || *low != self.heights[at])
     }
 
+    /// Their heights without those outside of the outlines that the mesh is to end at, if there are any.
+    pub(super) fn inside(&self) -> Option<Vec<f64>> {
+        let flags = self.flags.filter(|flags| flags.iter().any(|flags| flags & flag::OUTSIDE != 0))?;
+        let inside = |(height, flags): (&f64, &u8)| if flags & flag::OUTSIDE == 0 { *height } else { f64::NAN };
+        Some(self.heights.iter().zip(flags).map(inside).collect())
+    }
+
     /// What is known of one of them.
     pub(super) fn flags(&self, at: usize) -> u8 {
         self.flags.map_or(0, |flags| flags[at])

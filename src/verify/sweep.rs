@@ -9,7 +9,7 @@ use super::finding::{Finding, SamplePlace, TouchPlace};
 use super::grid::Grid;
 use super::ground::{Ground, GroundFindings};
 use super::limit::StrayLimit;
-use super::observe::Observer;
+use super::observe::{ObservedRows, Observer};
 use super::outline::{Outline, OutlineFindings};
 use super::samples::{Bands, Rows};
 use super::strays::{StrayFindings, Strays};
@@ -153,7 +153,9 @@ impl Sweep<'_, '_, '_> {
         cancel.check()?;
         band.add_to(&mut self.comparison);
         if let Some(observer) = &mut self.observer {
-            observer.rows(&band.observed()).map_err(VerifyError::Observer)?;
+            let (told, inside) = (band.observed(), band.samples.inside());
+            let heights = inside.as_deref().unwrap_or(told.heights);
+            observer.rows(&ObservedRows { heights, ..told }).map_err(VerifyError::Observer)?;
         }
         if let (Some(strays), Some(found)) = (&strays, &mut self.comparison.strays) {
             strays.add_to(found);

@@ -41,7 +41,7 @@ enum Extent {
 }
 
 impl Inside {
-    /// Of polygons' outlines over a raster of this many samples: noded segments, each with the number of its polygon and how often it is run
+    /// Of polygons' outlines, which are closed, over a raster of this many samples: noded segments, each with the number of its polygon and how often it is run
     /// over. Gives also the segments of the border, in their order. The raster's own rim is none.
     pub(super) fn new(
         outlines: impl Iterator<Item = (Segment, u32, u32)>,
@@ -55,9 +55,14 @@ impl Inside {
         }
         crossings.sort_unstable();
         let mut inside = Inside { trapezoids: Vec::new(), crossed: Vec::new(), size };
-        let (mut open, mut left) = (Vec::new(), None);
+        let (mut open, mut left, mut at_row) = (Vec::new(), None, i64::MIN);
         for group in crossings.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
             let (row, _, segment, _) = group[0];
+            if row != at_row {
+                // Nothing is left of outlines that are closed.
+                (at_row, left) = (row, None);
+                open.clear();
+            }
             let was_inside = !open.is_empty();
             for &(_, _, _, polygon) in group {
                 match open.iter().position(|of| *of == polygon) {
@@ -68,8 +73,7 @@ impl Inside {
             match (was_inside, open.is_empty()) {
                 (false, false) => left = Some(segment),
                 (true, true) => {
-                    let left = left.take().expect("what ends has begun");
-                    inside.trapezoids.push(Trapezoid { row, left, right: segment });
+                    inside.trapezoids.extend(left.take().map(|left| Trapezoid { row, left, right: segment }));
                 }
                 _ => {}
             }

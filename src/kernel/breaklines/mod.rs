@@ -42,8 +42,8 @@ use crate::base::lattice::STEPS;
 use crate::base::{LineKind, LineSet, PointSet, Polylines, Tile, Window};
 
 pub use chains::{ChainCounts, Chains, TileChains};
-pub(crate) use inside::Inside;
 pub use graph::{Pieces, Stretch, Surroundings, surroundings, tile_of};
+pub(crate) use inside::Inside;
 pub use levels::TwoHeights;
 pub use links::{ChainEdge, Thinning, Untenable, thin};
 

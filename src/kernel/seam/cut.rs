@@ -21,10 +21,10 @@ pub(super) fn cut(
     let around = |l: &'_ Vec<Point>| (0..l.len()).map(|i| [l[i], l[(i + 1) % l.len()]]).collect::<Vec<_>>();
     let kept = loops.iter().flat_map(around).filter(|&edge| inside.is_left_of(window, edge));
     // What is on a side of the tile is of a loop, or has its ground in the next tile.
-    let on_side = |p: Point, q: Point| p.x == q.x && (p.x == 0 || p.x == far.x) || p.y == q.y && (p.y == 0 || p.y == far.y);
+    let on_side =
+        |p: Point, q: Point| p.x == q.x && (p.x == 0 || p.x == far.x) || p.y == q.y && (p.y == 0 || p.y == far.y);
     let border = chains.border().iter().map(|edge| edge.map(|v| v.at)).filter(|&[p, q]| !on_side(p, q));
-    let edges: BTreeSet<[(i32, i32); 2]> =
-        kept.chain(border).map(|edge| edge.map(|at| (at.y, at.x))).collect();
+    let edges: BTreeSet<[(i32, i32); 2]> = kept.chain(border).map(|edge| edge.map(|at| (at.y, at.x))).collect();
     lead(edges.into_iter().map(|edge| edge.map(|(y, x)| Point { x, y })))
 }
 
@@ -83,4 +83,31 @@ fn by_turn(from: Point, at: Point, a: Point, b: Point) -> Ordering {
 /// Whether a place on a line is ahead of somebody who comes along it.
 fn forward(from: Point, at: Point, p: Point) -> bool {
     dot(at, p, Point { x: 2 * at.x - from.x, y: 2 * at.y - from.y }) > 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lead_all(edges: &[[(i32, i32); 2]]) -> Vec<Vec<(i32, i32)>> {
+        let mut sorted: Vec<[Point; 2]> = edges.iter().map(|edge| edge.map(|(x, y)| Point { x, y })).collect();
+        sorted.sort_unstable_by_key(|edge| edge.map(|at| (at.y, at.x)));
+        lead(sorted.into_iter()).into_iter().map(|l| l.into_iter().map(|at| (at.x, at.y)).collect()).collect()
+    }
+
+    #[test]
+    fn loops_turn_as_far_left_as_they_can() {
+        let ring = |places: &[(i32, i32)]| -> Vec<[(i32, i32); 2]> {
+            places.iter().zip(places.iter().cycle().skip(1)).map(|(p, q)| [*p, *q]).collect()
+        };
+        // Two squares that touch at a corner, ground inside: each is a loop, wherever one begins.
+        let (a, b) = ([(0, 0), (4, 0), (4, 4), (0, 4)], [(4, 4), (8, 4), (8, 8), (4, 8)]);
+        let found = lead_all(&[ring(&a), ring(&b)].concat());
+        assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [4, 4]);
+        // Two holes that touch, in a square: they are one loop around.
+        let outer = [(-9, -9), (20, -9), (20, 20), (-9, 20)];
+        let (a, b) = ([(0, 0), (0, 4), (4, 4), (4, 0)], [(4, 4), (4, 8), (8, 8), (8, 4)]);
+        let found = lead_all(&[ring(&outer), ring(&a), ring(&b)].concat());
+        assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [4, 8]);
+    }
 }

@@ -77,7 +77,8 @@ impl Inside {
     /// Whether a segment is where the mesh is to end, other than at the raster's rim.
     pub(super) fn is_border(&self, edge: Edge) -> bool {
         let [a, b] = edge;
-        let is_on_rim = a.0 == b.0 && [0, 4 * self.last.0].contains(&a.0) || a.1 == b.1 && [0, 4 * self.last.1].contains(&a.1);
+        let is_on_rim =
+            a.0 == b.0 && [0, 4 * self.last.0].contains(&a.0) || a.1 == b.1 && [0, 4 * self.last.1].contains(&a.1);
         let [before, after] = self.beside(edge);
         before != after && !is_on_rim
     }
@@ -87,7 +88,8 @@ impl Inside {
         if a.1 == b.1 {
             let x = Crossing::of((a.0, 0), (b.0, 2), 1);
             let covers = |row: i64, line: fn(&Side) -> Crossing| {
-                let covers = |&(left, right): &(Edge, Edge)| line(&side(left, row)) <= x && x <= line(&side(right, row));
+                let covers =
+                    |&(left, right): &(Edge, Edge)| line(&side(left, row)) <= x && x <= line(&side(right, row));
                 // What ends in a point on the line covers none of the segment.
                 self.of_row(row).iter().any(|part| covers(part) && line(&side(part.0, row)) < line(&side(part.1, row)))
             };
