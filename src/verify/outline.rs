@@ -8,7 +8,6 @@ use super::rim::{Rim, RimFindings};
 use super::segments::BoundaryFindings;
 
 /// Where the mesh is to end.
-#[expect(clippy::large_enum_variant, reason = "there is one of them")]
 pub(super) enum Outline<'s> {
     /// Where the ground does.
     Ground(Boundary<'s>),

@@ -44,8 +44,10 @@ pub(super) fn cut(
         walk.of.1 = if heights.is_some() || set.kind == LineKind::Cutline { i as u32 } else { 0 };
         walk.before = None;
         let mut last: Option<Corner> = None;
-        for (j, &vertex) in line.iter().enumerate() {
-            let height = heights.map_or(0.0, |heights| heights[j]);
+        // What has an inside ends where it begins.
+        let closing = line.first().filter(|first| set.kind.has_inside() && line.last() != Some(first));
+        for (j, &vertex) in line.iter().chain(closing).enumerate() {
+            let height = heights.map_or(0.0, |heights| heights[j % line.len()]);
             if height.is_nan() || height.abs() > MAX_HEIGHT {
                 return Err(LinesError::Height { feature: set.lines.feature(i), height });
             }

@@ -30,11 +30,13 @@ pub(super) fn cut(
     for (i, line) in set.lines.lines().iter().enumerate() {
         let own = set.lines.heights().map(|heights| &heights[i]);
         let of = (number, if own.is_some() || set.kind == LineKind::Cutline { i } else { 0 });
-        let height = |j: usize| own.map_or(0.0, |own| own[j]);
+        let height = |j: usize| own.map_or(0.0, |own| own[j % line.len()]);
         if let Some(height) = (0..line.len()).map(height).find(|height| height.is_nan() || height.abs() > MAX_HEIGHT) {
             return Err(VerifyError::LineHeight { feature: set.lines.feature(i), height });
         }
-        let corners = line.iter().map(|&corner| read(corner)).collect::<Result<Vec<_>, _>>()?;
+        // An outline that has an inside comes back to where it began.
+        let back = line.first().filter(|first| set.kind.has_inside() && line.last() != Some(first));
+        let corners = line.iter().chain(back).map(|&corner| read(corner)).collect::<Result<Vec<_>, _>>()?;
         let mut spots: Vec<Level> = Vec::new();
         for (j, &corner) in corners.iter().enumerate() {
             if j > 0 {
