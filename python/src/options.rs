@@ -31,6 +31,7 @@ macro_rules! asked_lines {
         AskedLines {
             breaklines: $options.breaklines.as_ref(),
             footprints: $options.footprints.as_ref(),
+            cutline: $options.cutline_exact.as_ref(),
             lakes: $options.lake_polygons.as_ref(),
             lake_z: &$options.lake_z,
             shift: $options.breakline_shift,
@@ -61,6 +62,7 @@ pub(crate) struct Options<'py> {
     points: Option<Vec<(f64, f64)>>,
     breaklines: Option<Vertices>,
     footprints: Option<Vec<Vertices>>,
+    cutline_exact: Option<Vec<Vertices>>,
     lake_polygons: Option<Vec<Vertices>>,
     lake_z: LakeZ,
     breakline_shift: f64,
@@ -100,6 +102,7 @@ pub(crate) struct VerifyOptions<'py> {
     attribute_weight: Option<f64>,
     breaklines: Option<Vertices>,
     footprints: Option<Vec<Vertices>>,
+    cutline_exact: Option<Vec<Vertices>>,
     lake_polygons: Option<Vec<Vertices>>,
     lake_z: LakeZ,
     breakline_shift: f64,
@@ -239,6 +242,8 @@ impl Options<'_> {
             (Feature::Points, self.points.is_some()),
             (Feature::Breaklines, self.breaklines.is_some()),
             (Feature::Footprints, self.footprints.is_some()),
+            (Feature::ExactCutline, self.cutline_exact.is_some()),
+            (Feature::Cutline, self.cutline_exact.is_some()),
             (Feature::LineHeights, self.breakline_z == HeightSource::Own.name()),
             (Feature::Lakes, self.lake_polygons.is_some()),
             (Feature::Trim, self.trim > 0),
@@ -343,6 +348,8 @@ enum LakeZ {
 struct AskedLines<'a> {
     breaklines: Option<&'a Vertices>,
     footprints: Option<&'a Vec<Vertices>>,
+    /// That the mesh ends at.
+    cutline: Option<&'a Vec<Vertices>>,
     lakes: Option<&'a Vec<Vertices>>,
     lake_z: &'a LakeZ,
     shift: f64,
@@ -351,7 +358,7 @@ struct AskedLines<'a> {
 
 /// Lines through places on the map, and the outlines of polygons, as far as there are any.
 fn lines(asked: &AskedLines<'_>) -> PyResult<Vec<LineInput>> {
-    let &AskedLines { breaklines, footprints, lakes, lake_z, shift, z } = asked;
+    let &AskedLines { breaklines, footprints, cutline, lakes, lake_z, shift, z } = asked;
     let is_own = choose("breakline_z", z, &[("raster", false), ("line", true)])?;
     if breaklines.is_none() && is_own {
         return Err(PyValueError::new_err("breakline_z: expected breaklines, whose heights these are, found none"));
@@ -380,7 +387,8 @@ fn lines(asked: &AskedLines<'_>) -> PyResult<Vec<LineInput>> {
     });
     let footprints =
         footprints.map(|polygons| Ok(input(LineKind::Footprints, outlines(polygons)?, shift, HeightSource::Raster)));
-    breaklines.into_iter().chain(lakes).chain(footprints).collect()
+    let cutline = cutline.map(|rings| Ok(input(LineKind::Cutline, outlines(rings)?, 0.0, HeightSource::Raster)));
+    breaklines.into_iter().chain(lakes).chain(footprints).chain(cutline).collect()
 }
 
 /// Lines, with heights where all vertices have three numbers.

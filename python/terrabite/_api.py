@@ -51,6 +51,7 @@ def simplify(
     oo: Mapping[str, Any] | None = None,
     encoding: Literal["terrain-rgb", "terrarium"] | None = None,
     cutline: Any = None,
+    cutline_exact: bool = False,
     attributes: Attributes | None = None,
     attribute_weight: float | None = None,
     importance: Raster | None = None,
@@ -125,6 +126,7 @@ def simplify(
         encoding: How heights are stored as red, green and blue.
         cutline: Polygons in the raster's CRS outside of which samples count as missing: geometries of GeoJSON, objects with
             ``__geo_interface__`` such as those of shapely and geopandas, or a sequence of them.
+        cutline_exact: Whether the mesh ends at the outlines of these polygons themselves, not at sides and diagonals of cells.
         attributes: Bands (numbers, from 1) or, with an array, further arrays by name, that become values of the vertices, each
             counted in the error.
         attribute_weight: What attributes count in the error, from 0 to 1; 0.5 by default.
@@ -178,7 +180,8 @@ def simplify(
     >>> tin.max_error <= 0.5, len(tin.triangles) < hill.size // 20
     (True, True)
     """
-    view = _view(raster, nodata, valid_range, band, window, bbox, oo, encoding, cutline)
+    outlines = _outlines(cutline, cutline_exact)
+    view = _view(raster, nodata, valid_range, band, window, bbox, oo, encoding, None if cutline_exact else cutline)
     heights_band, further, place = _bands(raster, view, transform, crs, attributes)
     options = {
         "max_error": max_error,
@@ -201,6 +204,7 @@ def simplify(
         "lake_polygons": None if lake_polygons is None else _facts.polygons(lake_polygons, "lake_polygons"),
         "lake_z": lake_z if isinstance(lake_z, str) else [float(z) for z in lake_z],
         "footprints": None if footprints is None else _facts.polygons(footprints, "footprints"),
+        "cutline_exact": outlines,
         "breakline_shift": breakline_shift,
         "breakline_z": breakline_z,
         "engine": engine,
@@ -246,6 +250,7 @@ def verify(
     oo: Mapping[str, Any] | None = None,
     encoding: Literal["terrain-rgb", "terrarium"] | None = None,
     cutline: Any = None,
+    cutline_exact: bool = False,
     attributes: Attributes | None = None,
     attribute_weight: float | None = None,
     importance: Raster | None = None,
@@ -282,6 +287,7 @@ def verify(
         oo: Open options.
         encoding: How heights are stored.
         cutline: Polygons.
+        cutline_exact: Whether the mesh must end at their outlines.
         attributes: Bands or arrays that are attributes.
         attribute_weight: What they count.
         importance: Weights.
@@ -309,7 +315,8 @@ def verify(
     >>> tb.verify(heights, tin, max_error=0.25).passed, tb.verify(heights, tin, max_error=0.1).passed
     (True, False)
     """
-    view = _view(raster, nodata, valid_range, band, window, bbox, oo, encoding, cutline)
+    outlines = _outlines(cutline, cutline_exact)
+    view = _view(raster, nodata, valid_range, band, window, bbox, oo, encoding, None if cutline_exact else cutline)
     heights_band, further, _ = _bands(raster, view, transform, crs, attributes)
     options = {
         "max_error": max_error,
@@ -323,6 +330,7 @@ def verify(
         "lake_polygons": None if lake_polygons is None else _facts.polygons(lake_polygons, "lake_polygons"),
         "lake_z": lake_z if isinstance(lake_z, str) else [float(z) for z in lake_z],
         "footprints": None if footprints is None else _facts.polygons(footprints, "footprints"),
+        "cutline_exact": outlines,
         "breakline_shift": breakline_shift,
         "breakline_z": breakline_z,
         "threads": threads,
@@ -330,6 +338,14 @@ def verify(
     }
     judged = mesh._mesh if isinstance(mesh, TIN) else os.fspath(mesh)
     return Verdict(json.loads(_terrabite.verify(heights_band, judged, options, cancel, progress)))
+
+
+def _outlines(cutline: Any, is_exact: bool) -> list[_facts.Rings] | None:
+    if not is_exact:
+        return None
+    if cutline is None:
+        raise ValueError("cutline_exact requires cutline: it is the outlines of its polygons that the mesh ends at")
+    return _facts.polygons(cutline)
 
 
 def _view(

@@ -139,6 +139,23 @@ def test_edges_follow_outlines():
         tb.simplify(dem, 1, footprints=[])
 
 
+def test_the_mesh_ends_at_outlines():
+    dem = np.add.outer(np.arange(40.0), np.arange(50.0)) % 7
+    # Not closed.
+    area = {"type": "Polygon", "coordinates": [[(8.25, -8.5), (30.25, -8.5), (24.5, -28.75)]]}
+    tin = tb.simplify(dem, 1, cutline=area, cutline_exact=True)
+    a, b, c = (tin.vertices[tin.triangles[:, i], :2] for i in range(3))
+    double = np.cross(b - a, c - a).sum()
+    assert abs(double - 22 * 20.25) < 8 and tin.report["exact_cutline"]["chains"]["edges"] >= 3
+    assert tb.verify(dem, tin, 1, cutline=area, cutline_exact=True).passed
+    assert not tb.verify(dem, tin, 1, cutline=area).passed
+    assert not tb.verify(dem, tb.simplify(dem, 1, cutline=area), 1, cutline=area, cutline_exact=True).passed
+    with pytest.raises(ValueError, match="cutline_exact requires cutline"):
+        tb.simplify(dem, 1, cutline_exact=True)
+    with pytest.raises(ValueError, match="expected a cutline around some of the raster"):
+        tb.simplify(dem, 1, cutline={"type": "Polygon", "coordinates": [[(-9, 9), (-5, 9), (-5, 5), (-9, 9)]]}, cutline_exact=True)
+
+
 def test_options_have_the_names_and_defaults_of_the_command(command):
     """Those that are not there are for files: where they go, what is printed, and layers that GDAL's vector library reads."""
     of_files = {

@@ -48,6 +48,7 @@ features! {
     NodataMarks = "marks of missing samples",
     ValidRange = "a range of valid heights",
     Cutline = "a cutline",
+    ExactCutline = "an exact cutline",
     Polishing = "polishing",
     FittedHeights = "fitted heights",
     MinAngle = "a smallest angle",

@@ -28,6 +28,7 @@ pub mod private_file;
 mod raster_error;
 mod raster_rim;
 mod sample;
+mod sample_cut;
 pub mod staged;
 mod texture;
 mod tile;
@@ -60,6 +61,7 @@ pub use sample::{
     Encoding, Mark, Marks, MaskFlags, Masks, NEARNESS, NO_MARK, SampleType, Scaling, TAG, ValidRange, mask_by_alpha,
 };
 pub(crate) use sample::{stored, with_sample_type};
+pub use sample_cut::SampleCut;
 pub use texture::Texture;
 pub use tile::{EasedSample, Heights, Tile};
 pub(crate) use tile::{PADDING, padded};

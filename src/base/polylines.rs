@@ -86,6 +86,15 @@ impl Polylines {
         self.features.as_ref().map_or(line as u64, |features| features[line])
     }
 
+    /// The same lines without heights, each of which ends where it begins.
+    pub fn closed(&self) -> Polylines {
+        let closed = |line: &Vec<(f64, f64)>| {
+            let open = line.first().filter(|first| line.last() != Some(first));
+            line.iter().chain(open).copied().collect()
+        };
+        Polylines { lines: Arc::new(self.lines.iter().map(closed).collect()), heights: None, ..self.clone() }
+    }
+
     /// The same lines with every vertex elsewhere.
     pub fn placed(&self, place: impl Fn(&(f64, f64)) -> (f64, f64)) -> Polylines {
         let lines = self.lines.iter().map(|line| line.iter().map(&place).collect()).collect();
@@ -109,7 +118,8 @@ impl LineSet {
     pub fn features(sets: impl Iterator<Item = (LineKind, bool)>) -> FeatureSet {
         let of = |(kind, has_heights): (LineKind, bool)| {
             let heights = (kind == LineKind::Breaklines && has_heights).then_some(Feature::LineHeights);
-            [kind.feature()].into_iter().chain(heights)
+            let cutline = (kind == LineKind::Cutline).then_some(Feature::Cutline);
+            [kind.feature()].into_iter().chain(heights).chain(cutline)
         };
         sets.flat_map(of).collect()
     }
@@ -125,6 +135,8 @@ pub enum LineKind {
     Lakes,
     /// Outlines of buildings and dams.
     Footprints,
+    /// Outlines of polygons that the mesh ends at.
+    Cutline,
 }
 
 impl LineKind {
@@ -134,7 +146,13 @@ impl LineKind {
             LineKind::Breaklines => Feature::Breaklines,
             LineKind::Lakes => Feature::Lakes,
             LineKind::Footprints => Feature::Footprints,
+            LineKind::Cutline => Feature::ExactCutline,
         }
+    }
+
+    /// Whether they bound an inside. What lies outside of the raster is then drawn to its rim, and edges keep to every place.
+    pub fn has_inside(self) -> bool {
+        matches!(self, LineKind::Lakes | LineKind::Cutline)
     }
 
     /// What they are called.
@@ -143,6 +161,7 @@ impl LineKind {
             LineKind::Breaklines => "breaklines",
             LineKind::Lakes => "lakes",
             LineKind::Footprints => "footprints",
+            LineKind::Cutline => "cutline",
         }
     }
 }

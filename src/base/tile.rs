@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::Validity;
+use super::{SampleCut, Validity};
 use crate::base::channels::ChannelError;
 use crate::base::exact::{self, MAX_WEIGHT};
 use crate::base::lattice::Point;
@@ -265,6 +265,14 @@ impl Tile {
     /// Which samples are heights.
     pub fn validity(&self) -> &Validity {
         &self.validity
+    }
+
+    /// Takes the ground away that an outline does not leave, see [`Validity`]: of every sample and those around, row by row.
+    ///
+    /// # Panics
+    /// If they are not as many.
+    pub(crate) fn cut(&mut self, cut: Vec<SampleCut>) {
+        self.validity.cut(cut);
     }
 
     /// A checksum of heights, their validity, weights and channels, bit for bit: equal tiles have equal ones on every machine of one byte

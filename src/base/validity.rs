@@ -1,5 +1,6 @@
 //! Which samples of a tile are heights.
 
+use super::SampleCut;
 use crate::base::Window;
 
 /// How far from a void, a missing sample, a sample is *near* it, in columns and rows: interpolation of other programs mixes voids
@@ -10,7 +11,10 @@ pub const NEAR_VOID: usize = 3;
 /// both sides of their common line. Samples of bridged holes count as valid.
 ///
 /// The ground is every cell with four valid samples, and of every cell with three the triangle of these. Memory: nothing
-/// where every sample is valid, else one byte per sample, and another where holes are bridged.
+/// where every sample is valid, else one byte per sample, another where holes are bridged, and another where an outline cuts the ground.
+///
+/// Such an outline takes cells away as a whole: those far outside of it, and half cells that it comes into. Of the others it may have a part,
+/// so that not all samples on cells that are ground are on the ground.
 #[derive(Debug, Clone, Default)]
 pub struct Validity {
     width: usize,
@@ -21,6 +25,8 @@ pub struct Validity {
     flags: Vec<bool>,
     /// Which samples are valid although they have no height, in the same order. Empty where none is.
     bridged: Vec<bool>,
+    /// What an outline leaves, in the same order. Empty where it leaves all.
+    cut: Vec<SampleCut>,
     by_nearness: bool,
 }
 
@@ -54,6 +60,7 @@ impl Validity {
         self.beyond = [window.column > 0, window.row > 0, right < width, bottom < height];
         self.flags.clear();
         self.bridged.clear();
+        self.cut.clear();
         self.by_nearness = false;
     }
 
@@ -82,6 +89,25 @@ impl Validity {
         self.flags[index] = true;
         self.bridged.resize(self.flags.len(), false);
         self.bridged[index] = true;
+    }
+
+    /// Takes the ground away that an outline does not leave: of every sample of the window and those around, row by row.
+    pub(crate) fn cut(&mut self, cut: Vec<SampleCut>) {
+        assert_eq!(cut.len(), (self.width + 2) * (self.height + 2), "samples of the window and around");
+        if self.flags.is_empty() {
+            self.begin();
+        }
+        self.cut = cut;
+    }
+
+    /// What an outline leaves at a sample, if there is one.
+    fn cut_at(&self, column: i32, row: i32) -> Option<SampleCut> {
+        (!self.cut.is_empty()).then(|| self.cut[self.index(column, row)])
+    }
+
+    /// Whether a sample is outside of the outline that the ground ends at.
+    pub fn is_outside(&self, column: i32, row: i32) -> bool {
+        self.cut_at(column, row).is_some_and(SampleCut::is_outside)
     }
 
     /// Outside the field nothing is valid.
@@ -156,14 +182,19 @@ impl Validity {
     #[inline]
     pub fn cell(&self, column: i32, row: i32) -> Cell {
         let at = |dx: i32, dy: i32| self.is_valid(column + dx, row + dy);
-        Cell::of([at(0, 0), at(1, 0), at(1, 1), at(0, 1)])
+        let cell = Cell::of([at(0, 0), at(1, 0), at(1, 1), at(0, 1)]);
+        match self.cut_at(column, row) {
+            Some(cut) if cut.is_closed() || cut.is_crossed() && cell != Cell::Whole => Cell::Empty,
+            _ => cell,
+        }
     }
 
-    /// Whether the ground of the cell in a quadrant of a sample touches it. Quadrants are counted around: lower right,
+    /// Whether the ground of the cell in a quadrant of a sample touches it, inside of the outline if there is one. Quadrants are counted around: lower right,
     /// lower left, upper left, upper right.
     pub fn touches(&self, column: i32, row: i32, quadrant: usize) -> bool {
         let (dx, dy) = [(0, 0), (-1, 0), (-1, -1), (0, -1)][quadrant];
-        self.is_valid(column, row) && self.cell(column + dx, row + dy) != Cell::Empty
+        let is_inside = self.cut_at(column, row).is_none_or(|cut| cut.has(quadrant));
+        is_inside && self.is_valid(column, row) && self.cell(column + dx, row + dy) != Cell::Empty
     }
 
     /// Whether a sample is on the ground.
@@ -172,8 +203,9 @@ impl Validity {
     }
 
     /// The flags, for checksums.
-    pub(crate) fn bytes(&self) -> [&[u8]; 2] {
-        [&self.flags, &self.bridged].map(|flags| bytemuck::cast_slice(flags))
+    pub(crate) fn bytes(&self) -> [&[u8]; 3] {
+        let [flags, bridged] = [&self.flags, &self.bridged].map(|flags| bytemuck::cast_slice(flags));
+        [flags, bridged, bytemuck::cast_slice(&self.cut)]
     }
 }
 

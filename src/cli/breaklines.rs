@@ -10,7 +10,7 @@ use super::values;
 use crate::base::features::Feature;
 use crate::base::{LineKind, Polylines};
 use crate::kernel::breaklines::LinesError;
-use crate::raster::{LineSource, ShapesError};
+use crate::raster::{CutlineSource, LineSource, ShapesError, View};
 use crate::run::{HeightSource, LakeHeight, LineInput, Lines, UnusableLines};
 use crate::verify::VerifyError;
 
@@ -44,6 +44,10 @@ pub(crate) struct BreaklineArgs {
     /// The layer of --footprints [default: the first]
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "NAME", requires = "footprints")]
     footprints_layer: Option<String>,
+    /// End the mesh at the outlines of --cutline's polygons themselves, rounded to quarter cells, and not at sides and diagonals of cells:
+    /// edges of the mesh follow them, within the tolerance of the raster's surface. `verify` needs the same option
+    #[arg(long, help_heading = "Mesh", hide_short_help = true)]
+    cutline_exact: bool,
     /// How far edges may be from the lines of --breaklines and --footprints, seen from above, so that fewer are needed; from 0 to 16
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "CELLS", requires = "edge_lines", value_parser = values::shift,
         default_value_t = Polylines::USUAL_SHIFT, allow_hyphen_values = true)]
@@ -69,11 +73,12 @@ impl BreaklineArgs {
         asked.add(Feature::Breaklines, self.breaklines.is_some());
         asked.add(Feature::Lakes, self.lake_polygons.is_some());
         asked.add(Feature::Footprints, self.footprints.is_some());
+        asked.add(Feature::ExactCutline, self.cutline_exact);
         asked.add(Feature::LineHeights, self.breakline_z == BreaklineZ::Line);
     }
 
-    /// The lines, if there are any: one set of each kind.
-    pub(super) fn inputs(&self) -> Vec<LineInput> {
+    /// The lines, if there are any: one set of each kind. A cutline that is exact is one, and no longer of the view.
+    pub(super) fn inputs(&self, view: &mut View) -> Vec<LineInput> {
         let of_breaklines = match self.breakline_z {
             BreaklineZ::Raster => HeightSource::Raster,
             BreaklineZ::Line => HeightSource::Own,
@@ -89,7 +94,13 @@ impl BreaklineArgs {
             let shift = if kind == LineKind::Lakes { 0.0 } else { self.breakline_shift };
             Some(LineInput { kind, from, shift, heights })
         };
-        layers.into_iter().filter_map(input).collect()
+        let cutline = view.cutline.take_if(|_| self.cutline_exact).map(|CutlineSource { path, layer }| LineInput {
+            kind: LineKind::Cutline,
+            from: Lines::Layer(LineSource { path, layer }),
+            shift: 0.0,
+            heights: HeightSource::Raster,
+        });
+        layers.into_iter().filter_map(input).chain(cutline).collect()
     }
 
     /// The files of all layers.
@@ -99,7 +110,7 @@ impl BreaklineArgs {
 
     /// Whether there are lines.
     pub(super) fn are_given(&self) -> bool {
-        self.breaklines.is_some() || self.lake_polygons.is_some() || self.footprints.is_some()
+        self.breaklines.is_some() || self.lake_polygons.is_some() || self.footprints.is_some() || self.cutline_exact
     }
 }
 
@@ -123,7 +134,15 @@ pub(super) fn of_layer(kind: LineKind, error: ShapesError) -> Failure {
         return Failure::new(error)
             .hint("--lake-z names a field of the layer; min and median take heights from the raster");
     }
-    of_shapes(error, option(kind.feature()))
+    of_shapes(error, layer_option(kind))
+}
+
+/// The option that names the layer of lines of a kind.
+fn layer_option(kind: LineKind) -> &'static str {
+    match kind {
+        LineKind::Cutline => option(Feature::Cutline),
+        LineKind::Breaklines | LineKind::Lakes | LineKind::Footprints => option(kind.feature()),
+    }
 }
 
 /// What mends lakes that overlap.
@@ -145,11 +164,11 @@ fn one_height(kinds: [LineKind; 2]) -> &'static str {
 /// Why lines cannot be used that have been read.
 pub(super) fn of_lines(error: &UnusableLines, failure: Failure) -> Failure {
     let fewer =
-        |kind: &LineKind| format!("divide the raster with --window, or give {} fewer lines", option(kind.feature()));
+        |kind: &LineKind| format!("divide the raster with --window, or give {} fewer lines", layer_option(*kind));
     let other_crs = |kind: &LineKind| {
         format!(
             "if the coordinates are in another CRS than the layer of {} says, ogr2ogr -a_srs sets the right one",
-            option(kind.feature())
+            layer_option(*kind)
         )
     };
     match error {
@@ -157,6 +176,7 @@ pub(super) fn of_lines(error: &UnusableLines, failure: Failure) -> Failure {
         UnusableLines::Lattice { error: LinesError::TooFar { .. }, kind, .. } | UnusableLines::Outside { kind, .. } => {
             failure.hint(&other_crs(kind))
         }
+        UnusableLines::NothingInside { .. } => failure.hint(&other_crs(&LineKind::Cutline)),
         UnusableLines::TwoHeights { error, .. } => failure.hint(one_height(error.of.map(|of| of.0))),
         UnusableLines::Judged { error, kind, .. } => match **error {
             VerifyError::ManyLines => failure.hint(&fewer(kind)),

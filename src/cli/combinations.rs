@@ -50,6 +50,7 @@ fn options(feature: Feature) -> Options {
         Feature::NodataMarks => ("--nodata", Remove),
         Feature::ValidRange => ("--valid-range", Remove),
         Feature::Cutline => ("--cutline", Remove),
+        Feature::ExactCutline => ("--cutline-exact", Remove),
         Feature::Polishing => ("--quality fast, balanced or best", Use("--quality none")),
         Feature::FittedHeights => ("--heights fitted", Remove),
         Feature::MinAngle => ("--min-angle", Remove),

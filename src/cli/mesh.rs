@@ -232,7 +232,9 @@ impl MeshArgs {
 
     /// The run that is asked for, to an output. Its features go together.
     pub(super) fn request(&self, features: FeatureSet, format: &'static Format, output: &Path) -> Request<'static> {
-        let input = Input::Raster { path: self.input.clone(), view: self.input_args.view() };
+        let mut view = self.input_args.view();
+        let lines = self.breaklines.inputs(&mut view);
+        let input = Input::Raster { path: self.input.clone(), view };
         let layer = self.points_layer.clone();
         let mut request = Request {
             format: Some(format),
@@ -241,7 +243,7 @@ impl MeshArgs {
             attributes: self.attributes.attributes(),
             importance: self.importance.input(),
             points: self.points.clone().map(|path| PointInput::Layer(PointSource { path, layer })),
-            lines: self.breaklines.inputs(),
+            lines,
             normals: self.normals.map(|normals| match normals {
                 NormalsArg::Gradient => Normals::Gradient,
                 NormalsArg::Area => Normals::Area,

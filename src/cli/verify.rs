@@ -83,21 +83,19 @@ impl VerifyArgs {
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode, Failure> {
     args.asked().check_samples()?;
     let bars = Bars::new(args.quiet);
+    let mut view = args.input.view();
+    let lines = args.breaklines.inputs(&mut view);
     let request = VerifyRequest {
         max_stray: args.max_stray.is_finite().then_some(args.max_stray),
         attributes: args.attributes.attributes(),
         importance: args.importance.input(),
         fill_voids: args.fill_holes,
         trim: args.trim,
-        lines: args.breaklines.inputs(),
+        lines,
         threads: args.threads,
         temp_dir: args.temp_dir.clone(),
         extras: args.qa.extras(),
-        ..VerifyRequest::new(
-            Input::Raster { path: args.raster.clone(), view: args.input.view() },
-            &args.mesh,
-            args.max_error,
-        )
+        ..VerifyRequest::new(Input::Raster { path: args.raster.clone(), view }, &args.mesh, args.max_error)
     };
     args.qa.check(&request)?;
     let report = verify(&request, &bars.control())?;

@@ -85,6 +85,8 @@ pub enum OptionName {
     FillHoles,
     Cutline,
     CutlineLayer,
+    CutlineExact,
+    CutlineExactLayer,
     Trim,
     Importance,
     Points,
@@ -102,7 +104,7 @@ pub enum OptionName {
 
 impl OptionName {
     /// All of them. One whose words begin another's comes after it, so that the first that fits a line is the right one.
-    pub const ALL: [OptionName; 23] = [
+    pub const ALL: [OptionName; 25] = [
         OptionName::MaxRms,
         OptionName::MaxPoints,
         OptionName::MaxTriangles,
@@ -111,6 +113,8 @@ impl OptionName {
         OptionName::Nodata,
         OptionName::ValidRange,
         OptionName::FillHoles,
+        OptionName::CutlineExactLayer,
+        OptionName::CutlineExact,
         OptionName::CutlineLayer,
         OptionName::Cutline,
         OptionName::Trim,
@@ -141,6 +145,8 @@ impl OptionName {
             OptionName::FillHoles => "fill holes",
             OptionName::Cutline => "cutline",
             OptionName::CutlineLayer => "cutline layer",
+            OptionName::CutlineExact => "cutline exact",
+            OptionName::CutlineExactLayer => "cutline exact layer",
             OptionName::Trim => "trim",
             OptionName::Importance => "importance",
             OptionName::Points => "points",

@@ -33,12 +33,22 @@ pub(super) struct Scene {
     pub(super) own: Option<fn(f64, f64) -> f64>,
     /// Outlines of lakes, each with the height of its lake.
     pub(super) lakes: Vec<(f64, Vec<Line>)>,
+    /// Polygons at whose outlines the mesh is to end, if there are any.
+    pub(super) cutline: Vec<Vec<Line>>,
     pub(super) shift: f64,
 }
 
 impl Scene {
     pub(super) fn new(size: (usize, usize), seed: u64, lines: Vec<Line>) -> Scene {
-        Scene { size, heights: terrain(seed, size.0, size.1), lines, own: None, lakes: Vec::new(), shift: 0.5 }
+        Scene {
+            size,
+            heights: terrain(seed, size.0, size.1),
+            lines,
+            own: None,
+            lakes: Vec::new(),
+            cutline: Vec::new(),
+            shift: 0.5,
+        }
     }
 
     /// Takes away every sample for which a cheap hash is below a share of 256, in blobs of up to two each way.
@@ -64,7 +74,11 @@ impl Scene {
         let lakes = Polylines::new(outlines().map(|(_, ring)| ring.clone()).collect()).of_features(features.collect());
         let lakes = lakes.with_heights(outlines().map(|(level, ring)| vec![level; ring.len()]).collect());
         let lakes = LineSet { kind: LineKind::Lakes, lines: lakes, shift: 0.0 };
-        let sets = [(breaklines, true), (lakes, !self.lakes.is_empty())];
+        let outlines = Polylines::new(self.cutline.concat());
+        let features = (0..).zip(&self.cutline).flat_map(|(feature, rings)| rings.iter().map(move |_| feature));
+        let outlines = outlines.of_features(features.collect());
+        let cutline = LineSet { kind: LineKind::Cutline, lines: outlines, shift: 0.0 };
+        let sets = [(breaklines, true), (lakes, !self.lakes.is_empty()), (cutline, !self.cutline.is_empty())];
         sets.into_iter().filter(|(_, is_there)| *is_there).map(|(set, _)| set).collect()
     }
 

@@ -36,7 +36,7 @@ pub(super) fn find(job: &Job<'_>) -> Result<Option<Chains>, Error> {
         Ok((window, thin(&task, pieces)?))
     });
     let tiles = made.collect::<Result<Vec<_>, Error>>()?;
-    Ok(Some(Chains::new(tiles, off_ground)))
+    Ok(Some(Chains::new(tiles, off_ground).within_outlines(lines.inside().cloned())))
 }
 
 impl From<Untenable> for Error {
@@ -74,7 +74,11 @@ fn on_ground(job: &Job<'_>, lines: &Breaklines) -> Result<OnGround, Error> {
     let (field, grid) = (job.field, job.grid);
     let size = (field.width(), field.height());
     if !field.may_have_gaps() {
-        return Ok(OnGround { segments: lines.segments().to_vec(), at_voids: Vec::new() });
+        let is_inside = |segment: &&Segment| lines.cells_beside(**segment).next().is_some();
+        return Ok(OnGround {
+            segments: lines.segments().iter().filter(is_inside).copied().collect(),
+            at_voids: Vec::new(),
+        });
     }
     let mut by_tile: Vec<(usize, Segment)> =
         lines.segments().iter().map(|&segment| (tile_of(segment, &grid, size), segment)).collect();
@@ -84,7 +88,7 @@ fn on_ground(job: &Job<'_>, lines: &Breaklines) -> Result<OnGround, Error> {
         job.control.cancel.check()?;
         let window = loading.load(field, &grid, of_tile[0].0)?;
         let segments: Vec<Segment> = of_tile.iter().map(|(_, segment)| *segment).collect();
-        let around = surroundings(&loading.tile, window, size, &segments);
+        let around = surroundings(lines, &loading.tile, window, size, &segments);
         Ok(segments.into_iter().zip(around).collect::<Vec<_>>())
     });
     let found = found.collect::<Result<Vec<_>, Error>>()?.concat();

@@ -45,6 +45,8 @@ mod breakline_tests;
 #[cfg(test)]
 mod channel_tests;
 #[cfg(test)]
+mod cutline_tests;
+#[cfg(test)]
 mod goal_nodata_tests;
 #[cfg(test)]
 mod importance_tests;

@@ -27,7 +27,7 @@ use crate::verify::{GroundOptions, RequiredLines, VerifyOptions, verify_ground, 
 
 /// What parameters and fields can have. The others are matters of options, of samples or of the output; the command line
 /// walks all.
-pub(crate) const OF_A_RUN: [Feature; 31] = [
+pub(crate) const OF_A_RUN: [Feature; 32] = [
     Feature::VertexBudget,
     Feature::TriangleBudget,
     Feature::RmsGoal,
@@ -38,6 +38,7 @@ pub(crate) const OF_A_RUN: [Feature; 31] = [
     Feature::Breaklines,
     Feature::Lakes,
     Feature::Footprints,
+    Feature::ExactCutline,
     Feature::LineHeights,
     Feature::Trim,
     Feature::FilledVoids,
@@ -171,7 +172,9 @@ fn lines(set: FeatureSet) -> Vec<LineSet> {
     let shore = vec![(15.2, 1.3), (17.7, 3.9), (14.6, 6.2), (15.2, 1.3)];
     let level = vec![vec![50.0; shore.len()]];
     let lakes = LineSet { kind: LineKind::Lakes, lines: Polylines::new(vec![shore]).with_heights(level), shift: 0.0 };
-    [breaklines, lakes, footprints].into_iter().filter(|lines| set.has(lines.kind.feature())).collect()
+    let area = vec![(0.7, 0.6), (19.3, 1.4), (20.1, 16.2), (1.2, 15.4), (0.7, 0.6)];
+    let cutline = LineSet { kind: LineKind::Cutline, lines: Polylines::new(vec![area]), shift: 0.0 };
+    [breaklines, lakes, footprints, cutline].into_iter().filter(|lines| set.has(lines.kind.feature())).collect()
 }
 
 /// Parameters that ask for what is in the set, as far as they can at the same time.

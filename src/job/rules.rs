@@ -52,10 +52,11 @@ const GOALS: &[Feature] = &[Feature::VertexBudget, Feature::TriangleBudget, Feat
 const ATTRIBUTES: &[Feature] = &[Feature::Attributes, Feature::Image];
 
 /// Lines that become edges, and what is part of them.
-const LINES: &[Feature] = &[Feature::Breaklines, Feature::Lakes, Feature::Footprints, Feature::LineHeights];
+const LINES: &[Feature] =
+    &[Feature::Breaklines, Feature::Lakes, Feature::Footprints, Feature::ExactCutline, Feature::LineHeights];
 
 /// Lines that become edges, of any kind.
-const EDGES: &[Feature] = &[Feature::Breaklines, Feature::Lakes, Feature::Footprints];
+const EDGES: &[Feature] = &[Feature::Breaklines, Feature::Lakes, Feature::Footprints, Feature::ExactCutline];
 
 /// Lines with heights of their own.
 const LEVELS: &[Feature] = &[Feature::Lakes, Feature::LineHeights];
@@ -164,6 +165,11 @@ pub const RULES: &[Rule] = &[
     everywhere(exclude(EDGES, &[Feature::FilledVoids], "filled voids have no heights that lines could be held to")),
     everywhere(exclude(EDGES, &[Feature::Trim], "trimming may remove the ground that edges of lines lie on")),
     exclude(EDGES, &[Feature::StrongFeasibility], "edges of lines are not held to the diagonals of cells"),
+    everywhere(require(
+        &[Feature::ExactCutline],
+        Feature::Cutline,
+        "it is the outlines of its polygons that the mesh ends at",
+    )),
     everywhere(require(&[Feature::LineHeights], Feature::Breaklines, "it is the heights of these lines that count")),
     exclude(
         LEVELS,

@@ -21,19 +21,19 @@ pub struct LineInput {
     pub kind: LineKind,
     /// Where they come from.
     pub from: Lines,
-    /// How far edges may be from a line's places, at the most, in cells; 0 for lakes.
+    /// How far edges may be from a line's places, at the most, in cells; 0 for lakes and cutlines.
     pub shift: f64,
-    /// Which heights edges have; footprints have the raster's.
+    /// Which heights edges have; footprints and cutlines have the raster's.
     pub heights: HeightSource,
 }
 
 /// The lines of a [`LineInput`].
 #[derive(Debug, Clone)]
 pub enum Lines {
-    /// A layer of lines, or of polygons where they are outlines of lakes or footprints.
+    /// A layer of lines, or of polygons where they are outlines of lakes, footprints or a cutline.
     #[cfg(feature = "gdal")]
     Layer(LineSource),
-    /// These lines, through places on the map of the input; outlines are closed.
+    /// These lines, through places on the map of the input; outlines end where they begin, or are closed.
     Places(Polylines),
 }
 
@@ -109,6 +109,14 @@ pub enum UnusableLines {
         /// How many lines there are, each ring of a polygon being one.
         lines: u64,
     },
+    /// Nothing of the raster is inside of a cutline.
+    #[error("{}: expected a cutline around some of the raster, found nothing inside of {lines} outlines", path.display())]
+    NothingInside {
+        /// The layer's file, or the raster where there is none.
+        path: PathBuf,
+        /// How many outlines there are.
+        lines: u64,
+    },
     /// Lines have no heights of their own.
     #[error("{}: expected {} with heights, found lines of two coordinates", path.display(), kind.name())]
     Level {
@@ -179,7 +187,7 @@ impl Opened {
                 let raster = self.raster.as_ref().ok_or_else(nowhere)?;
                 let read = match kind {
                     LineKind::Breaklines => read_lines(raster, source, wants_heights, cancel),
-                    LineKind::Lakes | LineKind::Footprints => {
+                    LineKind::Lakes | LineKind::Footprints | LineKind::Cutline => {
                         let field = match heights {
                             HeightSource::Lake(LakeHeight::Field(name)) => Some(name.as_str()),
                             _ => None,
@@ -195,7 +203,11 @@ impl Opened {
                 if wants_heights && lines.heights().is_none() {
                     return Err(UnusableLines::Level { path, kind }.into());
                 }
-                let lines = if wants_heights { lines.clone() } else { lines.clone().without_heights() };
+                let lines = match kind {
+                    LineKind::Breaklines if wants_heights => lines.clone(),
+                    LineKind::Breaklines => lines.clone().without_heights(),
+                    LineKind::Lakes | LineKind::Footprints | LineKind::Cutline => lines.closed(),
+                };
                 let transform = self.band.geo_transform();
                 let placed = lines.placed(|&(x, y)| transform.sample_coordinates(x, y));
                 let is_finite = |(column, row): &&(f64, f64)| column.is_finite() && row.is_finite();
@@ -229,9 +241,18 @@ pub(super) fn on_lattice(
     let of = |kind| path(inputs, kind, band);
     let lattice = |(kind, error)| UnusableLines::Lattice { path: of(kind), kind, error };
     let lines = Breaklines::new(sets, (band.width(), band.height())).map_err(lattice)?;
-    let nothing = lines.counts().find(|(_, counts)| counts.segments == 0);
-    if let Some((kind, counts)) = nothing {
-        return Err(UnusableLines::Outside { path: of(kind), kind, lines: counts.lines });
+    for (kind, counts) in lines.counts() {
+        let (path, lines_read) = (of(kind), counts.lines);
+        match kind {
+            // One around all of the raster has no line on it.
+            LineKind::Cutline if lines.leave_nothing() => {
+                return Err(UnusableLines::NothingInside { path, lines: lines_read });
+            }
+            LineKind::Breaklines | LineKind::Lakes | LineKind::Footprints if counts.segments == 0 => {
+                return Err(UnusableLines::Outside { path, kind, lines: lines_read });
+            }
+            _ => {}
+        }
     }
     Ok(Some(lines))
 }

@@ -83,11 +83,12 @@ fn options(request: &Request<'_>, band: &Band, attributes: Option<&Ranged<'_>>) 
             LineKind::Breaklines => (OptionName::Breaklines, OptionName::BreaklinesLayer),
             LineKind::Lakes => (OptionName::LakePolygons, OptionName::LakePolygonsLayer),
             LineKind::Footprints => (OptionName::Footprints, OptionName::FootprintsLayer),
+            LineKind::Cutline => (OptionName::CutlineExact, OptionName::CutlineExactLayer),
         };
         say(file, lines.file().map(name));
         say(layer, lines.layer().map(str::to_string));
     }
-    let shifted = request.lines.iter().find(|lines| lines.kind != LineKind::Lakes);
+    let shifted = request.lines.iter().find(|lines| !lines.kind.has_inside());
     say(OptionName::BreaklineShift, shifted.map(|lines| lines.shift.to_string()));
     let own = request.lines.iter().find(|lines| lines.heights == HeightSource::Own);
     say(OptionName::BreaklineZ, own.map(|lines| lines.heights.name()));

@@ -27,8 +27,8 @@ pub(super) struct CellRow {
 }
 
 impl CellRow {
-    /// From the states of the samples above and below.
-    pub(super) fn new(above: &[u8], below: &[u8]) -> CellRow {
+    /// From the states of the samples above and below; half cells are left out where `is_crossed` says so of their columns.
+    pub(super) fn new(above: &[u8], below: &[u8], is_crossed: impl Fn(usize) -> bool) -> CellRow {
         let mut row = CellRow::default();
         for (column, (upper, lower)) in above.windows(2).zip(below.windows(2)).enumerate() {
             let corners = [upper[0], upper[1], lower[0], lower[1]];
@@ -36,6 +36,7 @@ impl CellRow {
             let (left, right) = (End { x, step: 0 }, End { x: x + STEPS, step: 0 });
             let cell = match corners.map(|s| s & VALID != 0) {
                 [true, true, true, true] => (left, right),
+                _ if is_crossed(column) => continue,
                 // Half cells: the diagonal rises from the left, or falls.
                 [false, true, true, true] => (End { x: x + STEPS, step: -1 }, right),
                 [true, true, true, false] => (left, End { x: x + STEPS, step: -1 }),

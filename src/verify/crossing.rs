@@ -16,6 +16,11 @@ impl Crossing {
         Crossing { whole: x, part: 0, of: 1 }
     }
 
+    /// In parts of a step, of which its own parts are a divisor.
+    pub(super) fn parts(self, parts: i128) -> i128 {
+        i128::from(self.whole) * parts + i128::from(self.part) * parts / i128::from(self.of)
+    }
+
     /// Of the edge between two lattice points, the first one above the other, with a quarter row that both are on or
     /// beside. Coordinates are below 2⁴¹, products below 2⁸².
     pub(super) fn of(upper: (i64, i64), lower: (i64, i64), y: i64) -> Crossing {

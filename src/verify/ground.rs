@@ -19,8 +19,12 @@ pub(super) mod state {
     pub(in super::super) const BRIDGED: u8 = 4;
     /// It may be bare.
     pub(in super::super) const STRIP: u8 = 8;
+    /// The mesh is to end at outlines.
+    pub(in super::super) const CUT: u8 = 16;
+    /// It is outside of them.
+    pub(in super::super) const OUTSIDE: u8 = 32;
 }
-use state::{BRIDGED, COVERED, STRIP, VALID};
+use state::{BRIDGED, COVERED, CUT, OUTSIDE, STRIP, VALID};
 
 /// What the ground comes to, and where it is bare.
 #[derive(Debug, Default)]
@@ -56,19 +60,22 @@ pub(super) struct Ground {
     row: i64,
     /// The rows that the latest call settled.
     settled: usize,
+    /// Whether the mesh is to end at outlines.
+    is_cut: bool,
     pub(super) found: GroundFindings,
 }
 
 impl Ground {
-    pub(super) fn new(grid: Grid) -> Ground {
+    pub(super) fn new(grid: Grid, is_cut: bool) -> Ground {
         let states = vec![0; grid.width as usize];
-        Ground { grid, states, segments: Vec::new(), row: 0, settled: 0, found: GroundFindings::default() }
+        Ground { grid, states, segments: Vec::new(), row: 0, settled: 0, is_cut, found: GroundFindings::default() }
     }
 
     /// Takes the next rows, and their marks ([`mark::COVERED`]). Gives the rows that are settled by that.
     pub(super) fn settle(&mut self, samples: Samples<'_>, marks: &[u8]) -> Settled<'_> {
         let heights = samples.heights;
         let width = self.grid.width as usize;
+        let cut = if self.is_cut { CUT } else { 0 };
         // Of the row above the first unsettled one only the heights are asked for.
         self.states.drain(..self.settled * width);
         self.row += self.settled as i64;
@@ -90,6 +97,10 @@ impl Ground {
                 if flags & flag::NEAR != 0 {
                     *state |= STRIP;
                 }
+                if flags & flag::OUTSIDE != 0 {
+                    *state |= OUTSIDE;
+                }
+                *state |= cut;
             }
         });
         let last = self.row + (self.states.len() / width) as i64 - 1 == self.grid.height;
@@ -100,7 +111,8 @@ impl Ground {
         self.segments.reserve_exact((rows * width).saturating_sub(self.segments.len()));
         self.segments.resize(rows * width, Segments::default());
         // All are looked at, as vectors.
-        let is_full = |row: &[u8]| row.iter().fold(true, |full, s| full & (s & (VALID | BRIDGED | STRIP) == VALID));
+        let is_full =
+            |row: &[u8]| row.iter().fold(true, |full, s| full & (s & (VALID | BRIDGED | STRIP | OUTSIDE) == VALID));
         let full: Vec<bool> = self.states.par_chunks(width).map(is_full).collect();
         let states = &self.states;
         let line = |row: usize| &states[row * width..(row + 1) * width];
@@ -210,6 +222,10 @@ fn any_row([above, here, below]: [&[u8]; 3], segments: &mut [Segments]) -> Row {
         let ground = [left_above, left_below, right_above, right_below].iter().any(|&heights| heights >= 3);
         match (valid(here[column]), ground) {
             (false, _) => row.nodata += 1,
+            (true, _) if here[column] & OUTSIDE != 0 => row.nodata += 1,
+            // What the mesh is to cover, and does, is seen between samples: it may be nothing of the cells around this one.
+            (true, _) if here[column] & (CUT | COVERED) == CUT => row.without_ground.add(column),
+            (true, _) if here[column] & CUT != 0 => row.checked += 1,
             (true, false) => row.without_ground.add(column),
             (true, true) => {
                 let state = here[column];

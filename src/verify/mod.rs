@@ -82,6 +82,19 @@
 //! Samples of the ground outside of the strip are covered, each is within the tolerance where it is covered (`sweep`,
 //! `ground`).
 //!
+//! # Where it ends at outlines
+//!
+//! With [`VerifyOptions::lines`] that have a cutline, the mesh is to cover the part of the ground that is inside of outlines
+//! (`lines/inside`), which for this are noded on the lattice of quarter cells; half cells that they come into are no ground. Then (1),
+//! (2), (4) and (5) are asked for, and in place of the others:
+//!
+//! 9. f = 1 where there is ground inside, and f = 0 elsewhere.
+//!
+//! Noded outlines neither begin nor end nor cross each other within a quarter row, nor do they cross sides of cells there, nor the
+//! diagonals of the half cells that are left. So what is inside is a row of spans as well, and so is what it has in common with the ground,
+//! and neighbours tell as before (6, 7). There is no bare ground for faces to enclose. Samples tell nothing more of what is covered:
+//! each in a face is within the tolerance, and those in no face have none of that ground at them.
+//!
 //! # Between samples
 //!
 //! With [`VerifyOptions::max_stray`] triangles also reach the row below their last one, and those between two rows are kept
@@ -157,7 +170,7 @@ pub use heights::HeightReader;
 pub use lines::{LinesVerdict, RequiredLines, StretchPlace, verify_lines};
 pub use observe::{ObservedRows, Observer};
 pub use stray_verdict::{StrayVerdict, WorstStray};
-pub use verdict::{TrimVerdict, Verdict, WeightedWorst, WorstSample};
+pub use verdict::{CutlineVerdict, TrimVerdict, Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedVerdict, WorstWeighted};
 
 use boundary::Boundary;
@@ -196,7 +209,8 @@ pub struct VerifyOptions<'a> {
     pub importance: Option<&'a Band>,
     /// Lines whose heights of their own count beside them: where the lesser of a sample's height h and those of lines is `low` and the
     /// larger is `high`, the surface is to be from `low` − `max_error` to `high` + `max_error`. A line is beside a sample if a place of
-    /// it is in one of the closed cells around the sample. Whether edges follow lines is another question: [`verify_lines`].
+    /// it is in one of the closed cells around the sample. Whether edges follow lines is another question: [`verify_lines`]. Outlines of a
+    /// [cutline](crate::base::LineKind::Cutline) are where the mesh is to end.
     pub lines: Option<&'a RequiredLines>,
     /// Where temporary files are made, about 200 bytes per triangle; `None` is the system's place for them.
     pub temp_dir: Option<PathBuf>,
@@ -360,6 +374,11 @@ fn judge(
     control: &Control<'_>,
 ) -> Result<Verdict, VerifyError> {
     let (tolerance, limit) = (options.max_error, limit(raster, options)?);
+    if let Some(lines) = options.lines {
+        let others = [(Feature::Trim, ground.trim > 0), (Feature::FilledVoids, ground.fill_holes > 0)];
+        let others = others.into_iter().filter(|(_, is_asked)| *is_asked).map(|(feature, _)| feature);
+        rules::check_samples(lines.features().and(others.collect()))?;
+    }
     let scratch = Scratch::new(options.temp_dir.as_deref(), control.cancel.clone());
     let grid = Grid::of(raster, mesh);
     let (vertices, triangles) = (mesh.vertex_count(), mesh.face_count());
@@ -372,7 +391,9 @@ fn judge(
         read_faces(mesh, &mut store, &grid, limit.is_some(), (&scratch, reborrowed(&mut observer)), &mut pace)?;
     corner_findings.find_unused(&grid, &mut store, uses, &mut pace)?;
     let trims = ground.trim > 0;
-    let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, trims, &scratch, &mut pace)?;
+    let inside = options.lines.and_then(RequiredLines::inside);
+    let ends_anywhere = trims || inside.is_some();
+    let (edge_findings, boundary) = match_edges(edges, &mut store, &grid, ends_anywhere, &scratch, &mut pace)?;
     drop(store);
     pace.end()?;
 
@@ -386,7 +407,7 @@ fn judge(
             None => reader,
         }
     };
-    let mut bands = Bands::new(reader(), options.importance, options.lines.filter(|lines| lines.have_heights()));
+    let mut bands = Bands::new(reader(), options.importance, options.lines);
     let find = |limit| find_bridges(reader(), limit, &scratch, control);
     let bridges = (ground.fill_holes > 0).then(|| find(ground.fill_holes)).transpose()?;
     let (bridged_holes, bridges) = bridges.map_or((0, None), |found| (found.holes, Some(found.runs)));
@@ -394,10 +415,13 @@ fn judge(
         let strip = find_strip(reader(), bridges, ground.trim, &scratch, control)?;
         bands = bands.with_flags(RunFlags::new(strip.bridged.into_records(), flag::BRIDGED));
         bands = bands.with_flags(RunFlags::new(strip.near.into_records(), flag::NEAR));
-        Outline::Trimmed(Rim::new(grid, boundary))
+        Outline::Trimmed(Rim::new(grid, boundary, None))
     } else {
         bands = bridges.into_iter().fold(bands, |bands, runs| bands.with_flags(RunFlags::new(runs, flag::BRIDGED)));
-        Outline::Ground(Boundary::new(grid, boundary, &scratch))
+        match inside {
+            Some(_) => Outline::Cut(Rim::new(grid, boundary, inside)),
+            None => Outline::Ground(Boundary::new(grid, boundary, &scratch)),
+        }
     };
     let unbound = options.lines.filter(|_| limit.is_some()).map(Unbound::new);
     let held = limit.map(|limit| Held { limit, trims, unbound: unbound.as_ref() });
@@ -435,6 +459,14 @@ fn verdict(
     corners: VertexFindings,
 ) -> Verdict {
     let ground = comparison.ground;
+    let cut = comparison.outline.cut;
+    let expected_double_area = cut.as_ref().map_or(ground.double_area, |rim| rim.core_double_area);
+    let cutline = cut.map(|rim| CutlineVerdict {
+        bare: rim.bare_core,
+        beyond: rim.beyond,
+        crossed_edges: rim.crossed,
+        overlapping_edges: rim.overlapping,
+    });
     let trim = comparison.outline.rim.map(|rim| TrimVerdict {
         cells: trim,
         trimmed: ground.trimmed,
@@ -470,7 +502,7 @@ fn verdict(
         degenerate: faces.degenerate,
         unplaced: faces.unplaced,
         double_area: faces.double_area,
-        expected_double_area: ground.double_area,
+        expected_double_area,
         unmatched_edges: edges.unmatched.and(comparison.outline.astray),
         overused_edges: edges.overused,
         same_direction_edges: edges.same_direction,
@@ -482,6 +514,7 @@ fn verdict(
         outside: corners.outside,
         heights_not_finite: corners.not_finite,
         trim,
+        cutline,
         extended: None,
         lines: None,
     }

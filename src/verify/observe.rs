@@ -24,7 +24,7 @@ pub struct ObservedRows<'r> {
     pub first_row: usize,
     /// Samples in a row.
     pub width: usize,
-    /// The heights of the samples, row by row; NaN where there is none.
+    /// The heights of the samples, row by row; NaN where there is none, or outside of outlines that the mesh is to end at.
     pub heights: &'r [f64],
     /// Their weights, where errors are weighted.
     pub weights: Option<&'r [f64]>,

@@ -1,4 +1,4 @@
-//! The two ways to judge the mesh's outline.
+//! The ways to judge the mesh's outline.
 
 use super::VerifyError;
 use super::boundary::Boundary;
@@ -8,12 +8,13 @@ use super::rim::{Rim, RimFindings};
 use super::segments::BoundaryFindings;
 
 /// Where the mesh is to end.
-#[expect(clippy::large_enum_variant, reason = "there is one of them")]
 pub(super) enum Outline<'s> {
     /// Where the ground does.
     Ground(Boundary<'s>),
     /// There, or within a strip of it.
     Trimmed(Rim<'s>),
+    /// There, or at outlines.
+    Cut(Rim<'s>),
 }
 
 /// What has been found out about the mesh's boundary.
@@ -24,6 +25,8 @@ pub(super) struct OutlineFindings {
     pub(super) astray: Finding<EdgePlace>,
     /// Where it may be trimmed.
     pub(super) rim: Option<RimFindings>,
+    /// Where it is to end at outlines.
+    pub(super) cut: Option<RimFindings>,
 }
 
 impl Outline<'_> {
@@ -31,7 +34,7 @@ impl Outline<'_> {
     pub(super) fn follow(&mut self, settled: &mut Settled<'_>) -> Result<(), VerifyError> {
         match self {
             Outline::Ground(boundary) => boundary.follow(&mut settled.segments),
-            Outline::Trimmed(rim) => rim.follow(settled),
+            Outline::Trimmed(rim) | Outline::Cut(rim) => rim.follow(settled),
         }
     }
 
@@ -39,9 +42,10 @@ impl Outline<'_> {
         match self {
             Outline::Ground(boundary) => {
                 let astray = boundary.astray();
-                OutlineFindings { boundary: boundary.found, astray, rim: None }
+                OutlineFindings { boundary: boundary.found, astray, ..OutlineFindings::default() }
             }
             Outline::Trimmed(rim) => OutlineFindings { rim: Some(rim.found()), ..OutlineFindings::default() },
+            Outline::Cut(rim) => OutlineFindings { cut: Some(rim.found()), ..OutlineFindings::default() },
         }
     }
 }

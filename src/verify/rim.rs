@@ -10,6 +10,7 @@ use super::crossing::{Crossing, Side, Span};
 use super::finding::{EdgePlace, Finding, MapPlace};
 use super::grid::{Grid, STEPS};
 use super::ground::Settled;
+use super::lines::Inside;
 use super::vertices::Vertex;
 use crate::base::external::Sorted;
 
@@ -81,18 +82,27 @@ pub(super) struct Rim<'s> {
     /// Those that cross the latest quarter row, from left to right.
     edges: Vec<Edge>,
     bare: Bare,
+    /// Where the mesh is to be, if that is not all of the ground. Then all that is inside is its core.
+    inside: Option<&'s Inside>,
+    /// Twice the area of the ground that is inside, in parts of lattice steps squared.
+    double_area_in_parts: i128,
     found: RimFindings,
 }
 
+/// Sides of outlines are four steps high at the most, so where they cross lines is a whole number of these parts of a step.
+const PARTS: i128 = 12;
+
 impl<'s> Rim<'s> {
-    pub(super) fn new(grid: Grid, edges: Sorted<'s, EDGE_WORDS>) -> Self {
-        let bare = Bare::new(grid);
-        Rim { grid, coming: edges.peekable(), edges: Vec::new(), bare, found: RimFindings::default() }
+    pub(super) fn new(grid: Grid, edges: Sorted<'s, EDGE_WORDS>, inside: Option<&'s Inside>) -> Self {
+        let (bare, edges, found) = (Bare::new(grid), (edges.peekable(), Vec::new()), RimFindings::default());
+        Rim { grid, coming: edges.0, edges: edges.1, bare, inside, double_area_in_parts: 0, found }
     }
 
     /// What has been found, after the last row.
     pub(super) fn found(self) -> RimFindings {
-        RimFindings { enclosed: self.bare.enclosed(), ..self.found }
+        let cut = self.inside.map(|_| self.double_area_in_parts / PARTS);
+        let core_double_area = cut.unwrap_or(self.found.core_double_area);
+        RimFindings { enclosed: self.bare.enclosed(), core_double_area, ..self.found }
     }
 
     /// Sweeps over the next rows of cells.
@@ -105,10 +115,23 @@ impl<'s> Rim<'s> {
                 self.bare.finish(y);
                 break;
             }
-            let cells = CellRow::new(&states[..width], &states[width..]);
+            let crosses = |column: usize| self.inside.is_some_and(|inside| inside.crosses((column as i64, row)));
+            let cells = CellRow::new(&states[..width], &states[width..], crosses);
             self.found.core_double_area += i128::from(cells.core_double_area());
             for quarter in 0..STEPS {
-                self.sweep(y + quarter, &cells.ground(quarter), &cells.core(quarter))?;
+                let ground = cells.ground(quarter);
+                match self.inside {
+                    None => self.sweep(y + quarter, &ground, &cells.core(quarter))?,
+                    Some(inside) => {
+                        let ground = inside.clip(y + quarter, &ground);
+                        let width = |left: Crossing, right: Crossing| right.parts(PARTS) - left.parts(PARTS);
+                        let areas = ground
+                            .iter()
+                            .map(|Span { left, right }| width(left.top, right.top) + width(left.bottom, right.bottom));
+                        self.double_area_in_parts += areas.sum::<i128>();
+                        self.sweep(y + quarter, &ground, &ground)?;
+                    }
+                }
             }
         }
         Ok(())

@@ -6,7 +6,7 @@ use crate::base::decimal::Decimal;
 
 use super::VerifyError;
 use super::heights::HeightReader;
-use super::lines::RequiredLines;
+use super::lines::{Inside, RequiredLines};
 use super::runs::RunFlags;
 
 /// What passes before the sweep have found out about a sample, bit by bit.
@@ -15,6 +15,8 @@ pub(super) mod flag {
     pub(crate) const BRIDGED: u8 = 1;
     /// It is near samples without a height, where the ground may be trimmed.
     pub(crate) const NEAR: u8 = 2;
+    /// It is outside of the outlines that the mesh is to end at.
+    pub(crate) const OUTSIDE: u8 = 4;
 }
 
 /// Bands of whole rows of a raster: heights, NaN where there are none.
@@ -150,6 +152,8 @@ pub(super) struct Bands<'r> {
     heights: BandReader<'r>,
     weights: Option<BandReader<'r>>,
     lines: Option<&'r RequiredLines>,
+    /// Where the mesh is to be, if that is not all of the ground.
+    inside: Option<&'r Inside>,
     /// Samples beside those that have other heights, of all bands read.
     beside: u64,
     runs: Vec<RunFlags<'r>>,
@@ -216,7 +220,9 @@ impl<'r> Bands<'r> {
 
     pub(super) fn new(heights: BandReader<'r>, importance: Option<&'r Band>, lines: Option<&'r RequiredLines>) -> Self {
         let weights = importance.map(|raster| BandReader::new(raster).by(heights.rows()));
-        Bands { heights, weights, lines, beside: 0, runs: Vec::new() }
+        let inside = lines.and_then(RequiredLines::inside);
+        let lines = lines.filter(|lines| lines.have_heights());
+        Bands { heights, weights, lines, inside, beside: 0, runs: Vec::new() }
     }
 
     /// How many samples of the bands that have been read are beside lines with other heights.
@@ -279,8 +285,16 @@ impl<'r> Bands<'r> {
             self.widen(lines, first_row, rows);
         }
         rows.flags.clear();
-        if !self.runs.is_empty() {
-            rows.flags.resize(rows.heights.len(), 0);
+        if !self.runs.is_empty() || self.inside.is_some() {
+            rows.flags.resize(rows.heights.len(), if self.inside.is_some() { flag::OUTSIDE } else { 0 });
+        }
+        if let Some(inside) = self.inside {
+            let first = first_row as i64;
+            for (row, columns) in inside.samples(first..first + (rows.heights.len() / width) as i64) {
+                let line = (row - first) as usize * width;
+                let columns = line + columns.start as usize..line + (columns.end as usize).min(width);
+                rows.flags.get_mut(columns).unwrap_or_default().iter_mut().for_each(|flags| *flags &= !flag::OUTSIDE);
+            }
         }
         self.runs.iter_mut().try_for_each(|runs| runs.set(first_row, width, &mut rows.flags, |_| Ok(())))
     }
@@ -302,6 +316,13 @@ impl<'s> Samples<'s> {
         self.intervals
             .map(|(lows, tops)| [lows[at], tops[at]])
             .filter(|[low, top]| low < top || *low != self.heights[at])
+    }
+
+    /// Their heights without those outside of the outlines that the mesh is to end at, if there are any.
+    pub(super) fn inside(&self) -> Option<Vec<f64>> {
+        let flags = self.flags.filter(|flags| flags.iter().any(|flags| flags & flag::OUTSIDE != 0))?;
+        let inside = |(height, flags): (&f64, &u8)| if flags & flag::OUTSIDE == 0 { *height } else { f64::NAN };
+        Some(self.heights.iter().zip(flags).map(inside).collect())
     }
 
     /// What is known of one of them.

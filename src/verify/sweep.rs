@@ -8,7 +8,7 @@ use super::feed::Feed;
 use super::finding::{Finding, SamplePlace, TouchPlace};
 use super::grid::Grid;
 use super::ground::{Ground, GroundFindings};
-use super::observe::Observer;
+use super::observe::{ObservedRows, Observer};
 use super::outline::{Outline, OutlineFindings};
 use super::samples::{Bands, Rows};
 use super::strays::{Held, StrayFindings, Strays};
@@ -72,7 +72,7 @@ pub(super) fn sweep<'s, 'c>(
         triangles: Feed::new(triangles, scratch),
         batches: Default::default(),
         planes: Planes::default(),
-        ground: Ground::new(grid),
+        ground: Ground::new(grid, matches!(outline, Outline::Cut(_))),
         outline,
         comparison: Comparison {
             weighted: reader.are_weighted(),
@@ -152,7 +152,9 @@ impl Sweep<'_, '_, '_> {
         cancel.check()?;
         band.add_to(&mut self.comparison);
         if let Some(observer) = &mut self.observer {
-            observer.rows(&band.observed()).map_err(VerifyError::Observer)?;
+            let (told, inside) = (band.observed(), band.samples.inside());
+            let heights = inside.as_deref().unwrap_or(told.heights);
+            observer.rows(&ObservedRows { heights, ..told }).map_err(VerifyError::Observer)?;
         }
         if let (Some(strays), Some(found)) = (&strays, &mut self.comparison.strays) {
             strays.add_to(found);

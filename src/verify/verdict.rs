@@ -92,6 +92,9 @@ pub struct Verdict {
     /// What the mesh's boundary comes to, where the ground may be trimmed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trim: Option<TrimVerdict>,
+    /// What the mesh's boundary comes to, where it is to be that of a cutline.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cutline: Option<CutlineVerdict>,
     /// What channels come to, where the mesh was judged with some.
     #[serde(rename = "attributes", skip_serializing_if = "Option::is_none")]
     pub extended: Option<WeightedVerdict>,
@@ -127,6 +130,20 @@ pub struct TrimVerdict {
     pub overlapping_edges: Finding<EdgePlace>,
     /// Regions of bare ground that border on nothing but faces.
     pub enclosed: Finding<MapPlace>,
+}
+
+/// What was found out about the boundary of a mesh that is to end at a cutline's own line. Then samples outside of it are among those
+/// missing, and isolated are all inside that are in no face: where there is ground is told by quarter rows, samples or not.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CutlineVerdict {
+    /// Stretches of quarter rows inside where the ground is bare.
+    pub bare: Finding<MapPlace>,
+    /// Stretches of quarter rows where faces cover what is outside, or no ground.
+    pub beyond: Finding<MapPlace>,
+    /// Edges of one face only that lie on another one or cross it: cracks, T-junctions, overlaps.
+    pub crossed_edges: Finding<EdgePlace>,
+    /// Edges of one face only beside which several faces lie upon each other.
+    pub overlapping_edges: Finding<EdgePlace>,
 }
 
 /// The sample that is farthest from the surface.
@@ -202,6 +219,9 @@ impl Verdict {
         if let Some(trim) = &self.trim {
             trim.list_failures(&mut out);
         }
+        if let Some(cutline) = &self.cutline {
+            cutline.list_failures(&mut out);
+        }
         list(
             &mut out,
             &self.unmatched_edges,
@@ -234,18 +254,25 @@ impl TrimVerdict {
         let (one, many) = ("stretch of a quarter row is", "stretches of quarter rows are");
         list(out, &self.bare_core, one, many, &format!("uncovered more than {cells} from missing samples"));
         list(out, &self.beyond_ground, one, many, "covered beyond the ground");
-        let what = "a face on one side only and on or across another such edge (crack, T-junction, overlap)";
-        list(out, &self.crossed_edges, "edge has", "edges have", what);
-        list(
-            out,
-            &self.overlapping_edges,
-            "edge has",
-            "edges have",
-            "several faces upon each other beside it (overlap)",
-        );
+        list_edges(out, &self.crossed_edges, &self.overlapping_edges);
         let (one, many) = ("uncovered region of the ground is", "uncovered regions of the ground are");
         list(out, &self.enclosed, one, many, "enclosed by faces (crack, hole)");
     }
+}
+
+impl CutlineVerdict {
+    fn list_failures(&self, out: &mut Vec<String>) {
+        let (one, many) = ("stretch of a quarter row is", "stretches of quarter rows are");
+        list(out, &self.bare, one, many, "uncovered inside of the cutline");
+        list(out, &self.beyond, one, many, "covered beyond the cutline or the ground");
+        list_edges(out, &self.crossed_edges, &self.overlapping_edges);
+    }
+}
+
+fn list_edges(out: &mut Vec<String>, crossed: &Finding<EdgePlace>, overlapping: &Finding<EdgePlace>) {
+    let what = "a face on one side only and on or across another such edge (crack, T-junction, overlap)";
+    list(out, crossed, "edge has", "edges have", what);
+    list(out, overlapping, "edge has", "edges have", "several faces upon each other beside it (overlap)");
 }
 
 /// "3 samples are in no triangle, the first at …"

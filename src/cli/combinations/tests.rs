@@ -131,7 +131,7 @@ impl Scene {
 }
 
 /// What `verify` has to be given, too.
-const JUDGED: [&str; 16] = [
+const JUDGED: [&str; 17] = [
     "--max-error",
     "--attributes",
     "--image",
@@ -148,6 +148,7 @@ const JUDGED: [&str; 16] = [
     "--nodata",
     "--valid-range",
     "--cutline",
+    "--cutline-exact",
 ];
 
 trait FromF64 {
@@ -188,6 +189,7 @@ fn example(feature: Feature) -> (&'static str, &'static str) {
         Feature::NodataMarks => ("--nodata", "-9999"),
         Feature::ValidRange => ("--valid-range", "-9999,100"),
         Feature::Cutline => ("--cutline", "area.geojson"),
+        Feature::ExactCutline => ("--cutline-exact", ""),
         Feature::Polishing => ("--quality", "fast"),
         Feature::FittedHeights => ("--heights", "fitted"),
         Feature::MinAngle => ("--min-angle", "10"),

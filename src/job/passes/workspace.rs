@@ -22,12 +22,14 @@ pub(in crate::job) struct Workspace {
 }
 
 impl Workspace {
-    /// Loads the samples of a window, eases those beside lines with heights of their own, and lifts the limit on straying beside lines.
+    /// Loads the samples of a window, eases those beside lines with heights of their own, lifts the limit on straying beside lines, and takes
+    /// the ground away that is outside of outlines.
     pub(super) fn load(&mut self, field: &Field, params: &Params, window: Window) -> Result<(), Error> {
         field.load_with(window, &mut self.tile, &mut self.loading)?;
         if let Some(lines) = &params.breaklines {
             lines.ease(&mut self.tile, window, params.points.as_deref(), params.tolerance.kept());
             lines.unbind(&mut self.tile, window);
+            lines.cut(&mut self.tile, window);
         }
         Ok(())
     }

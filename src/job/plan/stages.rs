@@ -73,7 +73,9 @@ pub(super) fn samples_bytes(load: &Load<'_>) -> u64 {
     let weights = if is_weighted { 8 } else { 0 };
     // Where holes are bridged, which samples of it are.
     let validity = if load.holes { 2 } else { 1 };
-    stored + heights + weights + validity + 8 * load.channels.len() as u64
+    // Where lines end the mesh, what they leave around samples.
+    let cut = u64::from(load.lines_bytes > 0);
+    stored + heights + weights + validity + cut + 8 * load.channels.len() as u64
 }
 
 /// The stage that takes the most, for each sample.

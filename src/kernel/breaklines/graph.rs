@@ -1,5 +1,6 @@
 //! What of the lines lies on the ground, and the pieces between places that must be ends of edges.
 
+use super::inside::cells_of;
 use super::{Breaklines, Place, Segment, SetBits};
 use crate::base::lattice::STEPS;
 use crate::base::tiling::TileGrid;
@@ -16,15 +17,21 @@ pub struct Surroundings {
     pub ends_at_void: [bool; 2],
 }
 
-/// What surrounds each of these segments, which a tile of a raster of `size` samples has, rim included.
-pub fn surroundings(tile: &Tile, window: Window, size: (usize, usize), segments: &[Segment]) -> Vec<Surroundings> {
+/// What surrounds each of these segments of `lines`, which a tile of a raster of `size` samples has, rim included.
+pub fn surroundings(
+    lines: &Breaklines,
+    tile: &Tile,
+    window: Window,
+    size: (usize, usize),
+    segments: &[Segment],
+) -> Vec<Surroundings> {
     let cell = |(column, row): (i64, i64)| match is_in(size, (column, row)) {
         true => tile.validity().cell((column - window.column as i64) as i32, (row - window.row as i64) as i32),
         false => Cell::Empty,
     };
     let is_at_void = |p: Place| cells_of([p, p]).any(|place| is_in(size, place) && cell(place) != Cell::Whole);
     let of = |&segment: &Segment| Surroundings {
-        is_ground: cells_of(segment).any(|place| cell(place) == Cell::Whole),
+        is_ground: lines.cells_beside(segment).any(|place| cell(place) == Cell::Whole),
         ends_at_void: segment.map(is_at_void),
     };
     segments.iter().map(of).collect()
@@ -35,11 +42,17 @@ fn is_in((width, height): (usize, usize), (column, row): (i64, i64)) -> bool {
     column >= 0 && row >= 0 && column < width as i64 - 1 && row < height as i64 - 1
 }
 
-/// The closed cells that a segment lies in, by column and row.
-fn cells_of([a, b]: Segment) -> impl Iterator<Item = (i64, i64)> {
-    let range = |low: i64, high: i64| (high - 1).div_euclid(CELL)..=low.div_euclid(CELL);
-    let columns = range(a.x.min(b.x), a.x.max(b.x));
-    range(a.y, b.y).flat_map(move |row| columns.clone().map(move |column| (column, row)))
+impl Breaklines {
+    /// The closed cells that a segment lies in, by column and row, as far as ground in them is inside beside the segment.
+    pub fn cells_beside(&self, segment: Segment) -> impl Iterator<Item = (i64, i64)> {
+        let sides = self.inside.as_ref().map_or([true; 2], |inside| inside.sides(segment));
+        // Two cells share a segment along a side: the first is to the left, or above.
+        let [a, b] = segment;
+        let is_between = |along: i64| along.rem_euclid(CELL) == 0;
+        let is_shared = a.x == b.x && is_between(a.x) || a.y == b.y && is_between(a.y);
+        let is_inside = move |i: usize| if is_shared { sides[i] } else { sides[0] || sides[1] };
+        cells_of(segment).enumerate().filter(move |(i, _)| is_inside(*i)).map(|(_, cell)| cell)
+    }
 }
 
 /// Pieces of lines between two places that are ends of edges, by the tile that they lie in.

@@ -9,7 +9,7 @@ use crate::base::lattice::STEPS;
 const CELL: i64 = STEPS as i64;
 
 /// A multiple of the extents that a segment may have, by which places in the middle of rows and on them are whole numbers.
-const PARTS: i64 = 24;
+pub(super) const PARTS: i64 = 24;
 
 /// A part of a lake between two rows of lattice places.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +42,7 @@ pub(super) struct Run {
 }
 
 /// Where a segment is at a row, or in the middle to the next (`half` is 1), in parts of a step.
-fn across([a, b]: Segment, row: i64, half: i64) -> i64 {
+pub(super) fn across([a, b]: Segment, row: i64, half: i64) -> i64 {
     let (dx, dy) = (b.x - a.x, b.y - a.y);
     PARTS * a.x + dx * (2 * (row - a.y) + half) * (PARTS / 2 / dy)
 }

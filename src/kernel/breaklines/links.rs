@@ -60,8 +60,16 @@ impl From<Cancelled> for Untenable {
     }
 }
 
-/// An edge of a chain, and the sets of lines that it is of.
-pub type ChainEdge = ([Vertex; 2], SetBits);
+/// An edge of a chain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChainEdge {
+    /// Its ends.
+    pub edge: [Vertex; 2],
+    /// The sets of lines that it is of.
+    pub sets: SetBits,
+    /// Where it is on the mesh's border by a line's doing: whether the mesh is to the left of the way from its first end to its second.
+    pub inside: Option<bool>,
+}
 
 /// The edges of the chains of all pieces that a tile has ([`super::Pieces`]), as vertices of the tile. They touch each other at ends of pieces
 /// alone, and pieces of other lines nowhere else.
@@ -83,7 +91,9 @@ pub fn thin(task: &Thinning<'_>, stretches: &[Stretch]) -> Result<Vec<ChainEdge>
         for ends in chain.windows(2) {
             let edge = [vertices[ends[0]], vertices[ends[1]]];
             obstacles.add(edge.map(|v| v.at), None);
-            edges.push((edge, sets));
+            // Along the border an edge is as straight as its places.
+            let first = [stretch.places[ends[0]], stretch.places[ends[0] + 1]];
+            edges.push(ChainEdge { edge, sets, inside: task.lines.has_inside_to_left(first) });
         }
     }
     Ok(edges)

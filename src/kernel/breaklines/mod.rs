@@ -7,13 +7,15 @@
 //! edges; between two of those `links` finds the fewest edges, by `wall` within the tolerance of the raster's surface and by
 //! `obstacles` off all other lines; `reach` tells at once of many that they may be used. [`Chains`] has the edges of a whole raster, and
 //! lends those of a tile. Where lines have heights of their own (`levels`), samples beside them are eased (`beside`): the surface may be
-//! anywhere between the sample and the line. `unbound` says where edges are too near for a limit on straying.
+//! anywhere between the sample and the line. `unbound` says where edges are too near for a limit on straying. Outlines that the mesh
+//! ends at bound an `inside`: lines outside of it ask for nothing.
 //!
 //! What holds of the chain, and how `verify` judges it by code of its own: docs/breaklines.md.
 
 mod beside;
 mod chains;
 mod graph;
+mod inside;
 mod lakes;
 mod levels;
 mod links;
@@ -28,6 +30,8 @@ mod wall;
 #[cfg(test)]
 mod constrained_tests;
 #[cfg(test)]
+mod inside_tests;
+#[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
@@ -41,6 +45,7 @@ use crate::base::{LineKind, LineSet, PointSet, Polylines, Tile, Window};
 
 pub use chains::{ChainCounts, Chains, TileChains};
 pub use graph::{Pieces, Stretch, Surroundings, surroundings, tile_of};
+pub(crate) use inside::Inside;
 pub use levels::TwoHeights;
 pub use links::{ChainEdge, Thinning, Untenable, thin};
 
@@ -90,6 +95,8 @@ pub struct Breaklines {
     sets: Vec<Set>,
     levels: Arc<Levels>,
     beside: Arc<Beside>,
+    /// Where the mesh is to be, if that is not all of the ground.
+    inside: Option<Arc<Inside>>,
 }
 
 /// Sets of lines by their numbers, as bits.
@@ -156,6 +163,7 @@ impl Breaklines {
         }
         let mut pieces = noding::node(pieces);
         let lakes = take_lakes(asked, &mut pieces).map_err(|error| (LineKind::Lakes, error))?;
+        let inside = take_inside(asked, &mut pieces, size).map(Arc::new);
         let segments = noding::segments(&pieces);
         let bits = |group: &[pieces::Piece]| group.iter().fold(0, |bits, piece| bits | 1 << piece.set);
         let of: Vec<SetBits> = pieces.chunk_by(|a, b| a.ends == b.ends).map(bits).collect();
@@ -171,7 +179,7 @@ impl Breaklines {
         let of_raster = segments.iter().zip(&of).filter(|(_, bits)| is_raster(bits)).map(|(segment, _)| *segment);
         let beside = Beside::new(&levels, lakes, of_raster, size);
         let (segments, of, levels, beside) = (Arc::new(segments), Arc::new(of), Arc::new(levels), Arc::new(beside));
-        Ok(Breaklines { segments, of, sets, levels, beside })
+        Ok(Breaklines { segments, of, sets, levels, beside, inside })
     }
 
     /// All segments, in their order, each once.
@@ -247,6 +255,33 @@ impl Breaklines {
         cells.max().unwrap_or(0)
     }
 
+    /// Where the mesh is to be, if that is not all of the ground.
+    pub(crate) fn inside(&self) -> Option<&Arc<Inside>> {
+        self.inside.as_ref()
+    }
+
+    /// Whether there are outlines that the mesh ends at, and nothing is inside of them.
+    pub fn leave_nothing(&self) -> bool {
+        self.inside.as_ref().is_some_and(|inside| inside.is_empty())
+    }
+
+    /// Takes the ground of a tile away that is outside of the outlines that the mesh ends at, but for what is next to them.
+    pub fn cut(&self, tile: &mut Tile, window: Window) {
+        if let Some(inside) = &self.inside {
+            inside.cut(tile, window);
+        }
+    }
+
+    /// What the way from one end of a segment to the other has to its left ([`crate::base::lattice::orient`] > 0): `None` where the segment is
+    /// not on the border of the inside.
+    fn has_inside_to_left(&self, [from, to]: [Place; 2]) -> Option<bool> {
+        let [a, b] = [from.min(to), from.max(to)];
+        let side = self.inside.as_ref()?.side([a, b])?;
+        // On the way down that is what has smaller columns, on the way to the right what has larger rows.
+        let is_left_of_way = (side == 0) == (a.y < b.y);
+        Some(is_left_of_way == (from == a))
+    }
+
     /// How far edges may be from the places of all of these sets, in parts of a cell.
     fn shift_of(&self, bits: SetBits) -> i64 {
         let shifts = (0..).zip(&self.sets).filter(|(number, _)| bits & 1 << number != 0).map(|(_, set)| set.shift);
@@ -266,7 +301,8 @@ impl Breaklines {
     /// The memory that they and their chains take.
     pub fn bytes(&self) -> u64 {
         const PER_SEGMENT: u64 = 320;
-        self.segments.len() as u64 * PER_SEGMENT + self.levels.bytes() + self.beside.bytes()
+        let inside = self.inside.as_ref().map_or(0, |inside| inside.bytes());
+        self.segments.len() as u64 * PER_SEGMENT + self.levels.bytes() + self.beside.bytes() + inside
     }
 
     /// What of them decides a mesh, the same on every machine.
@@ -280,6 +316,21 @@ impl Breaklines {
         let sets = sets.collect::<String>();
         format!("{} segments with checksum {:08x}{sets}", self.segments.len(), hasher.finalize())
     }
+}
+
+/// The inside of the outlines that the mesh ends at, whose pieces are noded; `None` where there are none. Pieces that are not on its border
+/// are taken away, and those on the raster's rim.
+fn take_inside(asked: &[LineSet], pieces: &mut Vec<pieces::Piece>, size: (usize, usize)) -> Option<Inside> {
+    let (number, set) = (0u8..).zip(asked).find(|(_, set)| set.kind == LineKind::Cutline)?;
+    let mut polygons: Vec<u64> = (0..set.lines.lines().len()).map(|line| set.lines.feature(line)).collect();
+    let of_line = polygons.clone();
+    polygons.sort_unstable();
+    polygons.dedup();
+    let polygon = |line: u32| polygons.binary_search(&of_line[line as usize]).expect("one of all") as u32;
+    let outlines = pieces.iter().filter(|piece| piece.set == number);
+    let (inside, border) = Inside::new(outlines.map(|piece| (piece.ends, polygon(piece.line), piece.times)), size);
+    pieces.retain(|piece| piece.set != number || border.binary_search(&piece.ends).is_ok());
+    Some(inside)
 }
 
 /// The lakes of all sets, whose pieces are noded. Each feature is one, with the height of its outline. Pieces that bound no lake are

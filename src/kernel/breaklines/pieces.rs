@@ -9,7 +9,7 @@ pub(super) struct Piece {
     pub(super) ends: Segment,
     /// The number of its set.
     pub(super) set: u8,
-    /// Which line of the set it is of, where lines have heights of their own; else 0.
+    /// Which line of the set it is of, where lines have heights of their own or are a cutline; else 0.
     pub(super) line: u32,
     /// Its own heights at both ends; else 0.
     pub(super) heights: [f64; 2],

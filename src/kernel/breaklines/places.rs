@@ -34,18 +34,20 @@ pub(super) fn cut(
         of: (number, 0),
         pieces: std::mem::take(pieces),
         before: None,
-        is_closed: set.kind == LineKind::Lakes,
+        is_closed: set.kind.has_inside(),
     };
     let mut counts = LineCounts { lines: lines.len() as u64, ..LineCounts::default() };
     for (i, line) in lines.iter().enumerate() {
         let found = walk.pieces.len();
         let heights = set.lines.heights().map(|heights| heights[i].as_slice());
-        // Lines without heights are as one.
-        walk.of.1 = heights.map_or(0, |_| i as u32);
+        // Lines without heights are as one, but for what they bound.
+        walk.of.1 = if heights.is_some() || set.kind == LineKind::Cutline { i as u32 } else { 0 };
         walk.before = None;
         let mut last: Option<Corner> = None;
-        for (j, &vertex) in line.iter().enumerate() {
-            let height = heights.map_or(0.0, |heights| heights[j]);
+        // What has an inside ends where it begins.
+        let closing = line.first().filter(|first| set.kind.has_inside() && line.last() != Some(first));
+        for (j, &vertex) in line.iter().chain(closing).enumerate() {
+            let height = heights.map_or(0.0, |heights| heights[j % line.len()]);
             if height.is_nan() || height.abs() > MAX_HEIGHT {
                 return Err(LinesError::Height { feature: set.lines.feature(i), height });
             }

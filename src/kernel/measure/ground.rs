@@ -112,8 +112,10 @@ impl Ground {
                 stats.trimmed += u64::from(*sample == Sample::Due);
             }
             if column < self.owned.0 && row < self.owned.1 {
-                let is_stray = *sample == Sample::Foreign && !tile.validity.is_ground(column as i32, row as i32);
-                stats.nodata += u64::from(*sample == Sample::Missing);
+                let is_outside = tile.validity.is_outside(column as i32, row as i32);
+                let is_foreign = *sample == Sample::Foreign;
+                let is_stray = is_foreign && !is_outside && !tile.validity.is_ground(column as i32, row as i32);
+                stats.nodata += u64::from(*sample == Sample::Missing || is_foreign && is_outside);
                 stats.stray += u64::from(is_stray);
                 stats.bridged += u64::from(tile.validity.is_bridged(column as i32, row as i32));
             }

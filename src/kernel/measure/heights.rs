@@ -106,7 +106,8 @@ fn extents<H: Copy + Into<f64>>(heights: &[H], tile: &Tile) -> (Extent, Extent) 
     let is_near = near_missing(&tile.validity, width, height);
     for (row, heights) in rows {
         for (column, height) in heights.iter().enumerate() {
-            if !tile.validity.has_height(column as i32, row as i32) {
+            let (x, y) = (column as i32, row as i32);
+            if !tile.validity.has_height(x, y) || tile.validity.is_outside(x, y) {
                 continue;
             }
             let height = (*height).into();

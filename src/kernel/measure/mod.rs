@@ -32,7 +32,7 @@ pub const BINS: usize = 256;
 pub struct ErrorStats {
     /// How many samples were measured: those on the ground that have heights, but for what is trimmed.
     pub samples: u64,
-    /// How many are no heights.
+    /// How many are no heights, or outside of the outlines that the mesh ends at.
     pub nodata: u64,
     /// How many are heights but in no cell with two others beside them, so that no ground reaches them.
     pub stray: u64,

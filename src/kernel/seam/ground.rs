@@ -5,10 +5,11 @@
 //! where nothing is missing. Inside the tile, a vertex stands at every turn of the boundary and wherever loops touch, and
 //! between them, too, there is a shortest path over the samples of the straight run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::boundary::{Boundary, Step, WAYS, octants};
 use super::chained::OnSide;
+use super::cut::cut;
 use super::rim::{Corner, Forced, place_of, vertex};
 use super::runs::{Hold, Runs};
 use super::{Foreign, Rim, RimCounts, Side};
@@ -26,10 +27,12 @@ pub(super) fn rim(
     chains: &TileChains,
     place: &TilePlace,
 ) -> Result<Rim, Cancelled> {
-    let named = named(runs, forced, chains, place)?;
+    let all = named(runs, forced, chains, place)?;
     let tile = runs.tile;
     let boundary = Boundary::new(tile.validity(), tile.width(), tile.height());
     let sample = |&(column, row): &(usize, usize)| (row * tile.width() + column) as u32;
+    let on_sides: BTreeSet<Point> = all.iter().map(|n| n.vertex.at).collect();
+    let named: Vec<Named> = all.into_iter().filter(|n| n.is_used).collect();
     let on_rim: BTreeMap<Point, usize> = named.iter().enumerate().map(|(i, n)| (n.vertex.at, i)).collect();
     let (points, on_boundary): (Vec<_>, Vec<_>) = forced.inside.iter().partition(|p| !boundary.passes(sample(p)));
     let of_chains = forced.of_chains.iter().filter(|p| boundary.passes(sample(p)));
@@ -38,7 +41,7 @@ pub(super) fn rim(
 
     let mut loops = Vec::new();
     let is_fixed = |before: Step, step: Step| match on_side(tile, step.sample) {
-        true => on_rim.contains_key(&place_at(tile, step.sample)),
+        true => on_sides.contains(&place_at(tile, step.sample)),
         false => {
             let turns = before.way != step.way;
             turns || boundary.is_pinched(step.sample) || forced.binary_search(&step.sample).is_ok()
@@ -46,6 +49,9 @@ pub(super) fn rim(
     };
     for steps in boundary.loops() {
         loops.push(with_chains(tile, chains, &vertices_of(runs, &steps, is_fixed)?));
+    }
+    if let Some(inside) = chains.inside() {
+        loops = cut(&loops, chains, inside, (place.window, tile.far_corner()));
     }
 
     // Of the named vertices those that the tile's ground has.
@@ -73,8 +79,9 @@ pub(super) fn rim(
             vertices.push(place.map_or_else(of_chain, |place| vertex(tile, place)));
             vertices.len() as u32 - 1
         };
+        // Where loops are cut, any vertex may be one of several corners.
         let is_pinched = place.is_some_and(|place| boundary.is_pinched(sample(&place)));
-        if is_pinched { *pinches.entry(at).or_insert_with(add) } else { add() }
+        if is_pinched || chains.inside().is_some() { *pinches.entry(at).or_insert_with(add) } else { add() }
     };
     let loops = loops.iter().map(|l| l.iter().map(|&at| number(at)).collect()).collect();
     let points = points.into_iter().map(|place| vertex(tile, place)).collect();
@@ -87,6 +94,8 @@ struct Named {
     side: Result<Side, Corner>,
     /// What it is called, unless the tile owns it.
     name: Option<Foreign>,
+    /// Whether it is at the ground of any tile. Where outlines end the mesh, sides go on outside of them.
+    is_used: bool,
 }
 
 /// All of them: those the tile owns first, in the order in which it numbers them.
@@ -99,10 +108,16 @@ fn named(
     let tile = runs.tile;
     let (right, bottom) = (tile.width() - 1, tile.height() - 1);
     let mut named = Vec::new();
+    // What stands between samples is of a chain, and that is of the mesh.
+    let is_used = |vertex: &Vertex| {
+        let sample = vertex.at.sample().filter(|_| chains.inside().is_some());
+        sample.is_none_or(|(column, row)| tile.validity().is_ground(column as i32, row as i32))
+    };
     for corner in Corner::ALL {
         let place = corner.place(tile);
         if octants(tile.validity(), place.0 as i32, place.1 as i32) != 0 {
-            named.push(Named { vertex: vertex(tile, place), side: Err(corner), name: corner.name(tile_place) });
+            let (vertex, name) = (vertex(tile, place), corner.name(tile_place));
+            named.push(Named { vertex, side: Err(corner), name, is_used: is_used(&vertex) });
         }
     }
     type Place<'a> = &'a dyn Fn(usize) -> (usize, usize);
@@ -124,10 +139,11 @@ fn named(
         let on_side = OnSide::new(chains, side, tile.far_corner());
         let samples = vertices_between_corners(runs, line, ends_here, len, &on_side.force(forced), place)?;
         let along = on_side.merge(samples.into_iter().map(|i| vertex(tile, place(i))));
-        named.extend((0..).zip(along).map(|(ordinal, vertex)| Named {
-            vertex,
-            side: Ok(side),
-            name: name.map(|name| name(ordinal)),
+        let mut ordinal = 0;
+        named.extend(along.into_iter().map(|vertex| {
+            let (name, is_used) = (name.map(|name| name(ordinal)), is_used(&vertex));
+            ordinal += u32::from(is_used);
+            Named { vertex, side: Ok(side), name, is_used }
         }));
     }
     named.sort_by_key(|n| n.name.is_some());

@@ -12,6 +12,7 @@
 
 mod boundary;
 mod chained;
+mod cut;
 mod ground;
 mod limits;
 mod min_link;

@@ -113,6 +113,8 @@ pub struct Report {
     pub samples_in_lakes: u64,
     /// What became of the outlines of footprints; null where there are none.
     pub footprints: Option<LinesReport>,
+    /// What became of the outlines of a cutline that the mesh ends at; null where there are none. Then `cutline` is null.
+    pub exact_cutline: Option<LinesReport>,
     /// Samples beside lines with heights of their own: the surface may be anywhere between sample and line there.
     pub beside_lines: u64,
     /// The memory that was planned.
@@ -337,6 +339,7 @@ impl Report {
             lakes: LinesReport::new(LineKind::Lakes, request, params, mesh),
             samples_in_lakes: params.breaklines.as_ref().map_or(0, |lines| lines.in_lakes()),
             footprints: LinesReport::new(LineKind::Footprints, request, params, mesh),
+            exact_cutline: LinesReport::new(LineKind::Cutline, request, params, mesh),
             beside_lines: errors.beside,
             points: sources.points.map(|(layer, counts)| PointsReport::new(layer, counts, request)),
             memory: plan,

@@ -78,6 +78,7 @@ impl Report {
         lines.extend(self.breaklines.iter().map(|breaklines| ("breaklines", breaklines.line())));
         lines.extend(self.lakes.iter().map(|lakes| ("lakes", lakes.line())));
         lines.extend(self.footprints.iter().map(|footprints| ("footprints", footprints.line())));
+        lines.extend(self.exact_cutline.iter().map(|cutline| ("cutline", cutline.line())));
         lines.extend((self.beside_lines > 0).then(|| {
             let samples = counted(self.beside_lines, "sample");
             ("beside lines", format!("{samples} between the raster's height and a line's"))

@@ -63,9 +63,10 @@ impl Samples {
         found.map(|i| self.heights[i]).filter(|height| !height.is_nan())
     }
 
-    /// Whether a cell with four heights holds a segment.
-    pub(super) fn has_cell(&self, segment: [Spot; 2]) -> bool {
-        cells(segment).any(|cell| corners(cell).into_iter().all(|(row, column)| self.height(row, column).is_some()))
+    /// Whether a cell with four heights holds a segment, of those that count.
+    pub(super) fn has_cell(&self, segment: [Spot; 2], counts: impl Fn((i64, i64)) -> bool) -> bool {
+        let is_whole = |cell| corners(cell).into_iter().all(|(row, column)| self.height(row, column).is_some());
+        cells(segment).any(|cell| is_whole(cell) && counts(cell))
     }
 }
 

@@ -12,6 +12,7 @@
 mod follow;
 mod graph;
 mod heights;
+mod inside;
 mod lakes;
 mod noding;
 mod pieces;
@@ -37,6 +38,7 @@ use follow::Wall;
 use graph::stretches;
 use heights::Samples;
 
+pub(super) use inside::Inside;
 pub use required::RequiredLines;
 pub(super) use unbound::Unbound;
 
@@ -48,7 +50,7 @@ pub(super) type Spot = (i64, i64);
 pub struct LinesVerdict {
     /// Segments of the lines between rows and columns, each once.
     pub segments: u64,
-    /// Those that lie in no cell with four heights; nothing is asked of the mesh there.
+    /// Those that lie in no cell with four heights, or outside of the cutline that the mesh is to end at; nothing is asked of the mesh there.
     pub off_ground: u64,
     /// Stretches of lines between places where they end or meet.
     pub stretches: u64,
@@ -150,7 +152,7 @@ pub fn verify_lines(
     let at = |i: u32| spots[i as usize];
     let samples = Samples::read(raster, &segments, edges.iter().map(|&(a, b)| [at(a), at(b)]), cancel)?;
     let (on_ground, off_ground): (Vec<_>, Vec<_>) =
-        lines.segments.iter().partition(|(segment, _)| samples.has_cell(*segment));
+        lines.segments.iter().partition(|(segment, _)| samples.has_cell(*segment, |cell| lines.asks(*segment, cell)));
     let mut beside: HashMap<Spot, Vec<Spot>> = HashMap::new();
     for &(a, b) in &edges {
         beside.entry(at(a)).or_default().push(at(b));

@@ -9,7 +9,7 @@ pub(super) struct Piece {
     pub(super) ends: [Spot; 2],
     /// Which set of lines it is of.
     pub(super) set: usize,
-    /// Which line of the set, where lines have heights of their own; else 0.
+    /// Which line of the set, where lines have heights of their own or are a cutline; else 0.
     pub(super) line: usize,
     /// Bits of its own heights at both ends; else 0.
     heights: [u64; 2],

@@ -21,20 +21,22 @@ pub(super) fn cut(
     pieces: &mut Vec<Piece>,
 ) -> Result<(), VerifyError> {
     let (width, rows) = size;
-    // Of a lake, what lies outside is drawn to the raster's rim: outlines stay closed.
+    // Of what has an inside, what lies outside is drawn to the raster's rim: outlines stay closed.
     let drawn = |(x, y): Spot| match set.kind {
-        LineKind::Lakes => (x.max(0).min(4 * (width - 1)), y.max(0).min(4 * (rows - 1))),
+        LineKind::Lakes | LineKind::Cutline => (x.max(0).min(4 * (width - 1)), y.max(0).min(4 * (rows - 1))),
         LineKind::Breaklines | LineKind::Footprints => (x, y),
     };
     let is_inside = |(x, y): Spot| (0..=4 * (width - 1)).contains(&x) && (0..=4 * (rows - 1)).contains(&y);
     for (i, line) in set.lines.lines().iter().enumerate() {
         let own = set.lines.heights().map(|heights| &heights[i]);
-        let of = (number, if own.is_some() { i } else { 0 });
-        let height = |j: usize| own.map_or(0.0, |own| own[j]);
+        let of = (number, if own.is_some() || set.kind == LineKind::Cutline { i } else { 0 });
+        let height = |j: usize| own.map_or(0.0, |own| own[j % line.len()]);
         if let Some(height) = (0..line.len()).map(height).find(|height| height.is_nan() || height.abs() > MAX_HEIGHT) {
             return Err(VerifyError::LineHeight { feature: set.lines.feature(i), height });
         }
-        let corners = line.iter().map(|&corner| read(corner)).collect::<Result<Vec<_>, _>>()?;
+        // An outline that has an inside comes back to where it began.
+        let back = line.first().filter(|first| set.kind.has_inside() && line.last() != Some(first));
+        let corners = line.iter().chain(back).map(|&corner| read(corner)).collect::<Result<Vec<_>, _>>()?;
         let mut spots: Vec<Level> = Vec::new();
         for (j, &corner) in corners.iter().enumerate() {
             if j > 0 {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use num_rational::BigRational;
 
+use super::inside::Inside;
 use super::lakes::Shores;
 use super::noding::noded;
 use super::pieces::Piece;
@@ -25,6 +26,7 @@ pub struct RequiredLines {
     /// Samples beside lines with heights, by row and column, with the least and the largest of these heights.
     near: Vec<((i64, i64), [f64; 2])>,
     pub(super) shores: Shores,
+    inside: Option<Inside>,
 }
 
 /// What edges along the lines of a set are held to.
@@ -52,6 +54,7 @@ impl RequiredLines {
         }
         let mut pieces = noded(pieces);
         let shores = shores(&mut pieces, sets).map_err(|error| (LineKind::Lakes, error))?;
+        let inside = inside(&mut pieces, sets, size);
         let mut of: BTreeMap<[Spot; 2], Vec<usize>> = BTreeMap::new();
         for piece in pieces.keys() {
             let numbers = of.entry(piece.ends).or_default();
@@ -63,7 +66,18 @@ impl RequiredLines {
         let near = near(&levels, size);
         let features = LineSet::features(sets.iter().map(|set| (set.kind, set.lines.heights().is_some())));
         let sets = sets.iter().map(|set| Set { shift: set.shift, has_heights: set.lines.heights().is_some() });
-        Ok(RequiredLines { sets: sets.collect(), features, segments: of.into_iter().collect(), levels, near, shores })
+        let segments = of.into_iter().collect();
+        Ok(RequiredLines { sets: sets.collect(), features, segments, levels, near, shores, inside })
+    }
+
+    /// What is inside of outlines that the mesh is to end at; `None` where there are none.
+    pub(in crate::verify) fn inside(&self) -> Option<&Inside> {
+        self.inside.as_ref()
+    }
+
+    /// Whether a segment asks for an edge where a cell that holds it is ground.
+    pub(super) fn asks(&self, segment: [Spot; 2], cell: (i64, i64)) -> bool {
+        self.inside.as_ref().is_none_or(|inside| inside.asks(segment, cell))
     }
 
     /// What they ask of a run.
@@ -112,6 +126,26 @@ fn shores(pieces: &mut BTreeMap<Piece, u32>, sets: &[LineSet]) -> Result<Shores,
     times.retain(|_, times| *times % 2 == 1);
     pieces.retain(|piece, _| piece.set != number || times.contains_key(&(piece.ends, of_line[piece.line])));
     Shores::new(lakes, times.into_keys())
+}
+
+/// The inside of the outlines that the mesh is to end at; each feature is a polygon. Takes away what of them is not on its border, and what
+/// is on the raster's rim.
+fn inside(pieces: &mut BTreeMap<Piece, u32>, sets: &[LineSet], (width, height): (i64, i64)) -> Option<Inside> {
+    let number = sets.iter().position(|set| set.kind == LineKind::Cutline)?;
+    let features: BTreeMap<u64, usize> = {
+        let lines = &sets[number].lines;
+        let all: std::collections::BTreeSet<u64> = (0..lines.lines().len()).map(|line| lines.feature(line)).collect();
+        all.into_iter().zip(0..).collect()
+    };
+    let mut times: BTreeMap<([Spot; 2], usize), u32> = BTreeMap::new();
+    for (piece, more) in pieces.iter().filter(|(piece, _)| piece.set == number) {
+        *times.entry((piece.ends, features[&sets[number].lines.feature(piece.line)])).or_default() += more;
+    }
+    let odd: Vec<_> = times.into_iter().filter(|(_, times)| times % 2 == 1).map(|(side, _)| side).collect();
+    let inside = Inside::new(&odd, (width - 1, height - 1));
+    let ends: std::collections::BTreeSet<[Spot; 2]> = odd.into_iter().map(|(ends, _)| ends).collect();
+    pieces.retain(|piece, _| piece.set != number || ends.contains(&piece.ends) && inside.is_border(piece.ends));
+    Some(inside)
 }
 
 /// A height at a place, and the line or the lake that has it.

@@ -44,11 +44,15 @@ impl Chains {
 mod tests {
     use super::*;
     use crate::base::mesh::Vertex;
+    use crate::kernel::breaklines::ChainEdge;
 
     fn chains(edges: &[[(i32, i32); 2]]) -> Chains {
         let vertex = |(x, y): (i32, i32)| Vertex { at: Point { x, y }, height: f64::from(x) };
         let window = Window { column: 0, row: 0, width: 9, height: 9 };
-        Chains::new([(window, edges.iter().map(|edge| (edge.map(vertex), 1)).collect())], vec![0])
+        Chains::new(
+            [(window, edges.iter().map(|edge| ChainEdge { edge: edge.map(vertex), sets: 1, inside: None }).collect())],
+            vec![0],
+        )
     }
 
     fn places(chains: &Chains) -> Vec<[(i64, i64); 2]> {
