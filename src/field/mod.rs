@@ -20,6 +20,7 @@ mod decode;
 mod error;
 mod holes;
 mod in_place;
+mod kept;
 mod load;
 mod map;
 mod open;

@@ -44,6 +44,11 @@ impl Shard {
         let at = |part: usize| (tiles as u128 * part as u128 / self.of as u128) as usize;
         at(self.number - 1)..at(self.number)
     }
+
+    /// Whether a place below `total` is in its share of all places: it is in one shard's.
+    pub fn has(self, place: u128, total: u128) -> bool {
+        place * self.of as u128 / total == self.number as u128 - 1
+    }
 }
 
 impl fmt::Display for Shard {

@@ -24,15 +24,19 @@ mod body;
 mod encode;
 mod error;
 mod grid;
+mod ground;
+mod kept;
 mod lines;
 mod make;
 mod manifest;
 mod measure;
 mod normals;
 mod part;
+mod prepare;
 mod quantize;
 mod report;
 mod samples;
+mod shards;
 mod source;
 mod surface;
 #[cfg(test)]
@@ -40,6 +44,7 @@ mod tests;
 mod tile;
 mod write;
 
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -49,6 +54,7 @@ pub use grid::{Grid, Level, TileKey};
 pub use manifest::{LAYER, Layer, PROMISE, Promise, Range};
 pub use report::{LevelReport, TilesReport};
 pub(crate) use samples::{Block as SampleBlock, Patch, Samples};
+pub use shards::{TilesLayout, TilesShare, lay_out_tiles, merge_tiles, work_on_tiles};
 
 use crate::base::control::Control;
 use crate::raster::View;
@@ -79,6 +85,10 @@ pub struct TilesRequest {
     pub gzip: bool,
     /// Whether an earlier set of tiles may be replaced.
     pub overwrite: bool,
+    /// A folder that keeps what is finished, so that the same request continues there after the process was killed.
+    pub work_dir: Option<PathBuf>,
+    /// Whether that folder stays when the set is there.
+    pub keep_work_dir: bool,
     /// Threads; `None`: as many as there are cores.
     pub threads: Option<NonZeroUsize>,
     /// The folder of temporary files; `None` is the system's.
@@ -100,6 +110,8 @@ impl TilesRequest {
             outside: 0.0,
             gzip: false,
             overwrite: false,
+            work_dir: None,
+            keep_work_dir: false,
             threads: None,
             temp_dir: None,
         }
@@ -110,24 +122,36 @@ impl TilesRequest {
     }
 }
 
-/// The samples that a set of tiles was made from, and the grid that is not coarser than the raster.
-pub(crate) fn samples(
-    request: &TilesRequest,
-    grid: Grid,
-    control: &Control<'_>,
-) -> Result<(Samples, Grid, Body), PyramidError> {
-    let prepared = make::open(request, control)?;
-    let coarsest = prepared.source.grid(0)?;
-    Ok((make::resample(&prepared, grid, request, control)?, coarsest, prepared.body))
+/// What a set of tiles is judged by.
+pub(crate) struct Basis {
+    /// The samples that it was made from.
+    pub(crate) samples: Samples,
+    /// The grid that is not coarser than the raster.
+    pub(crate) coarsest: Grid,
+    pub(crate) body: Body,
+    /// As [`Promise::view`].
+    pub(crate) view: BTreeMap<String, String>,
+}
+
+/// What a set of tiles on this grid is judged by.
+pub(crate) fn basis(request: &TilesRequest, grid: Grid, control: &Control<'_>) -> Result<Basis, PyramidError> {
+    let prepared = prepare::open(request, control)?;
+    let (coarsest, view) = (prepared.source.grid(0)?, prepared.view()?);
+    let samples = prepare::resample(&prepared, grid, request, control)?;
+    Ok(Basis { samples, coarsest, body: prepared.body, view })
 }
 
 /// Makes a set of tiles.
 ///
 /// # Errors
-/// [`PyramidError`]; nothing is left under the output's name then.
+/// [`PyramidError`]; nothing is left under the output's name then, and what is finished stays in the work dir, where there is one.
 pub fn tiles(request: &TilesRequest, control: &Control<'_>) -> Result<TilesReport, PyramidError> {
+    pool(request)?.install(|| make::make(request, control))
+}
+
+/// The threads that a request asks for.
+fn pool(request: &TilesRequest) -> Result<rayon::ThreadPool, PyramidError> {
     let threads = request.threads.map_or(0, NonZeroUsize::get);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| PyramidError::Threads { threads, reason: e.to_string() })?;
-    pool.install(|| make::make(request, control))
+    pool.map_err(|e| PyramidError::Threads { threads, reason: e.to_string() })
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use gdal::spatial_ref::{AxisMappingStrategy, CoordTransform, SpatialRef};
 
 use super::source::{Source, band};
-use super::{PyramidError, TilesReport, TilesRequest, make, tiles};
+use super::{PyramidError, TilesReport, TilesRequest, prepare, tiles};
 use crate::base::Window;
 use crate::base::control::Control;
 use crate::raster::{GeodesyError, Raster};
@@ -28,7 +28,7 @@ fn heights_of_the_grid_are_bilinear_at_the_exact_place() {
     let size = (40, 30);
     let transform = [500_000.0, 300.0, 60.0, 5_200_000.0, 40.0, -280.0];
     let path = raster(folder.path(), "dem.tif", size, transform, "EPSG:32633", &hills);
-    let prepared = make::open(&request(&path, Path::new("out"), 10.0), &Control::default()).expect("a raster");
+    let prepared = prepare::open(&request(&path, Path::new("out"), 10.0), &Control::default()).expect("a raster");
     let source = Arc::new(Source::new(prepared.source.field.clone(), prepared.source.geodesy.clone()));
     let grid = source.grid(0).expect("a grid");
     assert_eq!(grid.exponent, 17);

@@ -39,7 +39,7 @@ use self::findings::{Findings, Kind};
 use self::tile::{Distance, Tile};
 use crate::base::control::{Control, Stage};
 use crate::pyramid::{
-    Grid, PROMISE, Patch, Promise, PyramidError, SampleBlock, Samples, TileKey, TilesRequest, samples,
+    Basis, Grid, PROMISE, Patch, Promise, PyramidError, SampleBlock, Samples, TileKey, TilesRequest, basis,
 };
 use crate::raster::View;
 
@@ -84,6 +84,8 @@ pub struct Verdict {
     pub passed: bool,
     /// What is wrong, one sentence for each kind of fault.
     pub failures: Vec<String>,
+    /// In what the raster is looked at otherwise than when the tiles were made, which may be the reason.
+    pub other_view: Vec<String>,
     /// The levels.
     pub levels: Vec<LevelVerdict>,
     /// The largest gap between tiles of any two levels that meet.
@@ -101,6 +103,9 @@ impl std::fmt::Display for Verdict {
         }
         for failure in &self.failures {
             writeln!(f, "failed: {failure}")?;
+        }
+        for difference in &self.other_view {
+            writeln!(f, "note: the tiles were made from another view of the raster: {difference}")?;
         }
         write!(f, "{}", if self.passed { "passed" } else { "NOT passed" })
     }
@@ -150,7 +155,7 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
         temp_dir: request.temp_dir.clone(),
         ..TilesRequest::new(&request.input, &request.tiles, promise.max_error)
     };
-    let (samples, coarsest, body) = samples(&asked, grid, control)?;
+    let Basis { samples, coarsest, body, view } = basis(&asked, grid, control)?;
     let ellipsoid = Ellipsoid { a: body.semi_major, b: body.semi_minor };
     let mut findings = Findings::default();
     if (promise.semi_major, promise.semi_minor) != (body.semi_major, body.semi_minor) {
@@ -205,8 +210,19 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
     let borders = Borders { grid, ellipsoid: &ellipsoid, samples: &samples, levels: &promise.levels, sides, steps };
     borders.judge_levels(&mut findings);
     let gaps = borders.judge_gaps(&mut findings)?;
-    let failures = findings.sentences();
-    Ok(Verdict { schema: 1, passed: failures.is_empty(), failures, levels, gaps })
+    let (failures, other_view) = (findings.sentences(), differences(&promise.view, &view));
+    Ok(Verdict { schema: 1, passed: failures.is_empty(), failures, other_view, levels, gaps })
+}
+
+/// In what two views differ, by the names of options. Nothing is known of tiles that say nothing.
+fn differences(made: &BTreeMap<String, String>, found: &BTreeMap<String, String>) -> Vec<String> {
+    if made.is_empty() {
+        return Vec::new();
+    }
+    let names: BTreeSet<&String> = made.keys().chain(found.keys()).collect();
+    let said = |view: &BTreeMap<String, String>, name| view.get(name).map_or("none", String::as_str).to_string();
+    let differing = names.into_iter().filter(|&name| made.get(name) != found.get(name));
+    differing.map(|name| format!("{name}: expected {}, found {}", said(made, name), said(found, name))).collect()
 }
 
 /// Whether a level has such a column and row.

@@ -7,6 +7,7 @@
 //! | name | what |
 //! |---|---|
 //! | `manifest.json` | the job: program version, parameters, raster; durable before anything else is made |
+//! | `chunks/…` | of other jobs than meshes: files that they name themselves ([`WorkDir::parts`]) |
 //! | `chunks/ROW/COLUMN.chunk` | finished tiles, checksummed, each renamed into place after it was synced |
 //! | `chunks/PASS/ROW/COLUMN.chunk` | the same of each pass that follows the first, where there are some |
 //! | `chunks/short-PASS/ROW/COLUMN.chunk` | the same of a run that is made again with short links |
@@ -32,6 +33,7 @@
 //! is refused, whichever sample changed.
 
 mod error;
+mod files;
 #[cfg(any(test, feature = "fuzzing"))]
 pub(crate) mod fuzzing;
 mod layout;
