@@ -190,6 +190,7 @@ impl From<PyramidError> for Failure {
             PyramidError::Occupied { .. } => failure.hint("choose another folder"),
             PyramidError::File { source, .. } => failure.on_disk(&source),
             PyramidError::WorkDir(error) => error.into(),
+            PyramidError::NoWorkDir => failure,
             PyramidError::Gone { .. } => failure.hint("terrabite tiles-plan brings them there"),
             PyramidError::Missing { .. } => failure.waiting().hint("terrabite run WORK makes them"),
             PyramidError::Kept { error, dir, outdated } => {
@@ -206,10 +207,15 @@ impl From<PyramidError> for Failure {
 fn of_geodesy(error: &GeodesyError) -> String {
     match error {
         GeodesyError::Local { .. } => "gdal_translate -a_srs EPSG:… gives it a CRS, and -a_ullr a place".to_string(),
-        GeodesyError::NoGrid { from, .. } => format!(
-            "projinfo -s \"{from}\" -t EPSG:4979 --spatial-test intersects names the grid, and projsync fetches it; \
-             --vertical-crs names another vertical CRS"
-        ),
+        GeodesyError::NoGrid { from, .. } => {
+            let named = grid_of(from).map_or(String::new(), |grid| {
+                format!("PROJ's is {grid}, which projsync --file {grid} fetches from cdn.proj.org; ")
+            });
+            format!(
+                "{named}projinfo -s \"{from}\" -t EPSG:4979 --spatial-test intersects names all grids that serve; \
+                 --vertical-crs names another vertical CRS"
+            )
+        }
         GeodesyError::NotVertical { .. } => "choose another with --vertical-crs".to_string(),
         GeodesyError::OtherBody { .. } => {
             "gdal_translate -a_srs gives the raster a CRS without one, and no --vertical-crs".to_string()
@@ -217,4 +223,24 @@ fn of_geodesy(error: &GeodesyError) -> String {
         GeodesyError::Unit { .. } => "gdal_edit.py -units m names another".to_string(),
         _ => "gdalwarp -t_srs EPSG:4326 brings it into a CRS that PROJ knows the way from".to_string(),
     }
+}
+
+/// The grids that PROJ 9.1 takes for common vertical CRSs, by their codes, as its database has them.
+const GRIDS: [(&str, &str); 10] = [
+    ("3855", "us_nga_egm08_25.tif"),
+    ("5701", "uk_os_OSGM15_GB.tif"),
+    ("5703", "us_noaa_g2018u0.tif"),
+    ("5709", "nl_nsgi_nlgeo2018.tif"),
+    ("5710", "be_ign_hBG18.tif"),
+    ("5711", "au_ga_AUSGeoid2020_20180201.tif"),
+    ("5720", "fr_ign_RAF20.tif"),
+    ("5728", "ch_swisstopo_chgeo2004_ETRS89_LN02.tif"),
+    ("5773", "us_nga_egm96_15.tif"),
+    ("7839", "nz_linz_nzgeoid2016.tif"),
+];
+
+/// The grid for the vertical part of a compound CRS, `EPSG:HORIZONTAL+VERTICAL`, if it is a common one.
+fn grid_of(compound: &str) -> Option<&'static str> {
+    let (_, vertical) = compound.rsplit_once('+')?;
+    GRIDS.iter().find(|(code, _)| *code == vertical).map(|(_, grid)| *grid)
 }

@@ -113,6 +113,9 @@ pub enum PyramidError {
     /// The work dir cannot be used.
     #[error(transparent)]
     WorkDir(WorkDirError),
+    /// A run in shards needs a work dir.
+    #[error("expected a work dir in the request for a run in shards, found none")]
+    NoWorkDir,
     /// A work dir is without the samples of the grid.
     #[error("{}: expected the samples of the grid in the work dir, found none", dir.display())]
     Gone {

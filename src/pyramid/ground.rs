@@ -103,7 +103,11 @@ impl Ground {
         let levels = levels_of(&prepared.body, grid, request)?;
         let area = prepared.source.area(grid)?;
         let band = band(prepared.source.clone(), grid, area)?;
-        let checksum = kept.bring_samples(&band, earlier.map(|facts| facts.checksum), control)?;
+        let checksum =
+            kept.bring_samples(&band, earlier.map(|facts| facts.checksum), control).map_err(|error| match error {
+                PyramidError::Field(error) => prepared.source.explain(error),
+                other => other,
+            })?;
         let field = kept.open_samples(&request.input, (area.width, area.height))?;
         let field = field.ok_or_else(|| PyramidError::Gone { dir: kept.dir().path().to_path_buf() })?;
         let samples = Samples { grid, field, area, outside: request.outside };

@@ -24,17 +24,30 @@ use crate::base::faults::{self, Point};
 /// Makes a set of tiles on the threads of the current rayon pool.
 pub(super) fn make(request: &TilesRequest, control: &Control<'_>) -> Result<TilesReport, PyramidError> {
     let started = Instant::now();
-    // A work dir may have an output of its own there.
-    write::check(&request.output, request.overwrite || request.work_dir.is_some())?;
+    check_output(request)?;
     let prepared = open(request, control)?;
     let Some(dir) = &request.work_dir else {
         let ground = Ground::find(&prepared, request, control)?;
         return Making::new(request, &ground, None, control).set(Some(&prepared), started);
     };
     let kept = Kept::open(dir, &prepared.job(request)?)?;
-    let made = Ground::kept(&kept, &prepared, request, control)
+    let overwrite = request.overwrite || kept.dir().has_committed(&request.output);
+    let made = write::check(&request.output, overwrite)
+        .and_then(|()| Ground::kept(&kept, &prepared, request, control))
         .and_then(|ground| Making::new(request, &ground, Some(&kept), control).set(Some(&prepared), started));
     ended(kept, made, request, control)
+}
+
+/// Finds an output that cannot be made, before the long run.
+pub(super) fn check_output(request: &TilesRequest) -> Result<(), PyramidError> {
+    let (output, work_dir) = (&request.output, &request.work_dir);
+    // A work dir may have an output of its own there.
+    write::check(output, request.overwrite || work_dir.is_some())?;
+    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    if work_dir.as_ref().is_some_and(|dir| absolute(dir).starts_with(absolute(output))) {
+        return Err(PyramidError::Occupied { path: output.clone(), found: "the work dir in it".to_string() });
+    }
+    Ok(())
 }
 
 /// What becomes of a work dir once its set is there, or is not.

@@ -1,6 +1,7 @@
 //! A pyramid of terrain tiles (quantized-mesh 1.0) in which every level keeps a stated error.
 //!
-//! In comes a raster; out goes a folder of tiles with its manifest. `source` gives the heights of the finest grid (`grid`), a
+//! In comes a raster; out goes a folder of tiles with its manifest. `prepare` opens the raster, and `ground` finds out of it what tiles
+//! are made from, which a work dir keeps (`kept`), so that a run can be interrupted, or made by many processes (`shards`). `source` gives the heights of the finest grid (`grid`), a
 //! fixed grid of longitudes and latitudes not coarser than the raster, and `samples` keeps them. A level is made tile by
 //! tile: `lines` finds the sides, which depend on their line and the level alone, `part` makes meshes with the engines of
 //! [`crate::kernel`], `quantize` brings places and heights onto the lattice that the format has, so that tiles of a level share
@@ -15,7 +16,7 @@
 //!
 //! **Memory.** A thread holds the samples of a part (at most 513 × 513, with heights and weights), a window of 256 × 256 samples,
 //! and the mesh of one tile of at most 65,536 vertices. In common there are 40 bytes for each tile of all levels. Samples
-//! of the grid, 8 bytes each, are in an unlinked temporary file that is mapped.
+//! of the grid, 8 bytes each, are in an unlinked temporary file, or in the work dir; it is mapped.
 //!
 //! **The same bytes.** Tiles depend on the raster and the options, not on threads or on the system's mathematics (sines and cosines are
 //! those of the crate `libm`). PROJ decides them, too: another version may move a place by the last bit.

@@ -54,7 +54,7 @@ pub(super) fn resample(
     let area = prepared.source.area(grid)?;
     let band = band(prepared.source.clone(), grid, area)?;
     let options = FieldOptions { temp_dir: request.temp_dir(), choice: Choice::Decode, ..FieldOptions::default() };
-    let field = Field::open(&band, &options, control)?;
+    let field = Field::open(&band, &options, control).map_err(|error| prepared.source.explain(error))?;
     Ok(Samples { grid, field, area, outside: request.outside })
 }
 

@@ -100,6 +100,9 @@ impl std::fmt::Display for TilesReport {
             vertical => format!("brought from {vertical} to ellipsoidal"),
         };
         writeln!(f, "tiles    {tiles} of levels 0 to {finest}, {bytes} bytes, in {}", self.output.display())?;
+        if self.tiles_found > 0 {
+            writeln!(f, "found    {} of these tiles in the work dir", self.tiles_found)?;
+        }
         writeln!(f, "heights  {heights}")?;
         writeln!(f, "grid     180° ÷ 2^{}; errors are those of the resampled surface, in metres", self.grid_exponent)?;
         writeln!(f, "level  tiles  triangles    allowed    largest")?;

@@ -14,14 +14,13 @@ use super::error::PyramidError;
 use super::grid::TileKey;
 use super::ground::Ground;
 use super::kept::Kept;
-use super::make::{Making, ended};
+use super::make::{Making, check_output, ended};
 use super::manifest::SCHEMA;
 use super::prepare::open;
 use super::report::TilesReport;
-use super::{TilesRequest, pool, write};
+use super::{TilesRequest, pool};
 use crate::base::control::{Control, Stage};
 use crate::job::shards::{Shard, Share};
-use crate::job::work_dir::WorkDirError;
 
 /// A run that has been laid out for shards.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -140,7 +139,7 @@ pub fn work_on_tiles(request: &TilesRequest, shard: Shard, control: &Control<'_>
 /// [`PyramidError`]; where tiles are missing, [`PyramidError::Missing`]. Nothing is left under the output's name then.
 pub fn merge_tiles(request: &TilesRequest, control: &Control<'_>) -> Result<TilesReport, PyramidError> {
     let (started, dir) = (Instant::now(), dir(request)?);
-    write::check(&request.output, true)?;
+    check_output(request)?;
     let kept = Kept::open_laid_out(dir)?;
     let made = pool(request)?.install(|| {
         let ground = Ground::laid_out(&kept, request)?;
@@ -154,8 +153,7 @@ pub fn merge_tiles(request: &TilesRequest, control: &Control<'_>) -> Result<Tile
 }
 
 fn dir(request: &TilesRequest) -> Result<&Path, PyramidError> {
-    let none = || PyramidError::WorkDir(WorkDirError::NotPlanned { dir: PathBuf::new() });
-    request.work_dir.as_deref().ok_or_else(none)
+    request.work_dir.as_deref().ok_or(PyramidError::NoWorkDir)
 }
 
 /// The tiles of a shard, level by level. Shards cost about the same: a tile counts by its samples, and is of the shard in whose share

@@ -4,7 +4,7 @@
 //! A height depends on the raster, the grid and the place, not on the window that is read. PROJ may choose among several
 //! ways by the mean of the places that it is given together, so they are given in the same runs of [`RUN`] columns always.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::error::PyramidError;
 use super::grid::{Grid, MAX_EXPONENT, MIN_EXPONENT};
@@ -36,6 +36,8 @@ pub(super) struct Source {
     transform: GeoTransform,
     /// Columns in 360°, where x is the longitude.
     period: Option<f64>,
+    /// What is wrong with a sample of the raster, where a window could not be read for it.
+    wrong: Mutex<Option<FieldError>>,
 }
 
 impl Source {
@@ -44,7 +46,12 @@ impl Source {
         let [_, dx, turn, _, other_turn, _] = transform.coefficients();
         let is_upright = turn == 0.0 && other_turn == 0.0;
         let period = (geodesy.is_geographic && is_upright).then(|| 360.0 / dx.abs());
-        Source { field, geodesy, transform, period }
+        Source { field, geodesy, transform, period, wrong: Mutex::default() }
+    }
+
+    /// Why the samples of the grid cannot be read, in the words of the raster's own where one of those is to blame.
+    pub(super) fn explain(&self, error: FieldError) -> PyramidError {
+        self.wrong.lock().unwrap_or_else(PoisonError::into_inner).take().unwrap_or(error).into()
     }
 
     fn failed(&self, source: GeodesyError) -> PyramidError {
@@ -185,7 +192,8 @@ impl Source {
             east = Some((first.min(lon), last.max(lon), lon));
             (south, north) = (south.min(lat), north.max(lat));
         }
-        let (mut west, mut east, _) = east.ok_or_else(|| self.nothing())?;
+        // Of a whole disc no place of the rim is on the globe.
+        let (mut west, mut east, _) = east.unwrap_or((-180.0, 180.0, 0.0));
         // A pole inside is on no rim.
         for pole in [-90.0, 90.0] {
             let (mut x, mut y) = ([0.0], [pole]);
@@ -276,6 +284,11 @@ impl Windows for Resampled {
                 }
                 let heights = self.source.heights(&ways, &places, &mut scratch).map_err(|e| match e {
                     PyramidError::Field(FieldError::Raster(e)) => e,
+                    PyramidError::Field(e) => {
+                        let reason = e.to_string();
+                        *self.source.wrong.lock().unwrap_or_else(PoisonError::into_inner) = Some(e);
+                        failed(reason)
+                    }
                     other => failed(other.to_string()),
                 })?;
                 for (row, heights) in rows.zip(heights.chunks(RUN as usize)) {

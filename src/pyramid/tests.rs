@@ -9,8 +9,9 @@ use super::source::{Source, band};
 use super::{PyramidError, TilesReport, TilesRequest, prepare, tiles};
 use crate::base::Window;
 use crate::base::control::Control;
-use crate::raster::{GeodesyError, Raster};
+use crate::raster::{GeodesyError, Raster, View};
 use crate::testing::{folder, raster};
+use crate::tiles_verify::{TilesVerifyRequest, tiles_verify};
 
 fn hills(column: usize, row: usize) -> f32 {
     let (x, y) = (column as f32, row as f32);
@@ -160,6 +161,25 @@ fn rasters_that_lie_nowhere_are_refused() {
     let nothing = raster(folder.path(), "nothing.tif", (10, 10), transform, "EPSG:4326", &|_, _| f32::NAN);
     assert!(matches!(made(&nothing, &out, 1), Err(PyramidError::Nothing { .. })));
     assert!(!out.exists());
+}
+
+/// No place on the rim of the raster is on the globe.
+#[test]
+fn a_whole_disc_is_taken() {
+    let folder = folder();
+    let (disc, out) = ("+proj=ortho +lat_0=40 +lon_0=10 +datum=WGS84", folder.path().join("out"));
+    let transform = [-6.6e6, 220_000.0, 0.0, 6.6e6, 0.0, -220_000.0];
+    let path = raster(folder.path(), "disc.tif", (60, 60), transform, disc, &hills);
+    tiles(&request(&path, &out, 60_000.0), &Control::default()).expect("tiles");
+    let asked = TilesVerifyRequest {
+        input: path,
+        view: View::default(),
+        tiles: out,
+        threads: None,
+        temp_dir: Some(crate::fuzzing::temp_dir()),
+    };
+    let verdict = tiles_verify(&asked, &Control::default()).expect("a verdict");
+    assert!(verdict.passed && verdict.levels[0].samples > 1000, "{verdict:?}");
 }
 
 #[test]

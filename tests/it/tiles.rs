@@ -42,10 +42,16 @@ fn what_cannot_be_done_is_said_with_the_way_out() {
     terrabite(["tiles", &nowhere, &out, "--max-error", "10"]).fails(1, &["nowhere.tif", "geotransform", "-a_srs"]);
     let dem = dem(&folder);
     let grid = ["tiles", &dem, &out, "--max-error", "100", "--vertical-crs", "EPSG:3855"];
-    terrabite(grid).fails(1, &["dem.tif", "projinfo -s \"EPSG:4326+3855\"", "--vertical-crs"]);
+    terrabite(grid).fails(1, &["dem.tif", "us_nga_egm08_25.tif", "projinfo -s \"EPSG:4326+3855\"", "--vertical-crs"]);
     terrabite(["tiles", &dem, &out, "--max-error", "0"]).fails(2, &["--max-error", "0.001"]);
     terrabite(["tiles", &dem, &out, "--max-error", "100", "--max-level", "20"]).fails(1, &["--max-level"]);
     terrabite(["tiles-verify", &dem, folder.path().to_str().expect("a path")]).fails(1, &["terrabite.json"]);
+    let infinite = |c, r| if (c, r) == (7, 5) { f64::INFINITY } else { 3.0 };
+    let place = [8.0, 0.005, 0.0, 46.5, 0.0, -0.005];
+    let infinite = Dem::new(20, 20).kind(Kind::Float32).heights(infinite).geo_transform(place).epsg(4326);
+    let infinite = infinite.write(&folder, "infinite.tif");
+    let refused = ["tiles", &infinite, &out, "--max-error", "100"];
+    terrabite(refused).fails(1, &["infinite.tif", "found inf at column 7, row 5", "--nodata inf"]);
     assert!(!Path::new(&out).exists());
 }
 

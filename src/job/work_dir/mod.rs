@@ -19,7 +19,8 @@
 //! | `staged` | where the partial output is, so that a killed run's is found and removed |
 //! | `lock` | locked while a process works here; the system releases it however the process ends |
 //!
-//! Every file but the lock is written under a private name, synced and renamed ([`PrivateFile`]); a lock is on the file
+//! Every file but the lock is written under a private name, synced and renamed ([`PrivateFile`]); other jobs than meshes may leave
+//! theirs unsynced. A lock is on the file
 //! itself, whatever its name, so it stays where it was made, and what it says is one word.
 //!
 //! [`PrivateFile`]: crate::base::private_file::PrivateFile
