@@ -2,13 +2,11 @@
 
 use std::fs::File;
 use std::path::Path;
-use std::sync::Arc;
 
 use super::decode::{decode_into, decoded_bytes, decoded_doubles};
-use super::source::Source;
 use super::{Access, Field, FieldError};
 use crate::base::control::Control;
-use crate::base::{Band, GeoTransform, Marks, SampleType, Scaling};
+use crate::base::{Band, SampleType};
 
 impl Field {
     /// Decodes a band of plain doubles into a file, in parallel, for [`Field::of_decoded`]. `folder` is where the file is, for
@@ -34,24 +32,9 @@ impl Field {
         let store = decoded_doubles(file, size)
             .and_then(|store| Ok(store.zip(Some(file.metadata()?.len()))))
             .map_err(|source| FieldError::Map { path: name.to_path_buf(), source })?;
-        Ok(store.map(|(store, bytes)| Field {
-            name: name.to_path_buf(),
-            width: size.0,
-            height: size.1,
-            block: (store.block_width, store.block_height),
-            sample_type: SampleType::F64,
-            scaling: Scaling::NONE,
-            marks: Marks::default(),
-            tag: None,
-            geo_transform: GeoTransform::DEFAULT,
-            source: Source::Blocks(store),
-            mask: None,
-            cutline: None,
-            access: Access::Decoded { reason: "decoded before".to_string(), bytes },
-            channels: None,
-            importance: None,
-            holes: None,
-            watches: Arc::default(),
+        Ok(store.map(|(store, bytes)| {
+            let access = Access::Decoded { reason: "decoded before".to_string(), bytes };
+            Field::of_store(name.to_path_buf(), size, SampleType::F64, store, access)
         }))
     }
 }

@@ -274,6 +274,10 @@ mod tests {
             let sizes = || shares.iter().map(Range::len);
             assert!(sizes().max().unwrap() - sizes().min().unwrap() <= 1, "{tiles} in {of}");
         }
+        for (total, of) in [(1u128, 1), (1, 64), (7, 3), (1000, 64)] {
+            let owners = |place| (1..=of).filter(move |&n| Shard::new(n, of).unwrap().has(place, total)).count();
+            assert!((0..total).all(|place| owners(place) == 1), "{total} in {of}");
+        }
         assert_eq!([Shard::new(0, 1), Shard::new(2, 1), Shard::new(1, 0)], [None; 3]);
     }
 }

@@ -30,7 +30,7 @@ pub(super) struct Facts {
     pub(super) vertical: String,
     pub(super) crs: String,
     pub(super) view: BTreeMap<String, String>,
-    /// Column, row, least and greatest height of the tiles of the finest level.
+    /// Column, row, least and greatest height of the tiles of the finest level; none once they are in [`Ground::reliefs`].
     reliefs: Vec<(u32, u32, f64, f64)>,
 }
 
@@ -93,9 +93,9 @@ impl Ground {
         control: &Control<'_>,
     ) -> Result<Ground, PyramidError> {
         let earlier = kept.read_facts()?;
-        if kept.dir().has_same_samples()
-            && let Some(ground) =
-                earlier.as_ref().map(|facts| Ground::open(kept, facts, request)).transpose()?.flatten()
+        let expected = earlier.as_ref().map(|facts| facts.checksum);
+        if let Some(facts) = earlier.filter(|_| kept.dir().has_same_samples())
+            && let Some(ground) = Ground::open(kept, facts, request)?
         {
             return Ok(ground);
         }
@@ -103,11 +103,10 @@ impl Ground {
         let levels = levels_of(&prepared.body, grid, request)?;
         let area = prepared.source.area(grid)?;
         let band = band(prepared.source.clone(), grid, area)?;
-        let checksum =
-            kept.bring_samples(&band, earlier.map(|facts| facts.checksum), control).map_err(|error| match error {
-                PyramidError::Field(error) => prepared.source.explain(error),
-                other => other,
-            })?;
+        let checksum = kept.bring_samples(&band, expected, control).map_err(|error| match error {
+            PyramidError::Field(error) => prepared.source.explain(error),
+            other => other,
+        })?;
         let field = kept.open_samples(&request.input, (area.width, area.height))?;
         let field = field.ok_or_else(|| PyramidError::Gone { dir: kept.dir().path().to_path_buf() })?;
         let samples = Samples { grid, field, area, outside: request.outside };
@@ -118,21 +117,22 @@ impl Ground {
 
     /// What a run has been laid out with.
     pub(super) fn laid_out(kept: &Kept, request: &TilesRequest) -> Result<Ground, PyramidError> {
-        let ground = kept.read_facts()?.map(|facts| Ground::open(kept, &facts, request)).transpose()?.flatten();
+        let ground = kept.read_facts()?.map(|facts| Ground::open(kept, facts, request)).transpose()?.flatten();
         ground.ok_or_else(|| PyramidError::Gone { dir: kept.dir().path().to_path_buf() })
     }
 
-    fn open(kept: &Kept, facts: &Facts, request: &TilesRequest) -> Result<Option<Ground>, PyramidError> {
+    fn open(kept: &Kept, facts: Facts, request: &TilesRequest) -> Result<Option<Ground>, PyramidError> {
         let Some(field) = kept.open_samples(&request.input, facts.size())? else { return Ok(None) };
         let levels = levels_of(&facts.body, facts.grid(), request)?;
-        Ok(Some(Ground::of(facts.clone(), facts.samples(field, request.outside), levels)))
+        let samples = facts.samples(field, request.outside);
+        Ok(Some(Ground::of(facts, samples, levels)))
     }
 
-    fn of(facts: Facts, samples: Samples, levels: Vec<Level>) -> Ground {
+    fn of(mut facts: Facts, samples: Samples, levels: Vec<Level>) -> Ground {
         let finest = levels.last().expect("there is level 0").level;
-        let relief =
-            |&(x, y, low, high): &(u32, u32, f64, f64)| (TileKey { level: finest, x, y }, Relief { low, high });
-        let reliefs = upwards(facts.reliefs.iter().map(relief).collect(), finest, samples.outside);
+        let relief = |(x, y, low, high)| (TileKey { level: finest, x, y }, Relief { low, high });
+        let of_finest = std::mem::take(&mut facts.reliefs).into_iter().map(relief).collect();
+        let reliefs = upwards(of_finest, finest, samples.outside);
         Ground { facts, samples, levels, reliefs }
     }
 

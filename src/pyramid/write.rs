@@ -83,14 +83,18 @@ impl StagedSet {
         // Something may have come up meanwhile.
         check(output, overwrite)?;
         committing().map_err(failed(output))?;
-        change_places(set, output).map_err(failed(output))?;
+        change_places(set, output, overwrite).map_err(failed(output))?;
         faults::reach(Point::OutputRenamed);
-        durable::sync_dir(parent(output)).map_err(failed(output))
+        durable::sync_dir(parent(output)).map_err(failed(output))?;
+        // An earlier set, where they have changed places.
+        match fs::remove_dir_all(set) {
+            Err(e) if e.kind() != ErrorKind::NotFound => Err(failed(set)(e)),
+            _ => Ok(()),
+        }
     }
 }
 
 impl Drop for StagedSet {
-    /// Also where it has changed places with an earlier set, which goes.
     fn drop(&mut self) {
         // Nobody is left to be told; the folder's name says that it may be deleted.
         let _ = fs::remove_dir_all(&self.set);
@@ -99,11 +103,11 @@ impl Drop for StagedSet {
 
 /// Gives a set its name. An earlier one there has the set's then: both change places in one step, so that whoever looks finds one
 /// of them, whole. Where a file system cannot do that, there is a moment without any.
-fn change_places(set: &Path, output: &Path) -> std::io::Result<()> {
+fn change_places(set: &Path, output: &Path, overwrite: bool) -> std::io::Result<()> {
     use rustix::fs::{CWD, RenameFlags, renameat_with};
     use rustix::io::Errno;
     match fs::rename(set, output) {
-        Err(e) if matches!(e.kind(), ErrorKind::DirectoryNotEmpty | ErrorKind::AlreadyExists) => {}
+        Err(e) if overwrite && matches!(e.kind(), ErrorKind::DirectoryNotEmpty | ErrorKind::AlreadyExists) => {}
         other => return other,
     }
     match renameat_with(CWD, set, CWD, output, RenameFlags::EXCHANGE) {
