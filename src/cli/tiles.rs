@@ -45,6 +45,10 @@ pub(crate) struct TilesArgs {
     /// The height where the raster has none, in metres above the ellipsoid
     #[arg(long, value_name = "METRES", default_value_t = 0.0, value_parser = height, allow_hyphen_values = true)]
     outside: f64,
+    /// Have CesiumJS draw heights as they are: it rounds tiles of less than 4,095 m to 12 bits in all directions. Heights get steps
+    /// of 1/8 m or more (docs/tiles.md)
+    #[arg(long, hide_short_help = true)]
+    fine_heights: bool,
     /// Compress the files: the server must send them with Content-Encoding: gzip (docs/tiles.md)
     #[arg(long)]
     gzip: bool,
@@ -113,6 +117,7 @@ pub(crate) fn run(args: &TilesArgs) -> Result<ExitCode, Failure> {
         grid_factor: args.grid_factor.parse().map_err(Failure::usage)?,
         vertical_crs: args.vertical_crs.clone(),
         outside: args.outside,
+        fine_heights: args.fine_heights,
         gzip: args.gzip,
         overwrite: args.overwrite,
         threads: args.common.threads,
@@ -143,7 +148,10 @@ impl From<PyramidError> for Failure {
                 failure.hint("choose a larger --max-error, a larger --max-level or --grid-factor 2")
             }
             PyramidError::Step { .. } => {
-                failure.hint("choose a larger --max-error, or a larger --max-level for smaller tiles")
+                failure.hint(
+                    "choose a larger --max-error, or a larger --max-level for smaller tiles; with --fine-heights steps are 1/8 m \
+                     at least",
+                )
             }
             PyramidError::Unreachable { .. } => failure.hint("choose a larger --max-error, or --grid-factor 2"),
             PyramidError::Vertices { .. } => {

@@ -19,6 +19,10 @@ pub(crate) struct TilesVerifyArgs {
     raster: PathBuf,
     /// The folder of tiles
     tiles: PathBuf,
+    /// Compare tiles with the raster's own samples, too, of which nothing is promised: the largest error, and the share of samples
+    /// beyond the level's error
+    #[arg(long)]
+    own_samples: bool,
     #[command(flatten)]
     pub(super) common: CommonArgs,
 }
@@ -31,6 +35,7 @@ pub(crate) fn run(args: &TilesVerifyArgs) -> Result<ExitCode, Failure> {
         input: args.raster.clone(),
         view: args.common.input.view(),
         tiles: args.tiles.clone(),
+        own_samples: args.own_samples,
         threads: args.common.threads,
         temp_dir: args.common.temp_dir.clone(),
     };

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::error::PyramidError;
 use super::grid::{Grid, Level, LevelOptions, MAX_PARTS, TileKey, levels};
 use super::manifest::{LAYER, Layer, PROMISE, Promise, SCHEMA};
-use super::quantize::{Relief, SPAN, Steps};
+use super::quantize::{Relief, SPAN, Steps, UNROUNDED};
 use super::report::{LevelReport, TilesReport};
 use super::samples::{Block, Patch, Samples};
 use super::source::{Source, band};
@@ -75,9 +75,11 @@ pub(super) fn make(request: &TilesRequest, control: &Control<'_>) -> Result<Tile
     let all = upwards(reliefs, finest, request.outside);
     let tiles = all.iter().map(|level| level.len() as u64).sum();
     control.progress.begin(Stage::Triangulate, tiles, tiles);
+    let steps = |reliefs| Steps::of(reliefs, request.fine_heights.then_some(UNROUNDED));
     let (mut reports, mut made) = (Vec::new(), Vec::new());
     for (level, reliefs) in plan.iter().zip(&all) {
-        let (level, report) = make_level(&prepared.body, &samples, *level, reliefs, &staged, control)?;
+        let (level, report) =
+            make_level(&prepared.body, &samples, *level, (reliefs, steps(reliefs)), &staged, control)?;
         made.push(level);
         reports.push(report);
     }
@@ -97,6 +99,7 @@ pub(super) fn make(request: &TilesRequest, control: &Control<'_>) -> Result<Tile
         max_error: request.max_error,
         error_factor: request.error_factor,
         gzip: request.gzip,
+        fine_heights: request.fine_heights,
         levels: made,
     };
     staged.put_json(PROMISE, &promise)?;
@@ -197,12 +200,11 @@ fn make_level(
     body: &Body,
     samples: &Samples,
     mut level: Level,
-    reliefs: &BTreeMap<TileKey, Relief>,
+    (reliefs, steps): (&BTreeMap<TileKey, Relief>, Steps),
     staged: &StagedSet,
     control: &Control<'_>,
 ) -> Result<(Level, LevelReport), PyramidError> {
     let started = Instant::now();
-    let steps = Steps::of(reliefs);
     let keys: Vec<TileKey> = reliefs.keys().copied().collect();
     staged.prepare(&keys)?;
     loop {

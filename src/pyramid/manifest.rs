@@ -81,6 +81,9 @@ pub struct Promise {
     pub error_factor: f64,
     /// Whether files are compressed.
     pub gzip: bool,
+    /// Whether every tile's least and greatest height are 4,095.875 m apart or more.
+    #[serde(default)]
+    pub fine_heights: bool,
     /// The levels.
     pub levels: Vec<Level>,
 }
