@@ -32,6 +32,7 @@ HILLS = OUT / "hills.tif"
 CASES = [
     ("hills", HILLS, 1, []),
     ("hills-gzip", HILLS, 1, ["--gzip"]),
+    ("hills-fine", HILLS, 1, ["--fine-heights"]),
     ("andes", DATA / "srtm3_S33W071.tif", 20, []),
     ("moon", DATA / "moon_tycho_4096.tif", 100, []),
 ]
@@ -104,7 +105,7 @@ def case(name, raster, folder):
         while len(places) < count:
             found = place(middle[0] + random.uniform(-1, 1) * east, middle[1] + random.uniform(-1, 1) * north)
             places += [found] if found else []
-    near = {"first": PLACES, "range": reach, "height": statistics.mean(place[2] for place in places[PLACES:])}
+    near = {"first": PLACES, "range": reach, "pixel": reach * 1.15 / 750, "height": statistics.mean(place[2] for place in places[PLACES:])}
     bounds = [x0, y0 + dy * height, x0 + dx * width, y0]
     return {"name": name, "promise": promise, "places": places, "near": near, "bounds": bounds}
 

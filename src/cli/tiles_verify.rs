@@ -12,17 +12,14 @@ use crate::tiles_verify::{TilesVerifyRequest, tiles_verify};
 /// Judge a pyramid of terrain tiles against its raster: errors, borders, gaps between levels, manifests
 ///
 /// Reads the raster and the folder that tiles has made, by code of its own. What was promised stands in terrabite.json there;
-/// options that decide which samples the raster has must be given as they were. Exit code 0: the tiles pass, 1: they fail.
+/// options that decide which samples the raster has must be given as they were. How far tiles are from the raster's own samples,
+/// of which nothing is promised, is told, too. Exit code 0: the tiles pass, 1: they fail.
 #[derive(Debug, clap::Args)]
 pub(crate) struct TilesVerifyArgs {
     /// The raster that the tiles were made from
     raster: PathBuf,
     /// The folder of tiles
     tiles: PathBuf,
-    /// Compare tiles with the raster's own samples, too, of which nothing is promised: the largest error, and the share of samples
-    /// beyond the level's error
-    #[arg(long)]
-    own_samples: bool,
     #[command(flatten)]
     pub(super) common: CommonArgs,
 }
@@ -35,7 +32,6 @@ pub(crate) fn run(args: &TilesVerifyArgs) -> Result<ExitCode, Failure> {
         input: args.raster.clone(),
         view: args.common.input.view(),
         tiles: args.tiles.clone(),
-        own_samples: args.own_samples,
         threads: args.common.threads,
         temp_dir: args.common.temp_dir.clone(),
     };

@@ -77,7 +77,7 @@ impl Facet {
         let mut reach = [1.0f64, 1.0];
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
             let middle: Point = std::array::from_fn(|k| 0.5 * (points[i][k] + points[j][k]));
-            let (lon, lat, _) = tile.ellipsoid.geodetic(middle);
+            let (lon, lat) = tile.ellipsoid.place(middle, 1);
             let straight = [0.5 * (places[i][0] + places[j][0]), 0.5 * (places[i][1] + places[j][1])];
             let (west, north) = tile.place(0.0, f64::from(LAST));
             let cell = tile.grid.cell();

@@ -22,6 +22,8 @@ mod findings;
 mod manifest;
 mod own;
 #[cfg(test)]
+mod own_tests;
+#[cfg(test)]
 mod tests;
 mod tile;
 
@@ -57,8 +59,6 @@ pub struct TilesVerifyRequest {
     pub view: View,
     /// The folder of tiles.
     pub tiles: PathBuf,
-    /// Whether tiles are compared with the raster's own samples, too. What is found is no fault.
-    pub own_samples: bool,
     /// Threads; `None`: as many as there are cores.
     pub threads: Option<NonZeroUsize>,
     /// The folder of temporary files; `None` is the system's.
@@ -80,9 +80,8 @@ pub struct LevelVerdict {
     pub samples: u64,
     /// The largest distance from a sample.
     pub largest_error: f64,
-    /// What was found at the raster's own samples, where that was asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub own_samples: Option<OwnSamples>,
+    /// What was found at the raster's own samples. It is no fault, whatever it is.
+    pub own_samples: OwnSamples,
 }
 
 /// What was found of a set of tiles.
@@ -102,21 +101,14 @@ pub struct Verdict {
 
 impl std::fmt::Display for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let has_own = self.levels.iter().any(|l| l.own_samples.is_some());
-        let own = if has_own { "  at own samples, above" } else { "" };
-        writeln!(f, "level  tiles  triangles    allowed    largest{own}  gap to the level above")?;
+        writeln!(f, "level  tiles  triangles    allowed    largest  at own samples  above  gap to the level above")?;
         for l in &self.levels {
             let gap = self.gaps.iter().find(|g| g.finer == l.level && g.coarser + 1 == l.level);
             let gap = gap.map_or(String::new(), |g| format!("{:.3} of {:.3}", g.largest, g.allowed));
-            let own = l.own_samples.map_or(String::new(), |own| {
-                format!(" {:>15.3} {:>6.3} %", own.largest_error, 100.0 * own.share_above)
-            });
             let (allowed, largest) = (l.max_error, l.largest_error);
-            writeln!(
-                f,
-                "{:>5} {:>6} {:>10} {allowed:>10.3} {largest:>10.3}{own}  {gap}",
-                l.level, l.tiles, l.triangles
-            )?;
+            let (own, above) = (l.own_samples.largest_error, 100.0 * l.own_samples.share_above);
+            write!(f, "{:>5} {:>6} {:>10} {allowed:>10.3} {largest:>10.3} ", l.level, l.tiles, l.triangles)?;
+            writeln!(f, "{own:>15.3} {above:>4.2} %  {gap}")?;
         }
         for failure in &self.failures {
             writeln!(f, "failed: {failure}")?;
@@ -198,7 +190,7 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
         triangles: 0,
         samples: 0,
         largest_error: 0.0,
-        own_samples: None,
+        own_samples: OwnSamples::default(),
     };
     let mut levels: Vec<LevelVerdict> = promise.levels.iter().map(level).collect();
     let mut steps = vec![0.0f64; levels.len()];
@@ -223,11 +215,14 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
     let borders = Borders { grid, ellipsoid: &ellipsoid, samples: &samples, levels: &promise.levels, sides, steps };
     borders.judge_levels(&mut findings);
     let gaps = borders.judge_gaps(&mut findings)?;
-    if request.own_samples {
-        let (request, promise, ellipsoid) = (request, &promise, &ellipsoid);
-        let own = OwnTask { request, promise, ellipsoid, grid_samples: &samples, tiles: &keys.into_iter().collect() };
-        levels.iter_mut().zip(own.judge(control)?).for_each(|(level, own)| level.own_samples = Some(own));
-    }
+    let own = OwnTask {
+        request,
+        promise: &promise,
+        ellipsoid: &ellipsoid,
+        grid_samples: &samples,
+        tiles: &keys.into_iter().collect(),
+    };
+    levels.iter_mut().zip(own.judge(control)?).for_each(|(level, own)| level.own_samples = own);
     let failures = findings.sentences();
     Ok(Verdict { schema: 1, passed: failures.is_empty(), failures, levels, gaps })
 }

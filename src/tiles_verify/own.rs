@@ -57,6 +57,9 @@ const WINDOW: usize = 512;
 /// Samples of the grid that are read at a time: windows around which there are more, near a pole, are cut into quarters.
 const PATCH: usize = 1 << 20;
 
+/// What a place may be off its line of the grid by and count as on it, in cells.
+const ROUNDING: f64 = 1e-6;
+
 /// Samples that are transformed together.
 const RUN: usize = 64;
 
@@ -141,8 +144,9 @@ impl OwnTask<'_> {
         }
         for (level, found) in (0..).zip(found) {
             let mut tiles: BTreeMap<TileKey, Vec<&Place>> = BTreeMap::new();
-            for place in &places {
-                tiles.entry(self.tile(level, place)).or_default().push(place);
+            // One after the other they are in one tile, as a rule.
+            for run in places.chunk_by(|a, b| self.tile(level, a) == self.tile(level, b)) {
+                tiles.entry(self.tile(level, &run[0])).or_default().extend(run);
             }
             for (key, places) in tiles.into_iter().filter(|(key, _)| self.tiles.contains(key)) {
                 // What cannot be decoded has been found already.
@@ -219,7 +223,8 @@ impl OwnTask<'_> {
         self.grid_samples.read(patch, around)?;
         places.retain(|place| {
             let (at, down) = (column(place) - left as f64, place.at.1 - top as f64);
-            let on = |at: f64| at.floor() as usize..=at.ceil() as usize;
+            // One on a line of the grid needs no other.
+            let on = |at: f64| (at + ROUNDING).floor() as usize..=(at - ROUNDING).ceil() as usize;
             on(down).all(|row| on(at).all(|column| around.inside[row * width + column]))
         });
         Ok(true)
@@ -266,8 +271,9 @@ impl OwnTask<'_> {
         let mut found = OwnSamples::default();
         for place in places {
             let error = window.error(in_tile(place), place.foot, place.height);
-            let above = u64::from(error.is_nan() || error > allowed);
-            found.merge(&OwnSamples { samples: 1, largest_error: error, above, share_above: 0.0 });
+            found.samples += 1;
+            found.largest_error = found.largest_error.max(error);
+            found.above += u64::from(error.is_nan() || error > allowed);
         }
         found
     }
