@@ -65,6 +65,10 @@ pub(crate) struct TilesOptions {
     /// The height where the raster has none, in metres above the ellipsoid
     #[arg(long, value_name = "METRES", default_value_t = 0.0, value_parser = height, allow_hyphen_values = true)]
     outside: f64,
+    /// Have CesiumJS draw heights as they are: it rounds tiles of less than 4,095 m to 12 bits in all directions. Heights get steps
+    /// of 1/8 m or more (docs/tiles.md)
+    #[arg(long, hide_short_help = true)]
+    fine_heights: bool,
     /// Compress the files: the server must send them with Content-Encoding: gzip (docs/tiles.md)
     #[arg(long)]
     gzip: bool,
@@ -152,6 +156,7 @@ impl TilesOptions {
             grid_factor: self.grid_factor.parse().map_err(Failure::usage)?,
             vertical_crs: self.vertical_crs.clone(),
             outside: self.outside,
+            fine_heights: self.fine_heights,
             gzip: self.gzip,
             threads: common.threads,
             temp_dir: common.temp_dir.clone(),
@@ -178,7 +183,10 @@ impl From<PyramidError> for Failure {
                 failure.hint("choose a larger --max-error, a larger --max-level or --grid-factor 2")
             }
             PyramidError::Step { .. } => {
-                failure.hint("choose a larger --max-error, or a larger --max-level for smaller tiles")
+                failure.hint(
+                    "choose a larger --max-error, or a larger --max-level for smaller tiles; with --fine-heights steps are 1/8 m \
+                     at least",
+                )
             }
             PyramidError::Unreachable { .. } => failure.hint("choose a larger --max-error, or --grid-factor 2"),
             PyramidError::Vertices { .. } => {

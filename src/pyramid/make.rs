@@ -12,7 +12,7 @@ use super::ground::Ground;
 use super::kept::{Kept, KeptTile};
 use super::manifest::{LAYER, Layer, PROMISE, Promise, SCHEMA};
 use super::prepare::{Prepared, open};
-use super::quantize::{SPAN, Steps};
+use super::quantize::{SPAN, Steps, UNROUNDED};
 use super::report::{LevelReport, TilesReport};
 use super::samples::Block;
 use super::tile::{LevelTask, TileMaker};
@@ -158,6 +158,7 @@ impl<'a> Making<'a> {
             max_error: request.max_error,
             error_factor: request.error_factor,
             gzip: request.gzip,
+            fine_heights: request.fine_heights,
             view: facts.view.clone(),
             levels,
         };
@@ -175,7 +176,7 @@ impl<'a> Making<'a> {
     ) -> Result<MadeLevel, PyramidError> {
         let started = Instant::now();
         let (samples, mut level) = (&self.ground.samples, self.ground.levels[number]);
-        let steps = Steps::of(&self.ground.reliefs[number]);
+        let steps = Steps::of(&self.ground.reliefs[number], self.request.fine_heights.then_some(UNROUNDED));
         staged.map_or(Ok(()), |staged| staged.prepare(keys))?;
         loop {
             let needed = self.kept.map_or(0, |kept| kept.parts_needed(level.level));

@@ -84,6 +84,9 @@ pub struct Promise {
     /// How the raster was looked at, by name: band, window, marks of missing samples, cutline.
     #[serde(default)]
     pub view: BTreeMap<String, String>,
+    /// Whether every tile's least and greatest height are 4,095.875 m apart or more.
+    #[serde(default)]
+    pub fine_heights: bool,
     /// The levels.
     pub levels: Vec<Level>,
 }

@@ -82,6 +82,9 @@ pub struct TilesRequest {
     pub vertical_crs: Option<String>,
     /// The height in metres above the ellipsoid where the raster has none.
     pub outside: f64,
+    /// Whether the heights of a tile's header are so far apart that CesiumJS keeps floats and does not round to 12 bits: steps are
+    /// not below 1/8 m then.
+    pub fine_heights: bool,
     /// Whether files are compressed.
     pub gzip: bool,
     /// Whether an earlier set of tiles may be replaced.
@@ -109,6 +112,7 @@ impl TilesRequest {
             grid_factor: 1,
             vertical_crs: None,
             outside: 0.0,
+            fine_heights: false,
             gzip: false,
             overwrite: false,
             work_dir: None,

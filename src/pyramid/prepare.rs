@@ -85,6 +85,7 @@ impl Prepared {
             grid_factor,
             vertical_crs: _,
             outside,
+            fine_heights,
             gzip,
             overwrite: _,
             work_dir: _,
@@ -103,6 +104,7 @@ impl Prepared {
             ("grid factor", grid_factor.to_string()),
             ("vertical CRS", or(vertical, "none")),
             ("outside", exact_double(*outside)),
+            ("fine heights", fine_heights.to_string()),
             ("gzip", gzip.to_string()),
             // It decides places by the last bit.
             ("PROJ", Libraries::here().proj),

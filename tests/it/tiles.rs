@@ -22,10 +22,13 @@ fn a_set_is_made_judged_and_replaced() {
     let judged = terrabite(["tiles-verify", &dem, &out]).succeeds();
     assert!(judged.out.ends_with("passed\n"), "{judged:#?}");
     terrabite(["tiles", &dem, &out, "--max-error", "100"]).fails(1, &["an earlier set of tiles", "--overwrite"]);
-    let json = terrabite(["tiles", &dem, &out, "--max-error", "200", "--overwrite", "--gzip", "--json"]).succeeds();
-    let report = json.json();
-    assert_eq!(report["levels"][0]["tiles"], 2);
-    terrabite(["tiles-verify", &dem, &out, "--quiet"]).succeeds();
+    let json =
+        terrabite(["tiles", &dem, &out, "--max-error", "200", "--overwrite", "--gzip", "--json", "--fine-heights"]);
+    assert_eq!(json.succeeds().json()["levels"][0]["tiles"], 2);
+    let promise = std::fs::read_to_string(folder.join("out/terrabite.json")).expect("a file");
+    assert!(promise.contains("\"fine_heights\": true"), "{promise}");
+    let verdict = terrabite(["tiles-verify", &dem, &out, "--json"]).succeeds().json();
+    assert!(verdict["levels"][0]["own_samples"]["samples"].as_u64() > Some(1000), "{verdict}");
     // A tile that is gone: exit code 1, and the reason.
     std::fs::remove_file(folder.join("out/0/0/0.terrain")).expect("removed");
     let judged = terrabite(["tiles-verify", &dem, &out]);
