@@ -1,7 +1,6 @@
 //! From a raster to a folder of tiles.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -12,18 +11,18 @@ use super::manifest::{LAYER, Layer, PROMISE, Promise, SCHEMA};
 use super::quantize::{Relief, SPAN, Steps};
 use super::report::{LevelReport, TilesReport};
 use super::samples::{Block, Patch, Samples};
-use super::source::{Source, band};
+use super::source::{Scratch, Source};
 use super::tile::{LevelTask, TileMaker};
 use super::write::StagedSet;
 use super::{Body, TilesRequest, encode, normals};
 use crate::base::control::{Control, Stage};
-use crate::field::{Choice, Field, FieldOptions};
+use crate::field::{Field, FieldOptions};
 use crate::raster::Raster;
 
 /// A raster on the finest grid.
 pub(super) struct Prepared {
     pub(super) raster: Raster,
-    pub(super) source: Arc<Source>,
+    pub(super) source: Source,
     pub(super) body: Body,
     pub(super) vertical: String,
 }
@@ -39,7 +38,7 @@ pub(super) fn open(request: &TilesRequest, control: &Control<'_>) -> Result<Prep
     let vertical = geodesy.vertical.clone();
     let options = FieldOptions { temp_dir: request.temp_dir(), ..FieldOptions::default() };
     let field = Field::open(&raster.to_band()?, &options, control)?;
-    Ok(Prepared { raster, source: Arc::new(Source::new(Arc::new(field), geodesy)), body, vertical })
+    Ok(Prepared { raster, source: Source::new(field, geodesy), body, vertical })
 }
 
 /// Brings all samples to the finest grid, into a temporary file.
@@ -49,11 +48,13 @@ pub(super) fn resample(
     request: &TilesRequest,
     control: &Control<'_>,
 ) -> Result<Samples, PyramidError> {
-    let area = prepared.source.area(grid)?;
-    let band = band(prepared.source.clone(), grid, area)?;
-    let options = FieldOptions { temp_dir: request.temp_dir(), choice: Choice::Decode, ..FieldOptions::default() };
-    let field = Field::open(&band, &options, control)?;
-    Ok(Samples { grid, field, area, outside: request.outside })
+    let source = &prepared.source;
+    let area = source.area(grid)?;
+    let fill = |scratch: &mut Scratch, first: (i64, i64), heights: &mut [f64]| {
+        source.fill(grid, area, scratch, first, heights)
+    };
+    let folder = request.temp_dir();
+    Samples::make(grid, area, request.outside, &folder, || source.scratch(), fill, control)
 }
 
 /// Makes a set of tiles on the threads of the current rayon pool.
@@ -109,7 +110,7 @@ pub(super) fn make(request: &TilesRequest, control: &Control<'_>) -> Result<Tile
         vertical_crs: prepared.vertical,
         grid_exponent: grid.exponent,
         grid_samples: samples.area.width as u64 * samples.area.height as u64,
-        temporary_bytes: samples.field.decoded_bytes() + prepared.source.field.decoded_bytes(),
+        temporary_bytes: samples.store.bytes() + prepared.source.field.decoded_bytes(),
         levels: reports,
         seconds_resampling: resampled,
         seconds: started.elapsed().as_secs_f64(),

@@ -23,17 +23,21 @@
 mod body;
 mod encode;
 mod error;
+mod facet;
 mod grid;
 mod lines;
 mod make;
 mod manifest;
 mod measure;
+#[cfg(test)]
+mod measure_tests;
 mod normals;
 mod part;
 mod quantize;
 mod report;
 mod samples;
 mod source;
+mod store;
 mod surface;
 #[cfg(test)]
 mod tests;

@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 
 use super::decode::{Decoded, LAST};
-use super::ellipsoid::{Ellipsoid, Point, across, less, times};
+use super::ellipsoid::{Ellipsoid, Meridian, Parallel, Point, across, less, times};
 use super::findings::{Findings, Kind};
 use crate::pyramid::{Grid, Patch, PyramidError, SampleBlock, Samples, TileKey};
 
@@ -162,18 +162,26 @@ impl<'a> Tile<'a> {
         let facets: Vec<Facet> = self.decoded.triangles.iter().map(|&t| self.facet(t, cells)).collect();
         for ((left, top), (width, height)) in samples.windows(origin, cells, WINDOW) {
             let patch = Patch { column: origin.0 + left, row: origin.1 + top, width, height, step: 1 };
+            if !samples.has_any(patch) {
+                continue;
+            }
             samples.read(patch, block)?;
             let (width, height) = (width as i64, height as i64);
             let buckets = Buckets::new(&facets, (left, top), (width, height));
+            let lon = |c: i64| self.grid.longitude(origin.0 + c);
+            let lat = |r: i64| self.grid.latitude(origin.1 + r);
+            let meridians: Vec<Meridian> = (left..left + width).map(|c| Meridian::of(lon(c))).collect();
+            let parallels: Vec<Parallel> = (top..top + height).map(|r| self.ellipsoid.parallel(lat(r))).collect();
             for i in (0..block.inside.len()).filter(|&i| block.inside[i]) {
                 let (c, r) = (left + i as i64 % width, top + i as i64 / width);
-                let (lon, lat) = (self.grid.longitude(origin.0 + c), self.grid.latitude(origin.1 + r));
-                let error = self.error(&facets, buckets.at(c, r), (c, r), (lon, lat), block.heights[i], cells);
+                let place = parallels[(r - top) as usize].foot(meridians[(c - left) as usize]);
+                let error = self.error(&facets, buckets.at(c, r), (c, r), place, block.heights[i], cells);
                 distance.samples += 1;
                 distance.owned += u64::from(c < cells && r < cells);
                 distance.largest = distance.largest.max(error);
                 if error.is_nan() || error > allowed {
                     let key = self.key;
+                    let (lon, lat) = (lon(c), lat(r));
                     findings.add(Kind::Promise, || {
                                 format!("tile {key}: at {lon}°, {lat}° the surface is {error} m from the sample, allowed are {allowed}")
                             });
@@ -189,11 +197,10 @@ impl<'a> Tile<'a> {
         facets: &[Facet],
         near: &[u32],
         (column, row): (i64, i64),
-        (lon, lat): (f64, f64),
+        (foot, normal): (Point, Point),
         height: f64,
         cells: i64,
     ) -> f64 {
-        let (foot, normal) = self.ellipsoid.foot(lon, lat);
         let met = near.iter().filter_map(|&facet| facets[facet as usize].meet(foot, normal, true));
         let error = |(found, doubt): (f64, f64)| (found - height).abs() + doubt;
         if let Some(largest) = met.map(error).reduce(f64::max) {
@@ -234,8 +241,9 @@ impl<'a> Tile<'a> {
         let plane = across(one, other);
         let longest = [one, other, less(other, one)].iter().map(|e| times(*e, *e).sqrt()).fold(0.0, f64::max);
         // A shift of this many metres at an edge is rounding.
-        let slack = (1e-7 * longest / times(plane, plane).sqrt()).min(0.01);
-        Facet { first: points[0], one, other, plane, slack, bounds, places }
+        let size = times(plane, plane).sqrt();
+        let slack = (1e-7 * longest / size).min(0.01);
+        Facet { first: points[0], one, other, plane, size, slack, bounds, places }
     }
 }
 
@@ -245,6 +253,8 @@ struct Facet {
     one: Point,
     other: Point,
     plane: Point,
+    /// How long `plane` is.
+    size: f64,
     /// How far shares may be below 0.
     slack: f64,
     /// Columns and rows between which it is met.
@@ -269,8 +279,7 @@ impl Facet {
                 return None;
             }
         }
-        let size = times(self.plane, self.plane).sqrt();
-        Some((-times(self.plane, from) / facing, ROUNDING * size / facing))
+        Some((-times(self.plane, from) / facing, ROUNDING * self.size / facing))
     }
 
     /// Whether it has an edge on a side (west, south, east, north) over this place along it.
