@@ -33,28 +33,12 @@ struct Layout {
 
 impl Layout {
     fn of(band: &Band, sample_bytes: usize) -> Layout {
-        Layout::of_size((band.width(), band.height()), sample_bytes)
-    }
-
-    fn of_size((width, height): (usize, usize), sample_bytes: usize) -> Layout {
-        let (block_width, block_height) = (BLOCK.min(width), BLOCK.min(height));
-        let blocks_across = width.div_ceil(block_width);
-        let blocks = blocks_across as u64 * height.div_ceil(block_height) as u64;
+        let (block_width, block_height) = (BLOCK.min(band.width()), BLOCK.min(band.height()));
+        let blocks_across = band.width().div_ceil(block_width);
+        let blocks = blocks_across as u64 * band.height().div_ceil(block_height) as u64;
         // A file may claim any size; this much no disk has.
         let bytes = blocks.saturating_mul((block_width * block_height * sample_bytes) as u64);
-        Layout { width, block_width, block_height, blocks_across, sample_bytes, bytes }
-    }
-
-    fn mapped(&self, file: &File) -> std::io::Result<Store> {
-        Ok(Store {
-            bytes: Bytes::Mapped(map(file)?, file.try_clone()?),
-            block_width: self.block_width,
-            block_height: self.block_height,
-            blocks_across: self.blocks_across,
-            offsets: Offsets::Regular,
-            sample_bytes: self.sample_bytes,
-            first: (0, 0),
-        })
+        Layout { width: band.width(), block_width, block_height, blocks_across, sample_bytes, bytes }
     }
 }
 
@@ -84,15 +68,6 @@ impl Decoding {
         }
     }
 
-    /// Takes a file for samples, and gives it its full size.
-    pub(super) fn into_file(band: &Band, file: File, folder: &Path) -> Result<Decoding, FieldError> {
-        let (layout, folder) = (Layout::of(band, band.sample_type().bytes()), folder.to_path_buf());
-        match file.set_len(layout.bytes) {
-            Ok(()) => Ok(Decoding { file, layout, is_mask: false, folder }),
-            Err(source) => Err(FieldError::Temporary { dir: folder, bytes: layout.bytes, source }),
-        }
-    }
-
     /// Reads a window of the band, and writes it to the file. Takes the window's bytes.
     pub(super) fn fill(&self, band: &Band, unit: Window) -> Result<(), FieldError> {
         let unit_bytes = unit.len() * self.layout.sample_bytes;
@@ -108,7 +83,17 @@ impl Decoding {
 
     /// The file, mapped. What is filled later is seen, too.
     pub(super) fn mapped(&self) -> Result<Store, FieldError> {
-        self.layout.mapped(&self.file).map_err(|source| self.failed(source))
+        let (file, layout) = (&self.file, self.layout);
+        let bytes = file.try_clone().and_then(|clone| Ok(Bytes::Mapped(map(file)?, clone)));
+        Ok(Store {
+            bytes: bytes.map_err(|source| self.failed(source))?,
+            block_width: layout.block_width,
+            block_height: layout.block_height,
+            blocks_across: layout.blocks_across,
+            offsets: Offsets::Regular,
+            sample_bytes: layout.sample_bytes,
+            first: (0, 0),
+        })
     }
 
     fn failed(&self, source: std::io::Error) -> FieldError {
@@ -127,27 +112,7 @@ pub(super) struct Decoded {
 pub(super) fn decode(band: &Band, folder: &Path, control: &Control<'_>) -> Result<Decoded, FieldError> {
     let samples = Decoding::new(band, false, folder)?;
     let mask = band.has_mask().then(|| Decoding::new(band, true, folder)).transpose()?;
-    fill(band, &samples, mask.as_ref(), control)?;
-    // Nothing is read any more.
-    band.release();
-    Ok(Decoded { samples: samples.mapped()?, mask: mask.map(|mask| mask.mapped()).transpose()? })
-}
 
-/// Does the same into a file of the caller's; there is no mask. What it takes on the disk is [`decoded_bytes`].
-pub(super) fn decode_into(band: &Band, file: File, folder: &Path, control: &Control<'_>) -> Result<(), FieldError> {
-    fill(band, &Decoding::into_file(band, file, folder)?, None, control)
-}
-
-/// A file that [`decode_into`] has filled with doubles, if it has its length.
-pub(super) fn decoded_doubles(file: &File, size: (usize, usize)) -> std::io::Result<Option<Store>> {
-    let layout = Layout::of_size(size, size_of::<f64>());
-    if file.metadata()?.len() != layout.bytes {
-        return Ok(None);
-    }
-    layout.mapped(file).map(Some)
-}
-
-fn fill(band: &Band, samples: &Decoding, mask: Option<&Decoding>, control: &Control<'_>) -> Result<(), FieldError> {
     let units = units(band);
     control.progress.begin(Stage::Decode, units.len() as u64, band.width() as u64 * band.height() as u64);
     units.par_iter().try_for_each(|&unit| {
@@ -159,7 +124,9 @@ fn fill(band: &Band, samples: &Decoding, mask: Option<&Decoding>, control: &Cont
         Ok::<(), FieldError>(())
     })?;
     control.progress.end(Stage::Decode);
-    Ok(())
+    // Nothing is read any more.
+    band.release();
+    Ok(Decoded { samples: samples.mapped()?, mask: mask.map(|mask| mask.mapped()).transpose()? })
 }
 
 /// Windows that together are the raster. Whole blocks of the source as far as [`UNIT_BYTES`] allow; where one row of

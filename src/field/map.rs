@@ -13,7 +13,7 @@ use memmap2::{Mmap, UncheckedAdvice};
 #[allow(unsafe_code)]
 pub(super) fn map(file: &File) -> io::Result<Mmap> {
     // SAFETY: the map is only ever read, as plain bytes for which any value is valid. A temporary file is unlinked and
-    // ours alone; one that is kept came to its name whole, in a private folder where nothing but its replacement is written. A raster mapped in place can be changed or truncated by another process while it is in use, which no
+    // ours alone. A raster mapped in place can be changed or truncated by another process while it is in use, which no
     // program can prevent; changed bytes give other heights, and a truncation that `Store::truncated` does not see
     // in time raises SIGBUS: so the file of a raster is mapped only where the caller says so
     // (`FieldOptions::maps_files`).

@@ -20,7 +20,6 @@ mod decode;
 mod error;
 mod holes;
 mod in_place;
-mod kept;
 mod load;
 mod map;
 mod open;

@@ -228,23 +228,11 @@ impl Field {
             sample_bytes: sample_type.bytes(),
             first: (0, 0),
         };
-        let name = PathBuf::from("heights in memory");
-        Ok(Field::of_store(name, (width, height), sample_type, store, Access::Memory))
-    }
-
-    /// A field over heights that are stored as they are, with the default geotransform.
-    pub(super) fn of_store(
-        name: PathBuf,
-        (width, height): (usize, usize),
-        sample_type: SampleType,
-        store: Store,
-        access: Access,
-    ) -> Field {
-        Field {
-            name,
+        Ok(Field {
+            name: PathBuf::from("heights in memory"),
             width,
             height,
-            block: (store.block_width, store.block_height),
+            block: (width, height),
             sample_type,
             scaling: Scaling::NONE,
             marks: Marks::default(),
@@ -253,12 +241,12 @@ impl Field {
             source: Source::Blocks(store),
             mask: None,
             cutline: None,
-            access,
+            access: Access::Memory,
             channels: None,
             importance: None,
             holes: None,
             watches: Arc::default(),
-        }
+        })
     }
 
     /// The same field, which refuses to load samples once a file has changed: whatever is made of several tiles is made of

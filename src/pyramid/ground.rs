@@ -1,6 +1,8 @@
 //! What tiles are made from: the samples of the finest grid, which levels there are, and the relief of every tile.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::Path;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -8,13 +10,13 @@ use serde::{Deserialize, Serialize};
 use super::error::PyramidError;
 use super::grid::{Grid, Level, LevelOptions, TileKey, levels};
 use super::kept::Kept;
-use super::prepare::{Prepared, resample};
+use super::prepare::{Prepared, bring, resample};
 use super::quantize::Relief;
 use super::samples::{Block, Patch, Samples};
-use super::source::{Area, band};
+use super::source::Area;
+use super::store::Store;
 use super::{Body, TilesRequest};
 use crate::base::control::Control;
-use crate::field::Field;
 
 /// What was found out of a raster beside its samples, as it is kept. Whoever has it and the samples needs no raster.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -26,6 +28,9 @@ pub(super) struct Facts {
     grid_exponent: u32,
     /// [`Area`].
     area: (i64, i64, usize, usize),
+    /// Of the store: blocks across and down, and which are in it.
+    blocks: (usize, usize),
+    runs: Vec<u64>,
     pub(super) body: Body,
     pub(super) vertical: String,
     pub(super) crs: String,
@@ -45,18 +50,14 @@ impl Facts {
         Facts { stamp, ..self }
     }
 
-    fn size(&self) -> (usize, usize) {
-        (self.area.2, self.area.3)
-    }
-
     fn grid(&self) -> Grid {
         Grid { exponent: self.grid_exponent }
     }
 
-    /// The samples in a field of theirs.
-    fn samples(&self, field: Field, outside: f64) -> Samples {
+    /// The samples in a store of theirs.
+    fn samples(&self, store: Store, outside: f64) -> Samples {
         let (column, row, width, height) = self.area;
-        Samples { grid: self.grid(), field, area: Area { column, row, width, height }, outside }
+        Samples { grid: self.grid(), store, area: Area { column, row, width, height }, outside }
     }
 }
 
@@ -101,15 +102,8 @@ impl Ground {
         }
         let grid = prepared.source.grid(request.grid_factor.trailing_zeros())?;
         let levels = levels_of(&prepared.body, grid, request)?;
-        let area = prepared.source.area(grid)?;
-        let band = band(prepared.source.clone(), grid, area)?;
-        let checksum = kept.bring_samples(&band, expected, control).map_err(|error| match error {
-            PyramidError::Field(error) => prepared.source.explain(error),
-            other => other,
-        })?;
-        let field = kept.open_samples(&request.input, (area.width, area.height))?;
-        let field = field.ok_or_else(|| PyramidError::Gone { dir: kept.dir().path().to_path_buf() })?;
-        let samples = Samples { grid, field, area, outside: request.outside };
+        let make = |file: (File, &Path)| bring(prepared, grid, request.outside, file, control);
+        let (samples, checksum) = kept.bring_samples(&request.input, expected, make)?;
         let facts = facts(prepared, &samples, &levels, checksum, control)?;
         kept.write_facts(&facts)?;
         Ok(Ground::of(facts, samples, levels))
@@ -122,9 +116,9 @@ impl Ground {
     }
 
     fn open(kept: &Kept, facts: Facts, request: &TilesRequest) -> Result<Option<Ground>, PyramidError> {
-        let Some(field) = kept.open_samples(&request.input, facts.size())? else { return Ok(None) };
+        let Some(store) = kept.open_samples(facts.blocks, &facts.runs)? else { return Ok(None) };
         let levels = levels_of(&facts.body, facts.grid(), request)?;
-        let samples = facts.samples(field, request.outside);
+        let samples = facts.samples(store, request.outside);
         Ok(Some(Ground::of(facts, samples, levels)))
     }
 
@@ -183,6 +177,8 @@ fn facts(
         checksum,
         grid_exponent: samples.grid.exponent,
         area: (column, row, width, height),
+        blocks: samples.store.size(),
+        runs: samples.store.runs(),
         body: prepared.body,
         vertical: prepared.vertical.clone(),
         crs: prepared.raster.crs_name(),

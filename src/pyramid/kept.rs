@@ -2,7 +2,7 @@
 //!
 //! | name | what |
 //! |---|---|
-//! | `chunks/grid.samples` | the samples of the finest grid, as [`Field::decode_into`] writes them |
+//! | `chunks/grid.samples` | the samples of the finest grid, a [`Store`] |
 //! | `chunks/grid.json` | what else was found out of the raster ([`Facts`]); it is there only once the samples are |
 //! | `chunks/LEVEL/X/Y.chunk` | a tile: its report as a line of JSON, the bytes of its file, a checksum of both and of its address, and the job's stamp |
 //! | `chunks/LEVEL/parts-N` | tiles of this level have at least so many parts each way: one could not be made from fewer |
@@ -17,11 +17,13 @@ use super::error::PyramidError;
 use super::grid::{MAX_PARTS, TileKey};
 use super::ground::Facts;
 use super::report::LevelReport;
+use super::samples::Samples;
+use super::store::Store;
 use crate::base::control::Control;
 use crate::base::faults::{self, Point};
 use crate::base::private_file::{PrivateFile, remove_leftovers};
-use crate::base::{Band, RasterError, durable};
-use crate::field::{Field, FieldError};
+use crate::base::{RasterError, durable};
+use crate::field::FieldError;
 use crate::job::work_dir::{Job, PlannedCommand, WorkDir, WorkDirError};
 
 /// A tile as it is kept.
@@ -107,38 +109,41 @@ impl Kept {
         write().map_err(failed(&path))
     }
 
-    /// The samples that are kept, of a raster that messages call `name`; `None` where there are none of this size.
-    pub(super) fn open_samples(&self, name: &Path, size: (usize, usize)) -> Result<Option<Field>, PyramidError> {
+    /// The heights that are kept; `None` where there are none of this size.
+    pub(super) fn open_samples(&self, size: (usize, usize), runs: &[u64]) -> Result<Option<Store>, PyramidError> {
         let path = self.samples();
         match File::open(&path) {
             Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
-            other => Ok(Field::of_decoded(name, &other.map_err(failed(&path))?, size)?),
+            other => Store::open(size, (other.map_err(failed(&path))?, &self.parts), runs),
         }
     }
 
-    /// Brings a band's samples into the work dir, and gives their checksum. Where the raster may have changed since others were
-    /// brought there, `expected` is the checksum of those, which they must have.
+    /// Has the samples of a raster made in the work dir, and gives their checksum, too. Where the raster may have changed since
+    /// others were made there, `expected` is the checksum of those, which they must have.
     pub(super) fn bring_samples(
         &self,
-        band: &Band,
+        raster: &Path,
         expected: Option<u32>,
-        control: &Control<'_>,
-    ) -> Result<u32, PyramidError> {
+        make: impl FnOnce((File, &Path)) -> Result<Samples, PyramidError>,
+    ) -> Result<(Samples, u32), PyramidError> {
         let path = self.samples();
         let file = PrivateFile::create(&path).map_err(failed(&path))?;
-        Field::decode_into(band, file.file(), &self.parts, control).map_err(|error| match error {
-            FieldError::Temporary { source, .. } => PyramidError::File { path: path.clone(), source },
-            other => other.into(),
+        let clone = file.file().try_clone().map_err(failed(&path))?;
+        let samples = make((clone, &self.parts)).map_err(|error| match error {
+            PyramidError::Field(FieldError::Temporary { source, .. }) => {
+                PyramidError::File { path: path.clone(), source }
+            }
+            other => other,
         })?;
-        let found = checksum(file.file()).map_err(failed(&path))?;
+        let found = checksum(file.file(), &samples.store.runs()).map_err(failed(&path))?;
         if let Some(expected) = expected.filter(|expected| *expected != found) {
             let (expected, found) = (format!("{expected:08x}"), format!("{found:08x}"));
             let what = "checksum of the grid's samples".to_string();
-            return Err(RasterError::Changed { path: band.path().to_path_buf(), what, expected, found }.into());
+            return Err(RasterError::Changed { path: raster.to_path_buf(), what, expected, found }.into());
         }
         file.commit_written(|| faults::reach(Point::ChunkWritten)).map_err(failed(&path))?;
         durable::sync_dir(&self.parts).map_err(failed(&self.parts))?;
-        Ok(found)
+        Ok((samples, found))
     }
 
     fn tile(&self, tile: TileKey) -> PathBuf {
@@ -228,10 +233,11 @@ impl From<WorkDirError> for PyramidError {
     }
 }
 
-/// A checksum of all bytes of a file that has just been written.
-fn checksum(file: &File) -> std::io::Result<u32> {
+/// A checksum of all bytes of a file that has just been written, and of which blocks are in it.
+fn checksum(file: &File, runs: &[u64]) -> std::io::Result<u32> {
     use std::os::unix::fs::FileExt;
     let (mut hasher, mut buffer, mut at) = (crc32fast::Hasher::new(), vec![0; 4 << 20], 0);
+    runs.iter().for_each(|run| hasher.update(&run.to_le_bytes()));
     loop {
         match file.read_at(&mut buffer, at)? {
             0 => return Ok(hasher.finalize()),

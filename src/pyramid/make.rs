@@ -128,7 +128,7 @@ impl<'a> Making<'a> {
             vertical_crs: facts.vertical.clone(),
             grid_exponent: samples.grid.exponent,
             grid_samples: samples.area.width as u64 * samples.area.height as u64,
-            temporary_bytes: samples.field.decoded_bytes() + decoded,
+            temporary_bytes: samples.store.bytes() + decoded,
             tiles_found: self.found(),
             levels: reports,
             seconds_resampling: grid_done,

@@ -24,6 +24,7 @@
 mod body;
 mod encode;
 mod error;
+mod facet;
 mod grid;
 mod ground;
 mod kept;
@@ -31,6 +32,8 @@ mod lines;
 mod make;
 mod manifest;
 mod measure;
+#[cfg(test)]
+mod measure_tests;
 mod normals;
 mod part;
 mod prepare;
@@ -39,6 +42,7 @@ mod report;
 mod samples;
 mod shards;
 mod source;
+mod store;
 mod surface;
 #[cfg(test)]
 mod tests;

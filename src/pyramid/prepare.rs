@@ -1,23 +1,25 @@
 //! A raster before tiles are made from it: opened, watched, and known by all that decides tiles.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::Path;
 use std::sync::Arc;
 
 use super::error::PyramidError;
 use super::grid::Grid;
 use super::samples::Samples;
-use super::source::{Source, band};
-use super::{Body, TilesRequest};
+use super::source::{Scratch, Source};
+use super::{Body, TilesRequest, store};
 use crate::base::control::Control;
 use crate::base::{Files, Watch, exact_double, identity, said};
-use crate::field::{Choice, Field, FieldOptions};
+use crate::field::{Field, FieldOptions};
 use crate::job::work_dir::Job;
 use crate::raster::{FileWatch, Libraries, Raster};
 
 /// A raster on the finest grid.
 pub(super) struct Prepared {
     pub(super) raster: Raster,
-    pub(super) source: Arc<Source>,
+    pub(super) source: Source,
     pub(super) body: Body,
     pub(super) vertical: String,
     /// They have begun before any sample was read.
@@ -41,7 +43,7 @@ pub(super) fn open(request: &TilesRequest, control: &Control<'_>) -> Result<Prep
     let options = FieldOptions { temp_dir: request.temp_dir(), ..FieldOptions::default() };
     let watches: Arc<[Box<dyn Watch>]> = watches.into();
     let field = Field::open(&raster.to_band()?, &options, control)?.watched(Arc::clone(&watches));
-    Ok(Prepared { raster, source: Arc::new(Source::new(Arc::new(field), geodesy)), body, vertical, watches })
+    Ok(Prepared { raster, source: Source::new(field, geodesy), body, vertical, watches })
 }
 
 /// Brings all samples to the finest grid, into a temporary file.
@@ -51,11 +53,24 @@ pub(super) fn resample(
     request: &TilesRequest,
     control: &Control<'_>,
 ) -> Result<Samples, PyramidError> {
-    let area = prepared.source.area(grid)?;
-    let band = band(prepared.source.clone(), grid, area)?;
-    let options = FieldOptions { temp_dir: request.temp_dir(), choice: Choice::Decode, ..FieldOptions::default() };
-    let field = Field::open(&band, &options, control).map_err(|error| prepared.source.explain(error))?;
-    Ok(Samples { grid, field, area, outside: request.outside })
+    let folder = request.temp_dir();
+    bring(prepared, grid, request.outside, (store::temporary(&folder)?, &folder), control)
+}
+
+/// The same into a file, which is in a folder.
+pub(super) fn bring(
+    prepared: &Prepared,
+    grid: Grid,
+    outside: f64,
+    file: (File, &Path),
+    control: &Control<'_>,
+) -> Result<Samples, PyramidError> {
+    let source = &prepared.source;
+    let area = source.area(grid)?;
+    let fill = |scratch: &mut Scratch, first: (i64, i64), heights: &mut [f64]| {
+        source.fill(grid, area, scratch, first, heights)
+    };
+    Samples::make(grid, area, outside, file, || source.scratch(), fill, control)
 }
 
 impl Prepared {

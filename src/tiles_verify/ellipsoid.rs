@@ -21,14 +21,49 @@ pub(super) fn across(p: Point, q: Point) -> Point {
     [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]]
 }
 
+/// Cosine and sine of a longitude.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Meridian {
+    cos: f64,
+    sin: f64,
+}
+
+impl Meridian {
+    /// The one at a longitude in degrees.
+    pub(super) fn of(lon: f64) -> Meridian {
+        let lambda = lon.to_radians();
+        Meridian { cos: lambda.cos(), sin: lambda.sin() }
+    }
+}
+
+/// A circle of one latitude: how far it is from the axis, how high above the equator's plane, and where its normals point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Parallel {
+    reach: f64,
+    rise: f64,
+    cos: f64,
+    sin: f64,
+}
+
+impl Parallel {
+    /// Its point on a meridian, and the normal there.
+    pub(super) fn foot(&self, meridian: Meridian) -> (Point, Point) {
+        let foot = [self.reach * meridian.cos, self.reach * meridian.sin, self.rise];
+        (foot, [self.cos * meridian.cos, self.cos * meridian.sin, self.sin])
+    }
+}
+
 impl Ellipsoid {
     /// The point of the ellipsoid at a longitude and latitude in degrees, and the normal there.
     pub(super) fn foot(&self, lon: f64, lat: f64) -> (Point, Point) {
-        let (lambda, phi) = (lon.to_radians(), lat.to_radians());
+        self.parallel(lat).foot(Meridian::of(lon))
+    }
+
+    /// The parallel at a latitude in degrees.
+    pub(super) fn parallel(&self, lat: f64) -> Parallel {
+        let phi = lat.to_radians();
         let beta = (self.b * phi.sin()).atan2(self.a * phi.cos());
-        let reach = self.a * beta.cos();
-        let foot = [reach * lambda.cos(), reach * lambda.sin(), self.b * beta.sin()];
-        (foot, [phi.cos() * lambda.cos(), phi.cos() * lambda.sin(), phi.sin()])
+        Parallel { reach: self.a * beta.cos(), rise: self.b * beta.sin(), cos: phi.cos(), sin: phi.sin() }
     }
 
     pub(super) fn point(&self, lon: f64, lat: f64, height: f64) -> Point {

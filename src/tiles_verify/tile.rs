@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 
 use super::decode::{Decoded, LAST};
-use super::ellipsoid::{Ellipsoid, Point, less, times};
+use super::ellipsoid::{Ellipsoid, Meridian, Parallel, Point, less, times};
 use super::facets::Facets;
 use super::findings::{Findings, Kind};
 use crate::pyramid::{Grid, Patch, PyramidError, SampleBlock, Samples, TileKey};
@@ -171,18 +171,26 @@ impl<'a> Tile<'a> {
         let facets = Facets::of(self, |_| true);
         for ((left, top), (width, height)) in samples.windows(origin, cells, WINDOW) {
             let patch = Patch { column: origin.0 + left, row: origin.1 + top, width, height, step: 1 };
+            if !samples.has_any(patch) {
+                continue;
+            }
             samples.read(patch, block)?;
             let (width, height) = (width as i64, height as i64);
             let window = facets.over((left, top), (width, height));
+            let lon = |c: i64| self.grid.longitude(origin.0 + c);
+            let lat = |r: i64| self.grid.latitude(origin.1 + r);
+            let meridians: Vec<Meridian> = (left..left + width).map(|c| Meridian::of(lon(c))).collect();
+            let parallels: Vec<Parallel> = (top..top + height).map(|r| self.ellipsoid.parallel(lat(r))).collect();
             for i in (0..block.inside.len()).filter(|&i| block.inside[i]) {
                 let (c, r) = (left + i as i64 % width, top + i as i64 / width);
-                let (lon, lat) = (self.grid.longitude(origin.0 + c), self.grid.latitude(origin.1 + r));
-                let error = window.error((c as f64, r as f64), self.ellipsoid.foot(lon, lat), block.heights[i]);
+                let place = parallels[(r - top) as usize].foot(meridians[(c - left) as usize]);
+                let error = window.error((c as f64, r as f64), place, block.heights[i]);
                 distance.samples += 1;
                 distance.owned += u64::from(c < cells && r < cells);
                 distance.largest = distance.largest.max(error);
                 if error.is_nan() || error > allowed {
                     let key = self.key;
+                    let (lon, lat) = (lon(c), lat(r));
                     findings.add(Kind::Promise, || {
                                 format!("tile {key}: at {lon}°, {lat}° the surface is {error} m from the sample, allowed are {allowed}")
                             });
