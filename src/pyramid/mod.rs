@@ -16,7 +16,7 @@
 //!
 //! **Memory.** A thread holds the samples of a part (at most 513 × 513, with heights and weights), a window of 256 × 256 samples,
 //! and the mesh of one tile of at most 65,536 vertices. In common there are 40 bytes for each tile of all levels. Samples
-//! of the grid, 8 bytes each, are in an unlinked temporary file, or in the work dir; it is mapped.
+//! of the grid, 8 bytes each, are in an unlinked temporary file, or in the work dir, and read from there.
 //!
 //! **The same bytes.** Tiles depend on the raster and the options, not on threads or on the system's mathematics (sines and cosines are
 //! those of the crate `libm`). PROJ decides them, too: another version may move a place by the last bit.
