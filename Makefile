@@ -14,8 +14,9 @@ help:
 	@echo 'make demo    build, make a terrain, simplify, verify and draw it'
 	@echo 'make test    all tests, those of the Python package among them'
 	@echo 'make test-long  the same, and random cases by the thousand'
-	@echo 'make test-readers  meshes of every format in PyVista, Open3D, pymeshlab, xugrid, uxarray, geopandas and QGIS (2.5 GB once)'
-	@echo 'make test-browser  the pages of --report and view in headless Chromium (Debian, and playwright-core from npm)'
+	@echo 'make test-readers  meshes of every format in PyVista, Open3D, pymeshlab, xugrid, uxarray, geopandas and QGIS (2.5 GB once),'
+	@echo '                   and tiles in the decoders of HERE and loaders.gl'
+	@echo 'make test-browser  in headless Chromium (Debian) the pages of --report and view, and sets of tiles in CesiumJS (npm)'
 	@echo 'make viewer  bundles the view of those pages anew (node, and three.js, meshoptimizer and esbuild from npm)'
 	@echo 'make wheel   the Python package for any Linux with glibc 2.17 or newer, in target/wheels, tried in a clean environment'
 	@echo 'make check   formatting, lints and documentation, warnings denied'
@@ -63,13 +64,15 @@ test-readers: setup
 	$(CARGO) build --release --locked --bin terrabite
 	@scripts/setup_readers.sh
 	@python3 scripts/readers.py
+	@python3 scripts/tiles_readers.py
 	@$(PYTHON_TEST) --readers
 
-# The pages of reports in a browser. PROFILE=debug takes a build for tests.
+# The pages of reports, and tiles in CesiumJS, in a browser. PROFILE=debug takes a build for tests.
 test-browser: setup
 	$(CARGO) build --release --locked --bin terrabite
 	@scripts/setup_browser.sh
 	@python3 scripts/browser_tests.py
+	@python3 scripts/cesium_tests.py
 
 # The program that draws the view of pages, from viewer/src and the packages of viewer/package-lock.json.
 viewer:

@@ -5,13 +5,14 @@ viewer/ anew, which must be the one that is committed.
     scripts/browser_tests.py            all of it; screenshots in target/browser
 """
 
-import fcntl
 import json
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+
+from environment import node_modules_with
 
 ROOT = Path(__file__).resolve().parent.parent
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
@@ -24,7 +25,7 @@ def main():
     browser = shutil.which("chromium")
     if browser is None:
         sys.exit("chromium is missing; scripts/setup_browser.sh installs it")
-    modules = environment(TARGET / "environments" / "browser")
+    modules = node_modules_with(PACKAGES, TARGET / "environments" / "browser")
     terrabite = TARGET / os.environ.get("PROFILE", "release") / "terrabite"
     OUT.mkdir(parents=True, exist_ok=True)
     pages = make_pages(terrabite)
@@ -33,25 +34,6 @@ def main():
     variables = {**os.environ, "NODE_MODULES": str(modules), "CHROMIUM": browser, "OUT": str(OUT), "TERRABITE": str(terrabite)}
     done = subprocess.run(["node", script, *(str(page) for page in pages)], env=variables)
     sys.exit(done.returncode)
-
-
-def environment(folder):
-    """The packages, installed once under the target folder; a second process waits for the first."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    stamp, wanted = folder / "packages.json", json.dumps(PACKAGES)
-    with open(folder.with_name(folder.name + ".lock"), "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        # The stamp is written last.
-        if not (stamp.exists() and stamp.read_text() == wanted):
-            shutil.rmtree(folder, ignore_errors=True)
-            folder.mkdir()
-            # Without one of its own, npm takes that of a folder above.
-            (folder / "package.json").write_text("{}")
-            options = ["--no-audit", "--no-fund", "--ignore-scripts", "--save-exact"]
-            if subprocess.run(["npm", "install", *options, *PACKAGES], cwd=folder).returncode != 0:
-                sys.exit("npm cannot install playwright-core (see above)")
-            stamp.write_text(wanted)
-    return folder / "node_modules"
 
 
 def check_bundle():

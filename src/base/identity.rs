@@ -47,6 +47,13 @@ pub fn identity(raster: &Band) -> Result<Vec<(&'static str, String)>, RasterErro
     Ok(named)
 }
 
+/// What was said of the heights of a band, beside what [`identity`] tells: marks and a cutline.
+pub fn said(band: &Band) -> Vec<(&'static str, String)> {
+    let nodata = band.marks_are_said.then(|| ("nodata", exact_marks(band.marks())));
+    let cutline = band.cutline().map(|c| ("cutline", format!("polygons with checksum {:08x}", c.checksum())));
+    nodata.into_iter().chain(cutline).collect()
+}
+
 fn exact_mark(mark: Mark) -> String {
     match mark {
         Mark::Real(value) => exact_double(value),
@@ -56,7 +63,7 @@ fn exact_mark(mark: Mark) -> String {
 }
 
 /// What counts as missing where the caller says so, exactly, for what identifies a job.
-pub fn exact_marks(marks: &Marks) -> String {
+fn exact_marks(marks: &Marks) -> String {
     let values: Vec<String> = marks.values.iter().map(|mark| exact_mark(*mark)).collect();
     let valid = marks.valid.map(|v| format!("heights from {} to {}", exact_double(v.min), exact_double(v.max)));
     values.into_iter().chain(valid).collect::<Vec<_>>().join(", ")

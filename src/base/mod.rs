@@ -45,7 +45,7 @@ pub use coordinate_frame::CoordinateFrame;
 pub use cutline::{Cutline, Polygon};
 pub use files::{FileState, Files, Watch};
 pub use georef::{CrsFacts, GeoTransform, Metres, Reference, metres_in};
-pub use identity::{SOME_SAMPLES, exact_double, exact_marks, identity};
+pub use identity::{SOME_SAMPLES, exact_double, identity, said};
 pub use naming::channels_of;
 #[cfg(feature = "gdal")]
 pub(crate) use points::key;

@@ -37,7 +37,13 @@ impl PrivateFile {
         let mut name = path.file_name().map(OsString::from).unwrap_or_default();
         name.push(format!(".{}-{}{END}", writer(), NEXT.fetch_add(1, Ordering::Relaxed)));
         let private = path.with_file_name(name);
-        let file = OpenOptions::new().write(true).create_new(true).mode(0o600).custom_flags(NO_LINKS).open(&private)?;
+        let file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create_new(true)
+            .mode(0o600)
+            .custom_flags(NO_LINKS)
+            .open(&private)?;
         Ok(PrivateFile { file, private, path: path.to_path_buf(), committed: false })
     }
 
@@ -49,11 +55,38 @@ impl PrivateFile {
     /// What the system says; nothing is left behind then.
     pub fn commit(mut self, content: &[u8], written: impl FnOnce()) -> io::Result<()> {
         self.file.write_all(content)?;
+        self.commit_written(written)
+    }
+
+    /// The same of a file that has been written ([`PrivateFile::file`]).
+    ///
+    /// # Errors
+    /// As [`PrivateFile::commit`].
+    pub fn commit_written(self, written: impl FnOnce()) -> io::Result<()> {
         self.file.sync_all()?;
+        self.rename(written)
+    }
+
+    /// Does what [`PrivateFile::commit`] does without waiting for the disk: after a power cut the file may be there with other
+    /// bytes, or none, which its reader has to notice.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn commit_unsynced(mut self, content: &[u8], written: impl FnOnce()) -> io::Result<()> {
+        self.file.write_all(content)?;
+        self.rename(written)
+    }
+
+    fn rename(mut self, written: impl FnOnce()) -> io::Result<()> {
         written();
         std::fs::rename(&self.private, &self.path)?;
         self.committed = true;
         Ok(())
+    }
+
+    /// The file, to be written at any place.
+    pub fn file(&self) -> &File {
+        &self.file
     }
 }
 

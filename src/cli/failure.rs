@@ -72,6 +72,11 @@ impl Failure {
         }
     }
 
+    /// The same failure, with the exit code that says that others have to work first.
+    pub(super) fn waiting(self) -> Failure {
+        Failure { code: shards::WAITING, ..self }
+    }
+
     /// The same failure, with one word for another.
     pub(super) fn with_words(self, word: &str, other: &str) -> Failure {
         Failure { message: self.message.replace(word, other), ..self }
@@ -291,7 +296,7 @@ fn of_scratch(scratch: &ScratchError, error: &dyn std::fmt::Display) -> Failure 
 }
 
 /// What is to be done with finished tiles.
-fn kept(dir: &Path, fate: &Fate) -> String {
+pub(super) fn kept(dir: &Path, fate: &Fate) -> String {
     let (dir, way_out) = (dir.display(), "delete that folder, or restore the input");
     match fate {
         Fate::Damaged => format!("terrabite run {dir} --pass 1, and the passes after it, make it again"),
@@ -342,7 +347,7 @@ impl From<Error> for Failure {
             Error::LineHeight { .. } => {
                 Failure::new(error).hint("choose a larger --max-error, or remove --breaklines and --footprints")
             }
-            Error::Missing(_) => Failure { code: shards::WAITING, ..Failure::new(error) },
+            Error::Missing(_) => Failure::new(error).waiting(),
             Error::Tile { .. } => Failure::new(error).hint("choose a smaller --tile"),
             Error::Goal(_) => {
                 Failure::usage(error).hint("choose a larger budget; with a larger --tile there are fewer corners")

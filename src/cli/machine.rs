@@ -51,6 +51,17 @@ impl From<AccessArg> for Choice {
 }
 
 impl MachineArgs {
+    /// Threads, if they say how many.
+    pub(super) fn threads(&self) -> Option<NonZeroUsize> {
+        self.threads
+    }
+
+    /// The first that is about reading samples of a raster or about a budget of memory, if there is one.
+    pub(super) fn of_samples(&self) -> Option<&'static str> {
+        let access = self.access.map(|_| "--access");
+        access.or(self.memory.map(|_| "--memory")).or(self.temp_dir.as_ref().map(|_| "--temp-dir"))
+    }
+
     /// Has a request do as these say; what they do not say stays as it is.
     pub(super) fn apply(&self, request: &mut Request<'_>) {
         if let Some(access) = self.access {

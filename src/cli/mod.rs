@@ -34,6 +34,7 @@ mod signals;
 mod simplify;
 mod synth;
 mod tiles;
+mod tiles_plan;
 mod tiles_verify;
 mod values;
 mod verify;
@@ -67,6 +68,7 @@ enum Command {
     Merge(shards::MergeArgs),
     Verify(Box<verify::VerifyArgs>),
     Tiles(tiles::TilesArgs),
+    TilesPlan(tiles_plan::TilesPlanArgs),
     TilesVerify(tiles_verify::TilesVerifyArgs),
     Convert(convert::ConvertArgs),
     Info(info::InfoArgs),
@@ -86,6 +88,7 @@ impl Command {
             Command::Merge(args) => shards::merge_all(args),
             Command::Verify(args) => verify::run(args),
             Command::Tiles(args) => tiles::run(args),
+            Command::TilesPlan(args) => tiles_plan::plan(args),
             Command::TilesVerify(args) => tiles_verify::run(args),
             Command::Convert(args) => convert::run(args),
             Command::Info(args) => info::run(args),
@@ -105,6 +108,7 @@ impl Command {
             Command::Merge(args) => args.process.quiet,
             Command::Verify(args) => args.quiet,
             Command::Tiles(args) => args.common.quiet,
+            Command::TilesPlan(args) => args.common.quiet,
             Command::TilesVerify(args) => args.common.quiet,
             Command::Convert(args) => args.quiet,
             Command::Preview(args) => args.quiet,
@@ -174,11 +178,24 @@ fn version() -> String {
 
 /// The mesh that the words of a `plan` ask for.
 fn planned_mesh(words: &[String]) -> Option<mesh::MeshArgs> {
-    let words = std::iter::once("terrabite").chain(words.iter().map(String::as_str));
-    match Cli::from_arg_matches(&command().try_get_matches_from(words).ok()?).ok()?.command {
+    match of_words(words)? {
         Command::Plan(args) => Some(args.mesh),
         _ => None,
     }
+}
+
+/// What the words of a `tiles-plan` ask for.
+fn planned_tiles(words: &[String]) -> Option<tiles_plan::TilesPlanArgs> {
+    match of_words(words)? {
+        Command::TilesPlan(args) => Some(args),
+        _ => None,
+    }
+}
+
+/// The command that words after the program's name are.
+fn of_words(words: &[String]) -> Option<Command> {
+    let words = std::iter::once("terrabite").chain(words.iter().map(String::as_str));
+    Some(Cli::from_arg_matches(&command().try_get_matches_from(words).ok()?).ok()?.command)
 }
 
 /// GDAL's programs take open options as `-oo`; here that would be two short options.

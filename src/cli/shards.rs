@@ -9,6 +9,7 @@ use super::machine::MachineArgs;
 use super::mesh::MeshArgs;
 use super::progress::Bars;
 use super::simplify::tell;
+use super::tiles_plan::TilesProcess;
 use super::{Failure, output_format, print, values, warnings};
 use crate::base::decimal::Decimal;
 use crate::base::features::Feature;
@@ -52,12 +53,12 @@ pub(crate) struct RunArgs {
     pub(super) process: ProcessArgs,
 }
 
-/// Put the mesh of a run together whose tiles are all there
+/// Put the mesh, or the terrain tiles, of a run together whose tiles are all there
 ///
 /// Where tiles are missing they are listed, and the exit code is 6.
 #[derive(Debug, clap::Args)]
 pub(crate) struct MergeArgs {
-    /// The mesh, in the format that the run was laid out for
+    /// The mesh, in the format that the run was laid out for; the folder of a run of terrain tiles
     #[arg(value_name = "OUTPUT", index = 2)]
     output: PathBuf,
     /// Keep the folder of the run, with all its tiles, when the mesh is there
@@ -76,7 +77,7 @@ pub(crate) struct ProcessArgs {
     /// The folder of the run
     #[arg(value_name = "WORK", index = 1)]
     work: PathBuf,
-    /// The raster, where it is called otherwise on this machine
+    /// The raster, where it is called otherwise on this machine; terrain tiles need none
     #[arg(long, value_name = "PATH")]
     raster: Option<PathBuf>,
     #[command(flatten)]
@@ -118,6 +119,9 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<ExitCode, Failure> {
 /// Does `run`.
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     let process = &args.process;
+    if let Some(tiles) = TilesProcess::of(&process.work, process.quiet, process.json)? {
+        return tiles.run(&process.machine, process.raster.as_deref(), args.shard, args.pass);
+    }
     let planned = Planned::of(process)?;
     let bars = Bars::new(process.quiet);
     let request = planned.request(process, &without_a_name(planned.format));
@@ -131,6 +135,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
 /// Does `merge`.
 pub(crate) fn merge_all(args: &MergeArgs) -> Result<ExitCode, Failure> {
     let process = &args.process;
+    if let Some(tiles) = TilesProcess::of(&process.work, process.quiet, process.json)? {
+        let asked = (args.overwrite, args.keep_work_dir);
+        return tiles.merge(&process.machine, process.raster.as_deref(), &args.output, asked);
+    }
     let planned = Planned::of(process)?;
     planned.must_be_format_of(&args.output)?;
     let bars = Bars::new(process.quiet);
@@ -143,7 +151,7 @@ pub(crate) fn merge_all(args: &MergeArgs) -> Result<ExitCode, Failure> {
 }
 
 /// The words of this command, after the program's name.
-fn said() -> Result<Vec<String>, Failure> {
+pub(super) fn said() -> Result<Vec<String>, Failure> {
     let word = |word: OsString| {
         let wrong = |word: OsString| {
             let word = word.display();
@@ -205,7 +213,7 @@ impl Planned {
 }
 
 /// What mends a failure, where the work dir is an argument.
-fn of_shards(failure: Failure) -> Failure {
+pub(super) fn of_shards(failure: Failure) -> Failure {
     failure.with_words("--work-dir", "WORK")
 }
 

@@ -1,9 +1,10 @@
 //! `tiles`: makes a pyramid of terrain tiles.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use super::failure::kept;
 use super::input::InputArgs;
 use super::progress::Bars;
 use super::{Failure, GDAL_CACHE, print, values, warnings};
@@ -11,6 +12,7 @@ use crate::field::FieldError;
 use crate::job::Error;
 use crate::pyramid::{PyramidError, TilesRequest, tiles};
 use crate::raster::{GeodesyError, bound_gdal_cache};
+use crate::run::Fate;
 
 /// Make a pyramid of terrain tiles (quantized-mesh) for CesiumJS and others
 ///
@@ -24,6 +26,24 @@ pub(crate) struct TilesArgs {
     /// The folder to make
     #[arg(value_name = "OUT")]
     output: PathBuf,
+    /// Keep what is finished in this folder: after an interrupt, a crash or a power cut the same command continues there
+    #[arg(long, value_name = "DIR")]
+    work_dir: Option<PathBuf>,
+    /// Keep the work dir, with all its tiles, when the set is there
+    #[arg(long, hide_short_help = true, requires = "work_dir")]
+    keep_work_dir: bool,
+    /// Replace an earlier set of tiles
+    #[arg(long)]
+    overwrite: bool,
+    #[command(flatten)]
+    options: TilesOptions,
+    #[command(flatten)]
+    pub(super) common: CommonArgs,
+}
+
+/// What decides tiles, beside the raster and how it is looked at.
+#[derive(Debug, clap::Args)]
+pub(crate) struct TilesOptions {
     /// The largest error of the finest level, in metres. Levels above it have twice the error of the next finer one, but
     /// never more than the client takes for granted
     #[arg(long, value_name = "METRES", value_parser = error_in_metres)]
@@ -45,17 +65,16 @@ pub(crate) struct TilesArgs {
     /// The height where the raster has none, in metres above the ellipsoid
     #[arg(long, value_name = "METRES", default_value_t = 0.0, value_parser = height, allow_hyphen_values = true)]
     outside: f64,
+    /// Have CesiumJS draw heights as they are: it rounds tiles of less than 4,095 m to 12 bits in all directions. Heights get steps
+    /// of 1/8 m or more (docs/tiles.md)
+    #[arg(long, hide_short_help = true)]
+    fine_heights: bool,
     /// Compress the files: the server must send them with Content-Encoding: gzip (docs/tiles.md)
     #[arg(long)]
     gzip: bool,
-    /// Replace an earlier set of tiles
-    #[arg(long)]
-    overwrite: bool,
-    #[command(flatten)]
-    pub(super) common: CommonArgs,
 }
 
-/// What `tiles` and `tiles-verify` share.
+/// What `tiles`, `tiles-plan` and `tiles-verify` share.
 #[derive(Debug, clap::Args)]
 pub(crate) struct CommonArgs {
     #[command(flatten)]
@@ -77,15 +96,24 @@ pub(crate) struct CommonArgs {
 impl CommonArgs {
     /// Prints a report, as it is asked for.
     pub(super) fn print(&self, report: &(impl serde::Serialize + std::fmt::Display)) -> Result<(), Failure> {
-        if self.json {
-            return print::json(report);
-        }
-        if self.quiet {
-            return Ok(());
-        }
-        warnings::print(&warnings::take());
-        print::report(&report.to_string())
+        tell(report, self.json, self.quiet)
     }
+}
+
+/// Prints a report.
+pub(super) fn tell(
+    report: &(impl serde::Serialize + std::fmt::Display),
+    json: bool,
+    quiet: bool,
+) -> Result<(), Failure> {
+    if json {
+        return print::json(report);
+    }
+    if quiet {
+        return Ok(());
+    }
+    warnings::print(&warnings::take());
+    print::report(&report.to_string())
 }
 
 /// The smallest error that can be told from rounding.
@@ -103,26 +131,38 @@ fn height(word: &str) -> Result<f64, String> {
 }
 
 pub(crate) fn run(args: &TilesArgs) -> Result<ExitCode, Failure> {
-    args.common.input.asked().check_samples()?;
-    bound_gdal_cache(GDAL_CACHE);
     let bars = Bars::new(args.common.quiet);
     let request = TilesRequest {
-        view: args.common.input.view(),
-        max_level: args.max_level,
-        error_factor: args.error_factor,
-        grid_factor: args.grid_factor.parse().map_err(Failure::usage)?,
-        vertical_crs: args.vertical_crs.clone(),
-        outside: args.outside,
-        gzip: args.gzip,
         overwrite: args.overwrite,
-        threads: args.common.threads,
-        temp_dir: args.common.temp_dir.clone(),
-        ..TilesRequest::new(&args.raster, &args.output, args.max_error)
+        work_dir: args.work_dir.clone(),
+        keep_work_dir: args.keep_work_dir,
+        ..args.options.request(&args.raster, &args.output, &args.common)?
     };
     let report = tiles(&request, &bars.control())?;
     drop(bars);
     args.common.print(&report)?;
     Ok(ExitCode::SUCCESS)
+}
+
+impl TilesOptions {
+    /// The request that they stand for.
+    pub(super) fn request(&self, raster: &Path, output: &Path, common: &CommonArgs) -> Result<TilesRequest, Failure> {
+        common.input.asked().check_samples()?;
+        bound_gdal_cache(GDAL_CACHE);
+        Ok(TilesRequest {
+            view: common.input.view(),
+            max_level: self.max_level,
+            error_factor: self.error_factor,
+            grid_factor: self.grid_factor.parse().map_err(Failure::usage)?,
+            vertical_crs: self.vertical_crs.clone(),
+            outside: self.outside,
+            fine_heights: self.fine_heights,
+            gzip: self.gzip,
+            threads: common.threads,
+            temp_dir: common.temp_dir.clone(),
+            ..TilesRequest::new(raster, output, self.max_error)
+        })
+    }
 }
 
 impl From<PyramidError> for Failure {
@@ -143,7 +183,10 @@ impl From<PyramidError> for Failure {
                 failure.hint("choose a larger --max-error, a larger --max-level or --grid-factor 2")
             }
             PyramidError::Step { .. } => {
-                failure.hint("choose a larger --max-error, or a larger --max-level for smaller tiles")
+                failure.hint(
+                    "choose a larger --max-error, or a larger --max-level for smaller tiles; with --fine-heights steps are 1/8 m \
+                     at least",
+                )
             }
             PyramidError::Unreachable { .. } => failure.hint("choose a larger --max-error, or --grid-factor 2"),
             PyramidError::Vertices { .. } => {
@@ -154,6 +197,14 @@ impl From<PyramidError> for Failure {
             }
             PyramidError::Occupied { .. } => failure.hint("choose another folder"),
             PyramidError::File { source, .. } => failure.on_disk(&source),
+            PyramidError::WorkDir(error) => error.into(),
+            PyramidError::NoWorkDir => failure,
+            PyramidError::Gone { .. } => failure.hint("terrabite tiles-plan brings them there"),
+            PyramidError::Missing { .. } => failure.waiting().hint("terrabite run WORK makes them"),
+            PyramidError::Kept { error, dir, outdated } => {
+                let fate = outdated.map_or(Fate::Continue, Fate::Outdated);
+                Failure::from(*error).hint(&kept(&dir, &fate))
+            }
             PyramidError::NotTiles { .. } => failure.hint("terrabite tiles makes one"),
             PyramidError::Threads { .. } => failure.hint("choose fewer with --threads"),
         }
@@ -164,10 +215,15 @@ impl From<PyramidError> for Failure {
 fn of_geodesy(error: &GeodesyError) -> String {
     match error {
         GeodesyError::Local { .. } => "gdal_translate -a_srs EPSG:… gives it a CRS, and -a_ullr a place".to_string(),
-        GeodesyError::NoGrid { from, .. } => format!(
-            "projinfo -s \"{from}\" -t EPSG:4979 --spatial-test intersects names the grid, and projsync fetches it; \
-             --vertical-crs names another vertical CRS"
-        ),
+        GeodesyError::NoGrid { from, .. } => {
+            let named = grid_of(from).map_or(String::new(), |grid| {
+                format!("PROJ's is {grid}, which projsync --file {grid} fetches from cdn.proj.org; ")
+            });
+            format!(
+                "{named}projinfo -s \"{from}\" -t EPSG:4979 --spatial-test intersects names all grids that serve; \
+                 --vertical-crs names another vertical CRS"
+            )
+        }
         GeodesyError::NotVertical { .. } => "choose another with --vertical-crs".to_string(),
         GeodesyError::OtherBody { .. } => {
             "gdal_translate -a_srs gives the raster a CRS without one, and no --vertical-crs".to_string()
@@ -175,4 +231,24 @@ fn of_geodesy(error: &GeodesyError) -> String {
         GeodesyError::Unit { .. } => "gdal_edit.py -units m names another".to_string(),
         _ => "gdalwarp -t_srs EPSG:4326 brings it into a CRS that PROJ knows the way from".to_string(),
     }
+}
+
+/// The grids that PROJ 9.1 takes for common vertical CRSs, by their codes, as its database has them.
+const GRIDS: [(&str, &str); 10] = [
+    ("3855", "us_nga_egm08_25.tif"),
+    ("5701", "uk_os_OSGM15_GB.tif"),
+    ("5703", "us_noaa_g2018u0.tif"),
+    ("5709", "nl_nsgi_nlgeo2018.tif"),
+    ("5710", "be_ign_hBG18.tif"),
+    ("5711", "au_ga_AUSGeoid2020_20180201.tif"),
+    ("5720", "fr_ign_RAF20.tif"),
+    ("5728", "ch_swisstopo_chgeo2004_ETRS89_LN02.tif"),
+    ("5773", "us_nga_egm96_15.tif"),
+    ("7839", "nz_linz_nzgeoid2016.tif"),
+];
+
+/// The grid for the vertical part of a compound CRS, `EPSG:HORIZONTAL+VERTICAL`, if it is a common one.
+fn grid_of(compound: &str) -> Option<&'static str> {
+    let (_, vertical) = compound.rsplit_once('+')?;
+    GRIDS.iter().find(|(code, _)| *code == vertical).map(|(_, grid)| *grid)
 }

@@ -44,6 +44,11 @@ impl Shard {
         let at = |part: usize| (tiles as u128 * part as u128 / self.of as u128) as usize;
         at(self.number - 1)..at(self.number)
     }
+
+    /// Whether a place below `total` is in its share of all places: it is in one shard's.
+    pub fn has(self, place: u128, total: u128) -> bool {
+        place * self.of as u128 / total == self.number as u128 - 1
+    }
 }
 
 impl fmt::Display for Shard {
@@ -268,6 +273,10 @@ mod tests {
             assert!(shares.windows(2).all(|pair| pair[0].end == pair[1].start));
             let sizes = || shares.iter().map(Range::len);
             assert!(sizes().max().unwrap() - sizes().min().unwrap() <= 1, "{tiles} in {of}");
+        }
+        for (total, of) in [(1u128, 1), (1, 64), (7, 3), (1000, 64)] {
+            let owners = |place| (1..=of).filter(move |&n| Shard::new(n, of).unwrap().has(place, total)).count();
+            assert!((0..total).all(|place| owners(place) == 1), "{total} in {of}");
         }
         assert_eq!([Shard::new(0, 1), Shard::new(2, 1), Shard::new(1, 0)], [None; 3]);
     }

@@ -1,7 +1,7 @@
 //! The ellipsoid that tiles lie on.
 
 /// An ellipsoid of revolution, by its half axes in metres.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Body {
     /// The larger half axis.
     pub semi_major: f64,

@@ -6,6 +6,7 @@ use super::grid::TileKey;
 use crate::base::RasterError;
 use crate::base::control::Cancelled;
 use crate::field::FieldError;
+use crate::job::work_dir::WorkDirError;
 use crate::raster::{GeodesyError, ViewError};
 
 /// Why no pyramid is made, or none can be judged.
@@ -109,6 +110,36 @@ pub enum PyramidError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The work dir cannot be used.
+    #[error(transparent)]
+    WorkDir(WorkDirError),
+    /// A run in shards needs a work dir.
+    #[error("expected a work dir in the request for a run in shards, found none")]
+    NoWorkDir,
+    /// A work dir is without the samples of the grid.
+    #[error("{}: expected the samples of the grid in the work dir, found none", dir.display())]
+    Gone {
+        /// The work dir.
+        dir: PathBuf,
+    },
+    /// Tiles of a run in shards that nobody has made yet.
+    #[error("expected all {of} tiles, found {} missing: {}", missing.len(), first(missing))]
+    Missing {
+        /// Which.
+        missing: Vec<TileKey>,
+        /// Tiles of the run.
+        of: u64,
+    },
+    /// The run has a work dir, which keeps what is finished.
+    #[error("{error}")]
+    Kept {
+        /// Why it did not get through.
+        error: Box<PyramidError>,
+        /// The work dir.
+        dir: PathBuf,
+        /// Where the raster has changed: the files that are not as they were when the work dir was made.
+        outdated: Option<Vec<String>>,
+    },
     /// A folder holds no set of tiles.
     #[error("{}: expected a set of tiles made by terrabite, found {found}", path.display())]
     NotTiles {
@@ -128,4 +159,26 @@ pub enum PyramidError {
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+/// The first of some tiles.
+fn first(tiles: &[TileKey]) -> String {
+    const MOST: usize = 5;
+    let named = tiles.iter().take(MOST).map(TileKey::to_string);
+    named.chain((tiles.len() > MOST).then(|| "…".to_string())).collect::<Vec<_>>().join(", ")
+}
+
+impl PyramidError {
+    /// Whether no run of the same request can succeed.
+    pub(super) fn is_final(&self) -> bool {
+        matches!(
+            self,
+            PyramidError::Nothing { .. }
+                | PyramidError::Level { .. }
+                | PyramidError::Curvature { .. }
+                | PyramidError::Step { .. }
+                | PyramidError::Unreachable { .. }
+                | PyramidError::Vertices { .. }
+        )
+    }
 }

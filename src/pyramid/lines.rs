@@ -1,6 +1,9 @@
 //! The sides of tiles and of their parts: polylines over all samples of the finest grid on a line, the fewest links within a
 //! tolerance. A side is a function of its line, its ends and the level, so that all who share it have the same.
 
+use std::collections::HashMap;
+use std::rc::Rc;
+
 use super::error::PyramidError;
 use super::quantize::coordinate;
 use super::samples::{Block, Patch, Samples};
@@ -9,7 +12,7 @@ use crate::base::exact::MAX_TOLERANCE;
 use crate::kernel::seam::MinLink;
 
 /// A vertex of a tile: its sample of the finest grid, counted from the tile's north-west corner, and the height there.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Vertex {
     pub(super) column: i64,
     pub(super) row: i64,
@@ -24,7 +27,7 @@ impl Vertex {
 }
 
 /// A line of samples between two places, both included.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Line {
     /// The first sample, on the grid.
     pub(super) column: i64,
@@ -63,16 +66,42 @@ pub(super) fn near_inside(inside: impl Iterator<Item = bool> + Clone, reach: usi
     near
 }
 
+/// The places of a side's vertices along its line, from 0 to its length, with heights.
+pub(super) type Side = Rc<[(i64, f64)]>;
+
 /// Finds sides, one after the other.
 #[derive(Default)]
 pub(super) struct Sides {
     min_link: MinLink,
     block: Block,
+    /// Those of the tile that is being made: two of its parts share each inside.
+    found: HashMap<Line, Side>,
 }
 
 impl Sides {
-    /// The places of a side's vertices along the line, from 0 to its length, with heights. All are multiples of `snap`.
-    pub(super) fn find(
+    /// Begins another tile.
+    pub(super) fn begin(&mut self) {
+        self.found.clear();
+    }
+
+    /// A side. Its places are multiples of `snap`; that and the tolerance are the same for all sides of a tile.
+    pub(super) fn side(
+        &mut self,
+        samples: &Samples,
+        line: Line,
+        tolerance: f64,
+        snap: i64,
+        cancel: &CancelToken,
+    ) -> Result<Side, PyramidError> {
+        if let Some(side) = self.found.get(&line) {
+            return Ok(side.clone());
+        }
+        let side: Side = self.find(samples, line, tolerance, snap, cancel)?.into();
+        self.found.insert(line, side.clone());
+        Ok(side)
+    }
+
+    fn find(
         &mut self,
         samples: &Samples,
         line: Line,

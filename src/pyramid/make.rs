@@ -1,241 +1,258 @@
 //! From a raster to a folder of tiles.
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
 
 use super::error::PyramidError;
-use super::grid::{Grid, Level, LevelOptions, MAX_PARTS, TileKey, levels};
+use super::grid::{Level, MAX_PARTS, TileKey};
+use super::ground::Ground;
+use super::kept::{Kept, KeptTile};
 use super::manifest::{LAYER, Layer, PROMISE, Promise, SCHEMA};
-use super::quantize::{Relief, SPAN, Steps};
+use super::prepare::{Prepared, open};
+use super::quantize::{SPAN, Steps, UNROUNDED};
 use super::report::{LevelReport, TilesReport};
-use super::samples::{Block, Patch, Samples};
-use super::source::{Source, band};
+use super::samples::Block;
 use super::tile::{LevelTask, TileMaker};
-use super::write::StagedSet;
-use super::{Body, TilesRequest, encode, normals};
+use super::write::{self, StagedSet};
+use super::{TilesRequest, encode, normals};
 use crate::base::control::{Control, Stage};
-use crate::field::{Choice, Field, FieldOptions};
-use crate::raster::Raster;
-
-/// A raster on the finest grid.
-pub(super) struct Prepared {
-    pub(super) raster: Raster,
-    pub(super) source: Arc<Source>,
-    pub(super) body: Body,
-    pub(super) vertical: String,
-}
-
-/// Opens a raster, and finds out how it lies on its ellipsoid.
-pub(super) fn open(request: &TilesRequest, control: &Control<'_>) -> Result<Prepared, PyramidError> {
-    let path = &request.input;
-    let raster = request.view.open(path, &control.cancel)?;
-    raster.warnings().iter().for_each(|warning| control.progress.warn(warning));
-    let geodesy = raster.geodesy(request.vertical_crs.as_deref());
-    let geodesy = geodesy.map_err(|source| PyramidError::Geodesy { path: path.clone(), source })?;
-    let body = Body { semi_major: geodesy.radii.0, semi_minor: geodesy.radii.1 };
-    let vertical = geodesy.vertical.clone();
-    let options = FieldOptions { temp_dir: request.temp_dir(), ..FieldOptions::default() };
-    let field = Field::open(&raster.to_band()?, &options, control)?;
-    Ok(Prepared { raster, source: Arc::new(Source::new(Arc::new(field), geodesy)), body, vertical })
-}
-
-/// Brings all samples to the finest grid, into a temporary file.
-pub(super) fn resample(
-    prepared: &Prepared,
-    grid: Grid,
-    request: &TilesRequest,
-    control: &Control<'_>,
-) -> Result<Samples, PyramidError> {
-    let area = prepared.source.area(grid)?;
-    let band = band(prepared.source.clone(), grid, area)?;
-    let options = FieldOptions { temp_dir: request.temp_dir(), choice: Choice::Decode, ..FieldOptions::default() };
-    let field = Field::open(&band, &options, control)?;
-    Ok(Samples { grid, field, area, outside: request.outside })
-}
+use crate::base::faults::{self, Point};
 
 /// Makes a set of tiles on the threads of the current rayon pool.
 pub(super) fn make(request: &TilesRequest, control: &Control<'_>) -> Result<TilesReport, PyramidError> {
     let started = Instant::now();
-    let staged = StagedSet::create(&request.output, request.overwrite, request.gzip)?;
+    check_output(request)?;
     let prepared = open(request, control)?;
-    let grid = prepared.source.grid(request.grid_factor.trailing_zeros())?;
-    let options =
-        LevelOptions { max_error: request.max_error, max_level: request.max_level, error_factor: request.error_factor };
-    let plan = levels(&prepared.body, grid, &options)?;
-    let samples = resample(&prepared, grid, request, control)?;
-    let finest = plan.last().expect("there is level 0").level;
-    let reliefs = reliefs(&samples, finest, control)?;
-    if reliefs.is_empty() {
-        return Err(PyramidError::Nothing { path: request.input.clone() });
-    }
-    let resampled = started.elapsed().as_secs_f64();
-    let all = upwards(reliefs, finest, request.outside);
-    let tiles = all.iter().map(|level| level.len() as u64).sum();
-    control.progress.begin(Stage::Triangulate, tiles, tiles);
-    let (mut reports, mut made) = (Vec::new(), Vec::new());
-    for (level, reliefs) in plan.iter().zip(&all) {
-        let (level, report) = make_level(&prepared.body, &samples, *level, reliefs, &staged, control)?;
-        made.push(level);
-        reports.push(report);
-    }
-    control.progress.end(Stage::Triangulate);
-    let keys: Vec<Vec<TileKey>> = all.iter().map(|level| level.keys().copied().collect()).collect();
-    let name = request.input.file_stem().unwrap_or_default().to_string_lossy();
-    staged.put_json(LAYER, &Layer::of(&name, grid, &keys))?;
-    let promise = Promise {
-        schema: SCHEMA,
-        generator: format!("terrabite {}", env!("CARGO_PKG_VERSION")),
-        grid_exponent: grid.exponent,
-        semi_major: prepared.body.semi_major,
-        semi_minor: prepared.body.semi_minor,
-        vertical_crs: prepared.vertical.clone(),
-        vertical_crs_given: request.vertical_crs.clone(),
-        outside: request.outside,
-        max_error: request.max_error,
-        error_factor: request.error_factor,
-        gzip: request.gzip,
-        levels: made,
+    let Some(dir) = &request.work_dir else {
+        let ground = Ground::find(&prepared, request, control)?;
+        return Making::new(request, &ground, None, control).set(Some(&prepared), started);
     };
-    staged.put_json(PROMISE, &promise)?;
-    control.cancel.check()?;
-    staged.commit(request.overwrite)?;
-    Ok(TilesReport {
-        schema: SCHEMA,
-        output: request.output.clone(),
-        crs: prepared.raster.crs_name(),
-        vertical_crs: prepared.vertical,
-        grid_exponent: grid.exponent,
-        grid_samples: samples.area.width as u64 * samples.area.height as u64,
-        temporary_bytes: samples.field.decoded_bytes() + prepared.source.field.decoded_bytes(),
-        levels: reports,
-        seconds_resampling: resampled,
-        seconds: started.elapsed().as_secs_f64(),
-    })
+    let kept = Kept::open(dir, &prepared.job(request)?)?;
+    let overwrite = request.overwrite || kept.dir().has_committed(&request.output);
+    let made = write::check(&request.output, overwrite)
+        .and_then(|()| Ground::kept(&kept, &prepared, request, control))
+        .and_then(|ground| Making::new(request, &ground, Some(&kept), control).set(Some(&prepared), started));
+    ended(kept, made, request, control)
 }
 
-/// Where the tiles of a level that the raster may touch are.
-fn candidates(samples: &Samples, level: u32) -> Vec<TileKey> {
-    let cells = samples.grid.cells(level);
-    let rows = samples.area.row / cells..=(samples.area.row + samples.area.height as i64 - 1) / cells;
-    let last = samples.area.column + samples.area.width as i64 - 1;
-    // A sample on a line is of the tiles on both sides.
-    let columns = (samples.area.column - 1).div_euclid(cells)..=last.div_euclid(cells);
-    let around = 2i64 << level;
-    let from_south = |row: i64| (1i64 << level) - 1 - row;
-    let mut keys: Vec<TileKey> = rows
-        .flat_map(|row| [row - 1, row])
-        .filter(|row| (0..1i64 << level).contains(row))
-        .flat_map(|row| {
-            let key =
-                move |column: i64| TileKey { level, x: column.rem_euclid(around) as u32, y: from_south(row) as u32 };
-            columns.clone().map(key)
-        })
-        .collect();
-    keys.sort_unstable();
-    keys.dedup();
-    keys
-}
-
-/// Samples that are read at a time, across and down.
-const WINDOW: i64 = 256;
-
-/// The relief of all tiles of the finest level that have a sample of the raster.
-fn reliefs(samples: &Samples, finest: u32, control: &Control<'_>) -> Result<BTreeMap<TileKey, Relief>, PyramidError> {
-    let cells = samples.grid.cells(finest);
-    let relief = |block: &mut Block, &tile: &TileKey| {
-        control.cancel.check()?;
-        let (column, row) = tile.origin(samples.grid);
-        let mut found = None;
-        let mut is_inside = false;
-        for ((left, top), (width, height)) in samples.windows((column, row), cells, WINDOW) {
-            let patch = Patch { column: column + left, row: row + top, width, height, step: 1 };
-            samples.read(patch, block)?;
-            is_inside |= block.inside.contains(&true);
-            let heights = block.heights.iter().copied().map(Relief::of);
-            found = found.into_iter().chain(heights).reduce(Relief::with);
-        }
-        if !samples.has_all((column, row), cells) {
-            found = found.map(|relief| relief.with(Relief::of(samples.outside)));
-        }
-        Ok::<_, PyramidError>(found.filter(|_| is_inside).map(|relief| (tile, relief)))
-    };
-    let keys = candidates(samples, finest);
-    let found: Result<Vec<_>, PyramidError> = keys.par_iter().map_init(Block::default, relief).collect();
-    Ok(found?.into_iter().flatten().collect())
-}
-
-/// The relief of all tiles of all levels, from that of the finest; at level 0 of both.
-fn upwards(finest: BTreeMap<TileKey, Relief>, level: u32, outside: f64) -> Vec<BTreeMap<TileKey, Relief>> {
-    let mut all = vec![finest];
-    for level in (0..level).rev() {
-        let children = &all[all.len() - 1];
-        let mut parents: BTreeMap<TileKey, (Relief, usize)> = BTreeMap::new();
-        for (child, &relief) in children {
-            let parent = parents.entry(child.parent()).or_insert((relief, 0));
-            *parent = (parent.0.with(relief), parent.1 + 1);
-        }
-        debug_assert!(parents.keys().all(|key| key.level == level));
-        // Where a child is missing, the ground outside is seen.
-        let whole =
-            |(relief, count): (Relief, usize)| if count < 4 { relief.with(Relief::of(outside)) } else { relief };
-        all.push(parents.into_iter().map(|(key, found)| (key, whole(found))).collect());
+/// Finds an output that cannot be made, before the long run.
+pub(super) fn check_output(request: &TilesRequest) -> Result<(), PyramidError> {
+    let (output, work_dir) = (&request.output, &request.work_dir);
+    // A work dir may have an output of its own there.
+    write::check(output, request.overwrite || work_dir.is_some())?;
+    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    if work_dir.as_ref().is_some_and(|dir| absolute(dir).starts_with(absolute(output))) {
+        return Err(PyramidError::Occupied { path: output.clone(), found: "the work dir in it".to_string() });
     }
-    let roots = all.last_mut().expect("the finest level");
-    for x in 0..2 {
-        roots.entry(TileKey { level: 0, x, y: 0 }).or_insert(Relief::of(outside));
-    }
-    all.reverse();
-    all
+    Ok(())
 }
 
-/// Makes all tiles of a level. Where one cannot be within the error, the ground being steep beside long chords, all are made
-/// again from parts of half the size.
-fn make_level(
-    body: &Body,
-    samples: &Samples,
-    mut level: Level,
-    reliefs: &BTreeMap<TileKey, Relief>,
-    staged: &StagedSet,
+/// What becomes of a work dir once its set is there, or is not.
+pub(super) fn ended(
+    kept: Kept,
+    made: Result<TilesReport, PyramidError>,
+    request: &TilesRequest,
     control: &Control<'_>,
-) -> Result<(Level, LevelReport), PyramidError> {
-    let started = Instant::now();
-    let steps = Steps::of(reliefs);
-    let keys: Vec<TileKey> = reliefs.keys().copied().collect();
-    staged.prepare(&keys)?;
-    loop {
-        let task = LevelTask { body, samples, level, steps: &steps, cancel: &control.cancel };
-        let made: Result<Vec<LevelReport>, PyramidError> = keys
-            .par_iter()
-            .map_init(<(TileMaker, Block)>::default, |(maker, block), &tile| {
-                make_tile(&task, tile, maker, block, staged, control)
-            })
-            .collect();
-        let is_fine = level.parts >= MAX_PARTS || samples.grid.cells(level.level) / i64::from(level.parts) < 8;
-        match made {
-            Err(PyramidError::Unreachable { .. }) if !is_fine => level.parts *= 2,
-            Err(error) => return Err(error),
-            Ok(tiles) => {
-                let mut report = LevelReport::new(&level);
-                tiles.iter().for_each(|tile| report.add(tile));
-                report.seconds = started.elapsed().as_secs_f64();
-                return Ok((level, report));
+) -> Result<TilesReport, PyramidError> {
+    match made {
+        Ok(report) => {
+            if !request.keep_work_dir {
+                kept.finish(control);
+            }
+            Ok(report)
+        }
+        Err(error) => Err(kept.explain(error)),
+    }
+}
+
+/// A set of tiles, or a part of it, while it is made.
+pub(super) struct Making<'a> {
+    request: &'a TilesRequest,
+    ground: &'a Ground,
+    kept: Option<&'a Kept>,
+    control: &'a Control<'a>,
+    found: AtomicU64,
+}
+
+/// What was found of the tiles of a level.
+pub(super) struct MadeLevel {
+    level: Level,
+    report: LevelReport,
+    /// Those that nobody has made, where they are only looked for.
+    missing: Vec<TileKey>,
+}
+
+impl<'a> Making<'a> {
+    pub(super) fn new(
+        request: &'a TilesRequest,
+        ground: &'a Ground,
+        kept: Option<&'a Kept>,
+        control: &'a Control<'a>,
+    ) -> Making<'a> {
+        Making { request, ground, kept, control, found: AtomicU64::new(0) }
+    }
+
+    /// Makes all tiles, and writes them. Without a raster tiles are only looked for that others have made.
+    pub(super) fn set(&self, prepared: Option<&Prepared>, started: Instant) -> Result<TilesReport, PyramidError> {
+        let TilesRequest { output, overwrite, .. } = self.request;
+        let grid_done = started.elapsed().as_secs_f64();
+        let announce = |path: &Path| self.kept.map_or(Ok(()), |kept| kept.dir().staging(path));
+        let overwrite = *overwrite || self.kept.is_some_and(|kept| kept.dir().has_committed(output));
+        let staged = StagedSet::create(output, overwrite, &announce)?;
+        let (mut levels, mut reports, mut missing) = (Vec::new(), Vec::new(), Vec::new());
+        self.control.progress.begin(Stage::Triangulate, self.ground.tiles(), self.ground.tiles());
+        for (number, keys) in self.ground.keys().into_iter().enumerate() {
+            let made = self.level(number, &keys, Some(&staged), prepared.is_some())?;
+            levels.push(made.level);
+            reports.push(made.report);
+            missing.extend(made.missing);
+        }
+        self.control.progress.end(Stage::Triangulate);
+        if !missing.is_empty() {
+            return Err(PyramidError::Missing { missing, of: self.ground.tiles() });
+        }
+        self.manifests(&staged, levels)?;
+        self.control.cancel.check()?;
+        prepared.map_or(Ok(()), Prepared::must_be_unchanged)?;
+        let committing = || self.kept.map_or(Ok(()), |kept| kept.dir().committing());
+        staged.commit(overwrite, &committing)?;
+        let (facts, samples) = (&self.ground.facts, &self.ground.samples);
+        let decoded = prepared.map_or(0, |prepared| prepared.source.field.decoded_bytes());
+        Ok(TilesReport {
+            schema: SCHEMA,
+            output: output.clone(),
+            crs: facts.crs.clone(),
+            vertical_crs: facts.vertical.clone(),
+            grid_exponent: samples.grid.exponent,
+            grid_samples: samples.area.width as u64 * samples.area.height as u64,
+            temporary_bytes: samples.store.bytes() + decoded,
+            tiles_found: self.found(),
+            levels: reports,
+            seconds_resampling: grid_done,
+            seconds: started.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// How many tiles were there.
+    pub(super) fn found(&self) -> u64 {
+        self.found.load(Ordering::Relaxed)
+    }
+
+    /// Writes what stands beside the tiles.
+    fn manifests(&self, staged: &StagedSet, levels: Vec<Level>) -> Result<(), PyramidError> {
+        let (request, facts, grid) = (self.request, &self.ground.facts, self.ground.samples.grid);
+        let name = request.input.file_stem().unwrap_or_default().to_string_lossy();
+        staged.put_json(LAYER, &Layer::of(&name, grid, &self.ground.keys()))?;
+        let promise = Promise {
+            schema: SCHEMA,
+            generator: format!("terrabite {}", env!("CARGO_PKG_VERSION")),
+            grid_exponent: grid.exponent,
+            semi_major: facts.body.semi_major,
+            semi_minor: facts.body.semi_minor,
+            vertical_crs: facts.vertical.clone(),
+            vertical_crs_given: request.vertical_crs.clone(),
+            outside: request.outside,
+            max_error: request.max_error,
+            error_factor: request.error_factor,
+            gzip: request.gzip,
+            fine_heights: request.fine_heights,
+            view: facts.view.clone(),
+            levels,
+        };
+        staged.put_json(PROMISE, &promise)
+    }
+
+    /// Makes tiles of a level. Where one cannot be within the error, the ground being steep beside long chords, all are made
+    /// again from parts of half the size.
+    pub(super) fn level(
+        &self,
+        number: usize,
+        keys: &[TileKey],
+        staged: Option<&StagedSet>,
+        makes: bool,
+    ) -> Result<MadeLevel, PyramidError> {
+        let started = Instant::now();
+        let (samples, mut level) = (&self.ground.samples, self.ground.levels[number]);
+        let steps = Steps::of(&self.ground.reliefs[number], self.request.fine_heights.then_some(UNROUNDED));
+        staged.map_or(Ok(()), |staged| staged.prepare(keys))?;
+        loop {
+            let needed = self.kept.map_or(0, |kept| kept.parts_needed(level.level));
+            level.parts = level.parts.max(needed);
+            let cancel = &self.control.cancel;
+            let task = LevelTask { body: &self.ground.facts.body, samples, level, steps: &steps, cancel };
+            let found_before = self.found();
+            let made: Result<Vec<Option<LevelReport>>, PyramidError> = keys
+                .par_iter()
+                .map_init(<(TileMaker, Block)>::default, |(maker, block), &tile| {
+                    self.tile(&task, tile, maker, block, staged, makes)
+                })
+                .collect();
+            let is_fine = level.parts >= MAX_PARTS || samples.grid.cells(level.level) / i64::from(level.parts) < 8;
+            match made {
+                Err(PyramidError::Unreachable { .. }) if !is_fine => {
+                    level.parts *= 2;
+                    self.kept.map_or(Ok(()), |kept| kept.note_parts(level.level, level.parts))?;
+                    self.found.store(found_before, Ordering::Relaxed);
+                }
+                Err(error) => return Err(error),
+                Ok(tiles) => {
+                    let mut report = LevelReport::new(&level);
+                    tiles.iter().flatten().for_each(|tile| report.add(tile));
+                    report.seconds = started.elapsed().as_secs_f64();
+                    let missing = keys.iter().zip(&tiles).filter(|(_, tile)| tile.is_none());
+                    let missing = missing.map(|(key, _)| *key).collect();
+                    return Ok(MadeLevel { level, report, missing });
+                }
             }
         }
     }
+
+    /// Takes a tile over that is kept, or makes it; writes it. `None`: it is not there, and is not to be made.
+    fn tile(
+        &self,
+        task: &LevelTask<'_>,
+        tile: TileKey,
+        maker: &mut TileMaker,
+        block: &mut Block,
+        staged: Option<&StagedSet>,
+        makes: bool,
+    ) -> Result<Option<LevelReport>, PyramidError> {
+        self.control.cancel.check()?;
+        let found = self.kept.map(|kept| kept.find(tile, task.level.parts)).transpose()?.flatten();
+        let is_found = found.is_some();
+        let KeptTile { report, content } = match found {
+            Some(found) => {
+                self.found.fetch_add(1, Ordering::Relaxed);
+                found
+            }
+            None if !makes => return Ok(None),
+            None => {
+                faults::reach(Point::TileBegun);
+                let made = make_tile(task, tile, maker, block, self.request.gzip)?;
+                self.kept.map_or(Ok(()), |kept| kept.put(tile, &made))?;
+                made
+            }
+        };
+        staged.map_or(Ok(()), |staged| staged.put(tile, &content))?;
+        match is_found {
+            true => self.control.progress.found(Stage::Triangulate, 1),
+            false => self.control.progress.step(Stage::Triangulate, 1),
+        }
+        Ok(Some(report))
+    }
 }
 
-/// Makes and writes a tile.
+/// Makes a tile, and the bytes of its file.
 fn make_tile(
     task: &LevelTask<'_>,
     tile: TileKey,
     maker: &mut TileMaker,
     block: &mut Block,
-    staged: &StagedSet,
-    control: &Control<'_>,
-) -> Result<LevelReport, PyramidError> {
+    gzip: bool,
+) -> Result<KeptTile, PyramidError> {
     let (surface, measured) = task.make(tile, maker)?;
     let found = encode::numbered(&surface);
     if found > encode::MOST_VERTICES {
@@ -244,16 +261,17 @@ fn make_tile(
     debug_assert!(surface.vertices.iter().all(|v| (0..=SPAN).contains(&v.quantum)));
     let normals = normals::encoded(task.body, task.samples, &surface, block)?;
     let bytes = encode::encode(task.body, &surface, &normals);
-    let in_file = staged.put(tile, &bytes)?;
-    control.progress.step(Stage::Triangulate, 1);
-    Ok(LevelReport {
+    let plain = bytes.len() as u64;
+    let content = if gzip { write::compressed(&bytes) } else { bytes };
+    let report = LevelReport {
         tiles: 1,
         triangles: surface.triangles.len() as u64,
         vertices: surface.vertices.len() as u64,
         samples: measured.samples,
         largest_error: measured.max_error,
-        bytes: bytes.len() as u64,
-        bytes_in_files: in_file,
+        bytes: plain,
+        bytes_in_files: content.len() as u64,
         ..LevelReport::new(&task.level)
-    })
+    };
+    Ok(KeptTile { report, content })
 }

@@ -1,6 +1,6 @@
 //! What stands beside the tiles: `layer.json` for clients, `terrabite.json` for whoever judges them.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
@@ -81,6 +81,12 @@ pub struct Promise {
     pub error_factor: f64,
     /// Whether files are compressed.
     pub gzip: bool,
+    /// How the raster was looked at, by name: band, window, marks of missing samples, cutline.
+    #[serde(default)]
+    pub view: BTreeMap<String, String>,
+    /// Whether every tile's least and greatest height are 4,095.875 m apart or more.
+    #[serde(default)]
+    pub fine_heights: bool,
     /// The levels.
     pub levels: Vec<Level>,
 }

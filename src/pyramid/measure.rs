@@ -6,25 +6,33 @@
 //! them; one that is within 10⁻⁷ m of an edge is judged by both. Edges are chords, and those along a tile's border lie beside the parallel that it is: a sample between chord and
 //! border is judged by the plane of the triangle at that chord.
 //!
+//! **Why none is left out.** [`Surface::is_closed`] makes sure that every edge of a tile is one of two triangles, once in each direction, or lies
+//! on the border, and that triangles cover the tile's square as often as once. Brought to the ellipsoid along the normals, they are
+//! a continuous image of the square. So a place that is not on the image of an edge is met by triangles that face up and by such that do not, and the former are more by
+//! the number of times that the image of the border goes around it: by one inside of the chords, by none beyond them. Inside, then,
+//! there is a triangle that faces up; where samples may be in a triangle is known ([`super::facet`]), and all of these are looked at.
+//!
 //! **How exactly.** Points in space are near 6.4·10⁶ m, where doubles are 10⁻⁹ m apart; they are taken relative to the tile's
 //! centre, after sums of three products and a square root each. So every coordinate of A − S is off by less than 4·10⁻⁹ m,
-//! and the height n·(A − S) ÷ n·N by less than 10⁻⁸ m × |n| ÷ n·N, which is [`DOUBT`] × the secant of the triangle's slope.
+//! and the height n·(A − S) ÷ n·N by less than 10⁻⁸ m × |n| ÷ n·N, which is the secant of the triangle's slope.
 //! That is added to each error before it is compared with the tolerance: what passes keeps it.
+//!
+//! **How fast.** Of most samples it is enough to know that no triangle which may have them is off by more than the tolerance, or
+//! by more than the largest error found so far. A few operations tell, with a margin for their rounding; the others, few, are judged
+//! as above. So what is reported is the same as if all were.
+
+use std::collections::HashMap;
 
 use super::Body;
-use super::body::{Angle, Vector, cross, dot, length, minus};
+use super::body::{Angle, Vector, minus};
 use super::error::PyramidError;
+use super::facet::{Facet, Row};
+use super::grid::Grid;
 use super::lines::Vertex;
-use super::quantize::{SPAN, snap};
+use super::quantize::snap;
 use super::samples::{Block, Patch, Samples};
-use super::surface::Surface;
+use super::surface::{Corner, Surface};
 use crate::base::control::CancelToken;
-
-/// What rounding adds to an error, in metres on level ground.
-const DOUBT: f64 = 1e-8;
-
-/// How far outside of an edge a sample may be and count as on it, in metres: on a meridian that is a border all of them are.
-const SLACK: f64 = 1e-7;
 
 /// Samples that are read at a time, across and down.
 const WINDOW: i64 = 256;
@@ -34,122 +42,27 @@ const WINDOW: i64 = 256;
 pub(super) struct Measured {
     /// Samples of the raster.
     pub(super) samples: u64,
-    /// The largest error.
+    /// The largest error; where none fails, exactly.
     pub(super) max_error: f64,
     /// The farthest sample of every triangle that has one beyond the tolerance, as near to it as vertices can stand, and the
     /// part that the triangle is of.
     pub(super) failing: Vec<(u32, Vertex)>,
 }
 
-/// A triangle that samples are looked for under.
-struct Facet {
-    corners: [Vector; 3],
-    /// Column and row of the corners, in cells.
-    flat: [(f64, f64); 3],
-    normal: Vector,
-    length: f64,
-    /// How long its edges are.
-    sides: [f64; 3],
-    /// How far the edges may be from straight lines on the grid, in columns and rows.
-    bulge: (f64, f64),
+/// What is known of the triangles of a tile that has been measured, until it is mended and measured again.
+#[derive(Debug, Default)]
+pub(super) struct Known {
+    samples: u64,
+    triangles: HashMap<[Corner; 3], Errors>,
 }
 
-impl Facet {
-    fn new(
-        surface: &Surface,
-        triangle: [u32; 3],
-        body: &Body,
-        cells: i64,
-        angle: &dyn Fn(f64, f64) -> (f64, f64),
-    ) -> Facet {
-        let vertices = triangle.map(|i| surface.vertices[i as usize]);
-        let corners = vertices.map(|v| v.at);
-        let scale = cells as f64 / SPAN as f64;
-        let flat = vertices.map(|v| (v.u as f64 * scale, (SPAN - v.v) as f64 * scale));
-        let normal = cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
-        let mut bulge = (0.0f64, 0.0f64);
-        for (i, j) in [(0, 1), (1, 2), (2, 0)] {
-            let middle: Vector = std::array::from_fn(|k| 0.5 * (corners[i][k] + corners[j][k]) + surface.centre[k]);
-            let straight = (0.5 * (flat[i].0 + flat[j].0), 0.5 * (flat[i].1 + flat[j].1));
-            let (lon, lat) = angle(straight.0, straight.1);
-            let (east, north) = body.offset(middle, lon, lat);
-            let (columns, rows) = angle(1.0, 1.0);
-            let origin = angle(0.0, 0.0);
-            bulge.0 = bulge.0.max((east / (columns - origin.0)).abs());
-            bulge.1 = bulge.1.max((north / (rows - origin.1)).abs());
-        }
-        // It is largest near the middle of an edge; twice that and a cell are more than enough, and a sample that is missed
-        // all the same is found not to be covered.
-        let sides = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| length(minus(corners[i], corners[j])));
-        Facet {
-            corners,
-            flat,
-            normal,
-            length: length(normal),
-            sides,
-            bulge: (2.0 * bulge.0 + 1.0, 2.0 * bulge.1 + 1.0),
-        }
-    }
-
-    /// The rows from which samples may be in it.
-    fn rows(&self) -> (f64, f64) {
-        let rows = self.flat.map(|p| p.1);
-        let (low, high) = (rows[0].min(rows[1]).min(rows[2]), rows[0].max(rows[1]).max(rows[2]));
-        (low - self.bulge.1, high + self.bulge.1)
-    }
-
-    /// The columns of a row between which samples may be in it.
-    fn columns(&self, row: f64) -> Option<(f64, f64)> {
-        let (top, bottom) = (row - self.bulge.1, row + self.bulge.1);
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (i, j) in [(0, 1), (1, 2), (2, 0)] {
-            let (a, b) = if self.flat[i].1 <= self.flat[j].1 { (i, j) } else { (j, i) };
-            let (a, b) = (self.flat[a], self.flat[b]);
-            if b.1 < top || a.1 > bottom {
-                continue;
-            }
-            for at in [a.1.max(top), b.1.min(bottom)] {
-                let share = if b.1 > a.1 { (at - a.1) / (b.1 - a.1) } else { 0.0 };
-                let column = a.0 + share * (b.0 - a.0);
-                (low, high) = (low.min(column), high.max(column));
-            }
-            if a.1 == b.1 {
-                (low, high) = (low.min(b.0), high.max(b.0));
-            }
-        }
-        (low <= high).then_some((low - self.bulge.0, high + self.bulge.0))
-    }
-
-    /// Whether the normal at a place meets it.
-    fn has(&self, place: Vector, normal: Vector) -> bool {
-        let [a, b, c] = self.corners.map(|corner| minus(corner, place));
-        let edges = [(a, b), (b, c), (c, a)];
-        edges.iter().zip(self.sides).all(|(&(p, q), side)| dot(cross(p, q), normal) >= -SLACK * side)
-    }
-
-    /// How far a height is from its plane along the normal, rounding included; infinite where it does not face up.
-    fn error(&self, place: Vector, normal: Vector, height: f64) -> f64 {
-        let facing = dot(self.normal, normal);
-        if facing <= 0.0 {
-            return f64::INFINITY;
-        }
-        let found = dot(self.normal, minus(self.corners[0], place)) / facing;
-        (found - height).abs() + DOUBT * self.length / facing
-    }
-}
-
-impl Body {
-    /// How far a point's longitude and latitude are from these, in degrees.
-    fn offset(&self, point: Vector, lon: f64, lat: f64) -> (f64, f64) {
-        let around = Angle::of(lat);
-        let e2 = self.eccentricity2();
-        let across = self.semi_major / (1.0 - e2 * around.sin * around.sin).sqrt();
-        let reach = libm::hypot(point[0], point[1]);
-        // What lies above the ellipsoid counts little here.
-        let found = libm::atan2(point[2] + e2 * across * around.sin, reach).to_degrees();
-        let east = (libm::atan2(point[1], point[0]).to_degrees() - lon + 540.0).rem_euclid(360.0) - 180.0;
-        (east, found - lat)
-    }
+/// What is known of the errors of a triangle.
+#[derive(Debug, Clone, Copy, Default)]
+struct Errors {
+    /// The largest that was found.
+    found: f64,
+    /// None is larger.
+    bound: f64,
 }
 
 /// Measures a tile at all samples of the raster.
@@ -160,134 +73,206 @@ pub(super) struct Meter<'a> {
 }
 
 impl Meter<'_> {
-    /// Measures a tile.
+    /// Measures a tile; triangles that were within the tolerance the last time are not measured anew.
     pub(super) fn measure(
         &self,
         surface: &Surface,
         tolerance: f64,
+        known: &mut Known,
         block: &mut Block,
     ) -> Result<Measured, PyramidError> {
+        if !surface.is_closed() {
+            return Err(PyramidError::Unreachable { tile: surface.tile, max_error: tolerance });
+        }
+        let grid = self.samples.grid;
+        let columns = surface.columns(grid);
+        let facets: Vec<Facet> =
+            surface.triangles.iter().map(|&t| Facet::new(surface, t, self.body, columns)).collect();
+        let keys: Vec<[Corner; 3]> = surface.triangles.iter().map(|&t| surface.corners(t)).collect();
+        let before: Vec<Option<Errors>> = keys.iter().map(|key| known.triangles.get(key).copied()).collect();
+        let found = |errors: &Option<Errors>| errors.map_or(0.0, |errors| errors.found);
+        let mut tally = Tally {
+            tolerance,
+            largest: before.iter().map(found).fold(0.0, f64::max),
+            worst: before.iter().map(|errors| Worst { error: found(errors), vertex: Vertex::default() }).collect(),
+        };
+        let is_new: Vec<bool> = before.iter().map(Option::is_none).collect();
+        let is_first = known.triangles.is_empty();
+        let samples = self.pass(surface, &facets, &is_new, &mut tally, block)?;
+        if is_first {
+            known.samples = samples;
+        }
+        let bounds: Vec<f64> = (0..facets.len()).map(|i| before[i].map_or(tally.limit(i), |e| e.bound)).collect();
+        let failing: Vec<usize> = (0..facets.len()).filter(|&i| tally.worst[i].error > tolerance).collect();
+        if failing.is_empty() {
+            // Those of which it is not known whether they have the largest error.
+            let is_open: Vec<bool> = bounds.iter().map(|&bound| bound > tally.largest).collect();
+            if is_open.contains(&true) {
+                self.pass(surface, &facets, &is_open, &mut tally, block)?;
+            }
+        }
+        known.triangles = keys
+            .into_iter()
+            .zip(bounds)
+            .zip(&tally.worst)
+            .filter(|(_, worst)| worst.error <= tolerance)
+            .map(|((key, bound), worst)| (key, Errors { found: worst.error, bound }))
+            .collect();
+        let failing = failing.into_iter().map(|i| (surface.owners[i], tally.worst[i].vertex)).collect();
+        Ok(Measured { samples: known.samples, max_error: tally.largest, failing })
+    }
+
+    /// Looks at all samples of some facets; counts the samples of the windows that it reads.
+    fn pass(
+        &self,
+        surface: &Surface,
+        facets: &[Facet],
+        is_wanted: &[bool],
+        tally: &mut Tally,
+        block: &mut Block,
+    ) -> Result<u64, PyramidError> {
         let grid = self.samples.grid;
         let cells = grid.cells(surface.tile.level);
         let origin = surface.tile.origin(grid);
-        let angle = |column: f64, row: f64| {
-            let (west, north) = (grid.longitude(origin.0), grid.latitude(origin.1));
-            (west + column * grid.cell(), north - row * grid.cell())
-        };
-        let facets = surface.triangles.iter().map(|&t| Facet::new(surface, t, self.body, cells, &angle));
-        let facets: Vec<Facet> = facets.collect();
-        let mut worst = vec![(0.0, Vertex { column: 0, row: 0, height: 0.0 }); facets.len()];
-        let mut measured = Measured::default();
+        let bounds: Vec<[(f64, f64); 2]> = facets.iter().map(Facet::bounds).collect();
+        let wanted: Vec<usize> = (0..facets.len()).filter(|&i| is_wanted[i]).collect();
+        let mut samples = 0;
         for ((left, top), (width, height)) in self.samples.windows(origin, cells, WINDOW) {
             self.cancel.check()?;
             let patch = Patch { column: origin.0 + left, row: origin.1 + top, width, height, step: 1 };
+            let meets = |(low, high): (f64, f64), first: i64, count: usize| {
+                high >= first as f64 && low <= (first + count as i64 - 1) as f64
+            };
+            let is_near = |i: &usize| meets(bounds[*i][0], left, width) && meets(bounds[*i][1], top, height);
+            let looked_at: Vec<usize> = wanted.iter().copied().filter(is_near).collect();
+            if looked_at.is_empty() || !self.samples.has_any(patch) {
+                continue;
+            }
+            let near: Vec<usize> = (0..facets.len()).filter(is_near).collect();
             self.samples.read(patch, block)?;
-            let window = Window { left, top, patch, surface, facets: &facets };
-            window.measure(self.body, grid, cells, block, &mut worst, &mut measured);
-        }
-        for (triangle, &(error, vertex)) in worst.iter().enumerate() {
-            measured.max_error = measured.max_error.max(error);
-            if error > tolerance {
-                measured.failing.push((surface.owners[triangle], vertex));
+            samples += block.inside.iter().filter(|&&inside| inside).count() as u64;
+            let places = Places::new(self.body, grid, patch, surface.centre);
+            let window = Window { at: (left, top), size: (width, height), snap: snap(cells), facets, near: &near };
+            for facet in looked_at {
+                window.measure(facet, bounds[facet][1], &places, block, tally);
             }
         }
-        Ok(measured)
+        Ok(samples)
+    }
+}
+
+/// What has been found so far.
+struct Tally {
+    tolerance: f64,
+    /// The largest error of all facets.
+    largest: f64,
+    /// The worst sample of every facet.
+    worst: Vec<Worst>,
+}
+
+struct Worst {
+    error: f64,
+    /// Where a vertex can stand for it.
+    vertex: Vertex,
+}
+
+impl Tally {
+    /// From which error on a facet's samples count: up to there they are neither its worst, nor beyond the tolerance, nor the worst of all.
+    fn limit(&self, facet: usize) -> f64 {
+        self.worst[facet].error.max(self.tolerance.min(self.largest))
+    }
+}
+
+/// Where the samples of a window are.
+struct Places<'a> {
+    body: &'a Body,
+    centre: Vector,
+    lons: Vec<Angle>,
+    lats: Vec<Angle>,
+    cos: Vec<f64>,
+    sin: Vec<f64>,
+    rows: Vec<Row>,
+}
+
+impl Places<'_> {
+    fn new(body: &Body, grid: Grid, patch: Patch, centre: Vector) -> Places<'_> {
+        let Patch { column, row, width, height, .. } = patch;
+        let lons: Vec<Angle> = (0..width).map(|c| Angle::of(grid.longitude(column + c as i64))).collect();
+        let lats: Vec<Angle> = (0..height).map(|r| Angle::of(grid.latitude(row + r as i64))).collect();
+        let (cos, sin) = lons.iter().map(|lon| (lon.cos, lon.sin)).unzip();
+        let greenwich = Angle { sin: 0.0, cos: 1.0 };
+        let row = |&lat: &Angle| {
+            let [from_axis, _, from_equator] = body.point(greenwich, lat, 0.0);
+            Row { sin: lat.sin, cos: lat.cos, from_axis, from_equator }
+        };
+        let rows = lats.iter().map(row).collect();
+        Places { body, centre, lons, lats, cos, sin, rows }
+    }
+
+    /// The place on the ellipsoid, from the tile's centre, and the normal there.
+    fn at(&self, column: usize, row: usize) -> (Vector, Vector) {
+        let (lon, lat) = (self.lons[column], self.lats[row]);
+        (minus(self.body.point(lon, lat, 0.0), self.centre), Body::normal(lon, lat))
     }
 }
 
 /// A window of a tile that is being measured.
 struct Window<'a> {
-    left: i64,
-    top: i64,
-    patch: Patch,
-    surface: &'a Surface,
+    /// Its first sample in the tile.
+    at: (i64, i64),
+    size: (usize, usize),
+    snap: i64,
     facets: &'a [Facet],
+    /// Those that may have samples of the window.
+    near: &'a [usize],
 }
 
 impl Window<'_> {
-    fn measure(
-        &self,
-        body: &Body,
-        grid: super::Grid,
-        cells: i64,
-        block: &Block,
-        worst: &mut [(f64, Vertex)],
-        measured: &mut Measured,
-    ) {
-        let Patch { column, row, width, height, .. } = self.patch;
-        let lons: Vec<Angle> = (0..width).map(|c| Angle::of(grid.longitude(column + c as i64))).collect();
-        let lats: Vec<Angle> = (0..height).map(|r| Angle::of(grid.latitude(row + r as i64))).collect();
-        let place = |c: usize, r: usize| {
-            let place = minus(body.point(lons[c], lats[r], 0.0), self.surface.centre);
-            (place, Body::normal(lons[c], lats[r]))
-        };
-        let mut is_seen = vec![false; width * height];
-        let snap = snap(cells) as usize;
-        let mut note = |facet: usize, c: usize, r: usize, error: f64| {
-            if error > worst[facet].0 {
-                // Windows begin at multiples of the snap. Where a vertex can stand beyond the raster only, it takes the
-                // height of the sample that it is for.
-                let (to_c, to_r) = (c / snap * snap, r / snap * snap);
-                let snapped = to_r * width + to_c;
-                let height = block.heights[if block.inside[snapped] { snapped } else { r * width + c }];
-                worst[facet] = (error, Vertex { column: self.left + to_c as i64, row: self.top + to_r as i64, height });
-            }
-        };
-        for (number, facet) in self.facets.iter().enumerate() {
-            let (first, last) = facet.rows();
-            let rows = clipped(first - self.top as f64, last - self.top as f64, height);
-            for r in rows {
-                let Some((low, high)) = facet.columns((self.top + r as i64) as f64) else { continue };
-                for c in clipped(low - self.left as f64, high - self.left as f64, width) {
-                    if !block.inside[r * width + c] {
-                        continue;
-                    }
-                    let (at, normal) = place(c, r);
-                    if facet.has(at, normal) {
-                        is_seen[r * width + c] = true;
-                        note(number, c, r, facet.error(at, normal, block.heights[r * width + c]));
-                    }
-                }
-            }
-        }
-        for i in (0..is_seen.len()).filter(|&i| block.inside[i]) {
-            measured.samples += 1;
-            if is_seen[i] {
-                continue;
-            }
-            let (c, r) = (i % width, i / width);
-            let at_border = self.at_border((self.left + c as i64) as f64, (self.top + r as i64) as f64, cells as f64);
-            let (facet, error) = match at_border {
-                Some(facet) => {
-                    let (at, normal) = place(c, r);
-                    (facet, self.facets[facet].error(at, normal, block.heights[i]))
-                }
-                // Nothing covers it.
-                None => (0, f64::INFINITY),
-            };
-            note(facet, c, r, error);
+    /// Looks at all samples of a facet.
+    fn measure(&self, number: usize, rows: (f64, f64), places: &Places, block: &Block, tally: &mut Tally) {
+        let (left, top) = (self.at.0 as f64, self.at.1 as f64);
+        let (width, height) = self.size;
+        let facet = &self.facets[number];
+        for r in clipped(rows.0 - top, rows.1 - top, height) {
+            let Some((low, high)) = facet.columns(top + r as f64, &places.rows[r]) else { continue };
+            let columns = clipped(low - left, high - left, width);
+            let heights = &block.heights[r * width..][columns.clone()];
+            let angles = (&places.cos[columns.clone()], &places.sin[columns.clone()]);
+            let limit = tally.limit(number);
+            facet.each_suspicious(&places.rows[r], angles, heights, limit, |i| {
+                self.judge(number, (columns.start + i, r), places, block, tally);
+                tally.limit(number)
+            });
         }
     }
 
-    /// The triangle at the border of the tile that is nearest to a sample beyond its chord.
-    fn at_border(&self, column: f64, row: f64, cells: f64) -> Option<usize> {
-        let distances = [column, cells - column, row, cells - row];
-        let nearest = (0..4).min_by(|&a, &b| distances[a].total_cmp(&distances[b]))?;
-        let is_on = |p: (f64, f64)| match nearest {
-            0 => p.0 == 0.0,
-            1 => p.0 >= cells,
-            2 => p.1 == 0.0,
-            _ => p.1 >= cells,
-        };
-        let (at, along) = if nearest < 2 { (row, 1) } else { (column, 0) };
-        let coordinate = |p: (f64, f64)| if along == 1 { p.1 } else { p.0 };
-        self.facets.iter().position(|facet| {
-            [(0, 1), (1, 2), (2, 0)].into_iter().any(|(i, j)| {
-                let (a, b) = (facet.flat[i], facet.flat[j]);
-                let (low, high) = (coordinate(a).min(coordinate(b)), coordinate(a).max(coordinate(b)));
-                is_on(a) && is_on(b) && (low - 0.5..=high + 0.5).contains(&at)
-            })
-        })
+    /// Judges a sample, if it is one of the raster and of the facet.
+    fn judge(&self, number: usize, (c, r): (usize, usize), places: &Places, block: &Block, tally: &mut Tally) {
+        let facet = &self.facets[number];
+        let i = r * self.size.0 + c;
+        if !block.inside[i] {
+            return;
+        }
+        let (place, normal) = places.at(c, r);
+        let at = ((self.at.0 + c as i64) as f64, (self.at.1 + r as i64) as f64);
+        let has = |facet: &Facet| facet.has(place, normal);
+        let is_judged = has(facet)
+            || facet.is_passed(place, normal, at) && !self.near.iter().any(|&other| has(&self.facets[other]));
+        let error = facet.error(place, normal, block.heights[i]);
+        if is_judged && error > tally.worst[number].error {
+            tally.worst[number] = Worst { error, vertex: self.vertex((c, r), block) };
+            tally.largest = tally.largest.max(error);
+        }
+    }
+
+    /// Where a vertex can stand for a sample: windows begin at multiples of the snap. Where that is beyond the raster, it
+    /// takes the height of the sample.
+    fn vertex(&self, (c, r): (usize, usize), block: &Block) -> Vertex {
+        let snap = self.snap as usize;
+        let (to_c, to_r) = (c / snap * snap, r / snap * snap);
+        let snapped = to_r * self.size.0 + to_c;
+        let height = block.heights[if block.inside[snapped] { snapped } else { r * self.size.0 + c }];
+        Vertex { column: self.at.0 + to_c as i64, row: self.at.1 + to_r as i64, height }
     }
 }
 

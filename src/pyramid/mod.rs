@@ -1,6 +1,7 @@
 //! A pyramid of terrain tiles (quantized-mesh 1.0) in which every level keeps a stated error.
 //!
-//! In comes a raster; out goes a folder of tiles with its manifest. `source` gives the heights of the finest grid (`grid`), a
+//! In comes a raster; out goes a folder of tiles with its manifest. `prepare` opens the raster, and `ground` finds out of it what tiles
+//! are made from, which a work dir keeps (`kept`), so that a run can be interrupted, or made by many processes (`shards`). `source` gives the heights of the finest grid (`grid`), a
 //! fixed grid of longitudes and latitudes not coarser than the raster, and `samples` keeps them. A level is made tile by
 //! tile: `lines` finds the sides, which depend on their line and the level alone, `part` makes meshes with the engines of
 //! [`crate::kernel`], `quantize` brings places and heights onto the lattice that the format has, so that tiles of a level share
@@ -15,7 +16,7 @@
 //!
 //! **Memory.** A thread holds the samples of a part (at most 513 × 513, with heights and weights), a window of 256 × 256 samples,
 //! and the mesh of one tile of at most 65,536 vertices. In common there are 40 bytes for each tile of all levels. Samples
-//! of the grid, 8 bytes each, are in an unlinked temporary file that is mapped.
+//! of the grid, 8 bytes each, are in an unlinked temporary file, or in the work dir, and read from there.
 //!
 //! **The same bytes.** Tiles depend on the raster and the options, not on threads or on the system's mathematics (sines and cosines are
 //! those of the crate `libm`). PROJ decides them, too: another version may move a place by the last bit.
@@ -23,23 +24,32 @@
 mod body;
 mod encode;
 mod error;
+mod facet;
 mod grid;
+mod ground;
+mod kept;
 mod lines;
 mod make;
 mod manifest;
 mod measure;
+#[cfg(test)]
+mod measure_tests;
 mod normals;
 mod part;
+mod prepare;
 mod quantize;
 mod report;
 mod samples;
+mod shards;
 mod source;
+mod store;
 mod surface;
 #[cfg(test)]
 mod tests;
 mod tile;
 mod write;
 
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -49,6 +59,7 @@ pub use grid::{Grid, Level, TileKey};
 pub use manifest::{LAYER, Layer, PROMISE, Promise, Range};
 pub use report::{LevelReport, TilesReport};
 pub(crate) use samples::{Block as SampleBlock, Patch, Samples};
+pub use shards::{TilesLayout, TilesShare, lay_out_tiles, merge_tiles, work_on_tiles};
 
 use crate::base::control::Control;
 use crate::raster::View;
@@ -75,10 +86,17 @@ pub struct TilesRequest {
     pub vertical_crs: Option<String>,
     /// The height in metres above the ellipsoid where the raster has none.
     pub outside: f64,
+    /// Whether the heights of a tile's header are so far apart that CesiumJS keeps floats and does not round to 12 bits: steps are
+    /// not below 1/8 m then.
+    pub fine_heights: bool,
     /// Whether files are compressed.
     pub gzip: bool,
     /// Whether an earlier set of tiles may be replaced.
     pub overwrite: bool,
+    /// A folder that keeps what is finished, so that the same request continues there after the process was killed.
+    pub work_dir: Option<PathBuf>,
+    /// Whether that folder stays when the set is there.
+    pub keep_work_dir: bool,
     /// Threads; `None`: as many as there are cores.
     pub threads: Option<NonZeroUsize>,
     /// The folder of temporary files; `None` is the system's.
@@ -98,8 +116,11 @@ impl TilesRequest {
             grid_factor: 1,
             vertical_crs: None,
             outside: 0.0,
+            fine_heights: false,
             gzip: false,
             overwrite: false,
+            work_dir: None,
+            keep_work_dir: false,
             threads: None,
             temp_dir: None,
         }
@@ -110,24 +131,36 @@ impl TilesRequest {
     }
 }
 
-/// The samples that a set of tiles was made from, and the grid that is not coarser than the raster.
-pub(crate) fn samples(
-    request: &TilesRequest,
-    grid: Grid,
-    control: &Control<'_>,
-) -> Result<(Samples, Grid, Body), PyramidError> {
-    let prepared = make::open(request, control)?;
-    let coarsest = prepared.source.grid(0)?;
-    Ok((make::resample(&prepared, grid, request, control)?, coarsest, prepared.body))
+/// What a set of tiles is judged by.
+pub(crate) struct Basis {
+    /// The samples that it was made from.
+    pub(crate) samples: Samples,
+    /// The grid that is not coarser than the raster.
+    pub(crate) coarsest: Grid,
+    pub(crate) body: Body,
+    /// As [`Promise::view`].
+    pub(crate) view: BTreeMap<String, String>,
+}
+
+/// What a set of tiles on this grid is judged by.
+pub(crate) fn basis(request: &TilesRequest, grid: Grid, control: &Control<'_>) -> Result<Basis, PyramidError> {
+    let prepared = prepare::open(request, control)?;
+    let (coarsest, view) = (prepared.source.grid(0)?, prepared.view()?);
+    let samples = prepare::resample(&prepared, grid, request, control)?;
+    Ok(Basis { samples, coarsest, body: prepared.body, view })
 }
 
 /// Makes a set of tiles.
 ///
 /// # Errors
-/// [`PyramidError`]; nothing is left under the output's name then.
+/// [`PyramidError`]; nothing is left under the output's name then, and what is finished stays in the work dir, where there is one.
 pub fn tiles(request: &TilesRequest, control: &Control<'_>) -> Result<TilesReport, PyramidError> {
+    pool(request)?.install(|| make::make(request, control))
+}
+
+/// The threads that a request asks for.
+fn pool(request: &TilesRequest) -> Result<rayon::ThreadPool, PyramidError> {
     let threads = request.threads.map_or(0, NonZeroUsize::get);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| PyramidError::Threads { threads, reason: e.to_string() })?;
-    pool.install(|| make::make(request, control))
+    pool.map_err(|e| PyramidError::Threads { threads, reason: e.to_string() })
 }

@@ -77,7 +77,12 @@ pub(super) struct PartMaker {
 }
 
 impl PartMaker {
-    /// Makes a part.
+    /// Begins another tile.
+    pub(super) fn begin(&mut self) {
+        self.sides.begin();
+    }
+
+    /// Makes a part of the tile.
     pub(super) fn make(
         &mut self,
         samples: &Samples,
@@ -104,12 +109,12 @@ impl PartMaker {
         let Place { origin, first, cells, tolerance, snap, .. } = *place;
         let mut side = |column: i64, row: i64, down: bool| {
             let line = Line { column: origin.0 + column, row: origin.1 + row, length: cells, down };
-            let found = self.sides.find(samples, line, tolerance, snap, cancel)?;
-            let vertex = |(at, height)| match down {
+            let found = self.sides.side(samples, line, tolerance, snap, cancel)?;
+            let vertex = |&(at, height): &(i64, f64)| match down {
                 true => Vertex { column, row: row + at, height },
                 false => Vertex { column: column + at, row, height },
             };
-            Ok::<Vec<Vertex>, PyramidError>(found.into_iter().map(vertex).collect())
+            Ok::<Vec<Vertex>, PyramidError>(found.iter().map(vertex).collect())
         };
         let north = side(first.0, first.1, false)?;
         let east = side(first.0 + cells, first.1, true)?;
@@ -123,14 +128,15 @@ impl PartMaker {
         Ok(rim)
     }
 
-    /// Reads the block as a tile in which nothing binds the samples outside that are near others inside, but for those on
-    /// the rim: there `on_rim` says which.
-    fn tile(&self, on_rim: impl Fn(usize, usize) -> Option<bool>, side: usize) -> Tile {
-        let Block { heights, inside, .. } = &self.block;
-        let tile = Tile::from_heights(side, side, Heights::F64(heights.clone()));
+    /// Makes a tile of the block, taking its heights, in which nothing binds the samples outside that are near others inside;
+    /// on the rim, the sides decide which are near.
+    fn tile(&mut self, side: usize) -> Tile {
+        let tile = Tile::from_heights(side, side, Heights::F64(std::mem::take(&mut self.block.heights)));
+        let inside = &self.block.inside;
         if !inside.contains(&false) {
             return tile;
         }
+        let on_rim = self.free_on_rim(side);
         let reach = collar(side as i64 - 1);
         let mut near = vec![false; side * side];
         for row in 0..side {
@@ -146,6 +152,13 @@ impl PartMaker {
             if is_free { 0.0 } else { 1.0 }
         };
         tile.with_weights((0..side * side).map(weight).collect())
+    }
+
+    /// Keeps a tile's memory for the next.
+    fn done_with(&mut self, tile: Tile) {
+        if let Heights::F64(heights) = tile.heights {
+            self.block.heights = heights;
+        }
     }
 
     /// Whether samples of the rim are free, as [`Sides`] has it.
@@ -174,13 +187,14 @@ impl PartMaker {
     /// From all samples, with the rim as it is.
     fn of_all(&mut self, place: &Place, rim: &[Vertex], cancel: &CancelToken) -> Result<Part, PyramidError> {
         let side = place.cells as usize + 1;
-        let tile = self.tile(self.free_on_rim(side), side);
+        let tile = self.tile(side);
         let local = |v: &Vertex| mesh::Vertex {
             at: Point::of_sample((v.column - place.first.0) as i32, (v.row - place.first.1) as i32),
             height: v.height,
         };
         let domain = domain(rim.iter().map(local).collect());
         self.run(&tile, &domain, place.tolerance, cancel)?;
+        self.done_with(tile);
         let vertices: Vec<Vertex> = self.mesh.vertices.iter().map(|v| on_tile(v, place.first, 1)).collect();
         let triangles = self.mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
         let part = Part { vertices, rim: rim.len(), triangles };
@@ -199,7 +213,7 @@ impl PartMaker {
         cancel: &CancelToken,
     ) -> Result<Part, PyramidError> {
         let side = (place.cells / step) as usize + 1;
-        let tile = self.tile(self.free_on_rim(side), side);
+        let tile = self.tile(side);
         let tolerance = THINNED_SHARE * place.tolerance;
         let mut loop_ = Vec::new();
         let last = side - 1;
@@ -215,6 +229,7 @@ impl PartMaker {
         }
         let on_rim = loop_.len();
         self.run(&tile, &domain(loop_), tolerance, cancel)?;
+        self.done_with(tile);
         let inner: Vec<Vertex> = self.mesh.vertices[on_rim..].iter().map(|v| on_tile(v, place.first, step)).collect();
         Ok(self.triangulate(place, rim, rim.len(), &inner))
     }

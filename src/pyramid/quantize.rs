@@ -41,6 +41,10 @@ impl Relief {
     }
 }
 
+/// The least step, an eighth of a metre as an exponent, with which no tile's least and greatest height are less than 4,095.875 m
+/// apart: from 4,095 m on CesiumJS keeps a tile's vertices as floats and does not round them to 12 bits.
+pub(super) const UNROUNDED: i32 = -3;
+
 /// The steps of all tiles of a level, as exponents of two.
 pub(super) struct Steps {
     coarsest: i32,
@@ -92,12 +96,12 @@ fn exponent_above(number: f64) -> i32 {
 }
 
 impl Steps {
-    /// From the relief of all tiles of a level.
-    pub(super) fn of(reliefs: &BTreeMap<TileKey, Relief>) -> Steps {
+    /// From the relief of all tiles of a level; steps are not below the `least`.
+    pub(super) fn of(reliefs: &BTreeMap<TileKey, Relief>, least: Option<i32>) -> Steps {
         let widest = reliefs.values().map(|r| r.high - r.low).fold(0.0, f64::max);
         let highest = reliefs.values().map(|r| r.high.abs().max(r.low.abs())).fold(1.0, f64::max);
         // Single precision has 24 bits: heights have 23 of them, so that the padding below has room.
-        let floor = exponent_above(highest / f64::from(1 << 23));
+        let floor = exponent_above(highest / f64::from(1 << 23)).max(least.unwrap_or(i32::MIN));
         // Vertices on a border may be moved by half of the coarsest step: four of them are kept free.
         let coarsest = exponent_above(widest / (SPAN - 4) as f64).max(floor);
         let padding = 4.0 * power_of_two(coarsest);
@@ -152,13 +156,15 @@ mod tests {
         fn shared_vertices_have_one_height_and_all_are_exact_in_single_precision(
             reliefs in prop::collection::vec((-9000.0f64..9000.0, prop_oneof![Just(0.0), 0.0f64..1e-3, 0.0f64..9000.0]), 9),
             share in 0.0f64..1.0,
+            unrounded: bool,
         ) {
             let key = |i: usize| TileKey { level: 4, x: 3 + i as u32 % 3, y: 5 + i as u32 / 3 };
             let all = reliefs.iter().enumerate().map(|(i, &(low, range))| (key(i), Relief { low, high: low + range }));
             let all: BTreeMap<TileKey, Relief> = all.collect();
-            let steps = Steps::of(&all);
+            let steps = Steps::of(&all, unrounded.then_some(UNROUNDED));
             for (&tile, relief) in &all {
                 let lattice = steps.lattice(tile);
+                prop_assert!(!unrounded || lattice.maximum() - lattice.minimum() >= 4095.875);
                 for exact in [lattice.minimum(), lattice.maximum()] {
                     prop_assert_eq!(f64::from(exact as f32), exact);
                 }

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Level;
 
 /// What came of one level, or of one tile of it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LevelReport {
     /// The level.
     pub level: u32,
@@ -81,6 +81,8 @@ pub struct TilesReport {
     pub grid_samples: u64,
     /// Bytes of temporary files.
     pub temporary_bytes: u64,
+    /// Tiles that were in the work dir.
+    pub tiles_found: u64,
     /// The levels, from 0 on.
     pub levels: Vec<LevelReport>,
     /// Seconds until all samples were on the grid.
@@ -98,6 +100,9 @@ impl std::fmt::Display for TilesReport {
             vertical => format!("brought from {vertical} to ellipsoidal"),
         };
         writeln!(f, "tiles    {tiles} of levels 0 to {finest}, {bytes} bytes, in {}", self.output.display())?;
+        if self.tiles_found > 0 {
+            writeln!(f, "found    {} of these tiles in the work dir", self.tiles_found)?;
+        }
         writeln!(f, "heights  {heights}")?;
         writeln!(f, "grid     180° ÷ 2^{}; errors are those of the resampled surface, in metres", self.grid_exponent)?;
         writeln!(f, "level  tiles  triangles    allowed    largest")?;

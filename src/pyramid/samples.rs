@@ -1,16 +1,19 @@
-//! The samples of the finest grid, wherever they are asked for: those of the area from the field, all others at the height
+//! The samples of the finest grid, wherever they are asked for: those of the area from the store, all others at the height
 //! that is taken outside of the raster.
+
+use std::fs::File;
+use std::path::Path;
 
 use super::error::PyramidError;
 use super::grid::Grid;
 use super::source::Area;
-use crate::base::{Tile, Window};
-use crate::field::{Field, LoadScratch};
+use super::store::{BLOCK, Cache, Store};
+use crate::base::control::Control;
 
 /// The finest grid with its heights.
 pub(crate) struct Samples {
     pub(crate) grid: Grid,
-    pub(crate) field: Field,
+    pub(crate) store: Store,
     pub(crate) area: Area,
     /// The height of samples that the raster does not give one.
     pub(crate) outside: f64,
@@ -36,11 +39,30 @@ pub(crate) struct Block {
     pub(crate) heights: Vec<f64>,
     /// Which of them the raster gives a height.
     pub(crate) inside: Vec<bool>,
-    tile: Tile,
-    load: LoadScratch,
+    cache: Cache,
 }
 
 impl Samples {
+    /// Keeps the heights of an area in a file, which is in a folder. `fill` is given the first sample of a block and its heights, all NaN, and
+    /// says whether any has become a height; none outside of the area may.
+    pub(super) fn make<S>(
+        grid: Grid,
+        area: Area,
+        outside: f64,
+        file: (File, &Path),
+        scratch: impl Fn() -> Result<S, PyramidError> + Sync,
+        fill: impl Fn(&mut S, (i64, i64), &mut [f64]) -> Result<bool, PyramidError> + Sync,
+        control: &Control<'_>,
+    ) -> Result<Samples, PyramidError> {
+        let first = area.first_block();
+        let last = (area.column + area.width as i64 - 1, area.row + area.height as i64 - 1);
+        let blocks = |first: i64, last: i64| ((last - first) / BLOCK as i64 + 1) as usize;
+        let size = (blocks(first.0, last.0), blocks(first.1, last.1));
+        let at = |(column, row): (usize, usize)| (first.0 + (column * BLOCK) as i64, first.1 + (row * BLOCK) as i64);
+        let fill = |scratch: &mut S, block: (usize, usize), heights: &mut [f64]| fill(scratch, at(block), heights);
+        Ok(Samples { grid, store: Store::make(size, file, scratch, fill, control)?, area, outside })
+    }
+
     /// Whether the raster may give a sample of a window a height, ends included.
     pub(crate) fn may_have(&self, column: i64, row: i64, width: i64, height: i64) -> bool {
         let below = row + height >= self.area.row && row < self.area.row + self.area.height as i64;
@@ -77,101 +99,138 @@ impl Samples {
         first + cells < self.area.width as i64 && row >= 0 && row + cells < self.area.height as i64
     }
 
+    /// Whether the raster gives any sample of a patch a height; it may say so where none has.
+    pub(crate) fn has_any(&self, patch: Patch) -> bool {
+        let (columns, rows) = self.runs(patch);
+        rows.iter().any(|row| columns.iter().any(|column| self.store.is_filled((column.block, row.block))))
+    }
+
     /// Reads a patch.
     pub(crate) fn read(&self, patch: Patch, block: &mut Block) -> Result<(), PyramidError> {
-        let Patch { row, width, height, step, .. } = patch;
-        block.heights.clear();
-        block.heights.resize(width * height, self.outside);
-        block.inside.clear();
-        block.inside.resize(width * height, false);
-        // One row after the other where samples are left out: all between would be read, too.
-        let rows_at_once = if step == 1 { height } else { 1 };
-        let mut done = 0;
-        while done < height {
-            let first = row + done as i64 * step;
-            let rows = if rows_at_once == 1 { first..first + 1 } else { first..first + height as i64 };
-            let within = rows.start.max(self.area.row)..rows.end.min(self.area.row + self.area.height as i64);
-            if !within.is_empty() {
-                self.read_rows(patch, rows.start, within, done, block)?;
+        let Patch { width, height, step, .. } = patch;
+        let Block { heights, inside, cache } = block;
+        heights.clear();
+        heights.resize(width * height, self.outside);
+        inside.clear();
+        inside.resize(width * height, false);
+        let (columns, rows) = self.runs(patch);
+        for row in &rows {
+            for column in columns.iter().filter(|column| self.store.is_filled((column.block, row.block))) {
+                let at = (column.block, row.block);
+                let to = row.first * width + column.first;
+                let from = row.offset * BLOCK + column.offset;
+                let mut put = |to: usize, height: f64| {
+                    if !height.is_nan() {
+                        (heights[to], inside[to]) = (height, true);
+                    }
+                };
+                if row.count * column.count == 1 && step >= BLOCK as i64 {
+                    put(to, cache.one(&self.store, at, from)?);
+                    continue;
+                }
+                let read = cache.block(&self.store, at)?;
+                let step = step as usize;
+                for r in 0..row.count {
+                    let read = read[from + r * step * BLOCK..].iter().step_by(step).take(column.count);
+                    (to + r * width..).zip(read).for_each(|(to, &height)| put(to, height));
+                }
             }
-            done += rows_at_once;
         }
         Ok(())
     }
 
-    /// Reads what the area has of some rows of a patch, of which `first_row` is row `done`.
-    fn read_rows(
-        &self,
-        patch: Patch,
-        first_row: i64,
-        rows: std::ops::Range<i64>,
-        done: usize,
-        block: &mut Block,
-    ) -> Result<(), PyramidError> {
-        let around = self.grid.columns();
-        let span = (patch.width as i64 - 1) * patch.step + 1;
-        let mut at = 0;
-        while at < span {
-            let in_area = (patch.column + at - self.area.column).rem_euclid(around);
-            if in_area >= self.area.width as i64 {
-                at += around - in_area;
-                continue;
+    /// A patch's columns and rows as runs in blocks; those of the poles are in none, as all columns are one place there.
+    fn runs(&self, patch: Patch) -> (Vec<Run>, Vec<Run>) {
+        let (around, area) = (self.grid.columns(), self.area);
+        let first = area.first_block();
+        let column = |i: i64| {
+            let in_area = (patch.column + i * patch.step - area.column).rem_euclid(around);
+            (in_area < area.width as i64).then_some((in_area + area.column - first.0) as usize)
+        };
+        let poles = [0, self.grid.rows()];
+        let row = |i: i64| {
+            let row = patch.row + i * patch.step;
+            let in_area = (area.row..area.row + area.height as i64).contains(&row) && !poles.contains(&row);
+            in_area.then_some((row - first.1) as usize)
+        };
+        let step = patch.step as usize;
+        (Run::all((0..patch.width as i64).map(column), step), Run::all((0..patch.height as i64).map(row), step))
+    }
+}
+
+/// Columns or rows of a patch that follow one another and lie in one block.
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    /// The column or row of the block.
+    block: usize,
+    /// The place of the first in the block.
+    offset: usize,
+    /// The place of the first in the patch.
+    first: usize,
+    /// How many.
+    count: usize,
+}
+
+impl Run {
+    /// From the places in the store, from its first block on.
+    fn all(places: impl Iterator<Item = Option<usize>>, step: usize) -> Vec<Run> {
+        let mut runs: Vec<Run> = Vec::new();
+        for (i, place) in places.enumerate() {
+            let Some(place) = place else { continue };
+            let (block, offset) = (place / BLOCK, place % BLOCK);
+            match runs.last_mut() {
+                Some(run) if run.block == block && run.offset + (i - run.first) * step == offset => run.count += 1,
+                _ => runs.push(Run { block, offset, first: i, count: 1 }),
             }
-            let length = (self.area.width as i64 - in_area).min(span - at);
-            let window = Window {
-                column: in_area as usize,
-                row: (rows.start - self.area.row) as usize,
-                width: length as usize,
-                height: (rows.end - rows.start) as usize,
-            };
-            self.field.load_with(window, &mut block.tile, &mut block.load)?;
-            let first = (at + patch.step - 1) / patch.step;
-            for (r, row) in rows.clone().enumerate() {
-                // All columns are one place there.
-                if row == 0 || row == self.grid.rows() {
-                    continue;
-                }
-                let to = (done + (row - first_row) as usize) * patch.width;
-                let mut column = first;
-                while column * patch.step < at + length {
-                    let c = (column * patch.step - at) as usize;
-                    if block.tile.validity().is_valid(c as i32, r as i32) {
-                        block.heights[to + column as usize] = block.tile.at(c, r);
-                        block.inside[to + column as usize] = true;
-                    }
-                    column += 1;
-                }
-            }
-            at += length;
         }
-        Ok(())
+        runs
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::Heights;
 
-    /// 8 rows and 16 columns around: the area goes over the antimeridian.
+    /// 128 rows and 256 columns around: the area goes over the antimeridian, and over blocks.
+    const GRID: Grid = Grid { exponent: 7 };
+    const AREA: Area = Area { column: 253, row: 62, width: 6, height: 4 };
+
+    /// The place in the area, row by row.
+    fn place(column: i64, row: i64) -> Option<i64> {
+        let (c, r) = ((column - AREA.column).rem_euclid(GRID.columns()), row - AREA.row);
+        (c < 6 && (0..4).contains(&r)).then_some(r * 6 + c)
+    }
+
     fn samples() -> Samples {
-        let (width, height) = (6, 4);
-        let heights = (0..width * height).map(|i| if i == 7 { f64::NAN } else { i as f64 }).collect();
-        let field = Field::from_heights(width, height, Heights::F64(heights)).expect("a field");
-        let area = Area { column: 13, row: 2, width, height };
-        Samples { grid: Grid { exponent: 3 }, field, area, outside: -5.0 }
+        let fill = |_: &mut (), (column, row): (i64, i64), heights: &mut [f64]| {
+            let mut is_filled = false;
+            for (i, height) in heights.iter_mut().enumerate() {
+                let place = place(column + (i % BLOCK) as i64, row + (i / BLOCK) as i64).filter(|&place| place != 7);
+                place.inspect(|&place| *height = place as f64);
+                is_filled |= place.is_some();
+            }
+            Ok(is_filled)
+        };
+        let folder = crate::fuzzing::temp_dir();
+        let file = crate::pyramid::store::temporary(&folder).expect("a file");
+        Samples::make(GRID, AREA, -5.0, (file, &folder), || Ok(()), fill, &Control::default()).expect("samples")
+    }
+
+    /// Where squares begin: from all sides of the area on.
+    fn corners() -> impl Iterator<Item = (i64, i64)> {
+        (240..256).chain(0..8).flat_map(|c| (58..67).map(move |r| (c, r)))
     }
 
     #[test]
     fn windows_have_all_samples_of_a_square_once() {
         let samples = samples();
-        for ((column, row), cells) in (0..16).flat_map(|c| (0..8).flat_map(move |r| [4, 8].map(|n| ((c, r), n)))) {
+        for ((column, row), cells) in corners().flat_map(|corner| [4, 8].map(|n| (corner, n))) {
             let mut seen = std::collections::BTreeMap::new();
             for ((left, top), (width, height)) in samples.windows((column, row), cells, 4) {
                 let places = (0..width as i64).flat_map(|c| (0..height as i64).map(move |r| (left + c, top + r)));
                 places.for_each(|place| *seen.entry(place).or_insert(0) += 1);
             }
-            let is_in = |c: i64, r: i64| (column + c - 13).rem_euclid(16) < 6 && (0..4).contains(&(row + r - 2));
+            let is_in = |c: i64, r: i64| place(column + c, row + r).is_some();
             for (c, r) in (0..=cells).flat_map(|c| (0..=cells).map(move |r| (c, r))) {
                 let count = seen.remove(&(c, r)).unwrap_or(0);
                 assert!(count <= 1 && (count == 1 || !is_in(c, r)), "{c}, {r} of {column}, {row}: {count}");
@@ -185,24 +244,23 @@ mod tests {
     #[test]
     fn every_window_and_step_has_the_same_samples() {
         let samples = samples();
-        let expected = |column: i64, row: i64| {
-            let (c, r) = ((column - 13).rem_euclid(16), row - 2);
-            let i = r * 6 + c;
-            let is_inside = c < 6 && (0..4).contains(&r) && i != 7;
-            if is_inside { (i as f64, true) } else { (-5.0, false) }
+        let expected = |column: i64, row: i64| match place(column, row).filter(|&place| place != 7) {
+            Some(place) => (place as f64, true),
+            None => (-5.0, false),
         };
         let mut block = Block::default();
-        for step in 1..4 {
-            for (column, row) in (0..16).flat_map(|c| (0..5).map(move |r| (c, r))) {
-                let patch = Patch { column, row, width: 8, height: 3, step };
-                samples.read(patch, &mut block).expect("samples");
-                for (i, (&height, &inside)) in block.heights.iter().zip(&block.inside).enumerate() {
-                    let at = (column + (i % 8) as i64 * step, row + (i / 8) as i64 * step);
-                    assert_eq!((height, inside), expected(at.0, at.1), "{patch:?} {at:?}");
-                    assert!(!inside || samples.may_have(column, row, 7 * step, 2 * step));
-                }
+        for (step, (column, row)) in [1, 2, 3, 64, 128].into_iter().flat_map(|step| corners().map(move |at| (step, at)))
+        {
+            let patch = Patch { column, row, width: 8, height: 3, step };
+            samples.read(patch, &mut block).expect("samples");
+            assert!(samples.has_any(patch) || !block.inside.contains(&true));
+            for (i, (&height, &inside)) in block.heights.iter().zip(&block.inside).enumerate() {
+                let at = (column + (i % 8) as i64 * step, row + (i / 8) as i64 * step);
+                assert_eq!((height, inside), expected(at.0, at.1), "{patch:?} {at:?}");
+                assert!(!inside || samples.may_have(column, row, 7 * step, 2 * step));
             }
         }
-        assert!(!samples.may_have(4, 0, 8, 8) && samples.may_have(12, 0, 1, 8) && !samples.may_have(13, 6, 1, 1));
+        assert!(!samples.may_have(4, 60, 8, 8) && samples.may_have(252, 60, 1, 8) && !samples.may_have(253, 66, 1, 1));
+        assert!(!samples.has_any(Patch { column: 0, row: 0, width: 200, height: 60, step: 1 }));
     }
 }

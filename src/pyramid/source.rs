@@ -4,16 +4,21 @@
 //! A height depends on the raster, the grid and the place, not on the window that is read. PROJ may choose among several
 //! ways by the mean of the places that it is given together, so they are given in the same runs of [`RUN`] columns always.
 
-use std::sync::Arc;
+use std::ops::Range;
 
 use super::error::PyramidError;
 use super::grid::{Grid, MAX_EXPONENT, MIN_EXPONENT};
-use crate::base::{Band, GeoTransform, RasterError, SampleType, Tile, Window, Windows};
-use crate::field::{Field, FieldError, LoadScratch};
+use super::store::BLOCK;
+use crate::base::{GeoTransform, Tile, Window};
+use crate::field::{Field, LoadScratch};
 use crate::raster::{Geodesy, GeodesyError, Ways};
 
-/// Columns that are transformed together, from a multiple of it on.
-const RUN: i64 = 64;
+/// Columns that are transformed together, from a multiple of it on: those of a block.
+const RUN: i64 = BLOCK as i64;
+
+/// How much farther than a box around a block's places is large the raster has to be from it to be passed by, in samples: ways
+/// that PROJ chooses by place are not so far apart.
+const ASIDE: f64 = 64.0;
 
 /// How far beyond the outermost samples a place may be and count as on them, in cells: geotransforms are rounded.
 const ROUNDING: f64 = 1e-6;
@@ -31,15 +36,23 @@ pub(crate) struct Area {
 
 /// The raster, and how it lies under the grid.
 pub(super) struct Source {
-    pub(super) field: Arc<Field>,
+    pub(super) field: Field,
     pub(super) geodesy: Geodesy,
     transform: GeoTransform,
     /// Columns in 360°, where x is the longitude.
     period: Option<f64>,
 }
 
+impl Area {
+    /// The first sample of the block that its first sample is in: blocks begin at whole multiples of their size.
+    pub(super) fn first_block(&self) -> (i64, i64) {
+        let down = |at: i64| at.div_euclid(BLOCK as i64) * BLOCK as i64;
+        (down(self.column), down(self.row))
+    }
+}
+
 impl Source {
-    pub(super) fn new(field: Arc<Field>, geodesy: Geodesy) -> Source {
+    pub(super) fn new(field: Field, geodesy: Geodesy) -> Source {
         let transform = field.geo_transform();
         let [_, dx, turn, _, other_turn, _] = transform.coefficients();
         let is_upright = turn == 0.0 && other_turn == 0.0;
@@ -70,40 +83,51 @@ impl Source {
             .unwrap_or(column)
     }
 
-    /// Ellipsoidal heights at places of the raster, columns and rows, in runs of [`RUN`]; NaN where there is none.
-    fn heights(&self, ways: &Ways, places: &[(f64, f64)], scratch: &mut Scratch) -> Result<Vec<f64>, PyramidError> {
+    /// Ellipsoidal heights at the places, columns and rows of the raster, in runs of [`RUN`]; NaN where there is none.
+    fn heights(&self, scratch: &mut Scratch) -> Result<Vec<f64>, PyramidError> {
+        let Scratch { ways, places, tile, load, .. } = scratch;
         let mut heights = vec![f64::NAN; places.len()];
-        let on = |&(column, row): &(f64, f64)| {
-            Some((on_samples(column, self.field.width())?, on_samples(row, self.field.height())?))
-        };
-        let snapped: Vec<Option<(f64, f64)>> = places.iter().map(on).collect();
-        let all = snapped.iter().flatten();
-        let bounds = all.fold(None, |bounds: Option<[f64; 4]>, &(c, r)| {
-            let [left, top, right, bottom] = bounds.unwrap_or([c, r, c, r]);
-            Some([left.min(c), top.min(r), right.max(c), bottom.max(r)])
-        });
-        let Some([left, top, right, bottom]) = bounds else { return Ok(heights) };
+        let (width, height) = (self.field.width(), self.field.height());
+        let [mut left, mut top, mut right, mut bottom] = [f64::INFINITY, f64::INFINITY, 0.0, 0.0];
+        for place in places.iter_mut() {
+            // NaN where there is no place.
+            *place = (on_samples(place.0, width), on_samples(place.1, height));
+            if place.0.is_nan() || place.1.is_nan() {
+                *place = (f64::NAN, f64::NAN);
+                continue;
+            }
+            (left, right) = (left.min(place.0), right.max(place.0));
+            (top, bottom) = (top.min(place.1), bottom.max(place.1));
+        }
+        if left > right {
+            return Ok(heights);
+        }
         let window = Window {
             column: left as usize,
             row: top as usize,
-            width: (right.ceil() as usize + 1).max(left as usize + 1) - left as usize,
-            height: (bottom.ceil() as usize + 1).max(top as usize + 1) - top as usize,
+            width: right.ceil() as usize + 1 - left as usize,
+            height: bottom.ceil() as usize + 1 - top as usize,
         };
-        self.field.load_with(window, &mut scratch.tile, &mut scratch.load)?;
-        for (height, place) in heights.iter_mut().zip(&snapped) {
-            if let Some((column, row)) = *place {
-                *height = bilinear(&scratch.tile, column - window.column as f64, row - window.row as f64);
+        self.field.load_with(window, tile, load)?;
+        for (height, &(column, row)) in heights.iter_mut().zip(&*places) {
+            if !column.is_nan() {
+                *height = bilinear(tile, column - window.column as f64, row - window.row as f64);
             }
         }
-        self.to_ellipsoidal(ways, &snapped, &mut heights);
+        self.to_ellipsoidal(ways, places, &mut heights);
         Ok(heights)
     }
 
     /// Heights of the raster become ellipsoidal.
-    fn to_ellipsoidal(&self, ways: &Ways, places: &[Option<(f64, f64)>], heights: &mut [f64]) {
+    fn to_ellipsoidal(&self, ways: &Ways, places: &[(f64, f64)], heights: &mut [f64]) {
+        if !ways.has_datum() {
+            ways.to_ellipsoidal(&mut [], &mut [], heights);
+            heights.iter_mut().filter(|height| !height.is_finite()).for_each(|height| *height = f64::NAN);
+            return;
+        }
         for (places, heights) in places.chunks(RUN as usize).zip(heights.chunks_mut(RUN as usize)) {
             let known: Vec<usize> = (0..heights.len()).filter(|&i| !heights[i].is_nan()).collect();
-            let place = |&i: &usize| places[i].map_or((0.0, 0.0), |(column, row)| self.transform.place(column, row));
+            let place = |&i: &usize| self.transform.place(places[i].0, places[i].1);
             let (mut x, mut y): (Vec<f64>, Vec<f64>) = known.iter().map(place).unzip();
             let mut z: Vec<f64> = known.iter().map(|&i| heights[i]).collect();
             ways.to_ellipsoidal(&mut x, &mut y, &mut z);
@@ -185,7 +209,8 @@ impl Source {
             east = Some((first.min(lon), last.max(lon), lon));
             (south, north) = (south.min(lat), north.max(lat));
         }
-        let (mut west, mut east, _) = east.ok_or_else(|| self.nothing())?;
+        // Of a whole disc no place of the rim is on the globe.
+        let (mut west, mut east, _) = east.unwrap_or((-180.0, 180.0, 0.0));
         // A pole inside is on no rim.
         for pole in [-90.0, 90.0] {
             let (mut x, mut y) = ([0.0], [pole]);
@@ -215,10 +240,10 @@ impl Source {
     }
 }
 
-/// A place along an axis of `samples` samples, if it is on or between them.
-fn on_samples(at: f64, samples: usize) -> Option<f64> {
+/// A place along an axis of `samples` samples, if it is on or between them; else NaN.
+fn on_samples(at: f64, samples: usize) -> f64 {
     let last = (samples - 1) as f64;
-    (-ROUNDING..=last + ROUNDING).contains(&at).then(|| at.clamp(0.0, last))
+    if (-ROUNDING..=last + ROUNDING).contains(&at) { at.clamp(0.0, last) } else { f64::NAN }
 }
 
 /// The bilinear surface; NaN where a sample that counts is missing.
@@ -237,61 +262,90 @@ fn bilinear(tile: &Tile, column: f64, row: f64) -> f64 {
     upper + lower
 }
 
-/// Memory for a window of the raster.
-#[derive(Default)]
+/// What a thread keeps from block to block.
 pub(super) struct Scratch {
+    ways: Ways,
+    /// The longitudes of a block's columns.
+    longitudes: Vec<f64>,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    /// Columns and rows of the raster.
+    places: Vec<(f64, f64)>,
     tile: Tile,
     load: LoadScratch,
 }
 
-/// The part of the grid that the raster may cover, as a band of heights; NaN where there is none.
-struct Resampled {
-    source: Arc<Source>,
-    grid: Grid,
-    area: Area,
-}
-
-impl Windows for Resampled {
-    fn read(&self, window: Window, out: &mut [u8]) -> Result<(), RasterError> {
-        let out: &mut [f64] = bytemuck::cast_slice_mut(out);
-        let failed = |reason: String| {
-            let Window { column, row, width, height } = window;
-            RasterError::Read { path: self.source.field.name().to_path_buf(), column, row, width, height, reason }
-        };
-        let ways = self.source.geodesy.ways().map_err(|e| failed(e.to_string()))?;
-        let mut scratch = Scratch::default();
-        let first = self.area.column + window.column as i64;
-        let end = first + window.width as i64;
-        let mut places = Vec::new();
-        for start in (first.div_euclid(RUN)..=(end - 1).div_euclid(RUN)).map(|run| run * RUN) {
-            for rows in (0..window.height).step_by(RUN as usize) {
-                let rows = rows..(rows + RUN as usize).min(window.height);
-                places.clear();
-                for row in rows.clone() {
-                    let lat = self.grid.latitude(self.area.row + (window.row + row) as i64);
-                    let mut x: Vec<f64> = (start..start + RUN).map(|c| self.grid.longitude(c)).collect();
-                    let mut y = vec![lat; x.len()];
-                    self.source.columns_and_rows(&ways, &mut x, &mut y);
-                    places.extend(x.into_iter().zip(y));
-                }
-                let heights = self.source.heights(&ways, &places, &mut scratch).map_err(|e| match e {
-                    PyramidError::Field(FieldError::Raster(e)) => e,
-                    other => failed(other.to_string()),
-                })?;
-                for (row, heights) in rows.zip(heights.chunks(RUN as usize)) {
-                    for (column, &height) in (start..).zip(heights).filter(|(c, _)| (first..end).contains(c)) {
-                        out[row * window.width + (column - first) as usize] = height;
-                    }
-                }
-            }
-        }
-        Ok(())
+impl Source {
+    pub(super) fn scratch(&self) -> Result<Scratch, PyramidError> {
+        let ways = self.geodesy.ways().map_err(|e| self.failed(e))?;
+        let [longitudes, x, y] = [const { Vec::new() }; 3];
+        let (tile, load) = (Tile::default(), LoadScratch::default());
+        Ok(Scratch { ways, longitudes, x, y, places: Vec::new(), tile, load })
     }
-}
 
-/// The band of the finest grid. Its first sample is that of the area.
-pub(super) fn band(source: Arc<Source>, grid: Grid, area: Area) -> Result<Band, PyramidError> {
-    let name = source.field.name().to_path_buf();
-    let size = (area.width, area.height);
-    Ok(Band::new(name, size, SampleType::F64, Arc::new(Resampled { source, grid, area }))?)
+    /// Fills the heights of a block of the grid, given its first sample, where it is of the area; says whether there are any.
+    pub(super) fn fill(
+        &self,
+        grid: Grid,
+        area: Area,
+        scratch: &mut Scratch,
+        (column, row): (i64, i64),
+        heights: &mut [f64],
+    ) -> Result<bool, PyramidError> {
+        let clipped = |first: i64, from: i64, count: usize| {
+            let local = |at: i64| (at - first).clamp(0, BLOCK as i64) as usize;
+            local(from)..local(from + count as i64)
+        };
+        let rows = clipped(row, area.row, area.height);
+        let columns = clipped(column, area.column, area.width);
+        scratch.longitudes.clear();
+        scratch.longitudes.extend((column..column + RUN).map(|c| grid.longitude(c)));
+        if self.is_beside(grid, scratch, row, &rows) {
+            return Ok(false);
+        }
+        scratch.places.clear();
+        for r in rows.clone() {
+            self.places(grid.latitude(row + r as i64), scratch);
+        }
+        let found = self.heights(scratch)?;
+        let mut is_filled = false;
+        for (r, found) in rows.zip(found.chunks(RUN as usize)) {
+            let found = &found[columns.clone()];
+            heights[r * BLOCK..][columns.clone()].copy_from_slice(found);
+            is_filled |= !found.iter().all(|height| height.is_nan());
+        }
+        Ok(is_filled)
+    }
+
+    /// Adds the places on the raster of a row of a block.
+    fn places(&self, latitude: f64, scratch: &mut Scratch) {
+        let Scratch { ways, longitudes, x, y, places, .. } = scratch;
+        x.clone_from(longitudes);
+        y.clear();
+        y.resize(x.len(), latitude);
+        self.columns_and_rows(ways, x, y);
+        places.extend(x.iter().copied().zip(y.iter().copied()));
+    }
+
+    /// Whether a block has nothing of the raster, as far as some of its rows tell: those lie farther off than a box around
+    /// them is wide and high. Between the rows, a third of the block apart, no map strays as far as that.
+    fn is_beside(&self, grid: Grid, scratch: &mut Scratch, row: i64, rows: &Range<usize>) -> bool {
+        let Some(last) = rows.len().checked_sub(1) else { return true };
+        scratch.places.clear();
+        for share in 0..4 {
+            self.places(grid.latitude(row + (rows.start + last * share / 3) as i64), scratch);
+        }
+        let [mut left, mut top, mut right, mut bottom] =
+            [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+        for &(column, row) in &scratch.places {
+            if !(column.is_finite() && row.is_finite()) {
+                return false;
+            }
+            (left, right) = (left.min(column), right.max(column));
+            (top, bottom) = (top.min(row), bottom.max(row));
+        }
+        let (across, down) = (right - left + ASIDE, bottom - top + ASIDE);
+        let (width, height) = (self.field.width() as f64, self.field.height() as f64);
+        left - across > width || right + across < 0.0 || top - down > height || bottom + down < 0.0
+    }
 }

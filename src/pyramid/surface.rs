@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::Body;
 use super::body::{Angle, Vector, minus};
+use super::facet::Columns;
 use super::grid::{Grid, TileKey};
 use super::part::Part;
 use super::quantize::{HeightLattice, SPAN, Steps};
@@ -35,7 +36,12 @@ pub(super) struct Surface {
     pub(super) triangles: Vec<[u32; 3]>,
     /// Which part each triangle is of.
     pub(super) owners: Vec<u32>,
+    /// Those of no area, with a side on a pole.
+    at_pole: Vec<[u32; 3]>,
 }
+
+/// A vertex on the lattice of a tile, as a number.
+pub(super) type Corner = u64;
 
 /// Where a coordinate lies in a tile, from its south-western corner on.
 pub(super) fn degrees(grid: Grid, tile: TileKey, u: f64, v: f64) -> (f64, f64) {
@@ -57,8 +63,15 @@ impl Surface {
         let middle = SPAN as f64 / 2.0;
         let centre = place(middle, middle, 0.0);
         let border = |coordinate: i64| if coordinate == 0 { -1 } else { i32::from(coordinate == SPAN) };
-        let mut surface =
-            Surface { tile, lattice, centre, vertices: Vec::new(), triangles: Vec::new(), owners: Vec::new() };
+        let mut surface = Surface {
+            tile,
+            lattice,
+            centre,
+            vertices: Vec::new(),
+            triangles: Vec::new(),
+            owners: Vec::new(),
+            at_pole: Vec::new(),
+        };
         let mut numbers = HashMap::new();
         for (owner, part) in parts.iter().enumerate() {
             let mut own = Vec::with_capacity(part.vertices.len());
@@ -81,9 +94,54 @@ impl Surface {
                 if on_pole(0) < 2 && on_pole(grid.rows()) < 2 {
                     surface.triangles.push(triangle);
                     surface.owners.push(owner as u32);
+                } else {
+                    surface.at_pole.push(triangle);
                 }
             }
         }
         surface
+    }
+
+    /// Where its columns of samples are.
+    pub(super) fn columns(&self, grid: Grid) -> Columns {
+        let west = grid.longitude(self.tile.origin(grid).0).to_radians();
+        Columns { west, cell: grid.cell().to_radians(), count: grid.cells(self.tile.level) }
+    }
+
+    /// The corners of a triangle, the same wherever it begins.
+    pub(super) fn corners(&self, triangle: [u32; 3]) -> [Corner; 3] {
+        let [a, b, c] = triangle.map(|i| {
+            let SurfaceVertex { u, v, quantum, .. } = self.vertices[i as usize];
+            ((u * (SPAN + 1) + v) * (SPAN + 1) + quantum) as Corner
+        });
+        if a < b && a < c {
+            [a, b, c]
+        } else if b < c {
+            [b, c, a]
+        } else {
+            [c, a, b]
+        }
+    }
+
+    /// Whether its triangles, those of no area among them, cover the square of the format once: every edge is one of two
+    /// triangles, in both directions, or one and on the border, and their areas, those turned over less, are the square's.
+    pub(super) fn is_closed(&self) -> bool {
+        let triangles = self.triangles.iter().chain(&self.at_pole);
+        let mut edges: Vec<(u32, u32)> = Vec::with_capacity(3 * self.triangles.len());
+        let mut area = 0;
+        for &[a, b, c] in triangles {
+            edges.extend([(a, b), (b, c), (c, a)]);
+            let [a, b, c] = [a, b, c].map(|i| &self.vertices[i as usize]);
+            area += (b.u - a.u) * (c.v - a.v) - (b.v - a.v) * (c.u - a.u);
+        }
+        edges.sort_unstable();
+        let is_once = edges.windows(2).all(|pair| pair[0] != pair[1]);
+        let on_border = |&(a, b): &(u32, u32)| {
+            let [a, b] = [a, b].map(|i| &self.vertices[i as usize]);
+            let is_on = |a: i64, b: i64| a == b && (a == 0 || a == SPAN);
+            is_on(a.u, b.u) || is_on(a.v, b.v)
+        };
+        let is_paired = |&(a, b): &(u32, u32)| edges.binary_search(&(b, a)).is_ok();
+        is_once && area == 2 * SPAN * SPAN && edges.iter().all(|edge| is_paired(edge) || on_border(edge))
     }
 }

@@ -1,16 +1,14 @@
 //! Whole sets of tiles, and the heights of the finest grid.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use gdal::spatial_ref::{AxisMappingStrategy, CoordTransform, SpatialRef};
 
-use super::source::{Source, band};
-use super::{PyramidError, TilesReport, TilesRequest, make, tiles};
-use crate::base::Window;
+use super::{Patch, PyramidError, SampleBlock, TilesReport, TilesRequest, prepare, tiles};
 use crate::base::control::Control;
-use crate::raster::{GeodesyError, Raster};
+use crate::raster::{GeodesyError, Raster, View};
 use crate::testing::{folder, raster};
+use crate::tiles_verify::{TilesVerifyRequest, tiles_verify};
 
 fn hills(column: usize, row: usize) -> f32 {
     let (x, y) = (column as f32, row as f32);
@@ -21,40 +19,55 @@ fn request(input: &Path, output: &Path, max_error: f64) -> TilesRequest {
     TilesRequest { temp_dir: Some(crate::fuzzing::temp_dir()), ..TilesRequest::new(input, output, max_error) }
 }
 
-/// The naive way: each sample by itself, from the samples themselves.
 #[test]
 fn heights_of_the_grid_are_bilinear_at_the_exact_place() {
+    agrees(32633, [500_000.0, 300.0, 60.0, 5_200_000.0, 40.0, -280.0], 17);
+}
+
+/// There the grid spans longitudes, and has most of its blocks beside the raster.
+#[test]
+fn near_a_pole_no_sample_is_passed_by() {
+    let transform = [30_000.0, 900.0, 0.0, 40_000.0, 0.0, -900.0];
+    assert!(agrees(3413, transform, 15) < 0.5);
+    // Around the pole itself.
+    assert!(agrees(3413, [-12_000.0, 900.0, 0.0, 12_000.0, 0.0, -900.0], 15) > 0.5);
+}
+
+/// The naive way: each sample by itself, from the samples themselves. Tells the share of the blocks that have any.
+fn agrees(epsg: u32, transform: [f64; 6], exponent: u32) -> f64 {
     let folder = folder();
     let size = (40, 30);
-    let transform = [500_000.0, 300.0, 60.0, 5_200_000.0, 40.0, -280.0];
-    let path = raster(folder.path(), "dem.tif", size, transform, "EPSG:32633", &hills);
-    let prepared = make::open(&request(&path, Path::new("out"), 10.0), &Control::default()).expect("a raster");
-    let source = Arc::new(Source::new(prepared.source.field.clone(), prepared.source.geodesy.clone()));
-    let grid = source.grid(0).expect("a grid");
-    assert_eq!(grid.exponent, 17);
-    let area = source.area(grid).expect("an area");
-    let samples = band(source, grid, area).expect("a band");
-    let mut words = vec![0f64; area.width * area.height];
-    let whole = Window { column: 0, row: 0, width: area.width, height: area.height };
-    samples.read(whole, bytemuck::cast_slice_mut(&mut words)).expect("heights");
+    let path = raster(folder.path(), "dem.tif", size, transform, &format!("EPSG:{epsg}"), &hills);
+    let request = request(&path, Path::new("out"), 10.0);
+    let prepared = prepare::open(&request, &Control::default()).expect("a raster");
+    let grid = prepared.source.grid(0).expect("a grid");
+    assert_eq!(grid.exponent, exponent);
+    let area = prepared.source.area(grid).expect("an area");
+    let samples = prepare::resample(&prepared, grid, &request, &Control::default()).expect("samples");
+    let mut block = SampleBlock::default();
+    let (column, row, width, height) = (area.column, area.row, area.width, area.height);
+    samples.read(Patch { column, row, width, height, step: 1 }, &mut block).expect("heights");
     let crs = |epsg| {
         let mut crs = SpatialRef::from_epsg(epsg).expect("known");
         crs.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
         crs
     };
-    let way = CoordTransform::new(&crs(4326), &crs(32633)).expect("a way");
+    let way = CoordTransform::new(&crs(4326), &crs(epsg)).expect("a way");
     let [x0, xc, xr, y0, yc, yr] = transform;
     let mut inside = 0;
-    for (i, &found) in words.iter().enumerate() {
+    for (i, (&found, &is_inside)) in block.heights.iter().zip(&block.inside).enumerate() {
         let (column, row) = (area.column + (i % area.width) as i64, area.row + (i / area.width) as i64);
         let (mut x, mut y) = ([grid.longitude(column)], [grid.latitude(row)]);
         way.transform_coords(&mut x, &mut y, &mut []).expect("a place");
         let (dx, dy, det) = (x[0] - x0, y[0] - y0, xc * yr - xr * yc);
         let (c, r) = ((dx * yr - dy * xr) / det - 0.5, (dy * xc - dx * yc) / det - 0.5);
-        if !(0.0..=39.0).contains(&c) || !(0.0..=29.0).contains(&r) {
-            assert!(found.is_nan(), "{c}, {r}");
+        // The poles belong to no column.
+        let is_pole = [0, grid.rows()].contains(&row);
+        if !(0.0..=39.0).contains(&c) || !(0.0..=29.0).contains(&r) || is_pole {
+            assert!(!is_inside, "{c}, {r}");
             continue;
         }
+        assert!(is_inside, "{c}, {r}");
         inside += 1;
         let (left, top) = (c.floor().min(38.0), r.floor().min(28.0));
         let at = |dc: usize, dr: usize| f64::from(hills(left as usize + dc, top as usize + dr));
@@ -66,14 +79,7 @@ fn heights_of_the_grid_are_bilinear_at_the_exact_place() {
         assert!((found - expected).abs() < 1e-6, "{found} for {expected} at {c}, {r}");
     }
     assert!(inside > 1000, "{inside}");
-    // Windows do not change a height.
-    let window = Window { column: 7, row: 9, width: 80, height: 11 };
-    let mut part = vec![0f64; window.len()];
-    samples.read(window, bytemuck::cast_slice_mut(&mut part)).expect("heights");
-    for (i, height) in part.iter().enumerate() {
-        let whole = words[(window.row + i / 80) * area.width + window.column + i % 80];
-        assert_eq!(height.to_bits(), whole.to_bits());
-    }
+    samples.store.share_filled()
 }
 
 /// All files of a folder, with their names.
@@ -160,6 +166,25 @@ fn rasters_that_lie_nowhere_are_refused() {
     let nothing = raster(folder.path(), "nothing.tif", (10, 10), transform, "EPSG:4326", &|_, _| f32::NAN);
     assert!(matches!(made(&nothing, &out, 1), Err(PyramidError::Nothing { .. })));
     assert!(!out.exists());
+}
+
+/// No place on the rim of the raster is on the globe.
+#[test]
+fn a_whole_disc_is_taken() {
+    let folder = folder();
+    let (disc, out) = ("+proj=ortho +lat_0=40 +lon_0=10 +datum=WGS84", folder.path().join("out"));
+    let transform = [-6.6e6, 220_000.0, 0.0, 6.6e6, 0.0, -220_000.0];
+    let path = raster(folder.path(), "disc.tif", (60, 60), transform, disc, &hills);
+    tiles(&request(&path, &out, 60_000.0), &Control::default()).expect("tiles");
+    let asked = TilesVerifyRequest {
+        input: path,
+        view: View::default(),
+        tiles: out,
+        threads: None,
+        temp_dir: Some(crate::fuzzing::temp_dir()),
+    };
+    let verdict = tiles_verify(&asked, &Control::default()).expect("a verdict");
+    assert!(verdict.passed && verdict.levels[0].samples > 1000, "{verdict:?}");
 }
 
 #[test]

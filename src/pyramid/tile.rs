@@ -4,7 +4,7 @@ use super::Body;
 use super::error::PyramidError;
 use super::grid::{Level, TileKey};
 use super::lines::Vertex;
-use super::measure::{Measured, Meter};
+use super::measure::{Known, Measured, Meter};
 use super::part::{Part, PartMaker, Place};
 use super::quantize::{Steps, snap};
 use super::samples::{Block, Patch, Samples};
@@ -64,15 +64,17 @@ impl LevelTask<'_> {
             snap: snap(tile_cells),
         };
         let mut made = Vec::with_capacity((parts * parts) as usize);
+        maker.parts.begin();
         for i in 0..parts * parts {
             self.cancel.check()?;
             made.push(maker.parts.make(self.samples, &place(i), self.cancel)?);
         }
         let meter = Meter { body: self.body, samples: self.samples, cancel: self.cancel };
         let max_error = self.level.max_error;
+        let mut known = Known::default();
         for _ in 0..ROUNDS {
             let surface = Surface::of(self.body, grid, tile, self.steps, &made);
-            let measured = meter.measure(&surface, max_error, &mut maker.block)?;
+            let measured = meter.measure(&surface, max_error, &mut known, &mut maker.block)?;
             if measured.failing.is_empty() {
                 return Ok((surface, measured));
             }

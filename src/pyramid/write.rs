@@ -6,20 +6,17 @@ use std::path::{Path, PathBuf};
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use tempfile::TempDir;
 
 use super::error::PyramidError;
 use super::grid::TileKey;
 use super::manifest::{LAYER, PROMISE};
 use crate::base::durable;
+use crate::base::faults::{self, Point};
 
 /// A set of tiles that is not under its name yet. Dropped before [`StagedSet::commit`], it is removed.
 pub(super) struct StagedSet {
-    /// Holds the set, so that the set itself has the permissions that new folders have.
-    private: TempDir,
     set: PathBuf,
     output: PathBuf,
-    gzip: bool,
 }
 
 fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> PyramidError {
@@ -28,17 +25,27 @@ fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> PyramidError {
 }
 
 impl StagedSet {
-    /// Begins a set that is going to be `output`: nothing, an empty folder, or with `overwrite` an earlier set.
-    pub(super) fn create(output: &Path, overwrite: bool, gzip: bool) -> Result<StagedSet, PyramidError> {
+    /// Begins a set that is going to be `output`: nothing, an empty folder, or with `overwrite` an earlier set. `announce` is told
+    /// its path before it is made, so that it can be found and removed after the process was killed.
+    pub(super) fn create(
+        output: &Path,
+        overwrite: bool,
+        announce: &dyn Fn(&Path) -> std::io::Result<()>,
+    ) -> Result<StagedSet, PyramidError> {
         check(output, overwrite)?;
         let (parent, name) = (parent(output), output.file_name().unwrap_or_default());
         let prefix = format!(".{}.", name.to_string_lossy());
-        let private = tempfile::Builder::new().prefix(&prefix).suffix(".partial").tempdir_in(parent);
+        let make = |path: &Path| {
+            announce(path)?;
+            faults::reach(Point::OutputAnnounced);
+            fs::create_dir(path)
+        };
+        let made = tempfile::Builder::new().prefix(&prefix).suffix(".partial").make_in(parent, make);
         // The system's words, without the name of what nobody asked for.
-        let private = private.map_err(|error| failed(parent)(error.kind().into()))?;
-        let set = private.path().join("set");
-        fs::create_dir(&set).map_err(failed(&set))?;
-        Ok(StagedSet { private, set, output: output.to_path_buf(), gzip })
+        let made = made.map_err(|error| failed(parent)(error.kind().into()))?;
+        let set = made.into_temp_path().keep().map_err(|e| failed(parent)(e.error))?;
+        faults::reach(Point::OutputStaged);
+        Ok(StagedSet { set, output: output.to_path_buf() })
     }
 
     /// Makes the folders of a level's columns.
@@ -50,18 +57,10 @@ impl StagedSet {
         Ok(())
     }
 
-    /// Writes a tile, and tells how many bytes there are in the file.
-    pub(super) fn put(&self, tile: TileKey, bytes: &[u8]) -> Result<u64, PyramidError> {
+    /// Writes a tile's file.
+    pub(super) fn put(&self, tile: TileKey, content: &[u8]) -> Result<(), PyramidError> {
         let path = self.set.join(format!("{tile}.terrain"));
-        let write = |bytes: &[u8]| {
-            let mut file = fs::File::create(&path)?;
-            file.write_all(bytes).map(|()| bytes.len() as u64)
-        };
-        let written = match self.gzip {
-            true => compressed(bytes).and_then(|bytes| write(&bytes)),
-            false => write(bytes),
-        };
-        written.map_err(failed(&path))
+        fs::write(&path, content).map_err(failed(&path))
     }
 
     /// Writes a file beside the tiles.
@@ -71,38 +70,64 @@ impl StagedSet {
         fs::write(&path, text + "\n").map_err(failed(&path))
     }
 
-    /// Gives the set its name. All of it is on the disk before that.
-    pub(super) fn commit(self, overwrite: bool) -> Result<(), PyramidError> {
-        let StagedSet { private, set, output, .. } = self;
-        let folder = fs::File::open(&set).map_err(failed(&set))?;
-        rustix::fs::syncfs(&folder).map_err(|e| failed(&output)(e.into()))?;
+    /// Gives the set its name. All of it is on the disk before that; then `committing` is told.
+    pub(super) fn commit(
+        self,
+        overwrite: bool,
+        committing: &dyn Fn() -> std::io::Result<()>,
+    ) -> Result<(), PyramidError> {
+        let (set, output) = (&self.set, &self.output);
+        let folder = fs::File::open(set).map_err(failed(set))?;
+        rustix::fs::syncfs(&folder).map_err(|e| failed(output)(e.into()))?;
+        faults::reach(Point::OutputWritten);
         // Something may have come up meanwhile.
-        check(&output, overwrite)?;
-        if output.symlink_metadata().is_ok() {
-            // An earlier set goes when the new one is there.
-            let earlier = private.path().join("earlier");
-            fs::rename(&output, &earlier).map_err(failed(&output))?;
-            if let Err(error) = fs::rename(&set, &output) {
-                // Where even this fails, the earlier set stays in the private folder.
-                if fs::rename(&earlier, &output).is_err() {
-                    let _ = private.keep();
-                }
-                return Err(failed(&output)(error));
-            }
-        } else {
-            fs::rename(&set, &output).map_err(failed(&output))?;
+        check(output, overwrite)?;
+        committing().map_err(failed(output))?;
+        change_places(set, output, overwrite).map_err(failed(output))?;
+        faults::reach(Point::OutputRenamed);
+        durable::sync_dir(parent(output)).map_err(failed(output))?;
+        // An earlier set, where they have changed places.
+        match fs::remove_dir_all(set) {
+            Err(e) if e.kind() != ErrorKind::NotFound => Err(failed(set)(e)),
+            _ => Ok(()),
         }
-        durable::sync_dir(parent(&output)).map_err(failed(&output))?;
-        let path = private.path().to_path_buf();
-        private.close().map_err(failed(&path))
     }
 }
 
+impl Drop for StagedSet {
+    fn drop(&mut self) {
+        // Nobody is left to be told; the folder's name says that it may be deleted.
+        let _ = fs::remove_dir_all(&self.set);
+    }
+}
+
+/// Gives a set its name. An earlier one there has the set's then: both change places in one step, so that whoever looks finds one
+/// of them, whole. Where a file system cannot do that, there is a moment without any.
+fn change_places(set: &Path, output: &Path, overwrite: bool) -> std::io::Result<()> {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    use rustix::io::Errno;
+    match fs::rename(set, output) {
+        Err(e) if overwrite && matches!(e.kind(), ErrorKind::DirectoryNotEmpty | ErrorKind::AlreadyExists) => {}
+        other => return other,
+    }
+    match renameat_with(CWD, set, CWD, output, RenameFlags::EXCHANGE) {
+        Err(Errno::INVAL | Errno::NOSYS | Errno::NOTSUP) => {}
+        other => return Ok(other?),
+    }
+    let earlier = set.with_extension("earlier");
+    fs::rename(output, &earlier)?;
+    if let Err(error) = fs::rename(set, output) {
+        // Where even this fails, the earlier set keeps that name.
+        let _ = fs::rename(&earlier, output);
+        return Err(error);
+    }
+    fs::remove_dir_all(&earlier)
+}
+
 /// Compressed, the same bytes whenever it is done.
-fn compressed(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
+pub(super) fn compressed(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
-    encoder.write_all(bytes)?;
-    encoder.finish()
+    encoder.write_all(bytes).and_then(|()| encoder.finish()).expect("memory takes all bytes")
 }
 
 fn parent(path: &Path) -> &Path {
@@ -113,7 +138,7 @@ fn parent(path: &Path) -> &Path {
 }
 
 /// Whether a set may take this name.
-fn check(output: &Path, overwrite: bool) -> Result<(), PyramidError> {
+pub(super) fn check(output: &Path, overwrite: bool) -> Result<(), PyramidError> {
     let occupied = |found: &str| PyramidError::Occupied { path: output.to_path_buf(), found: found.to_string() };
     if output.file_name().is_none() {
         return Err(occupied("no name of a folder"));

@@ -184,6 +184,11 @@ impl Ways {
         along(self.to_geographic.as_ref(), x, y, &mut []);
     }
 
+    /// Whether the place counts where heights become ellipsoidal; else x and y may be empty.
+    pub fn has_datum(&self) -> bool {
+        self.heights.is_some()
+    }
+
     /// Heights of the raster at x and y of its map become ellipsoidal, in metres; x and y are of no use afterwards. What has
     /// no height there, as it is beyond the grid of a geoid, becomes infinite.
     pub fn to_ellipsoidal(&self, x: &mut [f64], y: &mut [f64], heights: &mut [f64]) {

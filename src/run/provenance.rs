@@ -7,7 +7,7 @@ use super::coordinates::Written;
 use super::{HeightSource, Request};
 #[cfg(feature = "gdal")]
 use super::{Input, PointInput};
-use crate::base::{Band, LineKind, exact_marks};
+use crate::base::{Band, LineKind, said};
 use crate::formats::{Crs, Header, Heights, OptionName, RunOption};
 use crate::job::Params;
 
@@ -19,8 +19,7 @@ pub(super) fn named(
     attributes: Option<&Ranged<'_>>,
 ) -> Vec<(&'static str, String)> {
     let mut named = params.named();
-    named.extend(band.marks_are_said.then(|| ("nodata", exact_marks(band.marks()))));
-    named.extend(band.cutline().map(|c| ("cutline", format!("polygons with checksum {:08x}", c.checksum()))));
+    named.extend(said(band));
     named.extend((request.fill_voids > 0).then(|| ("fill holes", request.fill_voids.to_string())));
     named.extend(attributes.into_iter().flat_map(Ranged::named));
     named

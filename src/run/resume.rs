@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::{Fate, Request, RunError, Warned};
 use crate::base::staged::{OutputError, StagedFile};
-use crate::base::warning::{Warning, WarningCode};
 use crate::base::{Band, Files, RasterError, Watch, identity};
 use crate::field::FieldError;
 use crate::job::spool::{Spool, SpoolError};
@@ -86,12 +85,9 @@ impl Kept {
         self.dir.committing().map_err(|source| WorkDirError::Io { path: self.dir.path().to_path_buf(), source }.into())
     }
 
-    /// The output is there whatever comes of this, so it is no failure.
     pub(super) fn finish(self, warned: &Warned<'_>) {
-        let file = self.dir.path().to_path_buf();
-        if let Err(error) = self.dir.finish() {
-            let message = error.to_string().trim_start_matches(&format!("{}: ", file.display())).to_string();
-            warned.tell(Warning { code: WarningCode::WorkDirLeft, file, count: 1, message });
+        if let Some(warning) = self.dir.finish_or_warn() {
+            warned.tell(warning);
         }
     }
 

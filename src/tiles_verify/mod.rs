@@ -1,7 +1,8 @@
 //! Judges a set of terrain tiles against the raster that it was made from.
 //!
 //! In come the raster and the folder; out comes a [`Verdict`]. `decode` reads files, `ellipsoid` has formulas of its own, `tile`
-//! judges a tile by itself, `borders` where tiles meet, `manifest` what stands beside them. It shares with
+//! judges a tile by itself, `facets` how far its triangles are from heights, `borders` where tiles meet, `manifest` what stands beside
+//! them, `own` how far tiles are from samples of the raster itself. It shares with
 //! [`crate::pyramid`] which samples the finest grid has and what their heights are, the addresses of tiles, and the form of
 //! `terrabite.json`; nothing of how meshes are made, written or measured.
 //!
@@ -11,13 +12,17 @@
 //! than 2·10⁻⁸ m times the secant of the slope. A sample that no triangle is found for fails, so the search
 //! for triangles near it need not be trusted. Every sample of the grid is in a tile of the finest level, which is counted.
 //!
-//! **Memory.** The borders of all tiles, 24 bytes a vertex; a tile and a window of samples per thread.
+//! **Memory.** The borders of all tiles, 24 bytes a vertex; a tile and a window of samples per thread, which is 40 MiB at the most.
 
 mod borders;
 mod decode;
 mod ellipsoid;
+mod facets;
 mod findings;
 mod manifest;
+mod own;
+#[cfg(test)]
+mod own_tests;
 #[cfg(test)]
 mod tests;
 mod tile;
@@ -31,15 +36,17 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 pub use borders::Gap;
+pub use own::OwnSamples;
 
 use self::borders::{Borders, Sides};
 use self::decode::Decoded;
 use self::ellipsoid::Ellipsoid;
 use self::findings::{Findings, Kind};
+use self::own::OwnTask;
 use self::tile::{Distance, Tile};
 use crate::base::control::{Control, Stage};
 use crate::pyramid::{
-    Grid, PROMISE, Patch, Promise, PyramidError, SampleBlock, Samples, TileKey, TilesRequest, samples,
+    Basis, Grid, PROMISE, Patch, Promise, PyramidError, SampleBlock, Samples, TileKey, TilesRequest, basis,
 };
 use crate::raster::View;
 
@@ -73,6 +80,8 @@ pub struct LevelVerdict {
     pub samples: u64,
     /// The largest distance from a sample.
     pub largest_error: f64,
+    /// What was found at the raster's own samples. It is no fault, whatever it is.
+    pub own_samples: OwnSamples,
 }
 
 /// What was found of a set of tiles.
@@ -84,6 +93,8 @@ pub struct Verdict {
     pub passed: bool,
     /// What is wrong, one sentence for each kind of fault.
     pub failures: Vec<String>,
+    /// In what the raster is looked at otherwise than when the tiles were made, which may be the reason.
+    pub other_view: Vec<String>,
     /// The levels.
     pub levels: Vec<LevelVerdict>,
     /// The largest gap between tiles of any two levels that meet.
@@ -92,15 +103,20 @@ pub struct Verdict {
 
 impl std::fmt::Display for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        writeln!(f, "level  tiles  triangles    allowed    largest  gap to the level above")?;
+        writeln!(f, "level  tiles  triangles    allowed    largest  at own samples  above  gap to the level above")?;
         for l in &self.levels {
             let gap = self.gaps.iter().find(|g| g.finer == l.level && g.coarser + 1 == l.level);
             let gap = gap.map_or(String::new(), |g| format!("{:.3} of {:.3}", g.largest, g.allowed));
             let (allowed, largest) = (l.max_error, l.largest_error);
-            writeln!(f, "{:>5} {:>6} {:>10} {allowed:>10.3} {largest:>10.3}  {gap}", l.level, l.tiles, l.triangles)?;
+            let (own, above) = (l.own_samples.largest_error, 100.0 * l.own_samples.share_above);
+            write!(f, "{:>5} {:>6} {:>10} {allowed:>10.3} {largest:>10.3} ", l.level, l.tiles, l.triangles)?;
+            writeln!(f, "{own:>15.3} {above:>4.2} %  {gap}")?;
         }
         for failure in &self.failures {
             writeln!(f, "failed: {failure}")?;
+        }
+        for difference in &self.other_view {
+            writeln!(f, "note: the tiles were made from another view of the raster: {difference}")?;
         }
         write!(f, "{}", if self.passed { "passed" } else { "NOT passed" })
     }
@@ -150,7 +166,7 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
         temp_dir: request.temp_dir.clone(),
         ..TilesRequest::new(&request.input, &request.tiles, promise.max_error)
     };
-    let (samples, coarsest, body) = samples(&asked, grid, control)?;
+    let Basis { samples, coarsest, body, view } = basis(&asked, grid, control)?;
     let ellipsoid = Ellipsoid { a: body.semi_major, b: body.semi_minor };
     let mut findings = Findings::default();
     if (promise.semi_major, promise.semi_minor) != (body.semi_major, body.semi_minor) {
@@ -166,9 +182,7 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
     control.progress.begin(Stage::Compare, keys.len() as u64, keys.len() as u64);
     let one = |block: &mut SampleBlock, &key: &TileKey| {
         control.cancel.check()?;
-        let allowed = promise.levels[key.level as usize].max_error;
-        let files = (request.tiles.as_path(), promise.gzip);
-        let judged = judge_tile(files, key, grid, &ellipsoid, &samples, allowed, block)?;
+        let judged = judge_tile((&request.tiles, &promise), key, &ellipsoid, &samples, block)?;
         control.progress.step(Stage::Compare, 1);
         Ok(judged)
     };
@@ -181,6 +195,7 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
         triangles: 0,
         samples: 0,
         largest_error: 0.0,
+        own_samples: OwnSamples::default(),
     };
     let mut levels: Vec<LevelVerdict> = promise.levels.iter().map(level).collect();
     let mut steps = vec![0.0f64; levels.len()];
@@ -205,8 +220,27 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
     let borders = Borders { grid, ellipsoid: &ellipsoid, samples: &samples, levels: &promise.levels, sides, steps };
     borders.judge_levels(&mut findings);
     let gaps = borders.judge_gaps(&mut findings)?;
-    let failures = findings.sentences();
-    Ok(Verdict { schema: 1, passed: failures.is_empty(), failures, levels, gaps })
+    let own = OwnTask {
+        request,
+        promise: &promise,
+        ellipsoid: &ellipsoid,
+        grid_samples: &samples,
+        tiles: &keys.into_iter().collect(),
+    };
+    levels.iter_mut().zip(own.judge(control)?).for_each(|(level, own)| level.own_samples = own);
+    let (failures, other_view) = (findings.sentences(), differences(&promise.view, &view));
+    Ok(Verdict { schema: 1, passed: failures.is_empty(), failures, other_view, levels, gaps })
+}
+
+/// In what two views differ, by the names of options. Nothing is known of tiles that say nothing.
+fn differences(made: &BTreeMap<String, String>, found: &BTreeMap<String, String>) -> Vec<String> {
+    if made.is_empty() {
+        return Vec::new();
+    }
+    let names: BTreeSet<&String> = made.keys().chain(found.keys()).collect();
+    let said = |view: &BTreeMap<String, String>, name| view.get(name).map_or("none", String::as_str).to_string();
+    let differing = names.into_iter().filter(|&name| made.get(name) != found.get(name));
+    differing.map(|name| format!("{name}: expected {}, found {}", said(made, name), said(found, name))).collect()
 }
 
 /// Whether a level has such a column and row.
@@ -231,25 +265,27 @@ fn judge_files(found: &BTreeSet<TileKey>, levels: u32, findings: &mut Findings) 
 }
 
 fn judge_tile(
-    (folder, gzip): (&Path, bool),
+    (folder, promise): (&Path, &Promise),
     key: TileKey,
-    grid: Grid,
     ellipsoid: &Ellipsoid,
     samples: &Samples,
-    allowed: f64,
     block: &mut SampleBlock,
 ) -> Result<Judged, PyramidError> {
     let mut findings = Findings::default();
     let distance = Distance::default();
-    let decoded = match read(&folder.join(format!("{key}.terrain")), gzip) {
+    let decoded = match read(&folder.join(format!("{key}.terrain")), promise.gzip) {
         Ok(decoded) => decoded,
         Err(reason) => {
             findings.add(Kind::Format, || format!("tile {key}: {reason}"));
             return Ok(Judged { key, findings, distance, triangles: 0, step: 0.0, sides: None });
         }
     };
-    let tile = Tile::new(key, grid, ellipsoid, &decoded);
+    let tile = Tile::new(key, samples.grid, ellipsoid, &decoded);
     tile.judge_shape(&mut findings);
+    if promise.fine_heights {
+        tile.judge_range(&mut findings);
+    }
+    let allowed = promise.levels[key.level as usize].max_error;
     let distance = tile.distance(samples, block, allowed, &mut findings)?;
     let (triangles, step) = (decoded.triangles.len() as u64, borders::step(&tile));
     Ok(Judged { key, findings, distance, triangles, step, sides: Some(Sides::of(&decoded)) })

@@ -261,7 +261,9 @@ fn odd_places_keep_the_promise() {
     let holes = |c: usize, r: usize| if c % 11 < 3 && r % 13 < 4 { f32::NAN } else { hills(c, r) };
     let moon = "GEOGCS[\"Moon\",DATUM[\"Moon\",SPHEROID[\"Moon\",1737400,0]],PRIMEM[\"0\",0],UNIT[\"degree\",0.0174532925199433]]";
     type Case<'a> = (&'a str, (usize, usize), [f64; 6], &'a str, f64, &'a dyn Fn(usize, usize) -> f32);
-    let cases: [Case<'_>; 4] = [
+    let polar = "EPSG:3413";
+    let cases: [Case<'_>; 5] = [
+        ("polar.tif", (40, 40), [-400_000.0, 20_000.0, 0.0, 400_000.0, 0.0, -20_000.0], polar, 2000.0, &hills),
         ("over.tif", (40, 30), [178.3, 0.1, 0.0, -16.0, 0.0, -0.1], "EPSG:4326", 1000.0, &hills),
         ("utm.tif", (40, 30), [200_000.0, 9000.0, 0.0, 7_000_000.0, 0.0, -9000.0], "EPSG:32601", 1000.0, &hills),
         ("moon.tif", (360, 180), [0.0, 1.0, 0.0, 90.0, 0.0, -1.0], moon, 4000.0, &hills),
@@ -274,5 +276,34 @@ fn odd_places_keep_the_promise() {
         make(&input, &set, max_error);
         let verdict = verdict(&input, &set);
         assert!(verdict.passed, "{name}: {verdict}");
+        let valid = (0..size.0 * size.1).filter(|i| !heights(i % size.0, i / size.0).is_nan()).count() as f64;
+        for level in &verdict.levels {
+            let own = level.own_samples;
+            assert!(own.samples as f64 > 0.6 * valid && own.samples as f64 <= valid, "{name}: {own:?} of {valid}");
+            // Nowhere are cliffs to the height outside among them.
+            assert!(own.largest_error < level.max_error + 500.0, "{name}: {own:?}");
+        }
     }
+}
+
+/// With fine heights, the heights of every header are 4,095.875 m apart or more.
+#[test]
+fn fine_heights_are_judged() {
+    let (input, _) = scene();
+    let folder = folder();
+    let set = folder.path().join("set");
+    let fine = TilesRequest { fine_heights: true, outside: 50.0, ..TilesRequest::new(&input, &set, 60.0) };
+    tiles(&fine, &Control::default()).expect("tiles");
+    let judged = verdict(&input, &set);
+    assert!(judged.passed, "{judged}");
+    let header = |set: &Path| {
+        let decoded = decode(&std::fs::read(set.join("0/0/0.terrain")).expect("a tile")).expect("a tile");
+        decoded.maximum - decoded.minimum
+    };
+    // The other root has nothing but the height outside.
+    assert_eq!(header(&set), 4095.875);
+    assert!(header(&scene().1) < 10.0);
+    std::fs::copy(scene().1.join("0/0/0.terrain"), set.join("0/0/0.terrain")).expect("a copy");
+    let judged = verdict(&input, &set);
+    assert!(judged.failures.join(" ").contains("expected 4095.875 or more"), "{judged}");
 }

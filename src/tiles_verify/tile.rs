@@ -1,10 +1,11 @@
 //! One tile by itself: whether its triangles tile the square, its lists are complete, its header is right, and how far it is
-//! from the samples.
+//! from the samples of the grid.
 
 use std::collections::HashSet;
 
 use super::decode::{Decoded, LAST};
-use super::ellipsoid::{Ellipsoid, Point, across, less, times};
+use super::ellipsoid::{Ellipsoid, Meridian, Parallel, Point, less, times};
+use super::facets::Facets;
 use super::findings::{Findings, Kind};
 use crate::pyramid::{Grid, Patch, PyramidError, SampleBlock, Samples, TileKey};
 
@@ -14,7 +15,8 @@ pub(super) struct Tile<'a> {
     pub(super) grid: Grid,
     pub(super) ellipsoid: &'a Ellipsoid,
     pub(super) decoded: &'a Decoded,
-    points: Vec<Point>,
+    /// Its vertices in space.
+    pub(super) points: Vec<Point>,
 }
 
 /// How far a tile is from its samples.
@@ -27,9 +29,6 @@ pub(super) struct Distance {
     pub(super) largest: f64,
 }
 
-/// What an error may be off by, in metres, on level ground; steeper triangles have it more often.
-const ROUNDING: f64 = 2e-8;
-
 impl<'a> Tile<'a> {
     pub(super) fn new(key: TileKey, grid: Grid, ellipsoid: &'a Ellipsoid, decoded: &'a Decoded) -> Tile<'a> {
         let mut tile = Tile { key, grid, ellipsoid, decoded, points: Vec::new() };
@@ -38,7 +37,7 @@ impl<'a> Tile<'a> {
     }
 
     /// Degrees along a side.
-    fn side(&self) -> f64 {
+    pub(super) fn side(&self) -> f64 {
         180.0 / 2f64.powi(self.key.level as i32)
     }
 
@@ -147,6 +146,16 @@ impl<'a> Tile<'a> {
         }
     }
 
+    /// Judges whether the heights of its header are so far apart that CesiumJS keeps floats.
+    pub(super) fn judge_range(&self, findings: &mut Findings) {
+        let (key, range) = (self.key, self.decoded.maximum - self.decoded.minimum);
+        if range < 4095.875 {
+            findings.add(Kind::Header, || {
+                format!("tile {key}: its least and greatest height are {range} m apart, expected 4095.875 or more")
+            });
+        }
+    }
+
     /// Finds how far it is from the samples of the grid, along the normals.
     pub(super) fn distance(
         &self,
@@ -159,21 +168,29 @@ impl<'a> Tile<'a> {
         let origin = self.key.origin(self.grid);
         let mut distance = Distance::default();
         const WINDOW: i64 = 128;
-        let facets: Vec<Facet> = self.decoded.triangles.iter().map(|&t| self.facet(t, cells)).collect();
+        let facets = Facets::of(self, |_| true);
         for ((left, top), (width, height)) in samples.windows(origin, cells, WINDOW) {
             let patch = Patch { column: origin.0 + left, row: origin.1 + top, width, height, step: 1 };
+            if !samples.has_any(patch) {
+                continue;
+            }
             samples.read(patch, block)?;
             let (width, height) = (width as i64, height as i64);
-            let buckets = Buckets::new(&facets, (left, top), (width, height));
+            let window = facets.over((left, top), (width, height));
+            let lon = |c: i64| self.grid.longitude(origin.0 + c);
+            let lat = |r: i64| self.grid.latitude(origin.1 + r);
+            let meridians: Vec<Meridian> = (left..left + width).map(|c| Meridian::of(lon(c))).collect();
+            let parallels: Vec<Parallel> = (top..top + height).map(|r| self.ellipsoid.parallel(lat(r))).collect();
             for i in (0..block.inside.len()).filter(|&i| block.inside[i]) {
                 let (c, r) = (left + i as i64 % width, top + i as i64 / width);
-                let (lon, lat) = (self.grid.longitude(origin.0 + c), self.grid.latitude(origin.1 + r));
-                let error = self.error(&facets, buckets.at(c, r), (c, r), (lon, lat), block.heights[i], cells);
+                let place = parallels[(r - top) as usize].foot(meridians[(c - left) as usize]);
+                let error = window.error((c as f64, r as f64), place, block.heights[i]);
                 distance.samples += 1;
                 distance.owned += u64::from(c < cells && r < cells);
                 distance.largest = distance.largest.max(error);
                 if error.is_nan() || error > allowed {
                     let key = self.key;
+                    let (lon, lat) = (lon(c), lat(r));
                     findings.add(Kind::Promise, || {
                                 format!("tile {key}: at {lon}°, {lat}° the surface is {error} m from the sample, allowed are {allowed}")
                             });
@@ -181,135 +198,5 @@ impl<'a> Tile<'a> {
             }
         }
         Ok(distance)
-    }
-
-    /// The largest error among the triangles that the normal meets.
-    fn error(
-        &self,
-        facets: &[Facet],
-        near: &[u32],
-        (column, row): (i64, i64),
-        (lon, lat): (f64, f64),
-        height: f64,
-        cells: i64,
-    ) -> f64 {
-        let (foot, normal) = self.ellipsoid.foot(lon, lat);
-        let met = near.iter().filter_map(|&facet| facets[facet as usize].meet(foot, normal, true));
-        let error = |(found, doubt): (f64, f64)| (found - height).abs() + doubt;
-        if let Some(largest) = met.map(error).reduce(f64::max) {
-            return largest;
-        }
-        // Beyond the chord of a border: the triangle at that border goes on.
-        let at = [column, cells - row, cells - column, row];
-        let side = (0..4).min_by_key(|&side| at[side]).unwrap_or(0);
-        let along = if side % 2 == 0 { row as f64 } else { column as f64 };
-        let at_border = facets.iter().find(|facet| facet.reaches(side, along, cells as f64));
-        at_border.and_then(|facet| facet.meet(foot, normal, false)).map_or(f64::INFINITY, error)
-    }
-
-    fn facet(&self, triangle: [u32; 3], cells: i64) -> Facet {
-        let points = triangle.map(|i| self.points[i as usize]);
-        let scale = cells as f64 / f64::from(LAST);
-        let places = triangle.map(|i| {
-            let [u, v, _] = self.decoded.vertices[i as usize];
-            [f64::from(u) * scale, f64::from(LAST - v) * scale]
-        });
-        let mut reach = [1.0f64, 1.0];
-        for (i, j) in [(0, 1), (1, 2), (2, 0)] {
-            let middle: Point = std::array::from_fn(|k| 0.5 * (points[i][k] + points[j][k]));
-            let (lon, lat, _) = self.ellipsoid.geodetic(middle);
-            let straight = [0.5 * (places[i][0] + places[j][0]), 0.5 * (places[i][1] + places[j][1])];
-            let (west, north) = self.place(0.0, f64::from(LAST));
-            let cell = self.grid.cell();
-            let columns = ((lon - west + 180.0).rem_euclid(360.0) - 180.0) / cell - straight[0];
-            let rows = (north - lat) / cell - straight[1];
-            reach = [reach[0].max(2.0 * columns.abs() + 1.0), reach[1].max(2.0 * rows.abs() + 1.0)];
-        }
-        let bounds = [0, 1].map(|k| {
-            let (low, high) =
-                places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[k]), h.max(p[k])));
-            (low - reach[k], high + reach[k])
-        });
-        let (one, other) = (less(points[1], points[0]), less(points[2], points[0]));
-        let plane = across(one, other);
-        let longest = [one, other, less(other, one)].iter().map(|e| times(*e, *e).sqrt()).fold(0.0, f64::max);
-        // A shift of this many metres at an edge is rounding.
-        let slack = (1e-7 * longest / times(plane, plane).sqrt()).min(0.01);
-        Facet { first: points[0], one, other, plane, slack, bounds, places }
-    }
-}
-
-/// A triangle, ready to be met by normals.
-struct Facet {
-    first: Point,
-    one: Point,
-    other: Point,
-    plane: Point,
-    /// How far shares may be below 0.
-    slack: f64,
-    /// Columns and rows between which it is met.
-    bounds: [(f64, f64); 2],
-    places: [[f64; 2]; 3],
-}
-
-impl Facet {
-    /// The height at which a normal meets it, and what rounding may add: foot + height · normal = first + p · one + q · other, by
-    /// Cramer's rule. Without `inside` its whole plane counts.
-    fn meet(&self, foot: Point, normal: Point, inside: bool) -> Option<(f64, f64)> {
-        let facing = times(self.plane, normal);
-        if facing <= 0.0 {
-            return None;
-        }
-        let from = less(foot, self.first);
-        if inside {
-            let turned = across(normal, from);
-            let p = times(turned, self.other) / facing;
-            let q = -times(turned, self.one) / facing;
-            if p < -self.slack || q < -self.slack || p + q > 1.0 + self.slack {
-                return None;
-            }
-        }
-        let size = times(self.plane, self.plane).sqrt();
-        Some((-times(self.plane, from) / facing, ROUNDING * size / facing))
-    }
-
-    /// Whether it has an edge on a side (west, south, east, north) over this place along it.
-    fn reaches(&self, side: usize, along: f64, cells: f64) -> bool {
-        let (axis, at) = [(0, 0.0), (1, cells), (0, cells), (1, 0.0)][side];
-        let on: Vec<f64> = self.places.iter().filter(|p| (p[axis] - at).abs() < 1e-6).map(|p| p[1 - axis]).collect();
-        on.len() == 2 && (on[0].min(on[1]) - 0.5..=on[0].max(on[1]) + 0.5).contains(&along)
-    }
-}
-
-/// Which triangles may be met where in a window: squares of it, each with a list.
-struct Buckets {
-    first: (i64, i64),
-    size: i64,
-    across: i64,
-    lists: Vec<Vec<u32>>,
-}
-
-impl Buckets {
-    fn new(facets: &[Facet], first: (i64, i64), (width, height): (i64, i64)) -> Buckets {
-        let size = 8;
-        let (across, down) = ((width + size - 1) / size, (height + size - 1) / size);
-        let mut lists = vec![Vec::new(); (across * down) as usize];
-        let range = |(low, high): (f64, f64), first: i64, count: i64| {
-            let bucket = |at: f64| ((at - first as f64) / size as f64).floor().clamp(-1.0, count as f64) as i64;
-            bucket(low).max(0)..(bucket(high) + 1).min(count)
-        };
-        for (number, facet) in facets.iter().enumerate() {
-            for row in range(facet.bounds[1], first.1, down) {
-                for column in range(facet.bounds[0], first.0, across) {
-                    lists[(row * across + column) as usize].push(number as u32);
-                }
-            }
-        }
-        Buckets { first, size, across, lists }
-    }
-
-    fn at(&self, column: i64, row: i64) -> &[u32] {
-        let (c, r) = ((column - self.first.0) / self.size, (row - self.first.1) / self.size);
-        &self.lists[(r * self.across + c) as usize]
     }
 }

@@ -129,10 +129,10 @@ fn the_estimate_is_near() {
 }
 
 /// A small file system of its own, where this process may mount one.
-struct SmallDisk(Folder);
+pub(crate) struct SmallDisk(pub(crate) Folder);
 
 impl SmallDisk {
-    fn new(bytes: u32) -> Option<SmallDisk> {
+    pub(crate) fn new(bytes: u32) -> Option<SmallDisk> {
         let folder = Folder::new();
         let size = format!("size={bytes}");
         let mount = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "tmpfs", &folder.at("")]).output();

@@ -22,10 +22,13 @@ fn a_set_is_made_judged_and_replaced() {
     let judged = terrabite(["tiles-verify", &dem, &out]).succeeds();
     assert!(judged.out.ends_with("passed\n"), "{judged:#?}");
     terrabite(["tiles", &dem, &out, "--max-error", "100"]).fails(1, &["an earlier set of tiles", "--overwrite"]);
-    let json = terrabite(["tiles", &dem, &out, "--max-error", "200", "--overwrite", "--gzip", "--json"]).succeeds();
-    let report = json.json();
-    assert_eq!(report["levels"][0]["tiles"], 2);
-    terrabite(["tiles-verify", &dem, &out, "--quiet"]).succeeds();
+    let json =
+        terrabite(["tiles", &dem, &out, "--max-error", "200", "--overwrite", "--gzip", "--json", "--fine-heights"]);
+    assert_eq!(json.succeeds().json()["levels"][0]["tiles"], 2);
+    let promise = std::fs::read_to_string(folder.join("out/terrabite.json")).expect("a file");
+    assert!(promise.contains("\"fine_heights\": true"), "{promise}");
+    let verdict = terrabite(["tiles-verify", &dem, &out, "--json"]).succeeds().json();
+    assert!(verdict["levels"][0]["own_samples"]["samples"].as_u64() > Some(1000), "{verdict}");
     // A tile that is gone: exit code 1, and the reason.
     std::fs::remove_file(folder.join("out/0/0/0.terrain")).expect("removed");
     let judged = terrabite(["tiles-verify", &dem, &out]);
@@ -42,10 +45,16 @@ fn what_cannot_be_done_is_said_with_the_way_out() {
     terrabite(["tiles", &nowhere, &out, "--max-error", "10"]).fails(1, &["nowhere.tif", "geotransform", "-a_srs"]);
     let dem = dem(&folder);
     let grid = ["tiles", &dem, &out, "--max-error", "100", "--vertical-crs", "EPSG:3855"];
-    terrabite(grid).fails(1, &["dem.tif", "projinfo -s \"EPSG:4326+3855\"", "--vertical-crs"]);
+    terrabite(grid).fails(1, &["dem.tif", "us_nga_egm08_25.tif", "projinfo -s \"EPSG:4326+3855\"", "--vertical-crs"]);
     terrabite(["tiles", &dem, &out, "--max-error", "0"]).fails(2, &["--max-error", "0.001"]);
     terrabite(["tiles", &dem, &out, "--max-error", "100", "--max-level", "20"]).fails(1, &["--max-level"]);
     terrabite(["tiles-verify", &dem, folder.path().to_str().expect("a path")]).fails(1, &["terrabite.json"]);
+    let infinite = |c, r| if (c, r) == (7, 5) { f64::INFINITY } else { 3.0 };
+    let place = [8.0, 0.005, 0.0, 46.5, 0.0, -0.005];
+    let infinite = Dem::new(20, 20).kind(Kind::Float32).heights(infinite).geo_transform(place).epsg(4326);
+    let infinite = infinite.write(&folder, "infinite.tif");
+    let refused = ["tiles", &infinite, &out, "--max-error", "100"];
+    terrabite(refused).fails(1, &["infinite.tif", "found inf at column 7, row 5", "--nodata inf"]);
     assert!(!Path::new(&out).exists());
 }
 

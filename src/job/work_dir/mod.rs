@@ -7,6 +7,7 @@
 //! | name | what |
 //! |---|---|
 //! | `manifest.json` | the job: program version, parameters, raster; durable before anything else is made |
+//! | `chunks/…` | of other jobs than meshes: files that they name themselves ([`WorkDir::parts`]) |
 //! | `chunks/ROW/COLUMN.chunk` | finished tiles, checksummed, each renamed into place after it was synced |
 //! | `chunks/PASS/ROW/COLUMN.chunk` | the same of each pass that follows the first, where there are some |
 //! | `chunks/short-PASS/ROW/COLUMN.chunk` | the same of a run that is made again with short links |
@@ -18,7 +19,8 @@
 //! | `staged` | where the partial output is, so that a killed run's is found and removed |
 //! | `lock` | locked while a process works here; the system releases it however the process ends |
 //!
-//! Every file but the lock is written under a private name, synced and renamed ([`PrivateFile`]); a lock is on the file
+//! Every file but the lock is written under a private name, synced and renamed ([`PrivateFile`]); other jobs than meshes may leave
+//! theirs unsynced. A lock is on the file
 //! itself, whatever its name, so it stays where it was made, and what it says is one word.
 //!
 //! [`PrivateFile`]: crate::base::private_file::PrivateFile
@@ -32,6 +34,7 @@
 //! is refused, whichever sample changed.
 
 mod error;
+mod files;
 #[cfg(any(test, feature = "fuzzing"))]
 pub(crate) mod fuzzing;
 mod layout;

@@ -1,4 +1,4 @@
-//! Where the output of a run is staged, so that what a killed run leaves can be found.
+//! Where the output of a run, a file or a folder, is staged, so that what a killed run leaves can be found.
 //!
 //! The note is a line, `staging` or `committing FILE`, and the partial file's path as it is, whatever its bytes. FILE is
 //! DEVICE-INODE-NANOSECONDS, the last being the time when the file was made, or 0 where the file system does not tell.
@@ -52,17 +52,22 @@ fn identity(file: &Metadata) -> Identity {
     format!("{}-{}-{}", file.dev(), file.ino(), made.map_or(0, |since| since.as_nanos()))
 }
 
-/// Removes the partial file of a run that was killed, if there is one. A file that has taken its name stays.
+/// Removes the partial file, or folder, of a run that was killed, if there is one. What has taken its name stays; a folder may have
+/// changed places with the one that it replaces, which is removed then.
 pub(super) fn remove_partial(dir: &Path) -> io::Result<()> {
     let Some(note) = Note::read(dir)? else { return Ok(()) };
     match note.partial.symlink_metadata() {
         Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(()),
         Err(e) => Err(e),
-        Ok(found) if found.is_file() && is_partial(&note.partial) => {
+        Ok(found) if (found.is_file() || found.is_dir()) && is_partial(&note.partial) => {
             // Nothing is complete once it is gone.
-            let note = Note { complete: None, ..note };
+            let complete = note.complete.filter(|complete| *complete != identity(&found));
+            let note = Note { complete, ..note };
             note.write(dir)?;
-            durable::remove_if_there(&note.partial)
+            match found.is_dir() {
+                true => std::fs::remove_dir_all(&note.partial),
+                false => durable::remove_if_there(&note.partial),
+            }
         }
         Ok(_) => Ok(()),
     }
