@@ -54,7 +54,8 @@ async function compare(level, x, y) {
   const step = range / LAST;
   const isExact = h.every((quantum, i) => places[3 * i + 2] === expected.least + quantum * step);
   assert(isExact, `${name}: heights in single precision`);
-  const read = async options => parse(copy(), QuantizedMeshLoader, { core: { worker: false }, worker: false, 'quantized-mesh': { bounds, ...options } });
+  const inThread = { core: { worker: false }, worker: false };
+  const read = async options => parse(copy(), QuantizedMeshLoader, { ...inThread, 'quantized-mesh': { bounds, ...options } });
   const plain = await read({});
   same('places in loaders.gl', plain.attributes.POSITION.value, places);
   same('triangles in loaders.gl', plain.indices.value, expected.triangles);
