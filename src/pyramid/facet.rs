@@ -138,8 +138,9 @@ impl Quick {
         let along = self.normal[0] * cos + self.normal[1] * sin;
         let facing = self.cos * along + self.vertical;
         let error = (self.offset - self.from_axis * along) - height * facing;
-        // Not the other way round: what is not a number is suspicious, too.
-        !(error.abs() < self.tolerance * facing - self.margin)
+        // What is not a number is suspicious, too.
+        let is_within = error.abs() < self.tolerance * facing - self.margin;
+        !is_within
     }
 }
 

@@ -84,24 +84,22 @@ impl Sides {
         self.found.clear();
     }
 
-    /// A side. Its places are multiples of `snap`; that and the tolerance are the same for all sides of a tile.
+    /// A side of the tile, which is found unless it has been.
     pub(super) fn side(
         &mut self,
-        samples: &Samples,
         line: Line,
-        tolerance: f64,
-        snap: i64,
-        cancel: &CancelToken,
+        find: impl FnOnce(&mut Sides) -> Result<Vec<(i64, f64)>, PyramidError>,
     ) -> Result<Side, PyramidError> {
         if let Some(side) = self.found.get(&line) {
             return Ok(side.clone());
         }
-        let side: Side = self.find(samples, line, tolerance, snap, cancel)?.into();
+        let side: Side = find(self)?.into();
         self.found.insert(line, side.clone());
         Ok(side)
     }
 
-    fn find(
+    /// The places of a side's vertices along the line, from 0 to its length, with heights. All are multiples of `snap`.
+    pub(super) fn find(
         &mut self,
         samples: &Samples,
         line: Line,

@@ -2,10 +2,10 @@
 //!
 //! In comes a raster; out goes a folder of tiles with its manifest. `prepare` opens the raster, and `ground` finds out of it what tiles
 //! are made from, which a work dir keeps (`kept`), so that a run can be interrupted, or made by many processes (`shards`). `source` gives the heights of the finest grid (`grid`), a
-//! fixed grid of longitudes and latitudes not coarser than the raster, and `samples` keeps them. A level is made tile by
+//! fixed grid of longitudes and latitudes not coarser than the raster, and `samples` keeps them (`store`). A level is made tile by
 //! tile: `lines` finds the sides, which depend on their line and the level alone, `part` makes meshes with the engines of
 //! [`crate::kernel`], `quantize` brings places and heights onto the lattice that the format has, so that tiles of a level share
-//! every vertex on their border, `surface` is the tile as decoded, `measure` compares that with all samples, and `tile` mends
+//! every vertex on their border, `surface` is the tile as decoded, `measure` compares that with all samples (`facet`: one triangle), and `tile` mends
 //! what is beyond the error. `encode`, `normals`, `manifest` and `write` make files of it.
 //!
 //! **The promise.** Every tile of level L, as decoded, is within ε_L of every sample of the finest grid that the raster gives a
@@ -15,8 +15,9 @@
 //! nothing is promised there, and near the raster's border the surface runs from one to the other.
 //!
 //! **Memory.** A thread holds the samples of a part (at most 513 × 513, with heights and weights), a window of 256 × 256 samples,
-//! and the mesh of one tile of at most 65,536 vertices. In common there are 40 bytes for each tile of all levels. Samples
-//! of the grid, 8 bytes each, are in an unlinked temporary file, or in the work dir, and read from there.
+//! the mesh of one tile of at most 65,536 vertices with what is known of its triangles while it is mended, and two megabytes of blocks
+//! that it has read. In common there are 40 bytes for each tile of all levels, and a byte for every 64 × 64 samples. Samples of the grid,
+//! 8 bytes each, are in an unlinked temporary file or in the work dir (`store`), and read from there: none of it is mapped.
 //!
 //! **The same bytes.** Tiles depend on the raster and the options, not on threads or on the system's mathematics (sines and cosines are
 //! those of the crate `libm`). PROJ decides them, too: another version may move a place by the last bit.

@@ -109,7 +109,7 @@ impl PartMaker {
         let Place { origin, first, cells, tolerance, snap, .. } = *place;
         let mut side = |column: i64, row: i64, down: bool| {
             let line = Line { column: origin.0 + column, row: origin.1 + row, length: cells, down };
-            let found = self.sides.side(samples, line, tolerance, snap, cancel)?;
+            let found = self.sides.side(line, |sides| sides.find(samples, line, tolerance, snap, cancel))?;
             let vertex = |&(at, height): &(i64, f64)| match down {
                 true => Vertex { column, row: row + at, height },
                 false => Vertex { column: column + at, row, height },
