@@ -4,8 +4,8 @@
 //! ½ Σ wᵢ H |Aᵢ − X|² ≤ H L² ÷ 6, if L is the longest side and H bounds the second derivatives on the triangle (Taylor at X; the first
 //! order cancels, and Σ wᵢ |Aᵢ − X|² = Σ wᵢ wⱼ |Aᵢ − Aⱼ|²). For the longitude H = 1 ÷ p², p the distance from the axis; for the
 //! latitude H = (1 + 3e²) ÷ ρ² + 1 ÷ ρp, ρ the distance from the centre of curvature. So samples are looked for between straight
-//! lines on the grid and that much beyond. Where p changes too much over the triangle, near a pole, the columns of each row are found by
-//! solving for the longitudes that are on the inner side of the edges ([`Edge`]).
+//! lines on the grid and that much beyond. Where that is far beyond, near a pole, the columns of each row are found by solving for
+//! the longitudes that are on the inner side of the edges ([`Edge`]).
 
 use std::f64::consts::PI;
 
@@ -39,7 +39,7 @@ pub(super) struct Facet {
     border: [Option<Axis>; 3],
     /// How far its points may be from where straight lines have them, in columns and rows; infinite for all columns.
     reach: (f64, f64),
-    /// Where `reach` says nothing of columns: the edges that are no border, and how columns lie on longitudes.
+    /// Where `reach` says little of columns: the edges that are no border, and how columns lie on longitudes.
     polar: Option<(Vec<Edge>, Columns)>,
 }
 
@@ -159,8 +159,10 @@ impl Facet {
         });
         let reach = reach(body, points, columns.cell);
         let inner = || (0..3).filter(|&edge| border[edge].is_none()).map(|edge| EDGES[edge]);
-        let polar =
-            reach.0.is_infinite().then(|| (inner().map(|(i, j)| Edge::new(points[i], points[j])).collect(), columns));
+        let width = flat.iter().fold(0.0f64, |width, p| width.max((p.0 - flat[0].0).abs()));
+        let is_wide = reach.0 > 2.0 + 0.25 * width;
+        let edges = || inner().map(|(i, j)| Edge::new(points[i], points[j])).collect();
+        let polar = is_wide.then(|| (edges(), columns));
         Facet { corners, flat, normal, length: length(normal), offset: dot(normal, points[0]), border, reach, polar }
     }
 
