@@ -8,7 +8,6 @@ mod checkpoints;
 mod clip;
 mod convert;
 mod cutline;
-mod cutline_exact;
 mod error_raster;
 mod estimates;
 mod formats;
