@@ -8,6 +8,7 @@ mod checkpoints;
 mod clip;
 mod convert;
 mod cutline;
+mod cutline_exact;
 mod error_raster;
 mod estimates;
 mod formats;
