@@ -53,7 +53,7 @@ pub(crate) struct RunArgs {
     pub(super) process: ProcessArgs,
 }
 
-/// Put the mesh, or the terrain tiles, of a run together whose tiles are all there
+/// Put together the mesh, or the terrain tiles, of a run that is complete
 ///
 /// Where tiles are missing they are listed, and the exit code is 6.
 #[derive(Debug, clap::Args)]

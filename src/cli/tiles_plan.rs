@@ -12,7 +12,7 @@ use crate::job::shards::Shard;
 use crate::job::work_dir::PlannedCommand;
 use crate::pyramid::{PyramidError, TilesRequest, lay_out_tiles, merge_tiles, work_on_tiles};
 
-/// Lay out a pyramid of terrain tiles that many processes make, on one machine or on many
+/// Lay out terrain tiles that many processes make
 ///
 /// Takes the options of tiles, and brings the raster's samples to the grid. WORK is a folder that all machines share. Then each process
 /// makes a part (`terrabite run WORK --shard 3/64`), and one writes the set (`terrabite merge WORK OUT`): the bytes that tiles writes.

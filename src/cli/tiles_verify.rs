@@ -9,7 +9,7 @@ use super::{Failure, GDAL_CACHE};
 use crate::raster::bound_gdal_cache;
 use crate::tiles_verify::{TilesVerifyRequest, tiles_verify};
 
-/// Judge a pyramid of terrain tiles against its raster: errors, borders, gaps between levels, manifests
+/// Judge terrain tiles against their raster: errors, borders, gaps, manifests
 ///
 /// Reads the raster and the folder that tiles has made, by code of its own. What was promised stands in terrabite.json there;
 /// options that decide which samples the raster has must be given as they were, and the verdict says in what they differ. How far tiles are from the

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::breakline_tests::{Line, Scene, qualities, scene};
+use super::breakline_tests::{Line, Scene, engines, limits, qualities, scene};
 use super::*;
 use crate::testing::cases;
 
@@ -51,11 +51,11 @@ proptest! {
     /// Outlines may cross themselves, each other and all lines, the raster's rim, seams and voids.
     #[test]
     fn meshes_end_at_outlines_over_random_rasters(
-        scene in cutlines(), (quality, heights) in qualities(), tile in 2usize..20,
-        tolerance in prop_oneof![Just(0.5), Just(3.0), Just(20.0)], has_lines in any::<bool>(),
+        scene in cutlines(), (quality, heights) in qualities(), engine in engines(), tile in 2usize..20,
+        tolerance in prop_oneof![Just(0.5), Just(3.0), Just(20.0)], has_lines in any::<bool>(), max_stray in limits(),
     ) {
         let scene = Scene { lines: if has_lines { scene.lines.clone() } else { Vec::new() }, ..scene };
-        scene.certify_cut(&Params { quality, heights, tile, ..scene.params(tolerance) });
+        scene.certify_cut(&Params { quality, heights, engine, tile, max_stray, ..scene.params(tolerance) });
     }
 }
 

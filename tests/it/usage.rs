@@ -16,9 +16,10 @@ fn help_states_the_exit_codes_everywhere() {
     let help = terrabite(["--help"]).succeeds().out;
     assert!(help.contains("Exit codes:") && help.contains("closed pipe"), "{help}");
     let commands = help.split("Commands:").nth(1).unwrap().split("Options:").next().unwrap();
-    let names = commands.lines().filter(|l| l.starts_with("  ")).filter_map(|l| l.split_whitespace().next());
-    let names: Vec<&str> = names.filter(|n| n.chars().all(|c| c.is_ascii_lowercase())).collect();
-    assert!(names.contains(&"info"), "{help}");
+    let names: Vec<&str> = commands.lines().filter_map(|l| l.strip_prefix("  ")?.split(' ').next()).collect();
+    assert!(names.contains(&"info") && names.contains(&"tiles-plan"), "{help}");
+    // Every command is told in one line.
+    assert!(names.iter().all(|name| !name.is_empty()), "{help}");
     for name in names {
         let help = terrabite([name, "--help"]).succeeds().out;
         assert!(help.contains("Exit codes:"), "{help}");
