@@ -93,10 +93,9 @@ def row(raster, tolerance, layer, quality, engine, arguments):
     settle(arguments.patience)
     mesh = WORK / "breaklines.ply"
     lines = ["--breaklines", layer] if layer else []
-    no_limit = [] if layer else ["--max-stray", "inf"]
     made = run(
         TERRABITE, "simplify", raster, mesh, "--max-error", tolerance, "--quality", quality, "--threads", arguments.threads,
-        "--overwrite", "--json", *ENGINES[engine], *no_limit, *lines,
+        "--overwrite", "--json", *ENGINES[engine], *lines,
     )
     judged = run(TERRABITE, "verify", raster, mesh, "--max-error", tolerance, "--threads", arguments.threads, "--json", *lines)
     report, of_lines = made.json(), (made.json().get("breaklines") or {})
