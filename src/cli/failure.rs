@@ -392,7 +392,7 @@ impl From<WorkDirError> for Failure {
                 failure.hint("restore what differs, choose another --work-dir, or delete this one")
             }
             WorkDirError::NoEarlier { .. } => failure.hint("choose another --update"),
-            WorkDirError::NotPlanned { .. } => failure.hint("terrabite plan lays one out"),
+            WorkDirError::NotPlanned { .. } => failure.hint("terrabite plan lays one out, or tiles-plan"),
             WorkDirError::OtherProgram { .. } => {
                 failure.hint("use that version, or lay the run out in another folder with this one")
             }

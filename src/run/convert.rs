@@ -202,8 +202,11 @@ impl Conversion {
         let step = Step { from: source, to: frame };
         let mut loss: f64 = 0.0;
         let mut written = Bounds::EMPTY;
-        reader.for_each_vertex(|_, vertex| {
+        reader.for_each_vertex(|index, vertex| {
             let found = step.take(vertex);
+            if !found.iter().all(|v| v.is_finite()) {
+                return Err(RunError::NotFinite { path: request.output.clone(), vertex: index, found });
+            }
             written = written.with(found);
             loss = loss.max((frame.height(found[2]) - source.height(vertex[2])).abs());
             Ok::<(), RunError>(())

@@ -63,8 +63,8 @@ pub(super) fn judge_layer(folder: &Path, found: &BTreeSet<TileKey>, levels: usiz
     expect("scheme tms", layer["scheme"] == "tms");
     expect("projection EPSG:4326", layer["projection"] == "EPSG:4326");
     expect("version as text", layer["version"].as_str().is_some_and(|v| !v.is_empty()));
-    let has_fields = |t: &String| ["{z}", "{x}", "{y}"].iter().all(|field| t.contains(field));
-    expect("tiles with {z}, {x} and {y}", strings(&layer["tiles"]).first().is_some_and(has_fields));
+    let names_files = |t: &String| t.split('?').next() == Some("{z}/{x}/{y}.terrain");
+    expect("tiles {z}/{x}/{y}.terrain", strings(&layer["tiles"]).first().is_some_and(names_files));
     expect("extensions with octvertexnormals", strings(&layer["extensions"]).contains(&"octvertexnormals".to_string()));
     expect("minzoom 0", layer["minzoom"] == 0);
     expect("maxzoom of the deepest level", layer["maxzoom"] == levels.saturating_sub(1));

@@ -167,3 +167,20 @@ fn coordinates_become_local_and_heights_scaled() {
     terrabite(["convert", &single, &folder.at("b.ply"), "--local", "-q"]).succeeds();
     terrabite(["convert", &ply, &folder.at("c.ply"), "--z-scale", "0"]).fails(2, &["--z-scale"]);
 }
+
+#[test]
+fn heights_beyond_single_precision_are_refused() {
+    let folder = Folder::new();
+    let dem = Dem::new(40, 30).on_the_map().write(&folder, "dem.tif");
+    let ply = folder.at("tin.ply");
+    terrabite(["simplify", &dem, &ply, "--max-error", "1", "-q"]).succeeds();
+    for (to, options) in [
+        ("far.stl", &["--z-scale", "1e38"][..]),
+        ("far.ply", &["--z-scale", "1e38", "--precision", "float"]),
+        ("far.obj", &["--z-scale", "1e308"]),
+    ] {
+        let output = folder.at(to);
+        terrabite([&["convert", &ply, &output], options].concat()).fails(1, &[to, "expected finite coordinates"]);
+        assert!(!folder.join(to).exists(), "{to}");
+    }
+}
