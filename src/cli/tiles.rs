@@ -180,7 +180,7 @@ impl From<PyramidError> for Failure {
                 failure.hint("choose a smaller --max-level, or a larger --grid-factor for a finer grid")
             }
             PyramidError::Curvature { .. } => {
-                failure.hint("choose a larger --max-error, a larger --max-level or --grid-factor 2")
+                failure.hint("choose a larger --max-error, --max-level or --grid-factor (2, 4, 8)")
             }
             PyramidError::Step { .. } => {
                 failure.hint(
@@ -188,7 +188,10 @@ impl From<PyramidError> for Failure {
                      at least",
                 )
             }
-            PyramidError::Unreachable { .. } => failure.hint("choose a larger --max-error, or --grid-factor 2"),
+            PyramidError::Unreachable { .. } => failure.hint(
+                "choose a larger --max-error or --grid-factor; where a value that marks missing samples is taken for a height, --nodata and \
+                 --valid-range leave it out; --outside near the ground's heights makes no cliff around it",
+            ),
             PyramidError::Vertices { .. } => {
                 failure.hint("choose a larger --max-level for smaller tiles, a larger --max-error or --error-factor")
             }
