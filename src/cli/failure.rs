@@ -1,5 +1,7 @@
 //! How a command ends that does not get through: one message, with the option that mends it, and the exit code.
 
+mod layers;
+
 use std::io::ErrorKind;
 use std::path::Path;
 use std::process::ExitCode;
@@ -17,11 +19,13 @@ use crate::job::spool::SpoolError;
 use crate::job::work_dir::WorkDirError;
 use crate::page::PageError;
 use crate::preview::PreviewError;
-use crate::raster::{DrapeError, PointsError, ShapesError, ViewError, WriteError};
+use crate::raster::{DrapeError, ViewError, WriteError};
 use crate::run::checkpoints::CheckpointError;
 use crate::run::{Fate, LookError, RunError};
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
+
+pub(super) use layers::of_shapes;
 
 use super::{breaklines, print, shards, signals};
 
@@ -168,45 +172,6 @@ impl From<ViewError> for Failure {
             ViewError::Raster(error) => error.into(),
             ViewError::Cutline(error) => of_shapes(error, "--cutline"),
         }
-    }
-}
-
-impl From<PointsError> for Failure {
-    fn from(error: PointsError) -> Failure {
-        let failure = Failure::new(&error);
-        match error {
-            PointsError::Cancelled(stopped) => stopped.into(),
-            PointsError::NoSuchLayer { wanted: Some(_), .. } => failure.hint("choose one with --points-layer"),
-            PointsError::Feature { .. } => {
-                failure.hint("ogr2ogr -where \"OGR_GEOMETRY='POINT'\" keeps the points of a layer")
-            }
-            PointsError::Open { .. } => failure.hint("choose another file with --points"),
-            PointsError::Crs { .. } => failure.hint("transform the layer with ogr2ogr -t_srs"),
-            PointsError::AllOutside { .. } => failure
-                .hint("if the coordinates are in another CRS than the layer says, ogr2ogr -a_srs sets the right one"),
-            _ => failure,
-        }
-    }
-}
-
-/// Why the layer of an option cannot be used.
-pub(super) fn of_shapes(error: ShapesError, option: &str) -> Failure {
-    let failure = Failure::new(&error);
-    match error {
-        ShapesError::Cancelled(stopped) => stopped.into(),
-        ShapesError::Open { .. } => failure.hint(&format!("choose another file with {option}")),
-        ShapesError::NoSuchLayer { .. } => failure.hint(&format!("choose one with {option}-layer")),
-        ShapesError::Layer { ref found, .. } if found.contains("CURVE") || found == "CIRCULARSTRING" => {
-            failure.hint("ogr2ogr -nlt CONVERT_TO_LINEAR makes straight pieces of curves")
-        }
-        ShapesError::Layer { ref found, .. } if found == "GEOMETRYCOLLECTION" => {
-            failure.hint("ogr2ogr -explodecollections takes collections apart")
-        }
-        ShapesError::Layer { .. } => failure.hint(&format!("choose another layer with {option}-layer")),
-        ShapesError::Crs { .. } => {
-            failure.hint(&format!("give {option} a layer in the raster's CRS, transformed with ogr2ogr -t_srs"))
-        }
-        _ => failure,
     }
 }
 

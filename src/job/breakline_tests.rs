@@ -174,16 +174,18 @@ fn chunks(mesh: &Mesh) -> Vec<Chunk> {
     mesh.chunks().map(|chunk| chunk.expect("a chunk")).collect()
 }
 
+/// A column or a row of a raster with so many, on and between samples, on the rim and beyond.
+pub(super) fn number(samples: usize) -> impl Strategy<Value = f64> {
+    let last = samples as f64 - 1.0;
+    prop_oneof![
+        4 => -2.0..last + 2.0,
+        1 => (0.0..last).prop_map(|v| (v * 4.0).round() / 4.0),
+        1 => (0.0..last).prop_map(f64::round),
+        1 => prop_oneof![Just(0.0), Just(last)],
+    ]
+}
+
 fn line(size: (usize, usize)) -> impl Strategy<Value = Line> {
-    let number = |last: usize| {
-        let last = last as f64 - 1.0;
-        prop_oneof![
-            4 => -2.0..last + 2.0,
-            1 => (0.0..last).prop_map(|v| (v * 4.0).round() / 4.0),
-            1 => (0.0..last).prop_map(f64::round),
-            1 => prop_oneof![Just(0.0), Just(last)],
-        ]
-    };
     let place = (number(size.0), number(size.1));
     // Along a row or a column now and then, and back to where it began.
     (prop::collection::vec(place, 1..7), 0..4u8).prop_map(|(mut line, way)| {

@@ -2,20 +2,11 @@
 
 use proptest::prelude::*;
 
-use super::breakline_tests::{Line, Scene, engines, limits, qualities, scene};
+use super::breakline_tests::{Line, Scene, engines, limits, number, qualities, scene};
 use super::*;
 use crate::testing::cases;
 
 fn ring(size: (usize, usize)) -> impl Strategy<Value = Line> {
-    let number = |last: usize| {
-        let last = last as f64 - 1.0;
-        prop_oneof![
-            4 => -2.0..last + 2.0,
-            1 => (0.0..last).prop_map(|v| (v * 4.0).round() / 4.0),
-            1 => (0.0..last).prop_map(f64::round),
-            1 => prop_oneof![Just(0.0), Just(last)],
-        ]
-    };
     (prop::collection::vec((number(size.0), number(size.1)), 3..8), any::<bool>()).prop_map(|(mut ring, is_right)| {
         // Along rows and columns, every other time.
         for i in (1..ring.len()).filter(|_| is_right) {

@@ -28,7 +28,9 @@ impl Workspace {
         field.load_with(window, &mut self.tile, &mut self.loading)?;
         if let Some(lines) = &params.breaklines {
             lines.ease(&mut self.tile, window, params.points.as_deref(), params.tolerance.kept());
-            lines.unbind(&mut self.tile, window);
+            if params.straying(params.features()).is_finite() {
+                lines.unbind(&mut self.tile, window);
+            }
             lines.cut(&mut self.tile, window);
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Cells near lines, where nothing limits how far the surface strays between samples.
 //!
 //! Edges of lines end between samples, and nothing may be put on them: triangles beside them may have to be long and thin. So a side of a
-//! cell is bound only if neither of its two cells is within a stated number of cells of one that a line runs in. Such a side is an
+//! cell is bound only if neither of its two cells is within `reach` cells of one that a line runs in. Such a side is an
 //! edge of every constrained Delaunay triangulation in which both its samples are vertices, as the circle over it holds no end of an
 //! edge; so the limit can be kept there.
 
@@ -9,7 +9,8 @@ use super::Segment;
 use crate::base::lattice::STEPS;
 use crate::base::{Tile, Window};
 
-/// Marks the cells of a tile that are within so many cells of one that a segment lies in. Segments are in their order, by rows.
+/// Marks the cells of a tile that are no more than `reach` cells away, across or down, from a cell that a segment lies in. Segments are
+/// sorted by rows.
 pub(super) fn mark(tile: &mut Tile, window: Window, segments: &[Segment], reach: i64) {
     let steps = i64::from(STEPS);
     let (left, top) = (window.column as i64, window.row as i64);
