@@ -44,10 +44,12 @@ struct Facts {
 #[derive(FromPyObject)]
 struct View {
     is_named: bool,
+    /// An image, all of whose bands are attributes.
+    is_image: bool,
     nodata: Vec<String>,
     valid_range: Option<(f64, f64)>,
     window: Option<(usize, usize, usize, usize)>,
-    bbox: Option<[f64; 4]>,
+    between: Option<Vec<(f64, f64)>>,
     encoding: Option<String>,
     cutline: Vec<Vec<Vec<(f64, f64)>>>,
 }
@@ -64,10 +66,10 @@ impl View {
                 return Err(PyValueError::new_err(message));
             }
         };
-        let part = match (self.window, self.bbox) {
+        let part = match (self.window, &self.between) {
             (None, None) => None,
             (Some((column, row, width, height)), None) => Some(BandPart::Window(Window { column, row, width, height })),
-            (None, Some(sides)) => Some(BandPart::Box(sides)),
+            (None, Some(places)) => Some(BandPart::Between(places.clone())),
             (Some(_), Some(_)) => return Err(PyValueError::new_err("window and bbox cannot be combined")),
         };
         let (is_named, nodata, encoding, cutline) =
@@ -207,8 +209,11 @@ impl PyBand {
         let masks = facts.masks();
         let alpha_type = masks.alpha.map_or(Ok(SampleType::U8), |band| facts.sample_type(band))?;
         let facts = facts.of_band(py)?;
-        let view = view.of_band()?;
+        let (is_image, view) = (view.is_image, view.of_band()?);
         let failed = |error| errors::of_band(&error);
+        if is_image {
+            facts.expect_no_table().map_err(failed)?;
+        }
         let encoded = match view.encoding {
             Some(encoding) => Some((encoding, facts.encoded_bands(encoding).map_err(failed)?)),
             None => None,

@@ -38,19 +38,28 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
 pub(crate) fn taken<'py, T: FromPyObjectOwned<'py>>(given: &Bound<'py, PyAny>) -> PyResult<T> {
     let py = given.py();
     given.extract().map_err(|error: T::Error| {
-        let error: PyErr = error.into();
-        let said = error.value(py).to_string();
-        let name = said.strip_prefix("failed to extract field ").and_then(|field| field.rsplit('.').next());
-        match (name, error.cause(py)) {
-            (Some(name), Some(cause)) => {
-                let message = format!("{name}: {}", cause.value(py));
+        let mut error: PyErr = error.into();
+        let mut name = None;
+        // A field may have fields.
+        while let (Some(field), Some(cause)) = (field_of(&error.value(py).to_string()), error.cause(py)) {
+            (name, error) = (Some(field), cause);
+        }
+        match name {
+            Some(name) => {
+                let message = format!("{name}: {}", error.value(py));
                 // A negative number where none can be is an `OverflowError`.
-                let is_type = cause.is_instance_of::<PyTypeError>(py);
+                let is_type = error.is_instance_of::<PyTypeError>(py);
                 if is_type { PyTypeError::new_err(message) } else { PyValueError::new_err(message) }
             }
-            _ => error,
+            None => error,
         }
     })
+}
+
+/// The field that could not be extracted, if that is what an exception says.
+fn field_of(said: &str) -> Option<String> {
+    let field = said.strip_prefix("failed to extract field ")?;
+    field.rsplit('.').next().map(str::to_string)
 }
 
 /// What kind of exception an error is.

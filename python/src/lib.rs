@@ -8,6 +8,7 @@ mod band;
 mod errors;
 mod mesh;
 mod options;
+mod polishing;
 mod run;
 mod windows;
 

@@ -11,7 +11,6 @@ use terrabite::field::Choice;
 use terrabite::job::normals::Normals;
 use terrabite::job::rules::{self, default_engine, default_quality};
 use terrabite::job::{EngineChoice, Goal, Params, Quality, VertexHeights};
-use terrabite::kernel::polish::Tuning;
 use terrabite::kernel::triangulate::Feasibility;
 use terrabite::kernel::triangulate::cuts::GreedyCuts;
 use terrabite::kernel::triangulate::hitting_set::{Corners, HittingSet, HittingSetOptions, Squares, Stitching};
@@ -24,6 +23,7 @@ use terrabite::run::{
 
 use crate::band::PyBand;
 use crate::errors::exception;
+use crate::polishing::Polishing;
 
 /// The lines of a call that makes a mesh, or of one that judges it.
 macro_rules! asked_lines {
@@ -59,6 +59,7 @@ pub(crate) struct Options<'py> {
     importance: Option<Bound<'py, PyBand>>,
     attributes: Option<Vec<Bound<'py, PyBand>>>,
     attribute_weight: Option<f64>,
+    image: bool,
     points: Option<Vec<(f64, f64)>>,
     breaklines: Option<Vertices>,
     footprints: Option<Vec<Vertices>>,
@@ -87,6 +88,7 @@ pub(crate) struct Options<'py> {
     normals: Option<String>,
     work_dir: Option<PathBuf>,
     keep_work_dir: bool,
+    polishing: Polishing,
 }
 
 /// What a mesh is judged by, as the words of a call.
@@ -100,6 +102,7 @@ pub(crate) struct VerifyOptions<'py> {
     importance: Option<Bound<'py, PyBand>>,
     attributes: Option<Vec<Bound<'py, PyBand>>>,
     attribute_weight: Option<f64>,
+    image: bool,
     breaklines: Option<Vertices>,
     footprints: Option<Vec<Vertices>>,
     cutline_exact: Option<Vec<Vertices>>,
@@ -141,11 +144,15 @@ fn bands(bands: &[Bound<'_, PyBand>]) -> Vec<Band> {
     bands.iter().map(|band| band.get().band.clone()).collect()
 }
 
-fn attributes(named: Option<&Vec<Bound<'_, PyBand>>>, weight: Option<f64>) -> PyResult<Option<Attributes>> {
+fn attributes(
+    named: Option<&Vec<Bound<'_, PyBand>>>,
+    weight: Option<f64>,
+    image: bool,
+) -> PyResult<Option<Attributes>> {
     within("attribute_weight", weight, |weight| (0.0..=1.0).contains(&weight), "a number from 0 to 1")?;
     Ok(named.map(|named| {
         let (bands, weight) = (AttributeBands::Bands(bands(named)), weight.unwrap_or(0.5));
-        Attributes { bands, weight, image: false }
+        Attributes { bands, weight, image }
     }))
 }
 
@@ -171,7 +178,7 @@ impl Options<'_> {
         rules::check(asked.and(engine.features())).map_err(|conflicts| exception(&conflicts.into()))?;
         let mut params = Params {
             goal: Goal { max_points: self.max_points, max_triangles: self.max_triangles, max_rms: self.max_rms },
-            tuning: Tuning { min_angle: self.min_angle, ..Tuning::default() },
+            tuning: self.polishing.tuning(quality, heights, self.min_angle)?,
             max_stray: self.max_stray,
             tile: self.tile,
             trim: self.trim,
@@ -186,7 +193,7 @@ impl Options<'_> {
         }
         Ok(Request {
             params,
-            attributes: attributes(self.attributes.as_ref(), self.attribute_weight)?,
+            attributes: attributes(self.attributes.as_ref(), self.attribute_weight, self.image)?,
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             points: self.points.as_ref().map(|places| PointInput::Places(places.as_slice().into())),
             lines: lines(&asked_lines!(self))?,
@@ -236,7 +243,8 @@ impl Options<'_> {
             (Feature::VertexBudget, self.max_points.is_some()),
             (Feature::TriangleBudget, self.max_triangles.is_some()),
             (Feature::RmsGoal, self.max_rms.is_some()),
-            (Feature::Attributes, self.attributes.is_some()),
+            (Feature::Image, self.image),
+            (Feature::Attributes, self.attributes.is_some() && !self.image),
             (Feature::AttributeWeight, self.attribute_weight.is_some()),
             (Feature::Importance, self.importance.is_some()),
             (Feature::Points, self.points.is_some()),
@@ -271,7 +279,8 @@ impl Options<'_> {
             (Feature::SmoothedMeasure, measure("curvature") || measure("product")),
             (Feature::Smoothing, self.smoothing.is_some()),
         ];
-        wanted.into_iter().filter(|(_, is_wanted)| *is_wanted).map(|(feature, _)| feature).collect()
+        let wanted = wanted.into_iter().chain(self.polishing.wanted());
+        wanted.filter(|(_, is_wanted)| *is_wanted).map(|(feature, _)| feature).collect()
     }
 
     fn engine(&self, asked: FeatureSet) -> PyResult<EngineChoice> {
@@ -415,7 +424,7 @@ impl VerifyOptions<'_> {
         within("max_stray", self.max_stray, |limit| limit >= 1.0, "1 or more, or inf to judge samples alone")?;
         Ok(VerifyRequest {
             max_stray: self.max_stray.filter(|limit| limit.is_finite()),
-            attributes: attributes(self.attributes.as_ref(), self.attribute_weight)?,
+            attributes: attributes(self.attributes.as_ref(), self.attribute_weight, self.image)?,
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             fill_voids: self.fill_holes,
             trim: self.trim,

@@ -7,7 +7,7 @@
 True
 """
 
-from ._api import simplify, verify
+from ._api import Polishing, simplify, verify
 from ._terrabite import Cancelled, Error, MeshError, OutputError, RasterError, ResourceError, __version__
 from ._tin import TIN, Flag, Verdict
 
@@ -18,6 +18,7 @@ __all__ = [
     "Flag",
     "MeshError",
     "OutputError",
+    "Polishing",
     "RasterError",
     "ResourceError",
     "Verdict",

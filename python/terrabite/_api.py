@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 import numpy as np
 
@@ -23,6 +23,51 @@ if TYPE_CHECKING:
     #: A stored value that marks missing samples, or several; words are those of the command.
     Nodata = float | str | Iterable[float | str]
     Attributes = Sequence[int] | Mapping[str, NDArray[np.generic]]
+
+
+class Polishing(TypedDict, total=False):
+    """What polishing does, number by number: each is as the quality says unless given. Wrong ones raise ``ValueError``."""
+
+    #: Edges that it makes: tested at samples alone, or where they cross the grid, too; by default as ``feasibility`` says.
+    polish_edges: Literal["weak", "strong"]
+    #: Sweeps of removal in the beginning.
+    polish_sweeps: int | Literal["all"]
+    #: Rounds of moves after those.
+    polish_moves: int
+    #: Sweeps of removal in the end.
+    polish_last_sweeps: int | Literal["all"]
+    #: Passes of remove-and-repair, at most.
+    polish_passes: int
+    #: By how much the energy may rise when a vertex goes: one to eight, for the first passes; the last is the rest's.
+    polish_caps: Sequence[float]
+    #: Whether every pass tries all vertices, or only those at which something has changed.
+    polish_retry: bool
+    #: Passes beyond the caps end when fewer than one vertex in so many is removed; 0 means never.
+    polish_yield: int
+    #: Rounds of repair after a vertex has gone, at most.
+    polish_rounds: int
+    #: To what share a round must bring down the energy of violating triangles for another to follow.
+    polish_shrink: float
+    #: What energy violating triangles may have for the last round to follow, and five times as much for each before; ``inf`` for any.
+    polish_reach: float
+    #: Steps of a vertex that moves in a round of repair.
+    polish_steps: int
+    #: Whether the first of these is half as long from one round to the next.
+    polish_finer: bool
+    #: Whether a round also moves vertices around which it has left no violation.
+    polish_thorough: bool
+    #: Steps of a vertex that moves between passes.
+    polish_steps_between: int
+    #: Places looked at around a vertex that stands on a sample.
+    polish_places: Literal[4, 8]
+    #: In how many rows, about, these are compared first where triangles are large.
+    polish_rows: int | Literal["all"]
+    #: Whether edges turn between passes, too.
+    polish_turns: bool
+    #: Removal fills holes with up to so many corners by dynamic programming.
+    polish_longest_ring: int
+    #: Remove-and-repair leaves vertices with more neighbours alone.
+    polish_longest_repaired: int
 
 
 def simplify(
@@ -48,12 +93,14 @@ def simplify(
     band: int | None = None,
     window: Sequence[int] | None = None,
     bbox: Sequence[float] | None = None,
+    bbox_crs: Any = None,
     oo: Mapping[str, Any] | None = None,
     encoding: Literal["terrain-rgb", "terrarium"] | None = None,
     cutline: Any = None,
     cutline_exact: bool = False,
     attributes: Attributes | None = None,
     attribute_weight: float | None = None,
+    image: bool = False,
     importance: Raster | None = None,
     points: Any = None,
     breaklines: Any = None,
@@ -84,6 +131,7 @@ def simplify(
     keep_work_dir: bool = False,
     cancel: Flag | None = None,
     progress: Progress | None = None,
+    **polishing: Unpack[Polishing],
 ) -> TIN:
     """Turn a raster of heights into a mesh that is within ``max_error`` of every sample.
 
@@ -122,6 +170,7 @@ def simplify(
         band: The band of a path or dataset, from 1.
         window: Column, row, width and height of the part that is meant, in samples.
         bbox: The least x and y of the part that is meant, and the largest, in the raster's CRS.
+        bbox_crs: The CRS of ``bbox``, where it is another: anything rasterio takes, which is needed for it; x is longitude there.
         oo: Open options of a path's format, by name.
         encoding: How heights are stored as red, green and blue.
         cutline: Polygons in the raster's CRS outside of which samples count as missing: geometries of GeoJSON, objects with
@@ -130,6 +179,7 @@ def simplify(
         attributes: Bands (numbers, from 1) or, with an array, further arrays by name, that become values of the vertices, each
             counted in the error.
         attribute_weight: What attributes count in the error, from 0 to 1; 0.5 by default.
+        image: Whether a path or dataset is an image without heights: flat; all bands are attributes unless ``attributes`` says which.
         importance: Weights on the samples of the raster: distance times weight is within ``max_error``.
         points: Places in the raster's CRS, of shape (n, 2) or (n, 3): the samples nearest to them become vertices.
         breaklines: Lines in the raster's CRS, each of shape (n, 2) or (n, 3): edges of the mesh follow them.
@@ -161,6 +211,7 @@ def simplify(
         keep_work_dir: It stays when the mesh is there.
         cancel: An object with ``is_set()``, such as a ``threading.Event``: setting it, from any thread, stops the call.
         progress: Called with a stage's name, steps done and steps in all, at most every 50 ms, by the calling thread.
+        **polishing: What polishing does, number by number, for experts: :class:`Polishing`.
 
     Returns:
         The mesh. The same raster and options give the same one, whatever the threads and the memory.
@@ -180,9 +231,11 @@ def simplify(
     >>> tin.max_error <= 0.5, len(tin.triangles) < hill.size // 20
     (True, True)
     """
+    if unknown := sorted(polishing.keys() - Polishing.__annotations__.keys()):
+        raise TypeError(f"simplify() got an unexpected keyword argument {unknown[0]!r}")
     outlines = _outlines(cutline, cutline_exact)
-    view = _view(raster, nodata, valid_range, band, window, bbox, oo, encoding, None if cutline_exact else cutline)
-    heights_band, further, place = _bands(raster, view, transform, crs, attributes)
+    view = _view(raster, nodata, valid_range, band, window, (bbox, bbox_crs), oo, encoding, None if cutline_exact else cutline)
+    heights_band, further, place = _bands(raster, view, transform, crs, attributes, image)
     options = {
         "max_error": max_error,
         "max_rms": max_rms,
@@ -199,6 +252,7 @@ def simplify(
         "importance": _weights(importance, view),
         "attributes": further,
         "attribute_weight": attribute_weight,
+        "image": image,
         "points": _facts.places(points),
         "breaklines": _facts.lines(breaklines),
         "lake_polygons": None if lake_polygons is None else _facts.polygons(lake_polygons, "lake_polygons"),
@@ -227,6 +281,7 @@ def simplify(
         "normals": normals,
         "work_dir": work_dir,
         "keep_work_dir": keep_work_dir,
+        "polishing": {name: polishing.get(name) for name in Polishing.__annotations__},
     }
     return TIN(_terrabite.simplify(heights_band, options, cancel, progress), place)
 
@@ -247,12 +302,14 @@ def verify(
     band: int | None = None,
     window: Sequence[int] | None = None,
     bbox: Sequence[float] | None = None,
+    bbox_crs: Any = None,
     oo: Mapping[str, Any] | None = None,
     encoding: Literal["terrain-rgb", "terrarium"] | None = None,
     cutline: Any = None,
     cutline_exact: bool = False,
     attributes: Attributes | None = None,
     attribute_weight: float | None = None,
+    image: bool = False,
     importance: Raster | None = None,
     breaklines: Any = None,
     lake_polygons: Any = None,
@@ -284,12 +341,14 @@ def verify(
         band: The band.
         window: The part in samples.
         bbox: The part on the map.
+        bbox_crs: The CRS of ``bbox``.
         oo: Open options.
         encoding: How heights are stored.
         cutline: Polygons.
         cutline_exact: Whether the mesh must end at their outlines.
         attributes: Bands or arrays that are attributes.
         attribute_weight: What they count.
+        image: Whether the raster is an image without heights.
         importance: Weights.
         breaklines: Lines that edges of the mesh must follow.
         lake_polygons: Polygons that must be level.
@@ -316,8 +375,8 @@ def verify(
     (True, False)
     """
     outlines = _outlines(cutline, cutline_exact)
-    view = _view(raster, nodata, valid_range, band, window, bbox, oo, encoding, None if cutline_exact else cutline)
-    heights_band, further, _ = _bands(raster, view, transform, crs, attributes)
+    view = _view(raster, nodata, valid_range, band, window, (bbox, bbox_crs), oo, encoding, None if cutline_exact else cutline)
+    heights_band, further, _ = _bands(raster, view, transform, crs, attributes, image)
     options = {
         "max_error": max_error,
         "max_stray": max_stray,
@@ -326,6 +385,7 @@ def verify(
         "importance": _weights(importance, view),
         "attributes": further,
         "attribute_weight": attribute_weight,
+        "image": image,
         "breaklines": _facts.lines(breaklines),
         "lake_polygons": None if lake_polygons is None else _facts.polygons(lake_polygons, "lake_polygons"),
         "lake_z": lake_z if isinstance(lake_z, str) else [float(z) for z in lake_z],
@@ -354,7 +414,7 @@ def _view(
     valid_range: Sequence[float] | None,
     band: int | None,
     window: Sequence[int] | None,
-    bbox: Sequence[float] | None,
+    box: tuple[Sequence[float] | None, Any],
     oo: Mapping[str, Any] | None,
     encoding: str | None,
     cutline: Any,
@@ -366,17 +426,19 @@ def _view(
         raise ValueError("encoding cannot be combined with band: colours stand for heights in three bands together")
     if encoding is not None and not (is_path or _rasters.is_dataset(raster)):
         raise TypeError("encoding is for paths and datasets: make heights of the array of colours")
+    if box[1] is not None and box[0] is None:
+        raise ValueError("bbox_crs requires bbox: it is the CRS of its numbers")
     if oo and not is_path:
         raise TypeError("oo is for paths: options of a format apply when it is opened")
     limits = _facts.numbers("valid_range", valid_range, 2)
     part = _facts.numbers("window", window, 4)
-    box = _facts.numbers("bbox", bbox, 4)
     return _facts.View(
         band=band,
         nodata=_facts.words(nodata),
         valid_range=None if limits is None else (limits[0], limits[1]),
         window=None if part is None else (int(part[0]), int(part[1]), int(part[2]), int(part[3])),
-        bbox=None if box is None else (box[0], box[1], box[2], box[3]),
+        bbox=box[0],
+        bbox_crs=box[1],
         oo=dict(oo or {}),
         encoding=encoding,
         cutline=_facts.polygons(cutline),
@@ -384,7 +446,7 @@ def _view(
 
 
 def _bands(
-    raster: Raster, view: _facts.View, transform: Any, crs: Any, attributes: Attributes | None
+    raster: Raster, view: _facts.View, transform: Any, crs: Any, attributes: Attributes | None, image: bool = False
 ) -> tuple[_terrabite.Band, list[_terrabite.Band] | None, tuple[float, ...] | None]:
     """The band of the heights, those of the attributes, and where the raster lies."""
     named = attributes if isinstance(attributes, Mapping) else None
@@ -394,8 +456,12 @@ def _bands(
             raise TypeError("transform and crs are for arrays: a raster brings its own")
         if named is not None:
             raise TypeError("attributes: expected numbers of bands, found arrays by name")
-        band, further, place = _rasters.bands_of(raster, view, numbered)
-        return band, None if attributes is None else further, place
+        if image and (view.band is not None or view.encoding is not None or view.valid_range is not None):
+            raise ValueError("image cannot be combined with band, encoding or valid_range: an image has no heights")
+        band, further, place = _rasters.bands_of(raster, view, numbered, image)
+        return band, further if image or attributes is not None else None, place
+    if image:
+        raise TypeError("image is for paths and datasets: give an array of zeros, and the bands as attributes, by name")
     if numbered:
         raise TypeError("attributes: expected arrays by name, as an array has no other bands")
     if _arrays.is_data_array(raster):
@@ -406,8 +472,9 @@ def _bands(
         facts.transform = _facts.coefficients(transform)
     if crs is not None:
         facts.crs, facts.esri_wkt = _facts.crs_text(crs)
+    view.place(facts.crs)
     band = _arrays.band_of(values, facts, view)
-    beside = _facts.View(window=view.window, bbox=view.bbox)
+    beside = view.beside()
     arrays = None
     if named is not None:
         if not named:
@@ -427,5 +494,4 @@ def _weights(importance: Raster | None, view: _facts.View) -> _terrabite.Band | 
     """Weights, of the same part as the heights."""
     if importance is None:
         return None
-    beside = _facts.View(window=view.window, bbox=view.bbox)
-    return _bands(importance, beside, None, None, None)[0]
+    return _bands(importance, view.beside(), None, None, None)[0]

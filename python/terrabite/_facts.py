@@ -45,11 +45,23 @@ class View:
     nodata: list[str] = field(default_factory=list)
     valid_range: tuple[float, float] | None = None
     window: tuple[int, int, int, int] | None = None
-    bbox: tuple[float, float, float, float] | None = None
+    bbox: Sequence[float] | None = None
+    bbox_crs: Any = None
+    between: list[tuple[float, float]] | None = None
     oo: dict[str, Any] = field(default_factory=dict)
     encoding: str | None = None
     cutline: list[list[list[tuple[float, float]]]] = field(default_factory=list)
     is_named: bool = True
+    is_image: bool = False
+
+    def place(self, crs: str) -> None:
+        """Finds the part that a box is, in a raster of this CRS."""
+        if self.bbox is not None:
+            self.between = box_places(self.bbox, self.bbox_crs, crs)
+
+    def beside(self, nodata: Sequence[str] = ()) -> View:
+        """How further bands of the same raster are looked at: the same part of them."""
+        return View(window=self.window, between=self.between, nodata=list(nodata))
 
 
 def words(nodata: object) -> list[str]:
@@ -132,6 +144,40 @@ def numbers(name: str, values: Sequence[float] | None, count: int) -> tuple[floa
     if len(found) != count:
         raise ValueError(f"{name}: expected {count} numbers, found {len(found)}")
     return found
+
+
+#: Places along a side of a box that are looked for in another CRS, where its sides may be bent, as in the command.
+SIDE = 65
+
+
+def box_places(bbox: Sequence[float] | None, bbox_crs: Any, crs: str) -> list[tuple[float, float]] | None:
+    """Places in the CRS of a raster that a box is between: its corners, or 65 × 65 places of a box in another CRS."""
+    box = numbers("bbox", bbox, 4)
+    if box is None:
+        return None
+    steps = 2 if bbox_crs is None else SIDE
+    xs, ys = (axis.ravel().tolist() for axis in np.meshgrid(np.linspace(box[0], box[2], steps), np.linspace(box[1], box[3], steps)))
+    if bbox_crs is not None:
+        xs, ys = _transformed(xs, ys, bbox_crs, crs)
+    return list(zip(xs, ys, strict=True))
+
+
+def _transformed(xs: list[float], ys: list[float], bbox_crs: Any, crs: str) -> tuple[list[float], list[float]]:
+    if not crs:
+        raise ValueError("bbox_crs: expected a raster with a CRS, found none; give bbox in its coordinates, without bbox_crs")
+    try:
+        from rasterio.crs import CRS
+        from rasterio.errors import RasterioError
+        from rasterio.warp import transform
+    except ImportError as error:
+        raise ImportError("bbox_crs: rasterio transforms it (pip install rasterio); bbox in the raster's CRS needs nothing") from error
+    try:
+        found = transform(CRS.from_user_input(crs_text(bbox_crs)[0]), CRS.from_user_input(crs), xs, ys)
+    except (RasterioError, ValueError) as error:
+        raise ValueError(f"bbox_crs: expected a CRS from which there is a way to the raster's, found {bbox_crs}: {error}") from error
+    if not np.isfinite(found).all():
+        raise ValueError(f"bbox_crs: the box has places that the raster's CRS has not ({bbox_crs})")
+    return found[0], found[1]
 
 
 def coefficients(transform: Any) -> Coefficients | None:

@@ -162,9 +162,13 @@ def _facts_of(dataset: Any, name: str, band: int, has_transform: bool) -> _facts
 
 
 def bands_of(
-    raster: str | os.PathLike[str] | Any, view: _facts.View, further: list[int]
+    raster: str | os.PathLike[str] | Any, view: _facts.View, further: list[int], image: bool = False
 ) -> tuple[_terrabite.Band, list[_terrabite.Band], tuple[float, ...] | None]:
-    """The band that is looked at, further ones of the same raster, whose nodata tags are their own, and its transform."""
+    """The band that is looked at, further ones of the same raster, whose nodata tags are their own, and its transform.
+
+    Of an image, further bands are all where none are named, and the first of them is looked at. What marks its samples marks
+    those of all its bands.
+    """
     if isinstance(raster, str | os.PathLike):
         path = os.fspath(raster)
         dataset, has_transform = _open(path, view.oo)
@@ -173,11 +177,17 @@ def bands_of(
         dataset, name = raster, str(raster.name) or "a dataset"
         has_transform = not _is_identity(raster)
         reader = _Raster(None, dataset, {})
-    view.is_named = view.band is not None or bool(further)
+    view.is_named = view.band is not None or bool(further) or image
     number = 1 if view.band is None else view.band
+    if image and further:
+        number = further[0]
     facts = _facts_of(dataset, name, number, has_transform)
+    view.is_image = image and not further
+    if view.is_image:
+        further = list(range(1, dataset.count + 1))
+    view.place(facts.crs)
     band = _terrabite.Band.of_reader(_Band(reader, number), facts, view)
-    beside = _facts.View(window=view.window, bbox=view.bbox)
+    beside = view.beside(view.nodata if image else ())
     others = [
         _terrabite.Band.of_reader(_Band(reader, n), _facts_of(dataset, name, n, has_transform), beside) for n in further
     ]

@@ -33,6 +33,14 @@ import terrabite as tb
         {"max_error": 1, "window": (0, 0, 1000, 10)},
         {"max_error": 1, "window": (0, 0, 10, 10), "bbox": (0, 0, 1, 1)},
         {"max_error": 1, "bbox": (1e6, 1e6, 2e6, 2e6)},
+        {"max_error": 1, "bbox_crs": "EPSG:4326"},
+        {"max_error": 1, "bbox": (0, 0, 1, 1), "bbox_crs": "EPSG:4326"},
+        {"max_error": 1, "polish_places": 5},
+        {"max_error": 1, "polish_caps": []},
+        {"max_error": 1, "polish_rows": "some"},
+        {"max_error": 1, "polish_edges": "good"},
+        {"max_error": 1, "polish_passes": -1},
+        {"max_error": 1, "quality": "none", "polish_passes": 1},
         {"max_error": 1, "nodata": "high"},
         {"max_error": 1, "transform": (0, 1, 0)},
         {"max_error": 1, "transform": (0, 1, 0), "crs": "EPSG:32633"},
@@ -56,6 +64,9 @@ def test_values_that_cannot_be_used(dem, options):
         {"max_error": 1, "quality": 3},
         {"max_error": 1, "nodata": True},
         {"max_error": 1, "band": 2},
+        {"max_error": 1, "image": True},
+        {"max_error": 1, "polish_passes": "3"},
+        {"max_error": 1, "polish_pass": 3},
         {"max_error": 1, "oo": {"a": 1}},
         {"max_error": 1, "attributes": [1]},
         {"max_error": 1, "no_such_option": 1},
@@ -162,11 +173,12 @@ def test_options_have_the_names_and_defaults_of_the_command(command):
     of_files = {
         "input", "output", "overwrite", "quiet", "json", "dry-run", "help", "format", "ascii", "precision",
         "local", "z-scale", "texture", "texture-size", "base-height", "base-depth", "mesh-compression",
-        "ogr-geometry", "cutline-layer", "points-layer", "breaklines-layer", "lake-polygons-layer", "footprints-layer", "bbox-crs", "importance-band", "importance-oo", "image", "report",
+        "ogr-geometry", "cutline-layer", "points-layer", "breaklines-layer", "lake-polygons-layer", "footprints-layer", "importance-band", "importance-oo", "report",
     }
     shown = subprocess.run([command, "simplify", "--help"], capture_output=True, text=True, check=True).stdout
     names = {line.split("--")[1].split()[0].strip(",") for line in shown.splitlines() if line.strip().startswith(("--", "-q, --", "-h, --"))}
     asked = inspect.signature(tb.simplify).parameters
-    missing = {n for n in names if n not in of_files and not n.startswith("polish-")} - {n.replace("_", "-") for n in asked}
+    ours = {name.replace("_", "-") for name in (*asked, *tb.Polishing.__annotations__)}
+    missing = names - of_files - ours
     assert not missing and {"max-error", "quality", "nodata"} <= names
     assert asked["tile"].default == 512 and asked["heights"].default == "sampled" and asked["trim"].default == 0

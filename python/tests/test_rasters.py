@@ -55,6 +55,9 @@ def masked(dataset: Any) -> None:
 CUSTOM = "+proj=tmerc +lon_0=12.5 +k=0.9996 +x_0=500000 +ellps=GRS80 +units=m"
 
 #: What is stored, and the options of the command.
+#: Three bands of colours.
+PICTURE = [(hills() / 2).astype("uint8"), hills()[::-1].astype("uint8") // 2, LAKE.astype("uint8")]
+
 CASES: dict[str, tuple[dict[str, Any], list[str], dict[str, Any]]] = {
     "float32": ({"bands": [hills().astype("float32")], **UTM}, [], {}),
     "bytes": ({"bands": [(hills() / 2).astype("uint8")], **UTM}, [], {}),
@@ -104,6 +107,17 @@ CASES: dict[str, tuple[dict[str, Any], list[str], dict[str, Any]]] = {
         {"bands": [WET.astype("float32")], "nodata": -9999, **UTM},
         ["--bbox", "500100,5199300,500900,5199900"],
         {"bbox": (500_100, 5_199_300, 500_900, 5_199_900)},
+    ),
+    "a box in another CRS": (
+        {"bands": [WET.astype("float32")], **UTM},
+        ["--bbox", "15.002,46.946,15.011,46.951", "--bbox-crs", "EPSG:4326"],
+        {"bbox": (15.002, 46.946, 15.011, 46.951), "bbox_crs": "EPSG:4326"},
+    ),
+    "an image": ({"bands": PICTURE, "photometric": "rgb", **UTM}, ["--image"], {"image": True}),
+    "bands of an image": (
+        {"bands": PICTURE, "photometric": "rgb", "nodata": 7, **UTM},
+        ["--image", "--attributes", "3,1", "--nodata", "9"],
+        {"image": True, "attributes": [3, 1], "nodata": 9},
     ),
     "band 2 with attributes": (
         {"bands": [(hills() / 2).astype("uint8"), hills()[::-1].astype("uint8") // 2, LAKE.astype("uint8")], **UTM},
@@ -178,6 +192,33 @@ def without_origin(ply: bytes) -> bytes:
     kept = [line for line in lines if not line.startswith((b"comment terrabite", b"comment source", b"comment made by"))]
     assert len(lines) - len(kept) == 2, lines
     return b"\n".join(kept) + ply[end:]
+
+
+@pytest.mark.parametrize(
+    ("words", "options"),
+    [
+        ("--polish-passes 2 --polish-caps 0.5,2 --polish-rows all", {"polish_passes": 2, "polish_caps": [0.5, 2], "polish_rows": "all"}),
+        ("--polish-edges strong --polish-turns false", {"polish_edges": "strong", "polish_turns": False}),
+        ("--polish-sweeps 1 --polish-reach any", {"polish_sweeps": 1, "polish_reach": float("inf")}),
+        (
+            "--polish-moves 1 --polish-last-sweeps 1 --polish-retry true --polish-yield 3 --polish-rounds 2 --polish-shrink 0.5"
+            " --polish-steps 2 --polish-finer false --polish-thorough true --polish-steps-between 2 --polish-places 4"
+            " --polish-longest-ring 9 --polish-longest-repaired 8",
+            {
+                "polish_moves": 1, "polish_last_sweeps": 1, "polish_retry": True, "polish_yield": 3, "polish_rounds": 2,
+                "polish_shrink": 0.5, "polish_steps": 2, "polish_finer": False, "polish_thorough": True,
+                "polish_steps_between": 2, "polish_places": 4, "polish_longest_ring": 9, "polish_longest_repaired": 8,
+            },
+        ),
+    ],
+)
+def test_polishing_is_that_of_the_command(tmp_path, command, words, options):
+    path = make(tmp_path / "dem.tif", hills().astype("float32"), **UTM)
+    run(command, "simplify", path, tmp_path / "theirs.ply", "--max-error", 2, *words.split())
+    tin = tb.simplify(path, 2, **options)
+    tin.write(tmp_path / "ours.ply")
+    assert without_origin((tmp_path / "ours.ply").read_bytes()) == without_origin((tmp_path / "theirs.ply").read_bytes())
+    assert not same(tin, tb.simplify(path, 2))
 
 
 @pytest.mark.parametrize("case", CASES)

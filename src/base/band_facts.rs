@@ -72,12 +72,13 @@ pub struct BandView {
 }
 
 /// Part of a raster.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum BandPart {
     /// These samples.
     Window(Window),
-    /// The samples in a box in the raster's own CRS: the least x and y, and the largest.
-    Box([f64; 4]),
+    /// The smallest window that holds all samples between these places, x and y in the raster's own CRS: the corners of a
+    /// box, or places of one whose sides are bent there.
+    Between(Vec<(f64, f64)>),
 }
 
 impl BandFacts {
@@ -96,6 +97,19 @@ impl BandFacts {
             count => format!("{count} bands, band {} of {name}", self.number),
         };
         Err(RasterError::NotEncoded { path, encoding, found })
+    }
+
+    /// Makes sure that the band's samples are no indices of a table of colours, as those of an image must not be.
+    ///
+    /// # Errors
+    /// [`RasterError::Picture`].
+    pub fn expect_no_table(&self) -> Result<(), RasterError> {
+        self.colours().expect_no_table(&self.path, self.number)
+    }
+
+    fn colours(&self) -> Colours<'_> {
+        let bytes = self.bytes.len() >= 3 && self.bytes[..3].iter().all(|bytes| *bytes);
+        Colours { of_bands: &self.colours, has_table: self.has_table, bytes }
     }
 
     /// The same with heights that stand for colours: no nodata tag, scale or offset applies.
@@ -119,15 +133,14 @@ impl BandFacts {
 
     /// The band without its cutline.
     fn placed(self, view: &BandView, windows: Arc<dyn Windows>) -> Result<Band, RasterError> {
-        let BandFacts { path, size: (width, height), sample_type, scaling, tag, .. } = self;
-        if !scaling.is_usable() {
-            return Err(RasterError::Scaling { path, scale: scaling.scale, offset: scaling.offset });
+        let Scaling { scale, offset } = self.scaling;
+        if !self.scaling.is_usable() {
+            return Err(RasterError::Scaling { path: self.path, scale, offset });
         }
         if !view.is_named && view.encoding.is_none() {
-            let bytes = self.bytes.len() >= 3 && self.bytes[..3].iter().all(|bytes| *bytes);
-            let colours = Colours { of_bands: &self.colours, has_table: self.has_table, bytes };
-            colours.expect_heights(&path, self.number)?;
+            self.colours().expect_heights(&self.path, self.number)?;
         }
+        let BandFacts { path, size: (width, height), sample_type, scaling, tag, .. } = self;
         if let (None, Some(found)) = (self.geo_transform, self.elsewhere) {
             return Err(RasterError::NotAffine { path, found });
         }
@@ -166,11 +179,11 @@ impl BandFacts {
             colour: colour.filter(|colour| matches!(*colour, "red" | "green" | "blue" | "alpha")),
             ..band
         };
-        let band = match view.part {
+        let band = match &view.part {
             None => band,
-            Some(BandPart::Window(window)) => band.clip(window)?,
-            Some(BandPart::Box(sides)) => {
-                let window = band.window_of(sides, &crs.name)?;
+            Some(BandPart::Window(window)) => band.clip(*window)?,
+            Some(BandPart::Between(places)) => {
+                let window = band.window_between(places, &crs.name)?;
                 band.clip(window)?
             }
         };
@@ -261,10 +274,9 @@ impl Band {
         Ok(self.with_cutline(Cutline::new(placed)))
     }
 
-    /// The samples inside a box in the CRS of the band.
-    fn window_of(&self, [left, bottom, right, top]: [f64; 4], crs: &str) -> Result<Window, RasterError> {
-        let corners = [(left, bottom), (left, top), (right, bottom), (right, top)];
-        let places = corners.map(|(x, y)| self.geo_transform().sample_coordinates(x, y));
+    /// The samples between places in the CRS of the band.
+    fn window_between(&self, places: &[(f64, f64)], crs: &str) -> Result<Window, RasterError> {
+        let places: Vec<_> = places.iter().map(|&(x, y)| self.geo_transform().sample_coordinates(x, y)).collect();
         Window::between(&places, self.size).map_err(|(columns, rows)| {
             let (path, extent, crs) = (self.path.clone(), self.extent(), crs.to_string());
             RasterError::EmptyBox { path, columns, rows, extent, crs }
@@ -318,7 +330,7 @@ mod tests {
 
     #[test]
     fn a_box_is_a_window_with_the_places_of_the_whole() {
-        let part = Some(BandPart::Box([121.0, 144.0, 155.0, 176.0]));
+        let part = Some(BandPart::Between(vec![(121.0, 144.0), (155.0, 176.0)]));
         let band = band(facts(), BandView { part, ..BandView::default() }).expect("a band");
         let window = Window { column: 2, row: 2, width: 4, height: 4 };
         assert_eq!((band.window, band.size), (Some(window), (4, 4)));

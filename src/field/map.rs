@@ -1,4 +1,4 @@
-//! Mapping files into memory: with `cli/signals` and `cli/heap` the only place with `unsafe`.
+//! Mapping files into memory: with `cli/signals`, `cli/heap` and `raster/cache` the only place with `unsafe`.
 
 use std::fs::File;
 use std::io;

@@ -96,16 +96,6 @@ impl Opening {
     }
 }
 
-/// Keeps GDAL's block cache to this number of bytes, where the user has not said otherwise by `GDAL_CACHEMAX`: blocks are read
-/// and written whole, and GDAL's own choice is a twentieth of the machine's memory. GDAL looks at it once, before the
-/// first block is read.
-pub fn bound_gdal_cache(bytes: u64) {
-    if gdal::config::get_config_option("GDAL_CACHEMAX", "").is_ok_and(|v| v.is_empty()) {
-        // A number of 100,000 or more is taken as bytes. Not worth failing for: the cache is larger then.
-        let _ = gdal::config::set_config_option("GDAL_CACHEMAX", &bytes.to_string());
-    }
-}
-
 impl Raster {
     /// Opens `path` (a file, or any name GDAL understands) for reading and looks at `band`, counted from 1.
     ///
