@@ -1,13 +1,14 @@
 //! Lines of a vector layer, in columns and rows of a raster.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use gdal::vector::{Feature, FieldValue, Geometry, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z};
 
 use super::Raster;
 use super::shapes::{Placer, ShapesError, for_each_geometry};
-use crate::base::Polylines;
 use crate::base::control::CancelToken;
+use crate::base::external::Scratch;
+use crate::base::{LineWriter, Polylines};
 
 /// Where lines come from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,7 +26,7 @@ pub struct LineSource {
 /// Vertices are transformed to the raster's CRS where both have one, and lines that are bent there are given further ones, a tenth
 /// of a cell exact; where one has none, coordinates are taken as they are. Heights always are.
 ///
-/// Memory: 32 bytes per vertex, and what OGR's driver takes.
+/// Memory: 32 bytes per vertex of a line, and of all that are held `in_memory`; and what OGR's driver takes.
 ///
 /// # Errors
 /// [`ShapesError`]: nothing to open, no such layer, a feature that is no line, or has no heights where there should be some, a CRS there
@@ -34,6 +35,7 @@ pub fn read_lines(
     raster: &Raster,
     source: &LineSource,
     with_heights: bool,
+    in_memory: &LineMemory,
     cancel: &CancelToken,
 ) -> Result<Polylines, ShapesError> {
     let from = (source.path.as_path(), source.layer.as_deref());
@@ -41,8 +43,7 @@ pub fn read_lines(
     let take = |placer: &Placer, geometry: &Geometry, (id, _): (u64, &Feature<'_>), found: &mut Vec<Line>| {
         lines(placer, geometry, id, with_heights, found)
     };
-    let (found, without_geometry) = for_each_geometry(raster, from, what, cancel, take)?;
-    Ok(polylines(found, with_heights).beside(without_geometry))
+    read(raster, from, what, (with_heights, in_memory), cancel, take)
 }
 
 /// Reads the outlines of a layer of polygons (Polygon or MultiPolygon; z and m are ignored), holes among them, as [`read_lines`] reads
@@ -55,6 +56,7 @@ pub fn read_outlines(
     raster: &Raster,
     source: &LineSource,
     field: Option<&str>,
+    in_memory: &LineMemory,
     cancel: &CancelToken,
 ) -> Result<Polylines, ShapesError> {
     let from = (source.path.as_path(), source.layer.as_deref());
@@ -64,8 +66,7 @@ pub fn read_outlines(
     };
     let one =
         field.map_or("a polygon or polygons".to_string(), |field| format!("polygons with numbers in field {field}"));
-    let (found, without_geometry) = for_each_geometry(raster, from, ("polygons", &one), cancel, take)?;
-    Ok(polylines(found, field.is_some()).beside(without_geometry))
+    read(raster, from, ("polygons", &one), (field.is_some(), in_memory), cancel, take)
 }
 
 /// The number that a feature has in a field.
@@ -117,15 +118,28 @@ struct Line {
     heights: Vec<f64>,
 }
 
-fn polylines(lines: Vec<Line>, with_heights: bool) -> Polylines {
-    let (mut features, mut vertices, mut heights) = (Vec::new(), Vec::new(), Vec::new());
-    for line in lines {
-        features.push(line.feature);
-        vertices.push(line.vertices);
-        heights.push(line.heights);
-    }
-    let lines = Polylines::new(vertices).of_features(features);
-    if with_heights { lines.with_heights(heights) } else { lines }
+/// What holds lines in memory up to so many vertices, and in a temporary file beyond that.
+#[derive(Debug, Clone)]
+pub struct LineMemory {
+    /// Where temporary files are made; the system's folder where none is named.
+    pub temp_dir: Option<PathBuf>,
+    /// The most vertices in memory.
+    pub vertices: usize,
+}
+
+fn read(
+    raster: &Raster,
+    from: (&Path, Option<&str>),
+    what: (&'static str, &str),
+    (with_heights, memory): (bool, &LineMemory),
+    cancel: &CancelToken,
+    take: impl Fn(&Placer, &Geometry, (u64, &Feature<'_>), &mut Vec<Line>) -> Result<(), String>,
+) -> Result<Polylines, ShapesError> {
+    let scratch = Scratch::new(memory.temp_dir.as_deref(), cancel.clone());
+    let mut writer = LineWriter::new(scratch, with_heights, memory.vertices);
+    let keep = |line: Line| Ok(writer.push(line.feature, line.vertices, line.heights)?);
+    let without_geometry = for_each_geometry(raster, from, what, cancel, take, keep)?;
+    Ok(writer.finish()?.beside(without_geometry))
 }
 
 fn lines(

@@ -6,13 +6,19 @@ use super::inputs::Opened;
 use super::lakes::{LakeHeight, with_levels};
 use super::{RunError, Warned};
 use crate::base::control::CancelToken;
+use crate::base::external::Scratch;
 use crate::base::features::FeatureSet;
 use crate::base::warning::Warning;
 use crate::base::{Band, LineKind, LineSet, Polylines};
-use crate::kernel::breaklines::{Breaklines, LinesError, TwoHeights};
+use crate::job::lines::{Lines as Held, LinesFailure};
+use crate::kernel::breaklines::{LinesError, TwoHeights};
 #[cfg(feature = "gdal")]
-use crate::raster::{LineSource, ShapesError, read_lines, read_outlines};
+use crate::raster::{LineMemory, LineSource, ShapesError, read_lines, read_outlines};
 use crate::verify::VerifyError;
+
+/// The most vertices of a layer that are held in memory, but for what has an inside.
+#[cfg(feature = "gdal")]
+const VERTICES_IN_MEMORY: usize = 1 << 20;
 
 /// Lines of one kind that become edges of the mesh.
 #[derive(Debug, Clone)]
@@ -164,11 +170,12 @@ impl Opened {
     pub(super) fn lines(
         &self,
         inputs: &[LineInput],
+        temp_dir: Option<&Path>,
         warned: &Warned<'_>,
         cancel: &CancelToken,
     ) -> Result<Vec<LineSet>, RunError> {
         let read = |input: &LineInput| {
-            let set = self.line_set(input, cancel)?;
+            let set = self.line_set(input, temp_dir, cancel)?;
             let told = input.file().and_then(|file| Warning::of_no_geometry(file, set.lines.without_geometry()));
             told.into_iter().for_each(|found| warned.tell(found));
             Ok(set)
@@ -176,7 +183,7 @@ impl Opened {
         inputs.iter().map(read).collect()
     }
 
-    fn line_set(&self, input: &LineInput, cancel: &CancelToken) -> Result<LineSet, RunError> {
+    fn line_set(&self, input: &LineInput, temp_dir: Option<&Path>, cancel: &CancelToken) -> Result<LineSet, RunError> {
         let &LineInput { kind, ref from, shift, ref heights } = input;
         let wants_heights = *heights == HeightSource::Own;
         let lines = match from {
@@ -185,20 +192,23 @@ impl Opened {
                 let shapes = |error| RunError::Shapes { kind, error };
                 let nowhere = || shapes(ShapesError::NoRaster { path: source.path.clone() });
                 let raster = self.raster.as_ref().ok_or_else(nowhere)?;
+                // What has an inside is held in memory.
+                let vertices = if kind.has_inside() { usize::MAX } else { VERTICES_IN_MEMORY };
+                let memory = LineMemory { temp_dir: temp_dir.map(Path::to_path_buf), vertices };
                 let read = match kind {
-                    LineKind::Breaklines => read_lines(raster, source, wants_heights, cancel),
+                    LineKind::Breaklines => read_lines(raster, source, wants_heights, &memory, cancel),
                     LineKind::Lakes | LineKind::Footprints | LineKind::Cutline => {
                         let field = match heights {
                             HeightSource::Lake(LakeHeight::Field(name)) => Some(name.as_str()),
                             _ => None,
                         };
-                        read_outlines(raster, source, field, cancel)
+                        read_outlines(raster, source, field, &memory, cancel)
                     }
                 };
                 read.map_err(shapes)?
             }
             Lines::Places(lines) => {
-                let _ = cancel;
+                let _ = (temp_dir, cancel);
                 let path = self.band.path().to_path_buf();
                 if wants_heights && lines.heights().is_none() {
                     return Err(UnusableLines::Level { path, kind }.into());
@@ -234,22 +244,26 @@ pub(super) fn on_lattice(
     inputs: &[LineInput],
     sets: &[LineSet],
     band: &Band,
-) -> Result<Option<Breaklines>, UnusableLines> {
+    scratch: Scratch,
+) -> Result<Option<Held>, RunError> {
     if sets.is_empty() {
         return Ok(None);
     }
     let of = |kind| path(inputs, kind, band);
-    let lattice = |(kind, error)| UnusableLines::Lattice { path: of(kind), kind, error };
-    let lines = Breaklines::new(sets, (band.width(), band.height())).map_err(lattice)?;
+    let failed = |failure| match failure {
+        LinesFailure::Lattice(kind, error) => RunError::from(UnusableLines::Lattice { path: of(kind), kind, error }),
+        LinesFailure::Scratch(error) => crate::job::Error::from(error).into(),
+    };
+    let lines = Held::new(sets, (band.width(), band.height()), scratch, Held::IN_MEMORY).map_err(failed)?;
     for (kind, counts) in lines.counts() {
         let (path, lines_read) = (of(kind), counts.lines);
         match kind {
             // One around all of the raster has no line on it.
             LineKind::Cutline if lines.leave_nothing() => {
-                return Err(UnusableLines::NothingInside { path, lines: lines_read });
+                return Err(UnusableLines::NothingInside { path, lines: lines_read }.into());
             }
             LineKind::Breaklines | LineKind::Lakes | LineKind::Footprints if counts.segments == 0 => {
-                return Err(UnusableLines::Outside { path, kind, lines: lines_read });
+                return Err(UnusableLines::Outside { path, kind, lines: lines_read }.into());
             }
             _ => {}
         }

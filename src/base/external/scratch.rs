@@ -10,7 +10,7 @@ use crate::base::control::CancelToken;
 /// Where temporary files are made. They have no name, so nobody else opens them and nothing is left behind by a crash.
 ///
 /// Every transfer looks out for cancellation: a run that is sorting notices as soon as one that is reading.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Scratch {
     dir: PathBuf,
     cancel: CancelToken,

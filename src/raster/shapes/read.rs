@@ -28,8 +28,8 @@ const HALVINGS: u32 = 12;
 const FEATURES_BETWEEN_CHECKS: u64 = 256;
 
 /// Calls `take` with the geometry of every feature of a layer and the feature with its number, and with what brings its vertices to the samples of `raster`, or of the
-/// window of it that is looked at. `take` adds shapes to those found, at least one in all, or says what it found in place of one. The
-/// `shapes` are called `one` in a feature. Features without geometry are passed over; gives how many there are.
+/// window of it that is looked at. `take` adds shapes to those of a feature, at least one in all, or says what it found in place of one; `keep`
+/// is given one after the other. The `shapes` are called `one` in a feature. Features without geometry are passed over; gives how many there are.
 ///
 /// # Errors
 /// [`ShapesError`]: nothing to open, no such layer, a feature of another kind, a CRS there is no way from.
@@ -39,7 +39,8 @@ pub(in crate::raster) fn for_each_geometry<S>(
     (shapes, one): (&'static str, &str),
     cancel: &CancelToken,
     take: impl Fn(&Placer, &Geometry, (u64, &Feature<'_>), &mut Vec<S>) -> Result<(), String>,
-) -> Result<(Vec<S>, u64), ShapesError> {
+    mut keep: impl FnMut(S) -> Result<(), ShapesError>,
+) -> Result<u64, ShapesError> {
     let options = DatasetOptions {
         open_flags: GdalOpenFlags::GDAL_OF_READONLY
             | GdalOpenFlags::GDAL_OF_VECTOR
@@ -80,7 +81,7 @@ pub(in crate::raster) fn for_each_geometry<S>(
     };
     let placer = Placer { transform, geo_transform: raster.geo_transform() };
     let expected = there.try_feature_count();
-    let (mut all, mut found, mut without_geometry) = (Vec::new(), 0, 0);
+    let (mut shapes_of, mut is_empty, mut found, mut without_geometry) = (Vec::new(), true, 0, 0);
     for feature in there.features() {
         if found % FEATURES_BETWEEN_CHECKS == 0 {
             cancel.check()?;
@@ -88,24 +89,26 @@ pub(in crate::raster) fn for_each_geometry<S>(
         let id = feature.fid().unwrap_or(found);
         // Null, where a feature has no geometry.
         match feature.geometry_by_index(0) {
-            Ok(geometry) => take(&placer, geometry, (id, &feature), &mut all)
+            Ok(geometry) => take(&placer, geometry, (id, &feature), &mut shapes_of)
                 .map_err(|found| wrong(format!("{one} in feature {id}"), found))?,
             Err(_) => without_geometry += 1,
         }
+        is_empty &= shapes_of.is_empty();
+        shapes_of.drain(..).try_for_each(&mut keep)?;
         found += 1;
     }
     // The end of a layer and a failure to read on look the same.
     if let Some(expected) = expected.filter(|expected| found < *expected) {
         return Err(wrong(format!("{expected} features"), format!("{found}: the file is damaged")));
     }
-    if all.is_empty() {
+    if is_empty {
         let found = match without_geometry {
             0 => "none".to_string(),
             count => format!("none; features without geometry: {count}"),
         };
         return Err(wrong(shapes.to_string(), found));
     }
-    Ok((all, without_geometry))
+    Ok(without_geometry)
 }
 
 /// Places of vertices, and their heights.

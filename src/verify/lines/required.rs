@@ -64,8 +64,8 @@ impl RequiredLines {
         }
         let levels = levels(pieces.keys(), sets, &shores, tolerance)?;
         let near = near(&levels, size);
-        let features = LineSet::features(sets.iter().map(|set| (set.kind, set.lines.heights().is_some())));
-        let sets = sets.iter().map(|set| Set { shift: set.shift, has_heights: set.lines.heights().is_some() });
+        let features = LineSet::features(sets.iter().map(|set| (set.kind, set.lines.have_heights())));
+        let sets = sets.iter().map(|set| Set { shift: set.shift, has_heights: set.lines.have_heights() });
         let segments = of.into_iter().collect();
         Ok(RequiredLines { sets: sets.collect(), features, segments, levels, near, shores, inside })
     }
@@ -166,7 +166,7 @@ fn levels<'p>(
         for ((x, y), height) in piece.ends.into_iter().zip(piece.heights()) {
             let flooded: Vec<Owned> =
                 shores.at((x, y)).map(|lake| shores.lake(lake)).map(|(f, h)| (h, (LineKind::Lakes, f))).collect();
-            let own = set.lines.heights().is_some();
+            let own = set.lines.have_heights();
             if own || !flooded.is_empty() {
                 let (lines, lakes) = found.entry((y, x)).or_default();
                 lines.extend(own.then(|| (height, (set.kind, set.lines.feature(piece.line)))));
