@@ -22,6 +22,7 @@ pub mod lattice;
 mod memory;
 pub mod mesh;
 mod naming;
+pub(crate) mod plainly;
 mod points;
 mod polylines;
 pub mod private_file;

@@ -8,6 +8,7 @@ use super::Raster;
 use super::shapes::{Placer, ShapesError, for_each_geometry};
 use crate::base::control::CancelToken;
 use crate::base::external::Scratch;
+use crate::base::plainly::Plainly;
 use crate::base::{LineWriter, Polylines};
 
 /// Where lines come from.
@@ -46,6 +47,55 @@ pub fn read_lines(
     read(raster, from, what, (with_heights, in_memory), cancel, take)
 }
 
+/// Reads a layer of lines as [`read_lines`] does, each feature of which says in a text field whether its heights count: `raster` or
+/// `line`. Gives those of which they do not, then those of which they do.
+///
+/// # Errors
+/// [`ShapesError`], as [`read_lines`]; and a feature that has something else in the field, or no such field.
+pub fn read_lines_by_field(
+    raster: &Raster,
+    source: &LineSource,
+    field: &str,
+    in_memory: &LineMemory,
+    cancel: &CancelToken,
+) -> Result<[Polylines; 2], ShapesError> {
+    let from = (source.path.as_path(), source.layer.as_deref());
+    let one = format!("a line or lines with the text raster or line in field {field}");
+    let take = |placer: &Placer, geometry: &Geometry, (id, feature): (u64, &Feature<'_>), found: &mut Vec<Line>| {
+        lines(placer, geometry, id, has_own_heights(feature, field)?, found)
+    };
+    let scratch = Scratch::new(in_memory.temp_dir.as_deref(), cancel.clone());
+    let mut writers =
+        [false, true].map(|with_heights| LineWriter::new(scratch.clone(), with_heights, in_memory.vertices / 2));
+    let keep = |line: Line| {
+        let writer = &mut writers[usize::from(line.with_heights)];
+        Ok(writer.push(line.feature, line.vertices, line.heights)?)
+    };
+    let without_geometry = for_each_geometry(raster, from, ("lines", &one), cancel, take, keep)?;
+    let [of_raster, own] = writers;
+    Ok([of_raster.finish()?.beside(without_geometry), own.finish()?])
+}
+
+/// Whether a feature says that its own heights count.
+fn has_own_heights(feature: &Feature<'_>, field: &str) -> Result<bool, String> {
+    match value(feature, field)? {
+        Some(FieldValue::StringValue(text)) if text == "raster" => Ok(false),
+        Some(FieldValue::StringValue(text)) if text == "line" => Ok(true),
+        Some(FieldValue::StringValue(text)) => Err(format!("the text {text:?} in field {field}")),
+        None => Err(format!("nothing in field {field}")),
+        Some(_) => Err(format!("no text in field {field}")),
+    }
+}
+
+/// What a feature has in a field.
+fn value(feature: &Feature<'_>, field: &str) -> Result<Option<FieldValue>, String> {
+    let index = feature.field_index(field).map_err(|_| {
+        let names: Vec<String> = feature.fields().map(|(name, _)| name).collect();
+        format!("no field {field} among {}", if names.is_empty() { "none".to_string() } else { names.join(", ") })
+    })?;
+    feature.field(index).map_err(|_| format!("nothing that can be read in field {field}"))
+}
+
 /// Reads the outlines of a layer of polygons (Polygon or MultiPolygon; z and m are ignored), holes among them, as [`read_lines`] reads
 /// lines. Each is closed. With a `field`, heights are its numbers.
 ///
@@ -71,18 +121,14 @@ pub fn read_outlines(
 
 /// The number that a feature has in a field.
 fn number(feature: &Feature<'_>, field: &str) -> Result<f64, String> {
-    let index = feature.field_index(field).map_err(|_| {
-        let names: Vec<String> = feature.fields().map(|(name, _)| name).collect();
-        format!("no field {field} among {}", if names.is_empty() { "none".to_string() } else { names.join(", ") })
-    })?;
-    match feature.field(index) {
-        Ok(Some(FieldValue::IntegerValue(whole))) => Ok(f64::from(whole)),
-        Ok(Some(FieldValue::Integer64Value(whole))) => Ok(whole as f64),
-        Ok(Some(FieldValue::RealValue(number))) if number.is_finite() => Ok(number),
-        Ok(Some(FieldValue::RealValue(number))) => Err(format!("{number} in field {field}")),
-        Ok(Some(FieldValue::StringValue(text))) => Err(format!("the text {text:?} in field {field}")),
-        Ok(None) => Err(format!("nothing in field {field}")),
-        _ => Err(format!("no number in field {field}")),
+    match value(feature, field)? {
+        Some(FieldValue::IntegerValue(whole)) => Ok(f64::from(whole)),
+        Some(FieldValue::Integer64Value(whole)) => Ok(whole as f64),
+        Some(FieldValue::RealValue(number)) if number.is_finite() => Ok(number),
+        Some(FieldValue::RealValue(number)) => Err(format!("{number} in field {field}")),
+        Some(FieldValue::StringValue(text)) => Err(format!("the text {text:?} in field {field}")),
+        None => Err(format!("nothing in field {field}")),
+        Some(_) => Err(format!("no number in field {field}")),
     }
 }
 
@@ -103,7 +149,7 @@ fn outlines(
                 vertices.push(first);
             }
             let heights = vec![height; vertices.len()];
-            found.push(Line { feature, vertices, heights });
+            found.push(Line { feature, vertices, heights, with_heights: true });
             Ok(())
         }),
         _ => Err(geometry.geometry_name()),
@@ -116,6 +162,8 @@ struct Line {
     feature: u64,
     vertices: Vec<(f64, f64)>,
     heights: Vec<f64>,
+    /// Whether its heights count.
+    with_heights: bool,
 }
 
 /// What holds lines in memory up to so many vertices, and in a temporary file beyond that.
@@ -163,8 +211,8 @@ fn lines(
     }
     let (vertices, heights) = placer.vertices_with_heights(geometry)?;
     if let Some(height) = heights.iter().find(|height| with_heights && !height.is_finite()) {
-        return Err(format!("a vertex with the height {height}"));
+        return Err(format!("a vertex with the height {}", Plainly(*height)));
     }
-    found.push(Line { feature, vertices, heights });
+    found.push(Line { feature, vertices, heights, with_heights });
     Ok(())
 }

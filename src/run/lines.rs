@@ -13,7 +13,7 @@ use crate::base::{Band, LineKind, LineSet, Polylines};
 use crate::job::lines::{Lines as Held, LinesFailure};
 use crate::kernel::breaklines::{LinesError, TwoHeights};
 #[cfg(feature = "gdal")]
-use crate::raster::{LineMemory, LineSource, ShapesError, read_lines, read_outlines};
+use crate::raster::{LineMemory, LineSource, ShapesError, read_lines, read_lines_by_field, read_outlines};
 use crate::verify::VerifyError;
 
 /// The most vertices of a layer that are held in memory, but for what has an inside.
@@ -51,6 +51,8 @@ pub enum HeightSource {
     Raster,
     /// The lines themselves, which have z.
     Own,
+    /// What the feature says in this text field: `raster` or `line`; for breaklines of a layer.
+    Field(String),
     /// Each lake has one; for lakes alone.
     Lake(LakeHeight),
 }
@@ -61,6 +63,7 @@ impl HeightSource {
         match self {
             HeightSource::Raster => "raster".to_string(),
             HeightSource::Own => "line".to_string(),
+            HeightSource::Field(name) => format!("field:{name}"),
             HeightSource::Lake(height) => height.name(),
         }
     }
@@ -87,7 +90,8 @@ impl LineInput {
 
     /// What all lines of a run ask of it.
     pub(super) fn features(all: &[LineInput]) -> FeatureSet {
-        LineSet::features(all.iter().map(|input| (input.kind, input.heights == HeightSource::Own)))
+        let may_have_own = |heights: &HeightSource| matches!(heights, HeightSource::Own | HeightSource::Field(_));
+        LineSet::features(all.iter().map(|input| (input.kind, may_have_own(&input.heights))))
     }
 }
 
@@ -142,7 +146,7 @@ pub enum UnusableLines {
         error: Box<VerifyError>,
     },
     /// A lake has no height.
-    #[error("{}: expected samples with heights on the rim of every lake, found none for feature {feature}", path.display())]
+    #[error("{}: expected samples with heights on the rim of every lake, found the rim of feature {feature} in a void of the raster", path.display())]
     NoLevel {
         /// The layer's file, or the raster where there is none.
         path: PathBuf,
@@ -175,15 +179,22 @@ impl Opened {
         cancel: &CancelToken,
     ) -> Result<Vec<LineSet>, RunError> {
         let read = |input: &LineInput| {
-            let set = self.line_set(input, temp_dir, cancel)?;
-            let told = input.file().and_then(|file| Warning::of_no_geometry(file, set.lines.without_geometry()));
+            let sets = self.line_sets(input, temp_dir, cancel)?;
+            let without_geometry = sets.iter().map(|set| set.lines.without_geometry()).sum();
+            let told = input.file().and_then(|file| Warning::of_no_geometry(file, without_geometry));
             told.into_iter().for_each(|found| warned.tell(found));
-            Ok(set)
+            Ok(sets)
         };
-        inputs.iter().map(read).collect()
+        Ok(inputs.iter().map(read).collect::<Result<Vec<_>, RunError>>()?.concat())
     }
 
-    fn line_set(&self, input: &LineInput, temp_dir: Option<&Path>, cancel: &CancelToken) -> Result<LineSet, RunError> {
+    /// The lines of an input: more than one set where some have heights of their own and others do not.
+    fn line_sets(
+        &self,
+        input: &LineInput,
+        temp_dir: Option<&Path>,
+        cancel: &CancelToken,
+    ) -> Result<Vec<LineSet>, RunError> {
         let &LineInput { kind, ref from, shift, ref heights } = input;
         let wants_heights = *heights == HeightSource::Own;
         let lines = match from {
@@ -192,6 +203,12 @@ impl Opened {
                 let shapes = |error| RunError::Shapes { kind, error };
                 let nowhere = || shapes(ShapesError::NoRaster { path: source.path.clone() });
                 let raster = self.raster.as_ref().ok_or_else(nowhere)?;
+                if let (LineKind::Breaklines, HeightSource::Field(name)) = (kind, heights) {
+                    let memory = LineMemory { temp_dir: temp_dir.map(Path::to_path_buf), vertices: VERTICES_IN_MEMORY };
+                    let both = read_lines_by_field(raster, source, name, &memory, cancel).map_err(shapes)?;
+                    let sets = both.into_iter().map(|lines| LineSet { kind, lines, shift });
+                    return Ok(sets.filter(|set| set.lines.count() > 0).collect());
+                }
                 // What has an inside is held in memory.
                 let vertices = if kind.has_inside() { usize::MAX } else { VERTICES_IN_MEMORY };
                 let memory = LineMemory { temp_dir: temp_dir.map(Path::to_path_buf), vertices };
@@ -210,7 +227,8 @@ impl Opened {
             Lines::Places(lines) => {
                 let _ = (temp_dir, cancel);
                 let path = self.band.path().to_path_buf();
-                if wants_heights && lines.heights().is_none() {
+                // No field says anything of them.
+                if (wants_heights || matches!(heights, HeightSource::Field(_))) && lines.heights().is_none() {
                     return Err(UnusableLines::Level { path, kind }.into());
                 }
                 let lines = match kind {
@@ -233,9 +251,9 @@ impl Opened {
                 let path = input.file().unwrap_or(self.band.path());
                 with_levels(lines, height, (&self.band, path), cancel)?
             }
-            HeightSource::Raster | HeightSource::Own => lines,
+            HeightSource::Raster | HeightSource::Own | HeightSource::Field(_) => lines,
         };
-        Ok(LineSet { kind, lines, shift })
+        Ok(vec![LineSet { kind, lines, shift }])
     }
 }
 
@@ -262,7 +280,11 @@ pub(super) fn on_lattice(
             LineKind::Cutline if lines.leave_nothing() => {
                 return Err(UnusableLines::NothingInside { path, lines: lines_read }.into());
             }
-            LineKind::Breaklines | LineKind::Lakes | LineKind::Footprints if counts.segments == 0 => {
+            LineKind::Breaklines | LineKind::Lakes | LineKind::Footprints
+                if lines.counts().all(|(other, counts)| other != kind || counts.segments == 0) =>
+            {
+                let of_kind = lines.counts().filter(|(other, _)| *other == kind);
+                let lines_read = of_kind.map(|(_, counts)| counts.lines).sum();
                 return Err(UnusableLines::Outside { path, kind, lines: lines_read }.into());
             }
             _ => {}

@@ -54,20 +54,20 @@ impl Band {
     }
 }
 
-/// The most segments that two neighbouring bands of a grid have, by how many there are in strips of
-/// so many rows of the lattice.
-pub(super) fn most_in_bands(grid: &TileGrid, rows: i64, segments: &[u64]) -> u64 {
+/// How many segments the bands of a grid have, by how many there are in strips of so many rows of the lattice. Those of a strip that
+/// several bands share count in each.
+pub(super) fn in_bands(grid: &TileGrid, rows: i64, segments: &[u64]) -> Vec<u64> {
     let in_band = |band: &Band| {
         let [first, last] = [band.places.start, band.places.end.min(rows * segments.len() as i64) - 1];
         segments[(first / rows) as usize..=(last / rows) as usize].iter().sum::<u64>()
     };
-    let of_bands: Vec<u64> = Band::of(grid).iter().map(in_band).collect();
-    of_bands.windows(2).map(|pair| pair[0] + pair[1]).max().unwrap_or(of_bands[0])
+    Band::of(grid).iter().map(in_band).collect()
 }
 
 /// Finds the chains of a job's lines on the threads of the current rayon pool; `None` where it has none.
 ///
-/// Memory: a tile's samples for each busy thread; some 250 bytes for each segment of the lines in three bands.
+/// Memory: a tile's samples for each busy thread; some 260 bytes for each segment of the lines in a band, and 64 for those in the bands
+/// above and below it.
 pub(super) fn find(job: &Job<'_>) -> Result<Option<ChainStore>, Error> {
     let Some(lines) = &job.params.breaklines else { return Ok(None) };
     lines.check_heights(job.params.tolerance.kept())?;

@@ -32,8 +32,8 @@ pub(in crate::job) struct ChainStore {
 const COLUMNS: i64 = 256 * STEPS as i64;
 
 impl ChainStore {
-    /// How many bytes of edges are held in memory.
-    pub(in crate::job) const IN_MEMORY: usize = 8 << 20;
+    /// How many bytes of edges are held in memory; tests go to the file.
+    const IN_MEMORY: usize = if cfg!(test) { 4 << 10 } else { 8 << 20 };
 
     pub(super) fn new(
         grid: TileGrid,

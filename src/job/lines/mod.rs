@@ -151,6 +151,11 @@ impl Lines {
         self.told().leave_nothing()
     }
 
+    /// The share of a raster that the mesh is to cover, where there are outlines that it ends at.
+    pub(super) fn share_inside(&self) -> Option<f64> {
+        self.told().share_inside()
+    }
+
     /// How many samples lie in lakes, those without a height among them.
     pub fn in_lakes(&self) -> u64 {
         self.told().in_lakes()

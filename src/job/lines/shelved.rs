@@ -10,21 +10,24 @@ use std::sync::Arc;
 use crate::base::external::{Scratch, ScratchError, Shelves, Sorter};
 use crate::base::lattice::STEPS;
 use crate::base::tiling::TileGrid;
-use crate::job::chains::most_in_bands;
+use crate::job::chains::in_bands;
 use crate::kernel::breaklines::Breaklines;
 use crate::kernel::breaklines::strips::{self, PieceRecord, ROWS, Strips, Summary, Tally};
 
 /// Columns of the lattice whose pieces are in one list.
 const COLUMNS: i64 = 256 * STEPS as i64;
 
-/// Bytes of pieces in memory.
-const IN_MEMORY: usize = 16 << 20;
+/// Bytes of pieces in memory; tests go to the file.
+const IN_MEMORY: usize = if cfg!(test) { 4 << 10 } else { 8 << 20 };
 
 /// What a band of tiles takes for each of its segments, while its chains are found.
-const PER_SEGMENT_OF_BAND: u64 = 320;
+const PER_SEGMENT: u64 = 260;
 
-/// What lines take beside that: the lists, those of chains, a window's for each thread.
-const FIXED: u64 = 48 << 20;
+/// And for each in the bands beside it.
+const PER_SEGMENT_BESIDE: u64 = 64;
+
+/// What lines take beside that: lists in memory, those of chains, and what each thread has of them in its tile.
+const FIXED: u64 = 24 << 20;
 
 /// Pieces while lines are cut.
 pub(super) struct Sorting<'s> {
@@ -194,6 +197,11 @@ impl Shelved {
     pub(super) fn bytes(&self, grid: &TileGrid) -> u64 {
         let of_strip = |number: u32| self.shelves.row(number).map(|list| self.shelves.count(list) as u64).sum::<u64>();
         let segments: Vec<u64> = (0..self.count).map(of_strip).collect();
-        FIXED + PER_SEGMENT_OF_BAND * most_in_bands(grid, ROWS, &segments)
+        let bands = in_bands(grid, ROWS, &segments);
+        let of_band = |i: usize| {
+            let beside = i.checked_sub(1).map_or(0, |above| bands[above]) + bands.get(i + 1).copied().unwrap_or(0);
+            PER_SEGMENT * bands[i] + PER_SEGMENT_BESIDE * beside
+        };
+        FIXED + (0..bands.len()).map(of_band).max().unwrap_or(0)
     }
 }

@@ -42,6 +42,7 @@ use self::lakes::Lakes;
 use self::levels::Levels;
 use crate::base::features::FeatureSet;
 use crate::base::lattice::STEPS;
+use crate::base::plainly::Plainly;
 use crate::base::{LineKind, LineSet, PointSet, Polylines, Tile, Window};
 
 pub use chains::{ChainCounts, Chains, End, PlacedEdge, TileChains};
@@ -132,7 +133,7 @@ pub enum LinesError {
     #[error("expected at most {} pieces of lines between rows and columns, found more", Polylines::MAX_SEGMENTS)]
     TooMany,
     /// A vertex is farther away than numbers go.
-    #[error("expected lines near the raster, found a vertex at column {column}, row {row}")]
+    #[error("expected lines near the raster, found a vertex at column {}, row {}", Plainly(*column), Plainly(*row))]
     TooFar {
         /// With fractions.
         column: f64,
@@ -143,7 +144,7 @@ pub enum LinesError {
     #[error("expected a shift from 0 to {max} cells, found {0}", max = Polylines::MAX_SHIFT)]
     Shift(f64),
     /// A height of a line's own is none.
-    #[error("expected heights of lines from -1e30 to 1e30, found {height} in feature {feature}")]
+    #[error("expected heights of lines from -1e30 to 1e30, found {} in feature {feature}", Plainly(*height))]
     Height {
         /// The feature.
         feature: u64,
@@ -270,6 +271,11 @@ impl Breaklines {
     /// Where the mesh is to be, if that is not all of the ground.
     pub(crate) fn inside(&self) -> Option<&Arc<Inside>> {
         self.inside.as_ref()
+    }
+
+    /// The share of a raster that the mesh is to cover, where there are outlines that it ends at.
+    pub(crate) fn share_inside(&self) -> Option<f64> {
+        self.inside.as_ref().map(|inside| inside.share())
     }
 
     /// Whether there are outlines that the mesh ends at, and nothing is inside of them.

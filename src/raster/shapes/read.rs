@@ -9,6 +9,7 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 use super::ShapesError;
 use crate::base::GeoTransform;
 use crate::base::control::CancelToken;
+use crate::base::plainly::Plainly;
 use crate::raster::crs::{transform, transformed};
 use crate::raster::open::crs_name;
 use crate::raster::reason;
@@ -143,10 +144,11 @@ impl Placer {
         let mut before: Option<Corner> = None;
         for (x, y, height) in points {
             if !(x.is_finite() && y.is_finite()) {
-                return Err(format!("a vertex at {x}, {y}"));
+                return Err(format!("a vertex at {}, {}", Plainly(x), Plainly(y)));
             }
-            let place =
-                self.place((x, y)).ok_or_else(|| format!("{x}, {y}, which has no place in the raster's CRS"))?;
+            let place = self
+                .place((x, y))
+                .ok_or_else(|| format!("{}, {}, which has no place in the raster's CRS", Plainly(x), Plainly(y)))?;
             let here = Corner { map: (x, y), place, height };
             if let (Some(before), true) = (before, self.transform.is_some()) {
                 self.bend(before, here, HALVINGS, &mut places);

@@ -6,6 +6,7 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 
 use super::heights::{Crossing, Samples, for_each_crossing};
+use super::required::SetBits;
 use super::{RequiredLines, Spot};
 use crate::verify::exact::rational;
 
@@ -48,7 +49,7 @@ impl Wall<'_> {
     pub(super) fn follow(
         &self,
         stretch: &[Spot],
-        sets: &[usize],
+        sets: SetBits,
         beside: &HashMap<Spot, Vec<Spot>>,
     ) -> Result<u64, usize> {
         let found = self.follow_from_first(stretch, sets, beside);
@@ -88,7 +89,7 @@ impl Wall<'_> {
     fn follow_from_first(
         &self,
         stretch: &[Spot],
-        sets: &[usize],
+        sets: SetBits,
         beside: &HashMap<Spot, Vec<Spot>>,
     ) -> Result<u64, usize> {
         let last = stretch.len() - 1;
@@ -111,8 +112,8 @@ impl Wall<'_> {
     }
 
     /// Whether the edge from the first of these places to the last may stand for them.
-    fn allows(&self, places: &[Spot], sets: &[usize]) -> bool {
-        let sets = || sets.iter().map(|&set| &self.lines.sets[set]);
+    fn allows(&self, places: &[Spot], sets: SetBits) -> bool {
+        let sets = || (0..).zip(&self.lines.sets).filter(|(set, _)| sets >> set & 1 == 1).map(|(_, set)| set);
         let shift = sets().map(|set| set.shift).fold(f64::INFINITY, f64::min);
         let (a, b) = (places[0], places[places.len() - 1]);
         let (Some(from), Some(to)) = ((self.height)(a), (self.height)(b)) else { return false };

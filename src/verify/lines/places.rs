@@ -6,6 +6,9 @@ use crate::base::exact::MAX_HEIGHT;
 use crate::base::{LineKind, LineSet, Polylines};
 use crate::verify::VerifyError;
 
+/// The most pieces between rows and columns: some 30 GiB of memory.
+pub(in crate::verify) const MAX_SEGMENTS: usize = 64_000_000;
+
 /// Parts of a cell that vertices are read in, and of a quarter of one.
 const PARTS: i128 = 1 << 16;
 const QUARTER: i128 = PARTS / 4;
@@ -64,7 +67,7 @@ fn cut_some(
             let both = spots.windows(2).map(|pair| (pair[0], pair[1]));
             pieces.extend(both.filter(|(p, q)| is_inside(p.0) && is_inside(q.0)).map(|(p, q)| Piece::new(of, p, q)));
             spots.drain(..spots.len() - 1);
-            if pieces.len() > Polylines::MAX_SEGMENTS {
+            if pieces.len() > MAX_SEGMENTS {
                 return Err(VerifyError::ManyLines);
             }
         }
