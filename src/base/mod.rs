@@ -51,6 +51,7 @@ pub use naming::channels_of;
 #[cfg(feature = "gdal")]
 pub(crate) use points::key;
 pub use points::{PointCounts, PointSet};
+#[cfg(feature = "gdal")]
 pub(crate) use polylines::LineWriter;
 pub use polylines::{LineKind, LineSet, Polylines};
 pub use raster_error::RasterError;

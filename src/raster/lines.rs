@@ -90,7 +90,8 @@ fn has_own_heights(feature: &Feature<'_>, field: &str) -> Result<bool, String> {
 /// What a feature has in a field.
 fn value(feature: &Feature<'_>, field: &str) -> Result<Option<FieldValue>, String> {
     let index = feature.field_index(field).map_err(|_| {
-        let names: Vec<String> = feature.fields().map(|(name, _)| name).collect();
+        let mut names: Vec<String> = feature.fields().map(|(name, _)| name).collect();
+        names.sort_unstable();
         format!("no field {field} among {}", if names.is_empty() { "none".to_string() } else { names.join(", ") })
     })?;
     feature.field(index).map_err(|_| format!("nothing that can be read in field {field}"))

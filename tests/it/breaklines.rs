@@ -268,7 +268,7 @@ fn a_field_says_whose_heights_count() {
         .simplify(&odd, &field)
         .fails(1, &["found the text \"both\" in field z_from", "raster or line", "--breakline-z"]);
     scene.simplify(&both, &["--breakline-z", "field:width"]).fails(1, &["no text in field width", "--breakline-z"]);
-    scene.simplify(&both, &["--breakline-z", "field:level"]).fails(1, &["no field level among z_from, width"]);
+    scene.simplify(&both, &["--breakline-z", "field:level"]).fails(1, &["no field level among width, z_from"]);
     scene.simplify(&both, &["--breakline-z", "feet"]).fails(2, &["expected raster, line or field:NAME"]);
 }
 

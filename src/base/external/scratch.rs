@@ -35,6 +35,18 @@ impl Scratch {
         file.write_all(bytemuck::cast_slice(records.as_flattened())).map_err(|e| self.error(e))
     }
 
+    /// Writes records at the cursor of a file, which is made if there is none.
+    pub(crate) fn append<const N: usize>(
+        &self,
+        file: &mut Option<File>,
+        records: &[[u64; N]],
+    ) -> Result<(), ScratchError> {
+        if file.is_none() {
+            *file = Some(self.file()?);
+        }
+        self.write(file.as_ref().expect("made above"), records)
+    }
+
     /// Reads records from number `first` on.
     pub(crate) fn read<const N: usize>(
         &self,
@@ -69,11 +81,7 @@ impl<'s, const N: usize> Queue<'s, N> {
 
     pub(crate) fn push(&mut self, record: [u64; N]) -> Result<(), ScratchError> {
         if self.latest.len() == Self::BUFFER {
-            if self.file.is_none() {
-                self.file = Some(self.scratch.file()?);
-            }
-            let file = self.file.as_ref().expect("made above");
-            self.scratch.write(file, &self.latest)?;
+            self.scratch.append(&mut self.file, &self.latest)?;
             self.filed += self.latest.len() as u64;
             self.latest.clear();
         }

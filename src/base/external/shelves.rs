@@ -40,11 +40,7 @@ impl<const N: usize> Shelves<N> {
             return Ok(());
         }
         if self.latest.len() + records.len() > self.capacity {
-            if self.file.is_none() {
-                self.file = Some(self.scratch.file()?);
-            }
-            let file = self.file.as_ref().expect("made above");
-            self.scratch.write(file, &self.latest)?;
+            self.scratch.append(&mut self.file, &self.latest)?;
             self.filed += self.latest.len() as u64;
             self.latest.clear();
         }

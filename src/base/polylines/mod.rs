@@ -1,5 +1,7 @@
 //! Lines over a raster, as they are read.
 
+// Layers alone have so many lines.
+#[cfg_attr(not(feature = "gdal"), allow(dead_code))]
 mod filed;
 
 use std::sync::Arc;
@@ -8,6 +10,7 @@ use super::external::ScratchError;
 use super::features::{Feature, FeatureSet};
 use filed::Filed;
 
+#[cfg(feature = "gdal")]
 pub(crate) use filed::LineWriter;
 
 /// Lines, in columns and rows with fractions: sample (c, r) stands at (c, r). Nothing is said of their order or of what they do to
