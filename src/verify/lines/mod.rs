@@ -7,7 +7,7 @@
 //! edge within the tolerance of the raster's bilinear surface at its ends and where it crosses rows and columns. Where lines have
 //! heights of their own (`required`), the ends are held to these, and the edge to those of all places that it passes over.
 //!
-//! Places are whole numbers of quarter cells and comparisons are exact. Memory: some 250 bytes for each segment of the lines.
+//! Places are whole numbers of quarter cells and comparisons are exact. Memory: some 400 bytes for each segment of the lines.
 
 mod follow;
 mod graph;

@@ -6,7 +6,7 @@ use crate::base::exact::MAX_HEIGHT;
 use crate::base::{LineKind, LineSet, Polylines};
 use crate::verify::VerifyError;
 
-/// The most pieces between rows and columns: some 15 GiB of memory.
+/// The most pieces between rows and columns: some 25 GiB of memory.
 pub(in crate::verify) const MAX_SEGMENTS: usize = 64_000_000;
 
 /// Parts of a cell that vertices are read in, and of a quarter of one.
