@@ -22,6 +22,7 @@ pub mod lattice;
 mod memory;
 pub mod mesh;
 mod naming;
+pub(crate) mod plainly;
 mod points;
 mod polylines;
 pub mod private_file;
@@ -50,6 +51,8 @@ pub use naming::channels_of;
 #[cfg(feature = "gdal")]
 pub(crate) use points::key;
 pub use points::{PointCounts, PointSet};
+#[cfg(feature = "gdal")]
+pub(crate) use polylines::LineWriter;
 pub use polylines::{LineKind, LineSet, Polylines};
 pub use raster_error::RasterError;
 #[cfg(feature = "gdal")]

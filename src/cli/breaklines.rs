@@ -52,20 +52,11 @@ pub(crate) struct BreaklineArgs {
     #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "CELLS", requires = "edge_lines", value_parser = values::shift,
         default_value_t = Polylines::USUAL_SHIFT, allow_hyphen_values = true)]
     breakline_shift: f64,
-    /// Which heights edges along --breaklines have. With `line` the lines need z, in the raster's unit; at a sample beside such a line the
-    /// surface may be anywhere between the sample and the line, give or take --max-error
-    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "Z", value_enum,
-        default_value_t = BreaklineZ::Raster)]
-    breakline_z: BreaklineZ,
-}
-
-/// Where heights of edges along breaklines come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum BreaklineZ {
-    /// The raster's surface
-    Raster,
-    /// The lines' own z
-    Line,
+    /// Which heights edges along --breaklines have: `raster` for those of its surface, `line` for the lines' own z, in the raster's unit, or
+    /// `field:NAME` for what each feature says in a text field, raster or line. At a sample beside a line with its own z the surface may
+    /// be anywhere between the sample and the line, give or take --max-error
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "Z", value_parser = line_heights, default_value = "raster")]
+    breakline_z: HeightSource,
 }
 
 impl BreaklineArgs {
@@ -74,17 +65,13 @@ impl BreaklineArgs {
         asked.add(Feature::Lakes, self.lake_polygons.is_some());
         asked.add(Feature::Footprints, self.footprints.is_some());
         asked.add(Feature::ExactCutline, self.cutline_exact);
-        asked.add(Feature::LineHeights, self.breakline_z == BreaklineZ::Line);
+        asked.add(Feature::LineHeights, self.breakline_z != HeightSource::Raster);
     }
 
     /// The lines, if there are any: one set of each kind. A cutline that is exact is one, and no longer of the view.
     pub(super) fn inputs(&self, view: &mut View) -> Vec<LineInput> {
-        let of_breaklines = match self.breakline_z {
-            BreaklineZ::Raster => HeightSource::Raster,
-            BreaklineZ::Line => HeightSource::Own,
-        };
         let layers = [
-            (LineKind::Breaklines, &self.breaklines, &self.breaklines_layer, of_breaklines),
+            (LineKind::Breaklines, &self.breaklines, &self.breaklines_layer, self.breakline_z.clone()),
             (LineKind::Lakes, &self.lake_polygons, &self.lake_polygons_layer, HeightSource::Lake(self.lake_z.clone())),
             (LineKind::Footprints, &self.footprints, &self.footprints_layer, HeightSource::Raster),
         ];
@@ -114,6 +101,15 @@ impl BreaklineArgs {
     }
 }
 
+fn line_heights(word: &str) -> Result<HeightSource, String> {
+    match (word, word.strip_prefix("field:")) {
+        ("raster", _) => Ok(HeightSource::Raster),
+        ("line", _) => Ok(HeightSource::Own),
+        (_, Some(name)) if !name.is_empty() => Ok(HeightSource::Field(name.to_string())),
+        _ => Err("expected raster, line or field:NAME".to_string()),
+    }
+}
+
 fn lake_height(word: &str) -> Result<LakeHeight, String> {
     match (word, word.strip_prefix("field:")) {
         ("min", _) => Ok(LakeHeight::Min),
@@ -131,8 +127,12 @@ pub(super) fn of_layer(kind: LineKind, error: ShapesError) -> Failure {
     }
     let lacks_number = matches!(&error, ShapesError::Layer { found, .. } if found.contains(" field "));
     if lacks_number {
-        return Failure::new(error)
-            .hint("--lake-z names a field of the layer; min and median take heights from the raster");
+        return Failure::new(error).hint(match kind {
+            LineKind::Breaklines => {
+                "--breakline-z names a text field of the layer; raster and line hold for all features"
+            }
+            _ => "--lake-z names a field of the layer; min and median take heights from the raster",
+        });
     }
     of_shapes(error, layer_option(kind))
 }

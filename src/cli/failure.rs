@@ -290,7 +290,7 @@ impl From<Error> for Failure {
                 Failure::new(error).hint("--precision double, or another --z-scale, loses less")
             }
             Error::Sink(SinkError::Scratch(ScratchError::Cancelled(stopped))) => stopped.into(),
-            Error::Sink(SinkError::Scratch(ref scratch)) => of_scratch(scratch, &error),
+            Error::Scratch(ref scratch) | Error::Sink(SinkError::Scratch(ref scratch)) => of_scratch(scratch, &error),
             Error::Sink(SinkError::Library { ref message, .. })
                 if message.contains("disk") && message.contains("full") =>
             {

@@ -273,7 +273,7 @@ impl MeshArgs {
         match &self.input_args.cutline.cutline {
             // Where there is no ground, it may be the cutline's doing.
             Some(file) if no_ground => failure.hint(&format!(
-                "samples outside the polygons of --cutline {} have no heights: choose other polygons; ogrinfo shows where they lie",
+                "samples outside the polygons of --cutline {} have no heights: choose other polygons, if the raster has no void there; ogrinfo shows where they lie",
                 file.display()
             )),
             None if no_ground && (self.input_args.marks_samples()) => {

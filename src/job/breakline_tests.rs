@@ -6,11 +6,12 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
+use super::lines::tests::scratch;
 use super::tests::{geotiff, terrain};
 use super::*;
 use crate::base::control::{CancelToken, Control};
 use crate::base::staged::StagedFile;
-use crate::base::{LineKind, LineSet, PointSet, Polylines};
+use crate::base::{LineKind, LineSet, PointSet, Polylines, Window};
 use crate::field::Field;
 use crate::formats::{Header, MeshReader, PlySink, ReadError, ReadOptions, open};
 use crate::job::spool::Chunk;
@@ -83,7 +84,9 @@ impl Scene {
     }
 
     pub(super) fn params(&self, tolerance: f64) -> Params {
-        let lines = Breaklines::new(&self.sets(), self.size).expect("near lines");
+        // In memory or beside it, which is the same.
+        let in_memory = [0, Lines::IN_MEMORY][self.heights.len() % 2];
+        let lines = Lines::new(&self.sets(), self.size, scratch(), in_memory).expect("near lines");
         Params { breaklines: Some(Arc::new(lines)), ..Params::new(tolerance) }
     }
 
@@ -135,7 +138,7 @@ impl Scene {
         let Some((mesh, verdict)) = self.made(params) else { return };
         assert_eq!((verdict.broken.count, verdict.not_level.count), (0, 0), "{verdict:?}");
         let chains = mesh.chains()[0];
-        let segments = params.breaklines.as_ref().expect("breaklines").segments().len() as u64;
+        let segments = segments(params.breaklines.as_ref().expect("breaklines"), self.size);
         assert_eq!(verdict.segments, segments);
         if !self.lakes.is_empty() {
             return;
@@ -144,6 +147,11 @@ impl Scene {
         // The verifier may find shorter ways over edges that are there by chance.
         assert!(verdict.edges <= chains.edges, "{verdict:?} of {chains:?}");
     }
+}
+
+/// How many segments lines have.
+pub(super) fn segments(lines: &Lines, (width, height): (usize, usize)) -> u64 {
+    lines.near(Window { column: 0, row: 0, width, height }).expect("lines").segments().len() as u64
 }
 
 /// How many edges are marked: each once, and each a side of a triangle.
@@ -319,7 +327,7 @@ fn a_dam_stands_above_the_ground_and_two_heights_at_a_place_are_refused() {
             let told = found.check_heights(1.0).unwrap_err().to_string();
             assert!(told.contains("column 7, row 7") && told.contains("found 5 in feature 0"), "{told}");
             let field = Field::from_heights(20, 20, crate::base::Heights::F64(vec![0.0; 400])).expect("a field");
-            let params = Params { breaklines: Some(Arc::new(found)), ..Params::new(1.0) };
+            let params = Params { breaklines: Some(Arc::new(found.into())), ..Params::new(1.0) };
             let refused = triangulate(&field, &params, &Control::default());
             assert!(matches!(refused, Err(Error::TwoHeights(_))), "{refused:?}");
         }

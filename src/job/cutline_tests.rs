@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::breakline_tests::{Line, Scene, engines, limits, number, qualities, scene};
+use super::breakline_tests::{Line, Scene, engines, limits, number, qualities, scene, segments};
 use super::*;
 use crate::testing::cases;
 
@@ -29,7 +29,7 @@ impl Scene {
     fn certify_cut(&self, params: &Params) {
         let Some((mesh, verdict)) = self.made(params) else { return };
         assert_eq!(verdict.broken.count, 0, "{verdict:?}");
-        let segments = params.breaklines.as_ref().expect("lines").segments().len() as u64;
+        let segments = segments(params.breaklines.as_ref().expect("lines"), self.size);
         assert_eq!(verdict.segments, segments);
         let off_ground = mesh.chains().iter().map(|chains| chains.off_ground);
         assert!(verdict.off_ground <= off_ground.sum(), "{verdict:?}");

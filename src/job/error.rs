@@ -7,6 +7,7 @@ use super::shards::MissingTiles;
 use super::{BudgetTooSmall, DiskTooSmall, GoalTooSmall};
 use crate::base::RasterError;
 use crate::base::control::Cancelled;
+use crate::base::external::ScratchError;
 use crate::base::staged::OutputError;
 use crate::field::FieldError;
 use crate::formats::SinkError;
@@ -29,6 +30,9 @@ pub enum Error {
     /// Keeping finished tiles.
     #[error(transparent)]
     Spool(#[from] SpoolError),
+    /// Keeping lines, and edges that follow them, beside memory.
+    #[error(transparent)]
+    Scratch(ScratchError),
     /// Writing the output.
     #[error(transparent)]
     Sink(#[from] SinkError),
@@ -122,4 +126,13 @@ pub enum Error {
         /// What was asked for.
         found: usize,
     },
+}
+
+impl From<ScratchError> for Error {
+    fn from(error: ScratchError) -> Error {
+        match error {
+            ScratchError::Cancelled(stopped) => Error::Cancelled(stopped),
+            file => Error::Scratch(file),
+        }
+    }
 }

@@ -1,7 +1,10 @@
 //! The edges of breaklines, as a sink is given them.
 
 use super::Error;
+use super::chains::ChainStore;
 use crate::base::Window;
+use crate::base::external::{Sorted, Sorter};
+use crate::base::lattice::STEPS;
 use crate::base::mesh::Vertex;
 use crate::formats::{Marks, Sink};
 use crate::kernel::breaklines::{Chains, Place};
@@ -9,42 +12,47 @@ use crate::kernel::breaklines::{Chains, Place};
 /// Edges handed on at a time.
 const AT_A_TIME: usize = 1 << 15;
 
-/// In the place of a vertex that has not come.
-const NONE: u64 = u64::MAX;
+/// Bytes of numbers of vertices in memory.
+const IN_MEMORY: usize = 4 << 20;
 
-/// The edges of chains, and the numbers that the vertices at their ends get. Memory: 16 bytes for each edge.
+/// The edges of chains, and the numbers that the vertices at their ends get: band by band of tiles, in each along the lines.
+///
+/// Memory: the edges of a band, some 200 bytes for each, and 8 MiB.
 pub(super) struct Marked<'a> {
-    chains: &'a Chains,
+    chains: &'a ChainStore,
     marks: Marks,
-    edges: Vec<[u32; 2]>,
-    numbers: Vec<u64>,
+    /// By places, of those vertices that are ends of edges.
+    numbers: Sorter<'a, 3>,
     vertices: u64,
 }
 
 impl<'a> Marked<'a> {
     /// What there is to mark; nothing where the sink marks nothing.
-    pub(super) fn new(chains: Option<&'a Chains>, marks: Marks) -> Option<Marked<'a>> {
+    pub(super) fn new(chains: Option<&'a ChainStore>, marks: Marks) -> Option<Marked<'a>> {
         let chains = chains.filter(|_| marks != Marks::None)?;
-        let edges = chains.along_lines();
-        let numbers = if marks == Marks::Numbers { vec![NONE; chains.ends().len()] } else { Vec::new() };
-        Some(Marked { chains, marks, edges, numbers, vertices: 0 })
+        let bytes = if marks == Marks::Numbers { IN_MEMORY } else { 0 };
+        Some(Marked { chains, marks, numbers: Sorter::new(chains.scratch(), bytes), vertices: 0 })
     }
 
     /// How many edges there are.
     pub(super) fn count(&self) -> u64 {
-        self.edges.len() as u64
+        self.chains.distinct()
     }
 
     /// The next vertices that are written, with places of a window.
-    pub(super) fn number(&mut self, window: Window, vertices: &[Vertex]) {
+    pub(super) fn number(&mut self, window: Window, vertices: &[Vertex]) -> Result<(), Error> {
         if self.marks == Marks::Numbers {
+            let ends = self.chains.ends_near(window)?;
+            let global = |local: i32, first: usize| i64::from(local) + first as i64 * i64::from(STEPS);
             for (number, vertex) in (self.vertices..).zip(vertices) {
-                if let Some(end) = self.chains.number_in(window, vertex.at) {
-                    self.numbers[end] = number;
+                let at = Place { y: global(vertex.at.y, window.row), x: global(vertex.at.x, window.column) };
+                if ends.binary_search_by_key(&at, |end| end.0).is_ok() {
+                    self.numbers.push([at.y as u64, at.x as u64, number])?;
                 }
             }
         }
         self.vertices += vertices.len() as u64;
+        Ok(())
     }
 
     /// Hands the edges to a sink that takes them by places, before any vertex.
@@ -56,35 +64,61 @@ impl<'a> Marked<'a> {
         if self.marks != Marks::Places {
             return Ok(());
         }
-        let end = |number: u32| {
-            let (place, height) = self.chains.ends()[number as usize];
-            on_the_map(place, height)
-        };
-        for edges in self.edges.chunks(AT_A_TIME) {
-            let ends: Vec<[[f64; 3]; 2]> = edges.iter().map(|edge| edge.map(end)).collect();
-            sink.lines(&ends)?;
+        for chains in self.chains.by_band() {
+            let chains = chains?;
+            let end = |number: u32| {
+                let (place, height) = chains.ends()[number as usize];
+                on_the_map(place, height)
+            };
+            for edges in chains.along_lines().chunks(AT_A_TIME) {
+                let ends: Vec<[[f64; 3]; 2]> = edges.iter().map(|edge| edge.map(end)).collect();
+                sink.lines(&ends)?;
+            }
         }
         Ok(())
     }
 
     /// Hands the edges to a sink that takes them by numbers, after all triangles.
-    pub(super) fn write_numbers(&self, sink: &mut dyn Sink) -> Result<(), Error> {
+    pub(super) fn write_numbers(self, sink: &mut dyn Sink) -> Result<(), Error> {
         if self.marks != Marks::Numbers {
             return Ok(());
         }
-        let number = |end: u32| {
-            let number = self.numbers[end as usize];
-            assert!(
-                number != NONE,
-                "no vertex at {:?}, where an edge of a line ends",
-                self.chains.ends()[end as usize]
-            );
-            number
-        };
-        for edges in self.edges.chunks(AT_A_TIME) {
-            let numbers: Vec<[u64; 2]> = edges.iter().map(|edge| edge.map(number)).collect();
-            sink.edges(&numbers)?;
+        let mut numbered = Numbered { sorted: self.numbers.finish()?, known: Vec::new() };
+        for chains in self.chains.by_band() {
+            let chains = chains?;
+            let numbers = numbered.of(&chains)?;
+            for edges in chains.along_lines().chunks(AT_A_TIME) {
+                let numbers: Vec<[u64; 2]> = edges.iter().map(|edge| edge.map(|end| numbers[end as usize])).collect();
+                sink.edges(&numbers)?;
+            }
         }
         Ok(())
+    }
+}
+
+/// The numbers of vertices, by places.
+struct Numbered<'a> {
+    sorted: Sorted<'a, 3>,
+    /// Those that were read and may be asked for again, in their order.
+    known: Vec<(Place, u64)>,
+}
+
+impl Numbered<'_> {
+    /// Those of the ends of a band's edges; bands come in their order.
+    fn of(&mut self, chains: &Chains) -> Result<Vec<u64>, Error> {
+        let [Some((first, _)), Some((last, _))] = [chains.ends().first(), chains.ends().last()] else {
+            return Ok(Vec::new());
+        };
+        self.known.retain(|(place, _)| place.y >= first.y);
+        while self.known.last().is_none_or(|(place, _)| place < last) {
+            let Some(next) = self.sorted.next() else { break };
+            let [y, x, number] = next?;
+            self.known.push((Place { y: y as i64, x: x as i64 }, number));
+        }
+        let number = |&(at, _): &(Place, f64)| {
+            let found = self.known.binary_search_by_key(&at, |(place, _)| *place);
+            self.known[found.unwrap_or_else(|_| panic!("no vertex at {at:?}, where an edge of a line ends"))].1
+        };
+        Ok(chains.ends().iter().map(number).collect())
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::chains::ChainStore;
 use super::marks::Marked;
 use super::{Error, Figures, Job, Outcome, Pass, TileTimes};
 use crate::base::channels::{Channel, Number};
@@ -15,7 +16,7 @@ use crate::base::{GeoTransform, Tolerance};
 use crate::formats::{Bounds, Contents, Sink};
 use crate::job::normals::{Maker, NAMES, NormalSource};
 use crate::job::spool::{Chunk, Ids, Spool};
-use crate::kernel::breaklines::{ChainCounts, Chains};
+use crate::kernel::breaklines::ChainCounts;
 use crate::kernel::measure::ErrorStats;
 
 /// A triangulated field: chunks on disk, one per tile. Whether they vanish when it is dropped is up to their spool.
@@ -30,7 +31,7 @@ pub struct Mesh {
     pub(super) tolerance: Tolerance,
     pub(super) error_scale: f64,
     pub(super) outcome: Option<Outcome>,
-    pub(super) chains: Option<Arc<Chains>>,
+    pub(super) chains: Option<Arc<ChainStore>>,
     pub(super) times: TileTimes,
     pub(super) spool_bytes: u64,
     pub(super) found: u64,
@@ -112,7 +113,7 @@ impl Mesh {
 
     /// What became of each set of lines; nothing where there are none.
     pub fn chains(&self) -> &[ChainCounts] {
-        self.chains.as_deref().map_or(&[], Chains::counts)
+        self.chains.as_deref().map_or(&[], ChainStore::counts)
     }
 
     /// Where the time of the tiles went.
@@ -145,8 +146,8 @@ impl Mesh {
     ///
     /// Three passes over the chunks' counts, their vertices and their triangles; memory: two rows of counts, one chunk and its
     /// encoded form. A sink that asks for bounds costs a pass more; one that asks for corners costs another, and two rows of
-    /// the vertices that tiles lend to each other; one that marks edges of breaklines 16 bytes for each of them, and some 100 at the
-    /// beginning.
+    /// the vertices that tiles lend to each other; one that marks edges of breaklines those of a band of tiles, some 200 bytes for
+    /// each.
     ///
     /// # Errors
     /// [`Error`]; the sink is dropped unfinished then.
@@ -182,7 +183,7 @@ impl Mesh {
         }
         self.write_vertices(sink.as_mut(), normals, marked.as_mut(), &mut summary, control)?;
         self.write_triangles(sink.as_mut(), needs.corners, control)?;
-        if let Some(marked) = &marked {
+        if let Some(marked) = marked {
             marked.write_numbers(sink.as_mut())?;
         }
         may_finish()?;
@@ -254,7 +255,7 @@ impl Mesh {
             let chunk = chunk?;
             let tile = self.chunks.tile(chunk.tile);
             if let Some(marked) = &mut marked {
-                marked.number(self.chunks.window(tile), &chunk.vertices);
+                marked.number(self.chunks.window(tile), &chunk.vertices)?;
             }
             let mut attributes: Vec<&[f64]> = chunk.attributes.iter().map(|a| a.values.as_slice()).collect();
             if let Some(maker) = &mut normals {

@@ -8,6 +8,7 @@
 mod chains;
 mod error;
 mod goal;
+pub(crate) mod lines;
 mod marks;
 mod mesh;
 pub mod normals;
@@ -30,6 +31,7 @@ pub use crate::kernel::polish::Heights as VertexHeights;
 pub use crate::kernel::triangulate::EngineChoice;
 pub use error::Error;
 pub use goal::{Budget, Goal, GoalTooSmall, Outcome};
+pub use lines::Lines;
 pub use mesh::{Mesh, Summary};
 pub use params::{DEFAULT_TILE, Params};
 pub use passes::{Job, Pass, PassName, PassResult, TileTimes, grid, passes, run_pass};

@@ -229,7 +229,7 @@ fn params(set: FeatureSet, temp_dir: PathBuf) -> Params {
         trim: if set.has(Feature::Trim) { TRIM } else { 0 },
         breaklines: Some(lines(set))
             .filter(|sets| !sets.is_empty())
-            .map(|sets| Arc::new(Breaklines::new(&sets, SIZE).expect("near lines"))),
+            .map(|sets| Arc::new(Breaklines::new(&sets, SIZE).expect("near lines").into())),
         points: set.has(Feature::Points).then(|| Arc::new(PointSet::new([(3, 3), (12, 5)]))),
         temp_dir,
         ..Params::new(TOLERANCE)

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::lines::Lines;
 use super::{EngineChoice, Error, Goal, Quality, VertexHeights, passes, rules};
 use crate::base::features::{Feature, FeatureSet};
 use crate::base::tiling::TileGrid;
 use crate::base::{PointSet, Tolerance, exact_double};
 use crate::field::Field;
 use crate::kernel::boundary::MAX_CELLS;
-use crate::kernel::breaklines::Breaklines;
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
 
@@ -43,7 +43,7 @@ pub struct Params {
     /// Samples that become vertices of the mesh. Not every engine can take them ([`super::rules`]).
     pub points: Option<Arc<PointSet>>,
     /// Lines that become edges of the mesh. Not every engine can take them ([`super::rules`]).
-    pub breaklines: Option<Arc<Breaklines>>,
+    pub breaklines: Option<Arc<Lines>>,
     /// The folder of temporary files.
     pub temp_dir: PathBuf,
 }

@@ -1,13 +1,15 @@
 //! Lines of a vector layer, in columns and rows of a raster.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use gdal::vector::{Feature, FieldValue, Geometry, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z};
 
 use super::Raster;
 use super::shapes::{Placer, ShapesError, for_each_geometry};
-use crate::base::Polylines;
 use crate::base::control::CancelToken;
+use crate::base::external::Scratch;
+use crate::base::plainly::Plainly;
+use crate::base::{LineWriter, Polylines};
 
 /// Where lines come from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,7 +27,7 @@ pub struct LineSource {
 /// Vertices are transformed to the raster's CRS where both have one, and lines that are bent there are given further ones, a tenth
 /// of a cell exact; where one has none, coordinates are taken as they are. Heights always are.
 ///
-/// Memory: 32 bytes per vertex, and what OGR's driver takes.
+/// Memory: 32 bytes per vertex of a line, and of all that are held `in_memory`; and what OGR's driver takes.
 ///
 /// # Errors
 /// [`ShapesError`]: nothing to open, no such layer, a feature that is no line, or has no heights where there should be some, a CRS there
@@ -34,6 +36,7 @@ pub fn read_lines(
     raster: &Raster,
     source: &LineSource,
     with_heights: bool,
+    in_memory: &LineMemory,
     cancel: &CancelToken,
 ) -> Result<Polylines, ShapesError> {
     let from = (source.path.as_path(), source.layer.as_deref());
@@ -41,8 +44,57 @@ pub fn read_lines(
     let take = |placer: &Placer, geometry: &Geometry, (id, _): (u64, &Feature<'_>), found: &mut Vec<Line>| {
         lines(placer, geometry, id, with_heights, found)
     };
-    let (found, without_geometry) = for_each_geometry(raster, from, what, cancel, take)?;
-    Ok(polylines(found, with_heights).beside(without_geometry))
+    read(raster, from, what, (with_heights, in_memory), cancel, take)
+}
+
+/// Reads a layer of lines as [`read_lines`] does, each feature of which says in a text field whether its heights count: `raster` or
+/// `line`. Gives those of which they do not, then those of which they do.
+///
+/// # Errors
+/// [`ShapesError`], as [`read_lines`]; and a feature that has something else in the field, or no such field.
+pub fn read_lines_by_field(
+    raster: &Raster,
+    source: &LineSource,
+    field: &str,
+    in_memory: &LineMemory,
+    cancel: &CancelToken,
+) -> Result<[Polylines; 2], ShapesError> {
+    let from = (source.path.as_path(), source.layer.as_deref());
+    let one = format!("a line or lines with the text raster or line in field {field}");
+    let take = |placer: &Placer, geometry: &Geometry, (id, feature): (u64, &Feature<'_>), found: &mut Vec<Line>| {
+        lines(placer, geometry, id, has_own_heights(feature, field)?, found)
+    };
+    let scratch = Scratch::new(in_memory.temp_dir.as_deref(), cancel.clone());
+    let mut writers =
+        [false, true].map(|with_heights| LineWriter::new(scratch.clone(), with_heights, in_memory.vertices / 2));
+    let keep = |line: Line| {
+        let writer = &mut writers[usize::from(line.with_heights)];
+        Ok(writer.push(line.feature, line.vertices, line.heights)?)
+    };
+    let without_geometry = for_each_geometry(raster, from, ("lines", &one), cancel, take, keep)?;
+    let [of_raster, own] = writers;
+    Ok([of_raster.finish()?.beside(without_geometry), own.finish()?])
+}
+
+/// Whether a feature says that its own heights count.
+fn has_own_heights(feature: &Feature<'_>, field: &str) -> Result<bool, String> {
+    match value(feature, field)? {
+        Some(FieldValue::StringValue(text)) if text == "raster" => Ok(false),
+        Some(FieldValue::StringValue(text)) if text == "line" => Ok(true),
+        Some(FieldValue::StringValue(text)) => Err(format!("the text {text:?} in field {field}")),
+        None => Err(format!("nothing in field {field}")),
+        Some(_) => Err(format!("no text in field {field}")),
+    }
+}
+
+/// What a feature has in a field.
+fn value(feature: &Feature<'_>, field: &str) -> Result<Option<FieldValue>, String> {
+    let index = feature.field_index(field).map_err(|_| {
+        let mut names: Vec<String> = feature.fields().map(|(name, _)| name).collect();
+        names.sort_unstable();
+        format!("no field {field} among {}", if names.is_empty() { "none".to_string() } else { names.join(", ") })
+    })?;
+    feature.field(index).map_err(|_| format!("nothing that can be read in field {field}"))
 }
 
 /// Reads the outlines of a layer of polygons (Polygon or MultiPolygon; z and m are ignored), holes among them, as [`read_lines`] reads
@@ -55,6 +107,7 @@ pub fn read_outlines(
     raster: &Raster,
     source: &LineSource,
     field: Option<&str>,
+    in_memory: &LineMemory,
     cancel: &CancelToken,
 ) -> Result<Polylines, ShapesError> {
     let from = (source.path.as_path(), source.layer.as_deref());
@@ -64,24 +117,19 @@ pub fn read_outlines(
     };
     let one =
         field.map_or("a polygon or polygons".to_string(), |field| format!("polygons with numbers in field {field}"));
-    let (found, without_geometry) = for_each_geometry(raster, from, ("polygons", &one), cancel, take)?;
-    Ok(polylines(found, field.is_some()).beside(without_geometry))
+    read(raster, from, ("polygons", &one), (field.is_some(), in_memory), cancel, take)
 }
 
 /// The number that a feature has in a field.
 fn number(feature: &Feature<'_>, field: &str) -> Result<f64, String> {
-    let index = feature.field_index(field).map_err(|_| {
-        let names: Vec<String> = feature.fields().map(|(name, _)| name).collect();
-        format!("no field {field} among {}", if names.is_empty() { "none".to_string() } else { names.join(", ") })
-    })?;
-    match feature.field(index) {
-        Ok(Some(FieldValue::IntegerValue(whole))) => Ok(f64::from(whole)),
-        Ok(Some(FieldValue::Integer64Value(whole))) => Ok(whole as f64),
-        Ok(Some(FieldValue::RealValue(number))) if number.is_finite() => Ok(number),
-        Ok(Some(FieldValue::RealValue(number))) => Err(format!("{number} in field {field}")),
-        Ok(Some(FieldValue::StringValue(text))) => Err(format!("the text {text:?} in field {field}")),
-        Ok(None) => Err(format!("nothing in field {field}")),
-        _ => Err(format!("no number in field {field}")),
+    match value(feature, field)? {
+        Some(FieldValue::IntegerValue(whole)) => Ok(f64::from(whole)),
+        Some(FieldValue::Integer64Value(whole)) => Ok(whole as f64),
+        Some(FieldValue::RealValue(number)) if number.is_finite() => Ok(number),
+        Some(FieldValue::RealValue(number)) => Err(format!("{number} in field {field}")),
+        Some(FieldValue::StringValue(text)) => Err(format!("the text {text:?} in field {field}")),
+        None => Err(format!("nothing in field {field}")),
+        Some(_) => Err(format!("no number in field {field}")),
     }
 }
 
@@ -102,7 +150,7 @@ fn outlines(
                 vertices.push(first);
             }
             let heights = vec![height; vertices.len()];
-            found.push(Line { feature, vertices, heights });
+            found.push(Line { feature, vertices, heights, with_heights: true });
             Ok(())
         }),
         _ => Err(geometry.geometry_name()),
@@ -115,17 +163,32 @@ struct Line {
     feature: u64,
     vertices: Vec<(f64, f64)>,
     heights: Vec<f64>,
+    /// Whether its heights count.
+    with_heights: bool,
 }
 
-fn polylines(lines: Vec<Line>, with_heights: bool) -> Polylines {
-    let (mut features, mut vertices, mut heights) = (Vec::new(), Vec::new(), Vec::new());
-    for line in lines {
-        features.push(line.feature);
-        vertices.push(line.vertices);
-        heights.push(line.heights);
-    }
-    let lines = Polylines::new(vertices).of_features(features);
-    if with_heights { lines.with_heights(heights) } else { lines }
+/// What holds lines in memory up to so many vertices, and in a temporary file beyond that.
+#[derive(Debug, Clone)]
+pub struct LineMemory {
+    /// Where temporary files are made; the system's folder where none is named.
+    pub temp_dir: Option<PathBuf>,
+    /// The most vertices in memory.
+    pub vertices: usize,
+}
+
+fn read(
+    raster: &Raster,
+    from: (&Path, Option<&str>),
+    what: (&'static str, &str),
+    (with_heights, memory): (bool, &LineMemory),
+    cancel: &CancelToken,
+    take: impl Fn(&Placer, &Geometry, (u64, &Feature<'_>), &mut Vec<Line>) -> Result<(), String>,
+) -> Result<Polylines, ShapesError> {
+    let scratch = Scratch::new(memory.temp_dir.as_deref(), cancel.clone());
+    let mut writer = LineWriter::new(scratch, with_heights, memory.vertices);
+    let keep = |line: Line| Ok(writer.push(line.feature, line.vertices, line.heights)?);
+    let without_geometry = for_each_geometry(raster, from, what, cancel, take, keep)?;
+    Ok(writer.finish()?.beside(without_geometry))
 }
 
 fn lines(
@@ -149,8 +212,8 @@ fn lines(
     }
     let (vertices, heights) = placer.vertices_with_heights(geometry)?;
     if let Some(height) = heights.iter().find(|height| with_heights && !height.is_finite()) {
-        return Err(format!("a vertex with the height {height}"));
+        return Err(format!("a vertex with the height {}", Plainly(*height)));
     }
-    found.push(Line { feature, vertices, heights });
+    found.push(Line { feature, vertices, heights, with_heights });
     Ok(())
 }

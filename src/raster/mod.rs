@@ -52,7 +52,7 @@ pub(crate) use gdal_messages::About;
 pub use gdal_messages::{keep_gdal_warnings, quiet_gdal, take_gdal_warnings};
 pub(crate) use gdal_name::GdalName;
 pub use geodesy::{Geodesy, GeodesyError, Ways};
-pub use lines::{LineSource, read_lines, read_outlines};
+pub use lines::{LineMemory, LineSource, read_lines, read_lines_by_field, read_outlines};
 pub use open::{Opening, Raster};
 pub use points::{PointSource, Points, PointsError, read_points};
 pub(crate) use reference::metres_of;

@@ -57,7 +57,7 @@ impl Inputs {
         // Before points are read, which may take long.
         grid(opened.band.width(), opened.band.height(), &request.params)?;
         let points = request.points.as_ref().map(|points| opened.points(points, cancel)).transpose()?;
-        let lines = opened.lines(&request.lines, warned, cancel)?;
+        let lines = opened.lines(&request.lines, Some(&request.params.temp_dir), warned, cancel)?;
         let Opened { band, attributes, .. } = opened;
         let importance = importance.map(|opened| opened.band);
         Ok(Inputs { band, attributes, importance, points, lines, watches: begun.into() })

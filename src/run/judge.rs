@@ -145,7 +145,7 @@ fn judge(
     let warned = Warned::new(control);
     let opened = open(&request.input, request.attributes.as_ref(), &control.cancel)?;
     let importance = request.importance.as_ref().map(|input| open_importance(input, &opened)).transpose()?;
-    let sets = opened.lines(&request.lines, &warned, &control.cancel)?;
+    let sets = opened.lines(&request.lines, request.temp_dir.as_deref(), &warned, &control.cancel)?;
     let (band, attributes) = (opened.band, opened.attributes);
     let importance = importance.map(|opened| opened.band);
     warned.tell_all(band.warnings());

@@ -6,13 +6,19 @@ use super::inputs::Opened;
 use super::lakes::{LakeHeight, with_levels};
 use super::{RunError, Warned};
 use crate::base::control::CancelToken;
+use crate::base::external::Scratch;
 use crate::base::features::FeatureSet;
 use crate::base::warning::Warning;
 use crate::base::{Band, LineKind, LineSet, Polylines};
-use crate::kernel::breaklines::{Breaklines, LinesError, TwoHeights};
+use crate::job::lines::{Lines as Held, LinesFailure};
+use crate::kernel::breaklines::{LinesError, TwoHeights};
 #[cfg(feature = "gdal")]
-use crate::raster::{LineSource, ShapesError, read_lines, read_outlines};
+use crate::raster::{LineMemory, LineSource, ShapesError, read_lines, read_lines_by_field, read_outlines};
 use crate::verify::VerifyError;
+
+/// The most vertices of a layer that are held in memory, but for what has an inside.
+#[cfg(feature = "gdal")]
+const VERTICES_IN_MEMORY: usize = 1 << 20;
 
 /// Lines of one kind that become edges of the mesh.
 #[derive(Debug, Clone)]
@@ -45,6 +51,8 @@ pub enum HeightSource {
     Raster,
     /// The lines themselves, which have z.
     Own,
+    /// What the feature says in this text field: `raster` or `line`; for breaklines of a layer.
+    Field(String),
     /// Each lake has one; for lakes alone.
     Lake(LakeHeight),
 }
@@ -55,6 +63,7 @@ impl HeightSource {
         match self {
             HeightSource::Raster => "raster".to_string(),
             HeightSource::Own => "line".to_string(),
+            HeightSource::Field(name) => format!("field:{name}"),
             HeightSource::Lake(height) => height.name(),
         }
     }
@@ -81,7 +90,8 @@ impl LineInput {
 
     /// What all lines of a run ask of it.
     pub(super) fn features(all: &[LineInput]) -> FeatureSet {
-        LineSet::features(all.iter().map(|input| (input.kind, input.heights == HeightSource::Own)))
+        let may_have_own = |heights: &HeightSource| matches!(heights, HeightSource::Own | HeightSource::Field(_));
+        LineSet::features(all.iter().map(|input| (input.kind, may_have_own(&input.heights))))
     }
 }
 
@@ -136,7 +146,7 @@ pub enum UnusableLines {
         error: Box<VerifyError>,
     },
     /// A lake has no height.
-    #[error("{}: expected samples with heights on the rim of every lake, found none for feature {feature}", path.display())]
+    #[error("{}: expected samples with heights on the rim of every lake, found the rim of feature {feature} in a void of the raster", path.display())]
     NoLevel {
         /// The layer's file, or the raster where there is none.
         path: PathBuf,
@@ -164,19 +174,27 @@ impl Opened {
     pub(super) fn lines(
         &self,
         inputs: &[LineInput],
+        temp_dir: Option<&Path>,
         warned: &Warned<'_>,
         cancel: &CancelToken,
     ) -> Result<Vec<LineSet>, RunError> {
         let read = |input: &LineInput| {
-            let set = self.line_set(input, cancel)?;
-            let told = input.file().and_then(|file| Warning::of_no_geometry(file, set.lines.without_geometry()));
+            let sets = self.line_sets(input, temp_dir, cancel)?;
+            let without_geometry = sets.iter().map(|set| set.lines.without_geometry()).sum();
+            let told = input.file().and_then(|file| Warning::of_no_geometry(file, without_geometry));
             told.into_iter().for_each(|found| warned.tell(found));
-            Ok(set)
+            Ok(sets)
         };
-        inputs.iter().map(read).collect()
+        Ok(inputs.iter().map(read).collect::<Result<Vec<_>, RunError>>()?.concat())
     }
 
-    fn line_set(&self, input: &LineInput, cancel: &CancelToken) -> Result<LineSet, RunError> {
+    /// The lines of an input: more than one set where some have heights of their own and others do not.
+    fn line_sets(
+        &self,
+        input: &LineInput,
+        temp_dir: Option<&Path>,
+        cancel: &CancelToken,
+    ) -> Result<Vec<LineSet>, RunError> {
         let &LineInput { kind, ref from, shift, ref heights } = input;
         let wants_heights = *heights == HeightSource::Own;
         let lines = match from {
@@ -185,22 +203,32 @@ impl Opened {
                 let shapes = |error| RunError::Shapes { kind, error };
                 let nowhere = || shapes(ShapesError::NoRaster { path: source.path.clone() });
                 let raster = self.raster.as_ref().ok_or_else(nowhere)?;
+                if let (LineKind::Breaklines, HeightSource::Field(name)) = (kind, heights) {
+                    let memory = LineMemory { temp_dir: temp_dir.map(Path::to_path_buf), vertices: VERTICES_IN_MEMORY };
+                    let both = read_lines_by_field(raster, source, name, &memory, cancel).map_err(shapes)?;
+                    let sets = both.into_iter().map(|lines| LineSet { kind, lines, shift });
+                    return Ok(sets.filter(|set| set.lines.count() > 0).collect());
+                }
+                // What has an inside is held in memory.
+                let vertices = if kind.has_inside() { usize::MAX } else { VERTICES_IN_MEMORY };
+                let memory = LineMemory { temp_dir: temp_dir.map(Path::to_path_buf), vertices };
                 let read = match kind {
-                    LineKind::Breaklines => read_lines(raster, source, wants_heights, cancel),
+                    LineKind::Breaklines => read_lines(raster, source, wants_heights, &memory, cancel),
                     LineKind::Lakes | LineKind::Footprints | LineKind::Cutline => {
                         let field = match heights {
                             HeightSource::Lake(LakeHeight::Field(name)) => Some(name.as_str()),
                             _ => None,
                         };
-                        read_outlines(raster, source, field, cancel)
+                        read_outlines(raster, source, field, &memory, cancel)
                     }
                 };
                 read.map_err(shapes)?
             }
             Lines::Places(lines) => {
-                let _ = cancel;
+                let _ = (temp_dir, cancel);
                 let path = self.band.path().to_path_buf();
-                if wants_heights && lines.heights().is_none() {
+                // No field says anything of them.
+                if (wants_heights || matches!(heights, HeightSource::Field(_))) && lines.heights().is_none() {
                     return Err(UnusableLines::Level { path, kind }.into());
                 }
                 let lines = match kind {
@@ -223,9 +251,9 @@ impl Opened {
                 let path = input.file().unwrap_or(self.band.path());
                 with_levels(lines, height, (&self.band, path), cancel)?
             }
-            HeightSource::Raster | HeightSource::Own => lines,
+            HeightSource::Raster | HeightSource::Own | HeightSource::Field(_) => lines,
         };
-        Ok(LineSet { kind, lines, shift })
+        Ok(vec![LineSet { kind, lines, shift }])
     }
 }
 
@@ -234,22 +262,30 @@ pub(super) fn on_lattice(
     inputs: &[LineInput],
     sets: &[LineSet],
     band: &Band,
-) -> Result<Option<Breaklines>, UnusableLines> {
+    scratch: Scratch,
+) -> Result<Option<Held>, RunError> {
     if sets.is_empty() {
         return Ok(None);
     }
     let of = |kind| path(inputs, kind, band);
-    let lattice = |(kind, error)| UnusableLines::Lattice { path: of(kind), kind, error };
-    let lines = Breaklines::new(sets, (band.width(), band.height())).map_err(lattice)?;
+    let failed = |failure| match failure {
+        LinesFailure::Lattice(kind, error) => RunError::from(UnusableLines::Lattice { path: of(kind), kind, error }),
+        LinesFailure::Scratch(error) => crate::job::Error::from(error).into(),
+    };
+    let lines = Held::new(sets, (band.width(), band.height()), scratch, Held::IN_MEMORY).map_err(failed)?;
     for (kind, counts) in lines.counts() {
         let (path, lines_read) = (of(kind), counts.lines);
         match kind {
             // One around all of the raster has no line on it.
             LineKind::Cutline if lines.leave_nothing() => {
-                return Err(UnusableLines::NothingInside { path, lines: lines_read });
+                return Err(UnusableLines::NothingInside { path, lines: lines_read }.into());
             }
-            LineKind::Breaklines | LineKind::Lakes | LineKind::Footprints if counts.segments == 0 => {
-                return Err(UnusableLines::Outside { path, kind, lines: lines_read });
+            LineKind::Breaklines | LineKind::Lakes | LineKind::Footprints
+                if lines.counts().all(|(other, counts)| other != kind || counts.segments == 0) =>
+            {
+                let of_kind = lines.counts().filter(|(other, _)| *other == kind);
+                let lines_read = of_kind.map(|(_, counts)| counts.lines).sum();
+                return Err(UnusableLines::Outside { path, kind, lines: lines_read }.into());
             }
             _ => {}
         }

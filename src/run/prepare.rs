@@ -12,15 +12,17 @@ use super::threads::start_threads;
 use super::{Request, RunError, Warned, provenance};
 use crate::base::channels::{Channel, ChannelBands, Number};
 use crate::base::control::Control;
+use crate::base::external::Scratch;
 use crate::base::features::Feature;
 use crate::base::staged::StagedFile;
 use crate::base::{Band, Texture, channels_of};
 use crate::field::{may_have_holes, searched_range};
 use crate::formats::{self, Attributes, Base, FORMATS, Format, SinkError, SinkOption};
+use crate::job::lines::Lines;
 use crate::job::plan::{Load, Plan, default_budget};
 use crate::job::work_dir::{self, WorkDir, WorkDirError};
 use crate::job::{Error, Params, grid, rules};
-use crate::kernel::breaklines::{Breaklines, TwoHeights};
+use crate::kernel::breaklines::TwoHeights;
 
 /// What a run is prepared for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,17 +138,19 @@ impl<'a> Run<'a> {
             rules::check(features.with(Feature::RoundedToSingle))?;
         }
         check_attributes(request, format, attributes.as_ref())?;
-        let breaklines = on_lattice(&request.lines, &inputs.lines, band)?;
+        let scratch = Scratch::new(Some(&request.params.temp_dir), control.cancel.clone());
+        let breaklines = on_lattice(&request.lines, &inputs.lines, band, scratch)?;
+        let grid = grid(band.width(), band.height(), &request.params)?;
         let load = Load {
             band,
             importance: importance.as_ref(),
             channels: attributes.as_ref().map_or(&[], |a| &a.bands),
-            grid: grid(band.width(), band.height(), &request.params)?,
+            grid,
             params: &request.params,
             points: points.as_ref().map_or(0, |p| p.set.len()),
-            lines_bytes: breaklines.as_ref().map_or(0, Breaklines::bytes),
+            lines_bytes: breaklines.as_ref().map_or(0, |lines| lines.bytes(&grid)),
             holes: request.fill_voids > 0 && may_have_holes(band)
-                || breaklines.as_ref().is_some_and(Breaklines::have_heights),
+                || breaklines.as_ref().is_some_and(Lines::have_heights),
             solid: request.sink.base.is_some(),
             normals: request.normals.is_some(),
         };
@@ -161,7 +165,7 @@ impl<'a> Run<'a> {
         }
         let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
         let pool = start_threads(plan.threads)?;
-        let lines_range = breaklines.as_ref().and_then(Breaklines::height_range);
+        let lines_range = breaklines.as_ref().and_then(Lines::height_range);
         let found = || Written::find(request, format, (band, importance.as_ref(), lines_range), is_flat, control);
         let written = pool.install(found)?;
         if let Some(lines) = &breaklines {

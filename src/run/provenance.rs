@@ -89,7 +89,7 @@ fn options(request: &Request<'_>, band: &Band, attributes: Option<&Ranged<'_>>) 
     }
     let shifted = request.lines.iter().find(|lines| !lines.kind.has_inside());
     say(OptionName::BreaklineShift, shifted.map(|lines| lines.shift.to_string()));
-    let own = request.lines.iter().find(|lines| lines.heights == HeightSource::Own);
+    let own = request.lines.iter().find(|lines| matches!(lines.heights, HeightSource::Own | HeightSource::Field(_)));
     say(OptionName::BreaklineZ, own.map(|lines| lines.heights.name()));
     let lakes = request.lines.iter().find(|lines| lines.kind == LineKind::Lakes);
     say(OptionName::LakeZ, lakes.map(|lines| lines.heights.name()));

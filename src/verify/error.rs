@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use super::lines::MAX_SEGMENTS;
 use crate::base::control::Cancelled;
 use crate::base::decimal::Decimal;
 use crate::base::external::ScratchError;
-use crate::base::{LineKind, Polylines, RasterError};
+use crate::base::plainly::Plainly;
+use crate::base::{LineKind, RasterError};
 use crate::formats::ReadError;
 use crate::job::rules::Incompatible;
 
@@ -58,10 +60,10 @@ pub enum VerifyError {
         found: String,
     },
     /// Lines are too long in all.
-    #[error("expected at most {} pieces of lines between rows and columns, found more", Polylines::MAX_SEGMENTS)]
+    #[error("expected at most {} pieces of lines between rows and columns, found more", MAX_SEGMENTS)]
     ManyLines,
     /// A vertex of a line is farther away than numbers go.
-    #[error("expected lines near the raster, found a vertex at column {column}, row {row}")]
+    #[error("expected lines near the raster, found a vertex at column {}, row {}", Plainly(*column), Plainly(*row))]
     FarLine {
         /// With fractions.
         column: f64,
@@ -69,7 +71,7 @@ pub enum VerifyError {
         row: f64,
     },
     /// A height of a line's own is none.
-    #[error("expected heights of lines from -1e30 to 1e30, found {height} in feature {feature}")]
+    #[error("expected heights of lines from -1e30 to 1e30, found {} in feature {feature}", Plainly(*height))]
     LineHeight {
         /// The feature.
         feature: u64,

@@ -228,6 +228,51 @@ fn lines_without_one_height_at_every_place_are_refused_by_name() {
 
 /// Houses, one with a yard, one across a seam and one at the raster's rim, together with roads or alone.
 #[test]
+fn a_field_says_whose_heights_count() {
+    let scene = Scene::new();
+    let layer = |name: &str, from: [Value; 2]| {
+        let lines = [[(3.2, 4.4), (36.0, 6.0)], [(4.0, 24.5), (37.5, 20.0)]];
+        let feature = |(line, from): (&[(f64, f64); 2], &Value)| {
+            let at = |&(c, r): &(f64, f64)| json!([500_000.0 + (c + 0.5) * 10.0, 5_200_000.0 - (r + 0.5) * 10.0, 40.0]);
+            let geometry = json!({"type": "LineString", "coordinates": line.iter().map(at).collect::<Vec<_>>()});
+            json!({"type": "Feature", "properties": {"z_from": from, "width": 3}, "geometry": geometry})
+        };
+        let features: Vec<Value> = lines.iter().zip(&from).map(feature).collect();
+        let crs = json!({"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}});
+        scene.folder.with(name, json!({"type": "FeatureCollection", "crs": crs, "features": features}).to_string())
+    };
+    let both = layer("both.geojson", [json!("line"), json!("raster")]);
+    let field = ["--breakline-z", "field:z_from"];
+    let report = scene.simplify(&both, &field).succeeds().json();
+    assert_eq!((&report["breaklines"]["z"], &report["breaklines"]["lines"]), (&json!("field:z_from"), &json!(2)));
+    assert!(report["beside_lines"].as_u64().is_some_and(|beside| beside > 20), "{report}");
+    let verdict = scene.verify(&both, &field).succeeds().json();
+    assert_eq!(verdict["breaklines"]["segments"], report["breaklines"]["segments"]);
+    let header = String::from_utf8_lossy(&scene.written()[..2000]).into_owned();
+    assert!(header.contains("comment breakline z field:z_from\n"), "{header}");
+    // One line is on the ground, the other is not: neither all nor none of them have heights.
+    for other in [&["--breakline-z", "line"][..], &[]] {
+        let verdict = scene.verify(&both, other);
+        assert!(verdict.code == Some(1), "{other:?}: {verdict:?}");
+    }
+    for from in ["line", "raster"] {
+        let all = layer("all.geojson", [json!(from), json!(from)]);
+        let meshes = [&field, &["--breakline-z", from]].map(|options| {
+            let report = scene.simplify(&all, options).succeeds().json();
+            (report["triangles"].clone(), report["breaklines"]["chains"].clone())
+        });
+        assert_eq!(meshes[0], meshes[1]);
+    }
+    let odd = layer("odd.geojson", [json!("line"), json!("both")]);
+    scene
+        .simplify(&odd, &field)
+        .fails(1, &["found the text \"both\" in field z_from", "raster or line", "--breakline-z"]);
+    scene.simplify(&both, &["--breakline-z", "field:width"]).fails(1, &["no text in field width", "--breakline-z"]);
+    scene.simplify(&both, &["--breakline-z", "field:level"]).fails(1, &["no field level among width, z_from"]);
+    scene.simplify(&both, &["--breakline-z", "feet"]).fails(2, &["expected raster, line or field:NAME"]);
+}
+
+#[test]
 fn edges_follow_the_outlines_of_footprints_together_with_breaklines() {
     let scene = Scene::new();
     let roads = scene.layer("roads.geojson", &LINES);

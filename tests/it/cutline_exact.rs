@@ -131,5 +131,5 @@ fn other_meshes_are_found_out_and_what_makes_no_sense_is_refused() {
         &["outside.geojson: expected a cutline around some of the raster", "--cutline"],
     );
     let void = scene.polygon("void.geojson", &[&[(20.2, 20.2), (22.8, 20.2), (22.8, 21.8), (20.2, 21.8)]]);
-    refused(&["--cutline", &void, "--cutline-exact"], 1, &["--cutline"]);
+    refused(&["--cutline", &void, "--cutline-exact"], 1, &["--cutline", "if the raster has no void there"]);
 }

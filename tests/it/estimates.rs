@@ -113,3 +113,20 @@ fn a_budget_that_is_too_small_is_told_of() {
     terrabite(command).fails(2, &["expected a budget of at least ", " vertices, found 9"]);
     assert_eq!(folder.names(), ["dem.tif"]);
 }
+
+#[test]
+fn a_cutline_that_is_exact_takes_its_share() {
+    let folder = Folder::new();
+    let dem = Dem::new(300, 200).heights(ground).write(&folder, "dem.tif");
+    // The left third, less half of it in the middle.
+    let ring = |left: f64, top: f64, right: f64, bottom: f64| {
+        format!("[[{left},{top}],[{right},{top}],[{right},{bottom}],[{left},{bottom}],[{left},{top}]]")
+    };
+    let (outer, hole) = (ring(-1.0, 1.0, 100.0, -201.0), ring(30.0, -40.0, 80.0, -160.0));
+    let area = folder.at("area.geojson");
+    let text = format!(
+        r#"{{"type":"FeatureCollection","features":[{{"type":"Feature","properties":{{}},"geometry":{{"type":"Polygon","coordinates":[{outer},{hole}]}}}}]}}"#
+    );
+    std::fs::write(&area, text).unwrap();
+    agree(&folder, &dem, &["--max-error", "20", "--quality", "none", "--cutline", &area, "--cutline-exact"]);
+}

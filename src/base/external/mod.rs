@@ -1,13 +1,15 @@
-//! More records than memory holds: temporary files without a name, external sorting, queues. For those who read and judge
-//! written meshes; whoever makes them has chunks.
+//! More records than memory holds: temporary files without a name, external sorting, queues, lists. For those who read and judge
+//! written meshes, and for lines; whoever makes meshes has chunks.
 
 mod scratch;
+mod shelves;
 mod sort;
 mod store;
 
 use std::path::PathBuf;
 
 pub(crate) use scratch::{Queue, Scratch};
+pub(crate) use shelves::Shelves;
 pub(crate) use sort::{Sorted, Sorter};
 pub(crate) use store::{Store, StoreWriter};
 

@@ -10,7 +10,7 @@ use crate::base::control::CancelToken;
 /// Where temporary files are made. They have no name, so nobody else opens them and nothing is left behind by a crash.
 ///
 /// Every transfer looks out for cancellation: a run that is sorting notices as soon as one that is reading.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Scratch {
     dir: PathBuf,
     cancel: CancelToken,
@@ -33,6 +33,18 @@ impl Scratch {
     pub(crate) fn write<const N: usize>(&self, mut file: &File, records: &[[u64; N]]) -> Result<(), ScratchError> {
         self.cancel.check()?;
         file.write_all(bytemuck::cast_slice(records.as_flattened())).map_err(|e| self.error(e))
+    }
+
+    /// Writes records at the cursor of a file, which is made if there is none.
+    pub(crate) fn append<const N: usize>(
+        &self,
+        file: &mut Option<File>,
+        records: &[[u64; N]],
+    ) -> Result<(), ScratchError> {
+        if file.is_none() {
+            *file = Some(self.file()?);
+        }
+        self.write(file.as_ref().expect("made above"), records)
     }
 
     /// Reads records from number `first` on.
@@ -69,11 +81,7 @@ impl<'s, const N: usize> Queue<'s, N> {
 
     pub(crate) fn push(&mut self, record: [u64; N]) -> Result<(), ScratchError> {
         if self.latest.len() == Self::BUFFER {
-            if self.file.is_none() {
-                self.file = Some(self.scratch.file()?);
-            }
-            let file = self.file.as_ref().expect("made above");
-            self.scratch.write(file, &self.latest)?;
+            self.scratch.append(&mut self.file, &self.latest)?;
             self.filed += self.latest.len() as u64;
             self.latest.clear();
         }

@@ -71,10 +71,7 @@ impl<'s, const N: usize> Sorter<'s, N> {
 
     fn write_run(&mut self) -> Result<(), ScratchError> {
         self.buffer.par_sort_unstable_by(compare);
-        if self.file.is_none() {
-            self.file = Some(self.scratch.file()?);
-        }
-        self.scratch.write(self.file.as_ref().expect("made above"), &self.buffer)?;
+        self.scratch.append(&mut self.file, &self.buffer)?;
         let first = self.runs.last().map_or(0, |r| r.first + r.count);
         self.runs.push(Run { first, count: self.buffer.len() as u64 });
         self.buffer.clear();

@@ -26,6 +26,7 @@ pub(in crate::cli) fn of_shapes(error: ShapesError, option: &str) -> Failure {
     let failure = Failure::new(&error);
     match error {
         ShapesError::Cancelled(stopped) => stopped.into(),
+        ShapesError::Scratch(ref scratch) => super::of_scratch(scratch, &error),
         ShapesError::Open { .. } => failure.hint(&format!("choose another file with {option}")),
         ShapesError::NoSuchLayer { .. } => failure.hint(&format!("choose one with {option}-layer")),
         ShapesError::Layer { ref found, .. } if found.contains("CURVE") || found == "CIRCULARSTRING" => {

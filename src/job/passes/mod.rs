@@ -36,16 +36,16 @@ use rayon::prelude::*;
 use self::clocks::Clocks;
 use self::seams::{SeamMaker, Way};
 use self::workspace::Workspace;
+use super::chains::{self, ChainStore};
 use super::order::in_cache_order;
 use super::spool::{Chunk, Chunks, Spool};
-use super::{Error, Params, Quality, chains};
+use super::{Error, Params, Quality};
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
 use crate::base::features::FeatureSet;
 use crate::base::tiling::{TileGrid, TileId, TilePlace, TileTooLong};
 use crate::base::{Tile, Window};
 use crate::field::Field;
-use crate::kernel::breaklines::Chains;
 use crate::kernel::seam::Sides;
 
 /// A pass over the tiles of a grid, each of which becomes a chunk.
@@ -242,7 +242,7 @@ pub struct Job<'a> {
     /// Where tiles end, under a goal.
     pub(super) end: Option<End>,
     /// The chains of breaklines, where there are some and it is known what they are.
-    pub(super) chains: Option<Arc<Chains>>,
+    pub(super) chains: Option<Arc<ChainStore>>,
 }
 
 impl<'a> Job<'a> {

@@ -174,7 +174,7 @@ impl TileMaker {
 
     /// Finds the points of the tile that is loaded, and makes sure that they are on the ground.
     pub(super) fn find_points(&mut self, job: &Job<'_>, window: Window) -> Result<(), Error> {
-        self.shared.find_features(job, window);
+        self.shared.find_features(job, window)?;
         let validity = self.shared.tile.validity();
         let off_ground = |&&(column, row): &&(usize, usize)| !validity.is_ground(column as i32, row as i32);
         match self.shared.points.iter().find(off_ground).filter(|_| !validity.is_whole()) {

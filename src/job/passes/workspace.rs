@@ -27,6 +27,7 @@ impl Workspace {
     pub(super) fn load(&mut self, field: &Field, params: &Params, window: Window) -> Result<(), Error> {
         field.load_with(window, &mut self.tile, &mut self.loading)?;
         if let Some(lines) = &params.breaklines {
+            let lines = lines.near(window)?;
             lines.ease(&mut self.tile, window, params.points.as_deref(), params.tolerance.kept());
             if params.straying(params.features()).is_finite() {
                 lines.unbind(&mut self.tile, window);
@@ -43,14 +44,15 @@ impl Workspace {
     }
 
     /// Finds the points and the chains in a window.
-    pub(super) fn find_features(&mut self, job: &Job<'_>, window: Window) {
+    pub(super) fn find_features(&mut self, job: &Job<'_>, window: Window) -> Result<(), Error> {
         self.points.clear();
         if let Some(points) = &job.params.points {
             points.within(window, &mut self.points);
         }
         if let Some(chains) = &job.chains {
-            chains.within(window, &mut self.chains);
+            chains.within(window, &mut self.chains)?;
         }
+        Ok(())
     }
 
     /// Loads the samples of a window and compares them with those that the chunk was made from.

@@ -111,7 +111,9 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
         _ => None,
     };
     let points = 2.0 * params.points.as_ref().map_or(0, |p| p.len()) as f64;
-    let wanted = rates.map_or(f64::INFINITY, |rates| rates.triangles * samples + points);
+    let share = params.breaklines.as_ref().and_then(|lines| lines.share_inside()).unwrap_or(1.0);
+    let covered = samples * share;
+    let wanted = rates.map_or(f64::INFINITY, |rates| rates.triangles * covered + points);
     let triangles = wanted.min(params.goal.most_triangles().map_or(f64::INFINITY, |most| most as f64));
     if params.goal.most_triangles().is_some() && !field.may_have_gaps() {
         check_corners(&Job { params, ..job })?;
@@ -124,7 +126,7 @@ pub fn probe_field(field: &Field, params: &Params, control: &Control<'_>) -> Res
     // Where the tiles that were tried have no ground, it is as if they had one triangle.
     let samples_per_triangle = samples / triangles.min(2.0 * samples).max(1.0);
     let later = if passes::polishes_seams(params.quality, max_stray) { LATER_PASSES } else { 1.0 };
-    let seconds = rates.filter(|rates| rates.seconds > 0.0).map(|rates| rates.seconds * samples * later);
+    let seconds = rates.filter(|rates| rates.seconds > 0.0).map(|rates| rates.seconds * covered * later);
     Ok(Expected { thread_seconds: seconds, ..Expected::of(samples_per_triangle, told) })
 }
 

@@ -9,7 +9,7 @@
 //! lake's height, and no distance from it.
 
 use super::lakes::Lakes;
-use super::{Levels, Place, Segment};
+use super::{Levels, Place, Segment, Set, SetBits};
 use crate::base::exact::{self, MAX_WEIGHT};
 use crate::base::lattice::STEPS;
 use crate::base::{EasedSample, PointSet, Tile, Window};
@@ -83,6 +83,19 @@ fn weight(limit: f64, tolerance: f64) -> f64 {
 }
 
 impl Beside {
+    /// The same of all segments, with the sets that each is of.
+    pub(super) fn of_lines(
+        levels: &Levels,
+        lakes: Lakes,
+        (segments, of): (&[Segment], &[SetBits]),
+        sets: &[Set],
+        size: (usize, usize),
+    ) -> Beside {
+        let is_raster = |bits: &SetBits| (0..).zip(sets).all(|(i, set)| bits & 1 << i == 0 || !set.has_heights);
+        let of_raster = segments.iter().zip(of).filter(|(_, bits)| is_raster(bits)).map(|(segment, _)| *segment);
+        Beside::new(levels, lakes, of_raster, size)
+    }
+
     /// Beside all places with heights, and in lakes; `others` are segments of lines without.
     pub(super) fn new(
         levels: &Levels,

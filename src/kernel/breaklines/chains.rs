@@ -10,7 +10,7 @@ use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::Vertex;
 
 /// An end of an edge, on the lattice of the raster.
-type End = (Place, f64);
+pub type End = (Place, f64);
 
 /// What became of the chains of lines.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
@@ -21,24 +21,29 @@ pub struct ChainCounts {
     pub off_ground: u64,
 }
 
-/// The edges of all chains. Memory: some 80 bytes for each.
+/// An edge of a chain, on the lattice of the raster.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlacedEdge {
+    /// Places and heights, the lower place first.
+    pub ends: [End; 2],
+    /// The sets of lines that it is of.
+    pub sets: SetBits,
+    /// What it has to its left, as [`ChainEdge::inside`].
+    pub inside: Option<bool>,
+}
+
+/// The edges of the chains of some tiles. Memory: some 80 bytes for each.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Chains {
-    /// In order, the lower end of each first.
-    edges: Vec<[End; 2]>,
-    /// What each has to its left, as [`ChainEdge::inside`]; none where no line is the mesh's border.
-    insides: Vec<Option<bool>>,
-    /// Where the mesh is to be, if that is not all of the ground.
-    inside: Option<Arc<Inside>>,
+    /// In order.
+    edges: Vec<PlacedEdge>,
     /// All ends, each once, in order.
     ends: Vec<End>,
-    /// For each set of lines.
-    counts: Vec<ChainCounts>,
 }
 
 impl Chains {
-    /// Edges of tiles, with the windows of these; `off_ground` is how many segments of each set of lines were left out.
-    pub fn new(tiles: impl IntoIterator<Item = (Window, Vec<ChainEdge>)>, off_ground: Vec<u64>) -> Chains {
+    /// Edges of tiles, with the windows of these.
+    pub fn new(tiles: impl IntoIterator<Item = (Window, Vec<ChainEdge>)>) -> Chains {
         let of_tile = |(window, edges): (Window, Vec<ChainEdge>)| {
             let global = move |v: Vertex| {
                 let at = |local: i32, first: usize| i64::from(local) + first as i64 * i64::from(STEPS);
@@ -47,64 +52,29 @@ impl Chains {
             edges.into_iter().map(move |ChainEdge { edge, sets, inside }| (edge.map(global), sets, inside))
         };
         let sorted = |([a, b], sets, inside): ([End; 2], SetBits, Option<bool>)| match a.0 <= b.0 {
-            true => ([a, b], sets, inside),
-            false => ([b, a], sets, inside.map(|is_left| !is_left)),
+            true => PlacedEdge { ends: [a, b], sets, inside },
+            false => PlacedEdge { ends: [b, a], sets, inside: inside.map(|is_left| !is_left) },
         };
-        let mut found: Vec<_> = tiles.into_iter().flat_map(of_tile).map(sorted).collect();
-        let count = |(number, off_ground): (usize, u64)| {
-            let edges = found.iter().filter(|(_, sets, _)| sets & 1 << number != 0).count() as u64;
-            ChainCounts { edges, off_ground }
-        };
-        let counts = off_ground.into_iter().enumerate().map(count).collect();
-        found.sort_unstable_by_key(|(edge, _, _)| edge.map(|end| end.0));
-        let edges: Vec<[End; 2]> = found.iter().map(|(edge, _, _)| *edge).collect();
-        let is_border = found.iter().any(|(_, _, inside)| inside.is_some());
-        let insides = found.into_iter().filter(|_| is_border).map(|(_, _, inside)| inside).collect();
-        let mut ends: Vec<End> = edges.as_flattened().to_vec();
+        Chains::of(tiles.into_iter().flat_map(of_tile).map(sorted).collect())
+    }
+
+    /// These edges, in any order.
+    pub fn of(mut edges: Vec<PlacedEdge>) -> Chains {
+        edges.sort_unstable_by_key(|edge| edge.ends.map(|end| end.0));
+        let mut ends: Vec<End> = edges.iter().flat_map(|edge| edge.ends).collect();
         ends.sort_unstable_by_key(|end| end.0);
         ends.dedup_by_key(|end| end.0);
-        Chains { edges, insides, inside: None, ends, counts }
+        Chains { edges, ends }
     }
 
-    /// The same where the mesh is to end with this inside.
-    pub(crate) fn within_outlines(self, inside: Option<Arc<Inside>>) -> Chains {
-        Chains { inside, ..self }
+    /// The edges, by their lower ends, then by the others.
+    pub fn edges(&self) -> &[PlacedEdge] {
+        &self.edges
     }
 
-    /// How many edges each set of lines has, and what of it has none. An edge may be of several.
-    pub fn counts(&self) -> &[ChainCounts] {
-        &self.counts
-    }
-
-    /// The edges that lie in a window, rim included, and all ends of edges that do, those of edges outside among them. Replaces what is
-    /// in `found`.
-    pub fn within(&self, window: Window, found: &mut TileChains) {
-        found.edges.clear();
-        found.border.clear();
-        found.vertices.clear();
-        found.inside.clone_from(&self.inside);
-        let steps = i64::from(STEPS);
-        let range = |first: usize, count: usize| first as i64 * steps..=(first + count - 1) as i64 * steps;
-        let (columns, rows) = (range(window.column, window.width), range(window.row, window.height));
-        let is_above = |low: Place| low.y < *rows.start();
-        let first = self.edges.partition_point(|[low, _]| is_above(low.0));
-        let edges = &self.edges[first..];
-        let ends = &self.ends[self.ends.partition_point(|end| is_above(end.0))..];
-        let local = |(place, height): End| Vertex {
-            at: Point { x: (place.x - columns.start()) as i32, y: (place.y - rows.start()) as i32 },
-            height,
-        };
-        let is_in = |end: &End| columns.contains(&end.0.x) && rows.contains(&end.0.y);
-        let edges = edges.iter().take_while(|[low, _]| low.0.y <= *rows.end());
-        let is_whole = |edge: &&[End; 2]| edge.iter().all(is_in);
-        found.edges.extend(edges.clone().filter(is_whole).map(|edge| edge.map(local)));
-        let insides = self.insides.get(first..).unwrap_or_default();
-        found.border.extend(edges.zip(insides).filter(|(edge, _)| is_whole(edge)).filter_map(|(edge, inside)| {
-            let [a, b] = edge.map(local);
-            inside.map(|is_left| if is_left { [a, b] } else { [b, a] })
-        }));
-        let ends = ends.iter().take_while(|end| end.0.y <= *rows.end());
-        found.vertices.extend(ends.filter(|end| is_in(end)).map(|&end| local(end)));
+    /// All ends of edges, each once: their places on the lattice of the raster, by rows, then by columns, and their heights.
+    pub fn ends(&self) -> &[End] {
+        &self.ends
     }
 }
 
@@ -122,6 +92,35 @@ pub struct TileChains {
 }
 
 impl TileChains {
+    /// Replaces what is there by the edges that lie in a window, rim included, and by all of these `ends` that do, those of edges outside
+    /// among them. Both are given in their order, and there may be more of them.
+    pub(crate) fn fill(
+        &mut self,
+        window: Window,
+        inside: Option<&Arc<Inside>>,
+        edges: impl Iterator<Item = PlacedEdge>,
+        ends: impl Iterator<Item = End>,
+    ) {
+        self.edges.clear();
+        self.border.clear();
+        self.vertices.clear();
+        self.inside = inside.cloned();
+        let steps = i64::from(STEPS);
+        let range = |first: usize, count: usize| first as i64 * steps..=(first + count - 1) as i64 * steps;
+        let (columns, rows) = (range(window.column, window.width), range(window.row, window.height));
+        let is_in = |end: &End| columns.contains(&end.0.x) && rows.contains(&end.0.y);
+        let local = |(place, height): End| Vertex {
+            at: Point { x: (place.x - columns.start()) as i32, y: (place.y - rows.start()) as i32 },
+            height,
+        };
+        for edge in edges.filter(|edge| edge.ends.iter().all(is_in)) {
+            let [a, b] = edge.ends.map(local);
+            self.edges.push([a, b]);
+            self.border.extend(edge.inside.map(|is_left| if is_left { [a, b] } else { [b, a] }));
+        }
+        self.vertices.extend(ends.filter(is_in).map(local));
+    }
+
     /// The edges.
     pub fn edges(&self) -> &[[Vertex; 2]] {
         &self.edges

@@ -74,8 +74,9 @@ pub struct Stretch {
 
 impl Pieces {
     /// The pieces of these segments of `lines`, which are given in their order. Ends of edges are: where a line ends or several meet or
-    /// begin to share a stretch, the first place of a ring, `further` places (in their order), `points`, and where a line comes to a line of the grid or leaves it; on a line of the
-    /// grid also its corners.
+    /// begin to share a stretch, `further` places (in their order), `points`, and where a line comes to a line of the grid or leaves it; on a line of the
+    /// grid also its corners; and the first place of a ring that has no other end. So what lies in a tile is decided by the segments
+    /// in it and those that touch it.
     pub fn new(
         lines: &Breaklines,
         segments: &[Segment],
@@ -86,17 +87,10 @@ impl Pieces {
     ) -> Pieces {
         let graph = Graph::new(segments);
         let sets = |p: Place, q: Place| lines.sets_of([p.min(q), p.max(q)]);
-        let mut rings = Vec::new();
         let is_meeting = |p: Place| match graph.beside(p) {
             &[(_, q), (_, r)] => sets(p, q) != sets(p, r),
             _ => true,
         };
-        graph.walk(is_meeting, |way| {
-            if way[0] == way[way.len() - 1] {
-                rings.push(way[0])
-            }
-        });
-        rings.sort_unstable();
         let is_point = |p: Place| {
             let on_sample = p.x % CELL == 0 && p.y % CELL == 0;
             on_sample && points.is_some_and(|all| all.has(((p.x / CELL) as usize, (p.y / CELL) as usize)))
@@ -113,13 +107,7 @@ impl Pieces {
             let leaves_row = row && beside.iter().any(|(_, q)| q.y != p.y);
             column && row || leaves_column || leaves_row
         };
-        let is_end = |p: Place| {
-            is_meeting(p)
-                || rings.binary_search(&p).is_ok()
-                || further.binary_search(&p).is_ok()
-                || is_point(p)
-                || is_at_line(p)
-        };
+        let is_end = |p: Place| is_meeting(p) || further.binary_search(&p).is_ok() || is_point(p) || is_at_line(p);
         let mut pieces = Vec::new();
         let mut add = |way: &[Place]| {
             let tile = tile_of([way[0], way[1]], grid, size);

@@ -41,6 +41,15 @@ enum Extent {
 }
 
 impl Inside {
+    /// The share of the raster that is inside, to a few roundings.
+    pub(super) fn share(&self) -> f64 {
+        // In strips a step high.
+        let width = |t: &Trapezoid| across(t.right, t.row, 1) - across(t.left, t.row, 1);
+        let steps = self.trapezoids.iter().map(|t| width(t) as f64).sum::<f64>() / PARTS as f64;
+        let cells = (self.size.0 - 1) as f64 * (self.size.1 - 1) as f64;
+        steps / (CELL * CELL) as f64 / cells
+    }
+
     /// Of polygons' outlines, which are closed, over a raster of this many samples: noded segments, each with the number of its polygon and how often it is run
     /// over. Gives also the segments of the border, in their order. The raster's own rim is none.
     pub(super) fn new(

@@ -23,7 +23,7 @@ fn outlines(rings: &[Vec<(i32, i32)>], features: &[u64]) -> Breaklines {
 /// All noded segments, with how often each is run over.
 fn noded(rings: &[Vec<(i32, i32)>], features: &[u64]) -> Vec<pieces::Piece> {
     let mut found = Vec::new();
-    places::cut(0, &set(rings, features), SIZE, &mut found).expect("near lines");
+    found.extend(cut(&[set(rings, features)], SIZE).expect("near lines").0);
     noding::node(found)
 }
 

@@ -5,6 +5,7 @@ use super::lakes::Lakes;
 use super::pieces::Piece;
 use crate::base::LineKind;
 use crate::base::exact;
+use crate::base::lattice::STEPS;
 
 /// The heights of lines at all of their places.
 #[derive(Debug, Default, PartialEq)]
@@ -41,6 +42,19 @@ pub struct TwoHeights {
     pub of: [(LineKind, u64); 2],
     /// Whether they are not one, however close: lakes are level.
     is_certain: bool,
+}
+
+impl TwoHeights {
+    pub(super) fn place(&self) -> Place {
+        let steps = |cells: f64| (cells * f64::from(STEPS)) as i64;
+        Place { y: steps(self.row), x: steps(self.column) }
+    }
+
+    /// Whether heights differ more than others do.
+    pub(super) fn is_larger(&self, other: &TwoHeights) -> bool {
+        let ([low, high], [other_low, other_high]) = (self.heights, other.heights);
+        exact::sign(&[(1, high), (-1, low), (-1, other_high), (1, other_low)]).is_gt()
+    }
 }
 
 struct Part((LineKind, u64));
@@ -87,6 +101,16 @@ impl Levels {
             }
         }
         found
+    }
+
+    /// No places, and these differences.
+    pub(super) fn told(differences: Vec<TwoHeights>) -> Levels {
+        Levels { levels: Vec::new(), differences }
+    }
+
+    /// Where several lines have several heights, in the order of places.
+    pub(super) fn differences(&self) -> &[TwoHeights] {
+        &self.differences
     }
 
     /// All places with their heights, in their order.

@@ -5,8 +5,8 @@
 //! quarter cells; `noding` makes one plane graph of all lines, by iterated snap rounding (Halperin & Packer 2002). So far the lines
 //! and the raster's size decide alone: [`Breaklines`]. `graph` says what of that lies on the ground and which places must be ends of
 //! edges; between two of those `links` finds the fewest edges, by `wall` within the tolerance of the raster's surface and by
-//! `obstacles` off all other lines; `reach` tells at once of many that they may be used. [`Chains`] has the edges of a whole raster, and
-//! lends those of a tile. Where lines have heights of their own (`levels`), samples beside them are eased (`beside`): the surface may be
+//! `obstacles` off all other lines; `reach` tells at once of many that they may be used. [`Chains`] has the edges of some tiles, and
+//! [`TileChains`] those that lie in one. Where lines have heights of their own (`levels`), samples beside them are eased (`beside`): the surface may be
 //! anywhere between the sample and the line. `unbound` says where edges are too near for a limit on straying. Outlines that the mesh
 //! ends at bound an `inside`: lines outside of it ask for nothing.
 //!
@@ -21,9 +21,11 @@ mod levels;
 mod links;
 mod noding;
 mod obstacles;
+mod outlines;
 mod pieces;
 mod places;
 mod reach;
+pub(crate) mod strips;
 mod unbound;
 mod wall;
 
@@ -37,13 +39,14 @@ mod tests;
 use std::sync::Arc;
 
 use self::beside::Beside;
-use self::lakes::Lakes;
 use self::levels::Levels;
+use self::outlines::{take_inside, take_lakes};
 use crate::base::features::FeatureSet;
 use crate::base::lattice::STEPS;
+use crate::base::plainly::Plainly;
 use crate::base::{LineKind, LineSet, PointSet, Polylines, Tile, Window};
 
-pub use chains::{ChainCounts, Chains, TileChains};
+pub use chains::{ChainCounts, Chains, End, PlacedEdge, TileChains};
 pub use graph::{Pieces, Stretch, Surroundings, surroundings, tile_of};
 pub(crate) use inside::Inside;
 pub use levels::TwoHeights;
@@ -112,6 +115,18 @@ struct Set {
     counts: LineCounts,
 }
 
+impl Set {
+    /// Of lines of which nothing is known yet.
+    fn new(set: &LineSet) -> Result<Set, LinesError> {
+        if !(0.0..=Polylines::MAX_SHIFT).contains(&set.shift) {
+            return Err(LinesError::Shift(set.shift));
+        }
+        let (kind, has_heights) = (set.kind, set.lines.have_heights());
+        let counts = LineCounts { lines: set.lines.count() as u64, ..LineCounts::default() };
+        Ok(Set { kind, shift: (set.shift * FINE as f64).floor() as i64, has_heights, counts })
+    }
+}
+
 /// Why lines cannot be put on the lattice.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum LinesError {
@@ -119,7 +134,7 @@ pub enum LinesError {
     #[error("expected at most {} pieces of lines between rows and columns, found more", Polylines::MAX_SEGMENTS)]
     TooMany,
     /// A vertex is farther away than numbers go.
-    #[error("expected lines near the raster, found a vertex at column {column}, row {row}")]
+    #[error("expected lines near the raster, found a vertex at column {}, row {}", Plainly(*column), Plainly(*row))]
     TooFar {
         /// With fractions.
         column: f64,
@@ -130,7 +145,7 @@ pub enum LinesError {
     #[error("expected a shift from 0 to {max} cells, found {0}", max = Polylines::MAX_SHIFT)]
     Shift(f64),
     /// A height of a line's own is none.
-    #[error("expected heights of lines from -1e30 to 1e30, found {height} in feature {feature}")]
+    #[error("expected heights of lines from -1e30 to 1e30, found {} in feature {feature}", Plainly(*height))]
     Height {
         /// The feature.
         feature: u64,
@@ -152,21 +167,21 @@ impl Breaklines {
     /// # Errors
     /// The kind of the lines, and [`LinesError`].
     pub fn new(asked: &[LineSet], size: (usize, usize)) -> Result<Breaklines, (LineKind, LinesError)> {
-        let (mut pieces, mut sets) = (Vec::new(), Vec::new());
-        for (number, set) in (0..).zip(asked) {
-            if !(0.0..=Polylines::MAX_SHIFT).contains(&set.shift) {
-                return Err((set.kind, LinesError::Shift(set.shift)));
-            }
-            let counts = places::cut(number, set, size, &mut pieces).map_err(|error| (set.kind, error))?;
-            let (kind, has_heights) = (set.kind, set.lines.heights().is_some());
-            sets.push(Set { kind, shift: (set.shift * FINE as f64).floor() as i64, has_heights, counts });
-        }
+        let (pieces, sets) = cut(asked, size)?;
+        Breaklines::of_pieces(pieces, sets, asked, size)
+    }
+
+    /// Of pieces that are not noded.
+    fn of_pieces(
+        pieces: Vec<pieces::Piece>,
+        mut sets: Vec<Set>,
+        asked: &[LineSet],
+        size: (usize, usize),
+    ) -> Result<Breaklines, (LineKind, LinesError)> {
         let mut pieces = noding::node(pieces);
         let lakes = take_lakes(asked, &mut pieces).map_err(|error| (LineKind::Lakes, error))?;
         let inside = take_inside(asked, &mut pieces, size).map(Arc::new);
-        let segments = noding::segments(&pieces);
-        let bits = |group: &[pieces::Piece]| group.iter().fold(0, |bits, piece| bits | 1 << piece.set);
-        let of: Vec<SetBits> = pieces.chunk_by(|a, b| a.ends == b.ends).map(bits).collect();
+        let (segments, of) = noding::with_sets(&pieces);
         for (number, set) in (0..).zip(&mut sets) {
             set.counts.segments = of.iter().filter(|bits| **bits & 1 << number != 0).count() as u64;
         }
@@ -175,9 +190,7 @@ impl Breaklines {
             let has_heights = sets[usize::from(piece.set)].has_heights;
             has_heights.then(|| (set.kind, set.lines.feature(piece.line as usize)))
         });
-        let is_raster = |bits: &SetBits| (0..).zip(&sets).all(|(i, set)| bits & 1 << i == 0 || !set.has_heights);
-        let of_raster = segments.iter().zip(&of).filter(|(_, bits)| is_raster(bits)).map(|(segment, _)| *segment);
-        let beside = Beside::new(&levels, lakes, of_raster, size);
+        let beside = Beside::of_lines(&levels, lakes, (&segments, &of), &sets, size);
         let (segments, of, levels, beside) = (Arc::new(segments), Arc::new(of), Arc::new(levels), Arc::new(beside));
         Ok(Breaklines { segments, of, sets, levels, beside, inside })
     }
@@ -217,14 +230,15 @@ impl Breaklines {
         self.segments.binary_search(&segment).map_or(0, |i| self.of[i])
     }
 
-    /// How many segments of each set are not among these, which are in their order.
-    pub fn each_without(&self, segments: &[Segment]) -> Vec<u64> {
-        let missing = self.segments.iter().zip(self.of.iter()).filter(|(s, _)| segments.binary_search(s).is_err());
-        let mut counts = vec![0; self.sets.len()];
-        for (_, bits) in missing {
-            (0..).zip(&mut counts).for_each(|(number, count)| *count += u64::from(bits >> number & 1));
-        }
-        counts
+    /// The segments whose lower place is in some rows of the lattice.
+    pub fn segments_in(&self, rows: std::ops::Range<i64>) -> &[Segment] {
+        let before = |row: i64| self.segments.partition_point(|[low, _]| low.y < row);
+        &self.segments[before(rows.start)..before(rows.end)]
+    }
+
+    /// How many sets of lines there are.
+    pub fn set_count(&self) -> usize {
+        self.sets.len()
     }
 
     /// Makes sure that lines which have a place in common have heights there that are within the tolerance of each other.
@@ -258,6 +272,11 @@ impl Breaklines {
     /// Where the mesh is to be, if that is not all of the ground.
     pub(crate) fn inside(&self) -> Option<&Arc<Inside>> {
         self.inside.as_ref()
+    }
+
+    /// The share of a raster that the mesh is to cover, where there are outlines that it ends at.
+    pub(crate) fn share_inside(&self) -> Option<f64> {
+        self.inside.as_ref().map(|inside| inside.share())
     }
 
     /// Whether there are outlines that the mesh ends at, and nothing is inside of them.
@@ -308,55 +327,36 @@ impl Breaklines {
     /// What of them decides a mesh, the same on every machine.
     pub fn named(&self) -> String {
         let mut hasher = crc32fast::Hasher::new();
-        let numbers = self.segments.iter().flatten().flat_map(|p| [p.x, p.y]);
-        numbers.for_each(|number| hasher.update(&number.to_le_bytes()));
+        self.segments.iter().flatten().for_each(|place| hash_place(&mut hasher, *place));
         self.of.iter().for_each(|bits| hasher.update(&[*bits]));
         self.levels.hash(&mut hasher);
+        self.named_as(self.segments.len() as u64, hasher.finalize())
+    }
+
+    fn named_as(&self, segments: u64, checksum: u32) -> String {
         let sets = self.sets.iter().map(|set| format!(", {} with shift {}/{FINE}", set.kind.name(), set.shift));
         let sets = sets.collect::<String>();
-        format!("{} segments with checksum {:08x}{sets}", self.segments.len(), hasher.finalize())
+        format!("{segments} segments with checksum {checksum:08x}{sets}")
     }
 }
 
-/// The inside of the outlines that the mesh ends at, whose pieces are noded; `None` where there are none. Pieces that are not on its border
-/// are taken away, and those on the raster's rim.
-fn take_inside(asked: &[LineSet], pieces: &mut Vec<pieces::Piece>, size: (usize, usize)) -> Option<Inside> {
-    let (number, set) = (0u8..).zip(asked).find(|(_, set)| set.kind == LineKind::Cutline)?;
-    let mut polygons: Vec<u64> = (0..set.lines.lines().len()).map(|line| set.lines.feature(line)).collect();
-    let of_line = polygons.clone();
-    polygons.sort_unstable();
-    polygons.dedup();
-    let polygon = |line: u32| polygons.binary_search(&of_line[line as usize]).expect("one of all") as u32;
-    let outlines = pieces.iter().filter(|piece| piece.set == number);
-    let (inside, border) = Inside::new(outlines.map(|piece| (piece.ends, polygon(piece.line), piece.times)), size);
-    pieces.retain(|piece| piece.set != number || border.binary_search(&piece.ends).is_ok());
-    Some(inside)
+/// The pieces of all sets, in no order.
+fn cut(asked: &[LineSet], size: (usize, usize)) -> Result<(Vec<pieces::Piece>, Vec<Set>), (LineKind, LinesError)> {
+    let (mut pieces, mut sets) = (Vec::new(), Vec::new());
+    for (number, set) in (0..).zip(asked) {
+        let mut found = Set::new(set).map_err(|error| (set.kind, error))?;
+        let feature = |line: usize| set.lines.feature(line);
+        let mut take = |more: &mut Vec<_>| {
+            pieces.append(more);
+            if pieces.len() > Polylines::MAX_SEGMENTS { Err(LinesError::TooMany) } else { Ok(()) }
+        };
+        places::cut((number, set.kind), &set.lines, (0, &feature), size, &mut found.counts, &mut take)
+            .map_err(|error| (set.kind, error))?;
+        sets.push(found);
+    }
+    Ok((pieces, sets))
 }
 
-/// The lakes of all sets, whose pieces are noded. Each feature is one, with the height of its outline. Pieces that bound no lake are
-/// taken away.
-fn take_lakes(asked: &[LineSet], pieces: &mut Vec<pieces::Piece>) -> Result<Lakes, LinesError> {
-    let Some((number, set)) = (0u8..).zip(asked).find(|(_, set)| set.kind == LineKind::Lakes) else {
-        return Ok(Lakes::default());
-    };
-    let heights = set.lines.heights().unwrap_or_default();
-    let height = |line: usize| heights.get(line).and_then(|heights| heights.first()).copied();
-    let mut lakes: Vec<(u64, f64)> = Vec::new();
-    let mut of_line = Vec::new();
-    for line in 0..set.lines.lines().len() {
-        let feature = set.lines.feature(line);
-        // Parts of a feature follow each other.
-        if lakes.last().is_none_or(|(last, _)| *last != feature) {
-            lakes.push((feature, height(line).unwrap_or(0.0)));
-        }
-        of_line.push(lakes.len() as u32 - 1);
-    }
-    let lake = |piece: &pieces::Piece| (piece.set == number).then(|| of_line[piece.line as usize]);
-    let outlines = |pieces: &[pieces::Piece]| {
-        let sides = pieces.iter().filter_map(|piece| Some((piece.ends, lake(piece)?, piece.times)));
-        sides.collect::<Vec<_>>().into_iter()
-    };
-    let odd = lakes::odd(outlines(pieces));
-    pieces.retain(|piece| lake(piece).is_none_or(|lake| odd.binary_search(&(piece.ends, lake)).is_ok()));
-    Lakes::new(lakes, outlines(pieces))
+fn hash_place(hasher: &mut crc32fast::Hasher, place: Place) {
+    [place.x, place.y].into_iter().for_each(|number| hasher.update(&number.to_le_bytes()));
 }

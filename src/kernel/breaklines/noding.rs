@@ -9,7 +9,7 @@
 //! whole numbers.
 
 use super::pieces::Piece;
-use super::{Place, Segment};
+use super::{Place, Segment, SetBits};
 use crate::base::lattice::STEPS;
 
 /// All pieces noded, in their order, each once.
@@ -26,19 +26,31 @@ pub(super) fn node(mut pieces: Vec<Piece>) -> Vec<Piece> {
     };
     in_order(&mut pieces);
     loop {
-        let hot = hot_places(&segments(&pieces));
-        let mut next = Vec::with_capacity(pieces.len());
-        let mut way = Vec::new();
-        for piece in &pieces {
-            lead(piece.ends, &hot, &mut way);
-            next.extend(piece.led(&way));
-        }
+        let mut next = lead_once(&pieces, &pieces);
         in_order(&mut next);
         if next == pieces {
             return pieces;
         }
         pieces = next;
     }
+}
+
+/// Pieces led once through the hot places of all that are near, in no order.
+pub(super) fn lead_once(pieces: &[Piece], near: &[Piece]) -> Vec<Piece> {
+    let hot = hot_places(&segments(near));
+    let mut led = Vec::with_capacity(pieces.len());
+    let mut way = Vec::new();
+    for piece in pieces {
+        lead(piece.ends, &hot, &mut way);
+        led.extend(piece.led(&way));
+    }
+    led
+}
+
+/// The segments of pieces, which are in their order, each once, and the sets that each is of.
+pub(super) fn with_sets(pieces: &[Piece]) -> (Vec<Segment>, Vec<SetBits>) {
+    let bits = |group: &[Piece]| group.iter().fold(0, |bits, piece| bits | 1 << piece.set);
+    pieces.chunk_by(|a, b| a.ends == b.ends).map(|group| (group[0].ends, bits(group))).unzip()
 }
 
 /// The segments of pieces, which are in their order, each once.

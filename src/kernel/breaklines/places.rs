@@ -11,7 +11,7 @@ use super::pieces::{Piece, part_way};
 use super::{FINE, LineCounts, LinesError, Place};
 use crate::base::exact::MAX_HEIGHT;
 use crate::base::lattice::STEPS;
-use crate::base::{LineKind, LineSet, Polylines};
+use crate::base::{LineKind, Polylines};
 
 /// Parts of a lattice step that vertices are read in.
 const FINE_STEP: i64 = FINE / STEPS as i64;
@@ -19,52 +19,55 @@ const FINE_STEP: i64 = FINE / STEPS as i64;
 /// A place in parts of a cell.
 type Fine = (i64, i64);
 
-/// Adds the pieces of all lines of a set that lie in the rectangle of this many samples, in no order, and tells what became of the
-/// lines.
-pub(super) fn cut(
-    number: u8,
-    set: &LineSet,
+/// Pieces handed on at a time.
+const AT_A_TIME: usize = 1 << 12;
+
+/// Hands on the pieces of lines of a set that lie in the rectangle of this many samples, in no order, and adds what became of the lines.
+/// They are told with the number of the first, and with the features of all by number. `take` empties what it is given.
+pub(super) fn cut<E: From<LinesError>>(
+    (number, kind): (u8, LineKind),
+    lines: &Polylines,
+    (first, feature): (usize, &dyn Fn(usize) -> u64),
     (width, height): (usize, usize),
-    pieces: &mut Vec<Piece>,
-) -> Result<LineCounts, LinesError> {
-    let lines = set.lines.lines();
+    counts: &mut LineCounts,
+    take: &mut dyn FnMut(&mut Vec<Piece>) -> Result<(), E>,
+) -> Result<(), E> {
     let mut walk = Walk {
         last: (width as i64 - 1, height as i64 - 1),
         largest: 0.0,
         of: (number, 0),
-        pieces: std::mem::take(pieces),
+        pieces: Vec::new(),
+        found: 0,
         before: None,
-        is_closed: set.kind.has_inside(),
+        is_closed: kind.has_inside(),
     };
-    let mut counts = LineCounts { lines: lines.len() as u64, ..LineCounts::default() };
-    for (i, line) in lines.iter().enumerate() {
-        let found = walk.pieces.len();
-        let heights = set.lines.heights().map(|heights| heights[i].as_slice());
+    for (i, line) in lines.lines().iter().enumerate() {
+        let found = walk.found;
+        let heights = lines.heights().map(|heights| heights[i].as_slice());
         // Lines without heights are as one, but for what they bound.
-        walk.of.1 = if heights.is_some() || set.kind == LineKind::Cutline { i as u32 } else { 0 };
+        walk.of.1 = if heights.is_some() || kind == LineKind::Cutline { (first + i) as u32 } else { 0 };
         walk.before = None;
         let mut last: Option<Corner> = None;
         // What has an inside ends where it begins.
-        let closing = line.first().filter(|first| set.kind.has_inside() && line.last() != Some(first));
+        let closing = line.first().filter(|first| kind.has_inside() && line.last() != Some(first));
         for (j, &vertex) in line.iter().chain(closing).enumerate() {
             let height = heights.map_or(0.0, |heights| heights[j % line.len()]);
             if height.is_nan() || height.abs() > MAX_HEIGHT {
-                return Err(LinesError::Height { feature: set.lines.feature(i), height });
+                return Err(LinesError::Height { feature: feature(first + i), height }.into());
             }
             let b = Corner { at: fine(vertex)?, height };
             if let Some(a) = last.replace(b) {
                 walk.cross(a, b);
             }
             walk.visit(b);
-            if walk.pieces.len() > Polylines::MAX_SEGMENTS {
-                return Err(LinesError::TooMany);
+            if walk.pieces.len() > AT_A_TIME {
+                take(&mut walk.pieces)?;
             }
         }
-        counts.left_out += u64::from(walk.pieces.len() == found);
+        counts.left_out += u64::from(walk.found == found);
     }
-    counts.largest_rounding = walk.largest / FINE as f64;
-    *pieces = walk.pieces;
-    Ok(counts)
+    counts.largest_rounding = counts.largest_rounding.max(walk.largest / FINE as f64);
+    take(&mut walk.pieces)
 }
 
 /// A vertex of a line.
@@ -89,6 +92,8 @@ struct Walk {
     /// The number of the set, and that of the line in it.
     of: (u8, u32),
     pieces: Vec<Piece>,
+    /// How many pieces were found.
+    found: u64,
     before: Option<(Place, f64)>,
     /// Whether what lies outside of the raster is drawn to its rim, so that it is known what is inside of outlines.
     is_closed: bool,
@@ -132,6 +137,7 @@ impl Walk {
             Some((before, _)) if before == place => return,
             Some((before, height_before)) if self.has(before) && self.has(place) => {
                 self.pieces.push(Piece::new(self.of, [(before, height_before), (place, height)]));
+                self.found += 1;
             }
             _ => {}
         }

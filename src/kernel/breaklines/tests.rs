@@ -113,7 +113,8 @@ pub(super) fn chains_of(tile: &Tile, lines: &Breaklines, tolerance: f64) -> Tile
     let task = Thinning { tile, window, size, tolerance, lines, points: &[], cancel: &cancel };
     let made = pieces.by_tile().map(|(_, pieces)| (window, thin(&task, pieces).expect("heights in doubles")));
     let mut found = TileChains::default();
-    Chains::new(made.collect::<Vec<_>>(), vec![0]).within(window, &mut found);
+    let chains = Chains::new(made.collect::<Vec<_>>());
+    found.fill(window, None, chains.edges().iter().copied(), chains.ends().iter().copied());
     found
 }
 

@@ -38,8 +38,12 @@ pub fn read_cutline(
     let take = |placer: &Placer, geometry: &Geometry, _: (u64, &Feature<'_>), found: &mut Vec<Polygon>| {
         polygons(placer, geometry, found)
     };
-    let (found, without_geometry) =
-        for_each_geometry(raster, from, ("polygons", "a polygon or polygons"), cancel, take)?;
+    let mut found = Vec::new();
+    let keep = |polygon: Polygon| {
+        found.push(polygon);
+        Ok(())
+    };
+    let without_geometry = for_each_geometry(raster, from, ("polygons", "a polygon or polygons"), cancel, take, keep)?;
     Ok((Cutline::new(found), without_geometry))
 }
 

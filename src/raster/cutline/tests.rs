@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::base::control::CancelToken;
 use crate::base::{Polygon, Window};
-use crate::raster::{LineSource, Raster, ShapesError, read_lines};
+use crate::raster::{LineMemory, LineSource, Raster, ShapesError, read_lines};
 
 const ALL: Window = Window { column: 0, row: 0, width: 20, height: 15 };
 
@@ -154,7 +154,14 @@ fn sides_that_are_bent_to_both_sides_are_bent() {
     let line = r#"{"type": "LineString", "coordinates": [[3.0, -14.0], [27.0, 14.0]]}"#;
     let source = LineSource { path: folder.path().join("line.geojson"), layer: None };
     std::fs::write(&source.path, geojson("", line)).expect("written");
-    let lines = read_lines(&raster, &source, false, &CancelToken::default()).expect("a line");
+    let lines = read_lines(
+        &raster,
+        &source,
+        false,
+        &LineMemory { temp_dir: None, vertices: usize::MAX },
+        &CancelToken::default(),
+    )
+    .expect("a line");
     let line = &lines.lines()[0];
     assert!(line.len() > 5, "{line:?}");
     let turned = |(column, row): (f64, f64)| (39.0 - column, 39.0 - row);

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::base::control::Cancelled;
+use crate::base::external::ScratchError;
 
 /// Why a layer of lines or polygons cannot be used. Every message names the file.
 #[derive(Debug, thiserror::Error)]
@@ -60,7 +61,19 @@ pub enum ShapesError {
         /// The layer's file.
         path: PathBuf,
     },
+    /// Shapes cannot be kept beside memory.
+    #[error(transparent)]
+    Scratch(ScratchError),
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+impl From<ScratchError> for ShapesError {
+    fn from(error: ScratchError) -> ShapesError {
+        match error {
+            ScratchError::Cancelled(stopped) => ShapesError::Cancelled(stopped),
+            file => ShapesError::Scratch(file),
+        }
+    }
 }

@@ -9,6 +9,7 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 use super::ShapesError;
 use crate::base::GeoTransform;
 use crate::base::control::CancelToken;
+use crate::base::plainly::Plainly;
 use crate::raster::crs::{transform, transformed};
 use crate::raster::open::crs_name;
 use crate::raster::reason;
@@ -28,8 +29,8 @@ const HALVINGS: u32 = 12;
 const FEATURES_BETWEEN_CHECKS: u64 = 256;
 
 /// Calls `take` with the geometry of every feature of a layer and the feature with its number, and with what brings its vertices to the samples of `raster`, or of the
-/// window of it that is looked at. `take` adds shapes to those found, at least one in all, or says what it found in place of one. The
-/// `shapes` are called `one` in a feature. Features without geometry are passed over; gives how many there are.
+/// window of it that is looked at. `take` adds shapes to those of a feature, at least one in all, or says what it found in place of one; `keep`
+/// is given one after the other. The `shapes` are called `one` in a feature. Features without geometry are passed over; gives how many there are.
 ///
 /// # Errors
 /// [`ShapesError`]: nothing to open, no such layer, a feature of another kind, a CRS there is no way from.
@@ -39,7 +40,8 @@ pub(in crate::raster) fn for_each_geometry<S>(
     (shapes, one): (&'static str, &str),
     cancel: &CancelToken,
     take: impl Fn(&Placer, &Geometry, (u64, &Feature<'_>), &mut Vec<S>) -> Result<(), String>,
-) -> Result<(Vec<S>, u64), ShapesError> {
+    mut keep: impl FnMut(S) -> Result<(), ShapesError>,
+) -> Result<u64, ShapesError> {
     let options = DatasetOptions {
         open_flags: GdalOpenFlags::GDAL_OF_READONLY
             | GdalOpenFlags::GDAL_OF_VECTOR
@@ -80,7 +82,7 @@ pub(in crate::raster) fn for_each_geometry<S>(
     };
     let placer = Placer { transform, geo_transform: raster.geo_transform() };
     let expected = there.try_feature_count();
-    let (mut all, mut found, mut without_geometry) = (Vec::new(), 0, 0);
+    let (mut shapes_of, mut is_empty, mut found, mut without_geometry) = (Vec::new(), true, 0, 0);
     for feature in there.features() {
         if found % FEATURES_BETWEEN_CHECKS == 0 {
             cancel.check()?;
@@ -88,24 +90,26 @@ pub(in crate::raster) fn for_each_geometry<S>(
         let id = feature.fid().unwrap_or(found);
         // Null, where a feature has no geometry.
         match feature.geometry_by_index(0) {
-            Ok(geometry) => take(&placer, geometry, (id, &feature), &mut all)
+            Ok(geometry) => take(&placer, geometry, (id, &feature), &mut shapes_of)
                 .map_err(|found| wrong(format!("{one} in feature {id}"), found))?,
             Err(_) => without_geometry += 1,
         }
+        is_empty &= shapes_of.is_empty();
+        shapes_of.drain(..).try_for_each(&mut keep)?;
         found += 1;
     }
     // The end of a layer and a failure to read on look the same.
     if let Some(expected) = expected.filter(|expected| found < *expected) {
         return Err(wrong(format!("{expected} features"), format!("{found}: the file is damaged")));
     }
-    if all.is_empty() {
+    if is_empty {
         let found = match without_geometry {
             0 => "none".to_string(),
             count => format!("none; features without geometry: {count}"),
         };
         return Err(wrong(shapes.to_string(), found));
     }
-    Ok((all, without_geometry))
+    Ok(without_geometry)
 }
 
 /// Places of vertices, and their heights.
@@ -140,10 +144,11 @@ impl Placer {
         let mut before: Option<Corner> = None;
         for (x, y, height) in points {
             if !(x.is_finite() && y.is_finite()) {
-                return Err(format!("a vertex at {x}, {y}"));
+                return Err(format!("a vertex at {}, {}", Plainly(x), Plainly(y)));
             }
-            let place =
-                self.place((x, y)).ok_or_else(|| format!("{x}, {y}, which has no place in the raster's CRS"))?;
+            let place = self
+                .place((x, y))
+                .ok_or_else(|| format!("{}, {}, which has no place in the raster's CRS", Plainly(x), Plainly(y)))?;
             let here = Corner { map: (x, y), place, height };
             if let (Some(before), true) = (before, self.transform.is_some()) {
                 self.bend(before, here, HALVINGS, &mut places);

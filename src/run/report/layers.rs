@@ -27,11 +27,11 @@ pub struct CutlineReport {
 pub struct LinesReport {
     /// The layer's file; empty where a program gave the lines.
     pub file: String,
-    /// Where their heights come from: raster or line, for lakes min, median or a field.
+    /// Where their heights come from: raster, line or a field, for lakes min, median or a field.
     pub z: String,
     /// How far edges may be from lines, in cells.
     pub shift: f64,
-    /// What became of the lines.
+    /// What became of the lines. Where a field says where heights come from, those of either kind are counted for themselves.
     #[serde(flatten)]
     pub counts: LineCounts,
     /// What became of them on the ground.
@@ -53,9 +53,17 @@ pub struct PointsReport {
 impl LinesReport {
     pub(super) fn new(kind: LineKind, request: &Request<'_>, params: &Params, mesh: &Mesh) -> Option<LinesReport> {
         let input = request.lines.iter().find(|input| input.kind == kind)?;
-        let mut counts = params.breaklines.as_ref()?.counts().enumerate();
-        let (number, (_, counts)) = counts.find(|(_, (of, _))| *of == kind)?;
-        let chains = mesh.chains().get(number).copied()?;
+        // Several sets of a kind where some lines have heights of their own.
+        let of_kind = params.breaklines.as_ref()?.counts().zip(mesh.chains()).filter(|((of, _), _)| *of == kind);
+        let (counts, chains) = of_kind.map(|((_, counts), chains)| (counts, *chains)).reduce(|(a, b), (c, d)| {
+            let counts = LineCounts {
+                lines: a.lines + c.lines,
+                left_out: a.left_out + c.left_out,
+                segments: a.segments + c.segments,
+                largest_rounding: a.largest_rounding.max(c.largest_rounding),
+            };
+            (counts, ChainCounts { edges: b.edges + d.edges, off_ground: b.off_ground + d.off_ground })
+        })?;
         Some(LinesReport { file: shown(input.file()), z: input.heights.name(), shift: input.shift, counts, chains })
     }
 }

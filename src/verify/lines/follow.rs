@@ -6,6 +6,7 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 
 use super::heights::{Crossing, Samples, for_each_crossing};
+use super::required::SetBits;
 use super::{RequiredLines, Spot};
 use crate::verify::exact::rational;
 
@@ -40,14 +41,55 @@ impl<const N: usize> Mean<N> {
 const DOUBT: f64 = 1e-14;
 
 impl Wall<'_> {
-    /// How many edges lead from the first place of a stretch of these sets to its last, at the fewest.
+    /// How many edges lead from the first place of a stretch of these sets to its last, at the fewest. In a ring they may begin at any
+    /// place, and lead around to it.
     ///
     /// # Errors
     /// The number of the last place that edges lead to.
     pub(super) fn follow(
         &self,
         stretch: &[Spot],
-        sets: &[usize],
+        sets: SetBits,
+        beside: &HashMap<Spot, Vec<Spot>>,
+    ) -> Result<u64, usize> {
+        let found = self.follow_from_first(stretch, sets, beside);
+        let last = stretch.len() - 1;
+        if found.is_ok() || stretch[0] != stretch[last] {
+            return found;
+        }
+        // Where the ring's first place is no vertex of the way, an edge passes over it.
+        let places = &stretch[..last];
+        let numbers: HashMap<Spot, usize> = places.iter().enumerate().map(|(i, spot)| (*spot, i)).collect();
+        let ends = |from: usize| {
+            let ends = beside.get(&places[from]).into_iter().flatten().filter_map(|spot| numbers.get(spot));
+            ends.copied().filter(move |&to| 0 < to && to < from).map(move |to| (from, to))
+        };
+        let mut over_first: Vec<(usize, usize)> = (1..last).flat_map(ends).collect();
+        over_first.sort_unstable_by_key(|&(from, to)| (last - from + to, to));
+        let turned = |from: usize| {
+            let mut turned = places.to_vec();
+            turned.rotate_left(from);
+            turned.push(places[from]);
+            turned
+        };
+        let mut tried = None;
+        for (from, to) in over_first {
+            let turned = turned(from);
+            if tried != Some(from) && self.allows(&turned[..=last - from + to], sets) {
+                tried = Some(from);
+                if let Ok(edges) = self.follow_from_first(&turned, sets, beside) {
+                    return Ok(edges);
+                }
+            }
+        }
+        found
+    }
+
+    /// The same from the first place alone.
+    fn follow_from_first(
+        &self,
+        stretch: &[Spot],
+        sets: SetBits,
         beside: &HashMap<Spot, Vec<Spot>>,
     ) -> Result<u64, usize> {
         let last = stretch.len() - 1;
@@ -70,8 +112,8 @@ impl Wall<'_> {
     }
 
     /// Whether the edge from the first of these places to the last may stand for them.
-    fn allows(&self, places: &[Spot], sets: &[usize]) -> bool {
-        let sets = || sets.iter().map(|&set| &self.lines.sets[set]);
+    fn allows(&self, places: &[Spot], sets: SetBits) -> bool {
+        let sets = || (0..).zip(&self.lines.sets).filter(|(set, _)| sets >> set & 1 == 1).map(|(_, set)| set);
         let shift = sets().map(|set| set.shift).fold(f64::INFINITY, f64::min);
         let (a, b) = (places[0], places[places.len() - 1]);
         let (Some(from), Some(to)) = ((self.height)(a), (self.height)(b)) else { return false };

@@ -1,56 +1,58 @@
 //! Stretches of lines from where they end or meet to where they do again.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
-
 use super::Spot;
+use super::required::SetBits;
 
 /// A stretch's places, and the sets of lines that it is of.
-type Stretch<'a> = (Vec<Spot>, &'a [usize]);
+type Stretch = (Vec<Spot>, SetBits);
+
+/// From a place to another, each as (down, across), and the sets that the segment is of.
+type Way = (Spot, Spot, SetBits);
 
 /// All stretches of segments that are given with their sets. Where these change, a stretch ends. A ring that meets no other line begins
 /// and ends at its first place, by rows and then by columns.
-pub(super) fn stretches(segments: Vec<&([Spot; 2], Vec<usize>)>) -> Vec<Stretch<'_>> {
-    let mut beside: BTreeMap<Spot, BTreeSet<Spot>> = BTreeMap::new();
-    let mut of: HashMap<[Spot; 2], &[usize]> = HashMap::new();
+///
+/// Memory: some 120 bytes for each segment.
+pub(super) fn stretches<'s>(segments: impl Iterator<Item = &'s ([Spot; 2], SetBits)>) -> Vec<Stretch> {
     let turned = |(x, y): Spot| (y, x);
-    for &([a, b], sets) in &segments {
-        let [a, b] = [turned(*a), turned(*b)];
-        beside.entry(a).or_default().insert(b);
-        beside.entry(b).or_default().insert(a);
-        of.extend([([a, b], sets.as_slice()), ([b, a], sets)]);
-    }
-    let goes_on = |(spot, to): (&Spot, &BTreeSet<Spot>)| {
-        let mut sets = to.iter().map(|to| of[&[*spot, *to]]);
-        to.len() == 2 && sets.next() == sets.next()
+    let both = |&([a, b], sets): &([Spot; 2], SetBits)| {
+        let [a, b] = [turned(a), turned(b)];
+        [(a, b, sets), (b, a, sets)]
     };
-    let ends: Vec<Spot> = beside.iter().filter(|entry| !goes_on(*entry)).map(|(spot, _)| *spot).collect();
+    let mut ways: Vec<Way> = segments.flat_map(both).collect();
+    ways.sort_unstable();
+    let first = |spot: Spot| ways.partition_point(|way| way.0 < spot);
+    let from = |spot: Spot| {
+        let first = first(spot);
+        first..first + ways[first..].iter().take_while(|way| way.0 == spot).count()
+    };
+    let goes_on = |of: &[Way]| of.len() == 2 && of[0].2 == of[1].2;
+    let mut taken = vec![false; ways.len()];
     let mut found = Vec::new();
-    let mut take = |start: Spot, beside: &mut BTreeMap<Spot, BTreeSet<Spot>>, is_end: &dyn Fn(Spot) -> bool| {
-        while let Some(&next) = beside[&start].first() {
-            let (mut stretch, mut at) = (vec![start], next);
+    // What begins at an end, then rings.
+    for from_ends in [true, false] {
+        for i in 0..ways.len() {
+            let (start, mut at, sets) = ways[i];
+            if taken[i] || from_ends && goes_on(&ways[from(start)]) {
+                continue;
+            }
+            let mut stretch = vec![start];
             loop {
                 let before = stretch[stretch.len() - 1];
                 for (p, q) in [(before, at), (at, before)] {
-                    beside.get_mut(&p).into_iter().for_each(|to| {
-                        to.remove(&q);
-                    });
+                    let way = from(p).find(|&way| ways[way].1 == q);
+                    taken[way.expect("a segment leads both ways")] = true;
                 }
                 stretch.push(at);
-                match beside[&at].first() {
-                    Some(&on) if at != start && !is_end(at) => at = on,
-                    _ => break,
+                let beside = from(at);
+                if at == start || from_ends && !goes_on(&ways[beside.clone()]) {
+                    break;
                 }
+                let Some(next) = beside.into_iter().find(|&way| !taken[way]) else { break };
+                at = ways[next].1;
             }
-            let sets = of[&[stretch[0], stretch[1]]];
             found.push((stretch.into_iter().map(turned).collect(), sets));
         }
-    };
-    for &end in &ends {
-        take(end, &mut beside, &|spot| ends.binary_search(&spot).is_ok());
-    }
-    let all: Vec<Spot> = beside.keys().copied().collect();
-    for start in all {
-        take(start, &mut beside, &|_| false);
     }
     found
 }

@@ -7,7 +7,7 @@
 //! edge within the tolerance of the raster's bilinear surface at its ends and where it crosses rows and columns. Where lines have
 //! heights of their own (`required`), the ends are held to these, and the edge to those of all places that it passes over.
 //!
-//! Places are whole numbers of quarter cells and comparisons are exact. Memory: some 500 bytes for each segment of the lines.
+//! Places are whole numbers of quarter cells and comparisons are exact. Memory: some 400 bytes for each segment of the lines.
 
 mod follow;
 mod graph;
@@ -39,6 +39,7 @@ use graph::stretches;
 use heights::Samples;
 
 pub(super) use inside::Inside;
+pub(super) use places::MAX_SEGMENTS;
 pub use required::RequiredLines;
 pub(super) use unbound::Unbound;
 
@@ -151,8 +152,8 @@ pub fn verify_lines(
 
     let at = |i: u32| spots[i as usize];
     let samples = Samples::read(raster, &segments, edges.iter().map(|&(a, b)| [at(a), at(b)]), cancel)?;
-    let (on_ground, off_ground): (Vec<_>, Vec<_>) =
-        lines.segments.iter().partition(|(segment, _)| samples.has_cell(*segment, |cell| lines.asks(*segment, cell)));
+    let is_ground = |segment: [Spot; 2]| samples.has_cell(segment, |cell| lines.asks(segment, cell));
+    let on_ground: Vec<_> = lines.segments.iter().filter(|(segment, _)| is_ground(*segment)).collect();
     let mut beside: HashMap<Spot, Vec<Spot>> = HashMap::new();
     for &(a, b) in &edges {
         beside.entry(at(a)).or_default().push(at(b));
@@ -162,14 +163,14 @@ pub fn verify_lines(
     let wall = Wall { samples: &samples, tolerance: max_error, lines, height: &height };
     let mut verdict = LinesVerdict {
         segments: segments.len() as u64,
-        off_ground: off_ground.len() as u64,
+        off_ground: (segments.len() - on_ground.len()) as u64,
         stretches: 0,
         edges: 0,
         broken: Finding::default(),
         lakes: lines.shores.len() as u64,
         not_level,
     };
-    for (stretch, sets) in stretches(on_ground) {
+    for (stretch, sets) in stretches(on_ground.into_iter()) {
         cancel.check()?;
         verdict.stretches += 1;
         match wall.follow(&stretch, sets, &beside) {

@@ -3,40 +3,52 @@
 //! Hot places are ends of segments, and the places nearest to where two cross. A segment goes through all hot places whose square it
 //! meets, half a step around each, lower and right sides left out; in the order of their shadows on it.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::HashSet;
 
 use super::Spot;
 use super::pieces::Piece;
 
-/// Pieces joined, each once, with how often its line runs over it.
-pub(super) fn noded(all: Vec<Piece>) -> BTreeMap<Piece, u32> {
-    let counted = |all: &mut dyn Iterator<Item = (Piece, u32)>| {
-        let mut pieces: BTreeMap<Piece, u32> = BTreeMap::new();
-        all.for_each(|(piece, times)| *pieces.entry(piece).or_default() += times);
-        pieces
-    };
-    let mut pieces = counted(&mut all.into_iter().map(|piece| (piece, 1)));
+/// A piece, and how often its line runs over it.
+pub(super) type Counted = (Piece, u32);
+
+/// Pieces joined, each once, in order. Memory: some 250 bytes for each.
+pub(super) fn noded(all: Vec<Piece>) -> Vec<Counted> {
+    let mut pieces = counted(all.into_iter().map(|piece| (piece, 1)).collect());
     loop {
-        let mut hot: HashSet<Spot> = pieces.keys().flat_map(|piece| piece.ends).collect();
-        let mut by_cell: BTreeMap<Spot, Vec<[Spot; 2]>> = BTreeMap::new();
-        let segments: BTreeSet<[Spot; 2]> = pieces.keys().map(|piece| piece.ends).collect();
-        for &[a, b] in &segments {
-            by_cell.entry((a.0.min(b.0) >> 2, a.1.min(b.1) >> 2)).or_default().push([a, b]);
-        }
-        for cell in by_cell.values() {
-            for (i, &s) in cell.iter().enumerate() {
-                hot.extend(cell[..i].iter().filter_map(|&t| meeting(s, t)));
+        let mut hot: HashSet<Spot> = pieces.iter().flat_map(|(piece, _)| piece.ends).collect();
+        let cell = |[a, b]: [Spot; 2]| (a.0.min(b.0) >> 2, a.1.min(b.1) >> 2);
+        let mut by_cell: Vec<(Spot, [Spot; 2])> =
+            pieces.iter().map(|(piece, _)| (cell(piece.ends), piece.ends)).collect();
+        by_cell.sort_unstable();
+        by_cell.dedup();
+        for of_cell in by_cell.chunk_by(|s, t| s.0 == t.0) {
+            for (i, &(_, s)) in of_cell.iter().enumerate() {
+                hot.extend(of_cell[..i].iter().filter_map(|&(_, t)| meeting(s, t)));
             }
         }
-        let parts = |(piece, times): (&Piece, &u32)| {
-            led(piece, &hot).into_iter().map(|part| (part, *times)).collect::<Vec<_>>()
-        };
-        let led = counted(&mut pieces.iter().flat_map(parts));
-        if led == pieces {
+        drop(by_cell);
+        let mut parts = Vec::with_capacity(pieces.len());
+        for &(piece, times) in &pieces {
+            parts.extend(led(&piece, &hot).into_iter().map(|part| (part, times)));
+        }
+        let parts = counted(parts);
+        if parts == pieces {
             return pieces;
         }
-        pieces = led;
+        pieces = parts;
     }
+}
+
+fn counted(mut all: Vec<Counted>) -> Vec<Counted> {
+    all.sort_unstable();
+    all.dedup_by(|more, piece| {
+        let is_same = more.0 == piece.0;
+        if is_same {
+            piece.1 += more.1;
+        }
+        is_same
+    });
+    all
 }
 
 /// The place nearest to where two segments cross, if they do so strictly inside of both; of two the one on the right, or below.

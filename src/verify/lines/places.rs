@@ -6,6 +6,9 @@ use crate::base::exact::MAX_HEIGHT;
 use crate::base::{LineKind, LineSet, Polylines};
 use crate::verify::VerifyError;
 
+/// The most pieces between rows and columns: some 25 GiB of memory.
+pub(in crate::verify) const MAX_SEGMENTS: usize = 64_000_000;
+
 /// Parts of a cell that vertices are read in, and of a quarter of one.
 const PARTS: i128 = 1 << 16;
 const QUARTER: i128 = PARTS / 4;
@@ -20,6 +23,20 @@ pub(super) fn cut(
     size: (i64, i64),
     pieces: &mut Vec<Piece>,
 ) -> Result<(), VerifyError> {
+    for some in set.lines.pieces() {
+        let (first, lines) = some?;
+        cut_some((number, set), (first, &lines), size, pieces)?;
+    }
+    Ok(())
+}
+
+/// Those of some lines of the set, the number of the first of which is given.
+fn cut_some(
+    (number, set): (usize, &LineSet),
+    (first, lines): (usize, &Polylines),
+    size: (i64, i64),
+    pieces: &mut Vec<Piece>,
+) -> Result<(), VerifyError> {
     let (width, rows) = size;
     // Of what has an inside, what lies outside is drawn to the raster's rim: outlines stay closed.
     let drawn = |(x, y): Spot| match set.kind {
@@ -27,8 +44,9 @@ pub(super) fn cut(
         LineKind::Breaklines | LineKind::Footprints => (x, y),
     };
     let is_inside = |(x, y): Spot| (0..=4 * (width - 1)).contains(&x) && (0..=4 * (rows - 1)).contains(&y);
-    for (i, line) in set.lines.lines().iter().enumerate() {
-        let own = set.lines.heights().map(|heights| &heights[i]);
+    for (i, line) in lines.lines().iter().enumerate() {
+        let own = lines.heights().map(|heights| &heights[i]);
+        let i = first + i;
         let of = (number, if own.is_some() || set.kind == LineKind::Cutline { i } else { 0 });
         let height = |j: usize| own.map_or(0.0, |own| own[j % line.len()]);
         if let Some(height) = (0..line.len()).map(height).find(|height| height.is_nan() || height.abs() > MAX_HEIGHT) {
@@ -49,7 +67,7 @@ pub(super) fn cut(
             let both = spots.windows(2).map(|pair| (pair[0], pair[1]));
             pieces.extend(both.filter(|(p, q)| is_inside(p.0) && is_inside(q.0)).map(|(p, q)| Piece::new(of, p, q)));
             spots.drain(..spots.len() - 1);
-            if pieces.len() > Polylines::MAX_SEGMENTS {
+            if pieces.len() > MAX_SEGMENTS {
                 return Err(VerifyError::ManyLines);
             }
         }

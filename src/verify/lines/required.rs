@@ -6,7 +6,7 @@ use num_rational::BigRational;
 
 use super::inside::Inside;
 use super::lakes::Shores;
-use super::noding::noded;
+use super::noding::{Counted, noded};
 use super::pieces::Piece;
 use super::{Spot, places};
 use crate::base::features::FeatureSet;
@@ -14,13 +14,16 @@ use crate::base::{LineKind, LineSet};
 use crate::verify::VerifyError;
 use crate::verify::exact::rational;
 
+/// Sets of lines by their numbers, as bits.
+pub(super) type SetBits = u16;
+
 /// All lines that a mesh is to have as edges, on the lattice of the raster.
 #[derive(Debug)]
 pub struct RequiredLines {
     pub(super) sets: Vec<Set>,
     features: FeatureSet,
     /// Each once, with the sets that it is of.
-    pub(super) segments: Vec<([Spot; 2], Vec<usize>)>,
+    pub(super) segments: Vec<([Spot; 2], SetBits)>,
     /// Heights of lines' own, by place.
     pub(super) levels: BTreeMap<Spot, f64>,
     /// Samples beside lines with heights, by row and column, with the least and the largest of these heights.
@@ -55,18 +58,13 @@ impl RequiredLines {
         let mut pieces = noded(pieces);
         let shores = shores(&mut pieces, sets).map_err(|error| (LineKind::Lakes, error))?;
         let inside = inside(&mut pieces, sets, size);
-        let mut of: BTreeMap<[Spot; 2], Vec<usize>> = BTreeMap::new();
-        for piece in pieces.keys() {
-            let numbers = of.entry(piece.ends).or_default();
-            if !numbers.contains(&piece.set) {
-                numbers.push(piece.set);
-            }
-        }
-        let levels = levels(pieces.keys(), sets, &shores, tolerance)?;
+        let bits = |of: &[Counted]| of.iter().fold(0, |bits, (piece, _)| bits | 1 << piece.set);
+        let of_segments = pieces.chunk_by(|a, b| a.0.ends == b.0.ends);
+        let segments = of_segments.map(|of| (of[0].0.ends, bits(of))).collect();
+        let levels = levels(pieces.iter().map(|(piece, _)| piece), sets, &shores, tolerance)?;
         let near = near(&levels, size);
-        let features = LineSet::features(sets.iter().map(|set| (set.kind, set.lines.heights().is_some())));
-        let sets = sets.iter().map(|set| Set { shift: set.shift, has_heights: set.lines.heights().is_some() });
-        let segments = of.into_iter().collect();
+        let features = LineSet::features(sets.iter().map(|set| (set.kind, set.lines.have_heights())));
+        let sets = sets.iter().map(|set| Set { shift: set.shift, has_heights: set.lines.have_heights() });
         Ok(RequiredLines { sets: sets.collect(), features, segments, levels, near, shores, inside })
     }
 
@@ -106,7 +104,7 @@ impl RequiredLines {
 }
 
 /// The lakes of all sets; each feature is one. Takes away what an outline runs over an even number of times: it bounds nothing.
-fn shores(pieces: &mut BTreeMap<Piece, u32>, sets: &[LineSet]) -> Result<Shores, VerifyError> {
+fn shores(pieces: &mut Vec<Counted>, sets: &[LineSet]) -> Result<Shores, VerifyError> {
     let Some(number) = sets.iter().position(|set| set.kind == LineKind::Lakes) else { return Ok(Shores::default()) };
     let lines = &sets[number].lines;
     let mut lakes: Vec<(u64, f64)> = Vec::new();
@@ -124,13 +122,13 @@ fn shores(pieces: &mut BTreeMap<Piece, u32>, sets: &[LineSet]) -> Result<Shores,
         *times.entry((piece.ends, of_line[piece.line])).or_default() += more;
     }
     times.retain(|_, times| *times % 2 == 1);
-    pieces.retain(|piece, _| piece.set != number || times.contains_key(&(piece.ends, of_line[piece.line])));
+    pieces.retain(|(piece, _)| piece.set != number || times.contains_key(&(piece.ends, of_line[piece.line])));
     Shores::new(lakes, times.into_keys())
 }
 
 /// The inside of the outlines that the mesh is to end at; each feature is a polygon. Takes away what of them is not on its border, and what
 /// is on the raster's rim.
-fn inside(pieces: &mut BTreeMap<Piece, u32>, sets: &[LineSet], (width, height): (i64, i64)) -> Option<Inside> {
+fn inside(pieces: &mut Vec<Counted>, sets: &[LineSet], (width, height): (i64, i64)) -> Option<Inside> {
     let number = sets.iter().position(|set| set.kind == LineKind::Cutline)?;
     let features: BTreeMap<u64, usize> = {
         let lines = &sets[number].lines;
@@ -144,7 +142,7 @@ fn inside(pieces: &mut BTreeMap<Piece, u32>, sets: &[LineSet], (width, height): 
     let odd: Vec<_> = times.into_iter().filter(|(_, times)| times % 2 == 1).map(|(side, _)| side).collect();
     let inside = Inside::new(&odd, (width - 1, height - 1));
     let ends: std::collections::BTreeSet<[Spot; 2]> = odd.into_iter().map(|(ends, _)| ends).collect();
-    pieces.retain(|piece, _| piece.set != number || ends.contains(&piece.ends) && inside.is_border(piece.ends));
+    pieces.retain(|(piece, _)| piece.set != number || ends.contains(&piece.ends) && inside.is_border(piece.ends));
     Some(inside)
 }
 
@@ -166,7 +164,7 @@ fn levels<'p>(
         for ((x, y), height) in piece.ends.into_iter().zip(piece.heights()) {
             let flooded: Vec<Owned> =
                 shores.at((x, y)).map(|lake| shores.lake(lake)).map(|(f, h)| (h, (LineKind::Lakes, f))).collect();
-            let own = set.lines.heights().is_some();
+            let own = set.lines.have_heights();
             if own || !flooded.is_empty() {
                 let (lines, lakes) = found.entry((y, x)).or_default();
                 lines.extend(own.then(|| (height, (set.kind, set.lines.feature(piece.line)))));

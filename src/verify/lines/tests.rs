@@ -24,7 +24,7 @@ proptest! {
         let theirs: Vec<[Spot; 2]> = theirs.segments().iter().map(|s| s.map(|p| (p.x, p.y))).collect();
         let mut pieces = Vec::new();
         places::cut((0, &set), (8, 7), &mut pieces).expect("near lines");
-        let mut ours: Vec<[Spot; 2]> = noding::noded(pieces).keys().map(|piece| piece.ends).collect();
+        let mut ours: Vec<[Spot; 2]> = noding::noded(pieces).iter().map(|(piece, _)| piece.ends).collect();
         ours.sort_unstable_by_key(|s| s.map(|(x, y)| (y, x)));
         prop_assert_eq!(ours, theirs);
     }
@@ -51,10 +51,10 @@ proptest! {
 #[test]
 fn stretches_go_from_where_lines_end_or_meet_to_where_they_do_again() {
     let ring = [[(4, 0), (8, 4)], [(0, 4), (4, 8)], [(4, 0), (0, 4)], [(8, 4), (4, 8)]];
-    let of = |segments: &[[Spot; 2]], set: usize| segments.iter().map(|&s| (s, vec![set])).collect::<Vec<_>>();
+    let of = |segments: &[[Spot; 2]], set: u16| segments.iter().map(|&s| (s, 1 << set)).collect::<Vec<_>>();
     let ring = of(&ring, 0);
-    let all = |found: &[([Spot; 2], Vec<usize>)]| {
-        let found = graph::stretches(found.iter().collect());
+    let all = |found: &[([Spot; 2], u16)]| {
+        let found = graph::stretches(found.iter());
         found.into_iter().map(|(places, _)| (places[0], places[places.len() - 1], places.len())).collect::<Vec<_>>()
     };
     assert_eq!(all(&ring), [((4, 0), (4, 0), 5)]);

@@ -81,7 +81,7 @@ impl Maker for SeamMaker {
     fn make(&mut self, run: &Run<'_>, place: &TilePlace) -> Result<(), Error> {
         let Run { job, clocks, .. } = *run;
         clocks.load.time(|| self.shared.load(job.field, job.params, place.window))?;
-        self.shared.find_features(job, place.window);
+        self.shared.find_features(job, place.window)?;
         let known = clocks.spool.time(|| self.gather(run, place))?;
         clocks.polish.time(|| self.polish(run))?;
         let errors = clocks.measure.time(|| self.measure(run, place, &known));

@@ -1,8 +1,6 @@
 //! The edges of chains in the order in which they follow each other along lines.
 
-use super::{Chains, End};
-use crate::base::Window;
-use crate::base::lattice::{Point, STEPS};
+use super::Chains;
 use crate::kernel::breaklines::graph::Graph;
 use crate::kernel::breaklines::{Place, Segment};
 
@@ -12,7 +10,7 @@ impl Chains {
     ///
     /// Memory while it works: some 100 bytes for each edge.
     pub fn along_lines(&self) -> Vec<[u32; 2]> {
-        let mut segments: Vec<Segment> = self.edges.iter().map(|edge| edge.map(|(place, _)| place)).collect();
+        let mut segments: Vec<Segment> = self.edges.iter().map(|edge| edge.ends.map(|(place, _)| place)).collect();
         segments.dedup();
         let graph = Graph::new(&segments);
         let number = |place: &Place| self.number(*place).expect("an end of an edge is one of all ends") as u32;
@@ -24,17 +22,6 @@ impl Chains {
         edges
     }
 
-    /// All ends of edges, each once: their places on the lattice of the raster, by rows, then by columns, and their heights.
-    pub fn ends(&self) -> &[End] {
-        &self.ends
-    }
-
-    /// The number of the end at a place of a window's lattice.
-    pub fn number_in(&self, window: Window, at: Point) -> Option<usize> {
-        let global = |local: i32, first: usize| i64::from(local) + first as i64 * i64::from(STEPS);
-        self.number(Place { y: global(at.y, window.row), x: global(at.x, window.column) })
-    }
-
     fn number(&self, place: Place) -> Option<usize> {
         self.ends.binary_search_by_key(&place, |end| end.0).ok()
     }
@@ -43,16 +30,18 @@ impl Chains {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::Window;
+    use crate::base::lattice::Point;
     use crate::base::mesh::Vertex;
     use crate::kernel::breaklines::ChainEdge;
 
     fn chains(edges: &[[(i32, i32); 2]]) -> Chains {
         let vertex = |(x, y): (i32, i32)| Vertex { at: Point { x, y }, height: f64::from(x) };
         let window = Window { column: 0, row: 0, width: 9, height: 9 };
-        Chains::new(
-            [(window, edges.iter().map(|edge| ChainEdge { edge: edge.map(vertex), sets: 1, inside: None }).collect())],
-            vec![0],
-        )
+        Chains::new([(
+            window,
+            edges.iter().map(|edge| ChainEdge { edge: edge.map(vertex), sets: 1, inside: None }).collect(),
+        )])
     }
 
     fn places(chains: &Chains) -> Vec<[(i64, i64); 2]> {

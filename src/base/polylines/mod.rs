@@ -1,13 +1,22 @@
 //! Lines over a raster, as they are read.
 
+// Layers alone have so many lines.
+#[cfg_attr(not(feature = "gdal"), allow(dead_code))]
+mod filed;
+
 use std::sync::Arc;
 
+use super::external::ScratchError;
 use super::features::{Feature, FeatureSet};
+use filed::Filed;
+
+#[cfg(feature = "gdal")]
+pub(crate) use filed::LineWriter;
 
 /// Lines, in columns and rows with fractions: sample (c, r) stands at (c, r). Nothing is said of their order or of what they do to
 /// each other. Where a program gives them they are on the map until they are brought to columns and rows.
 ///
-/// Memory: 16 bytes per vertex, 24 with heights.
+/// Memory: 16 bytes per vertex, 24 with heights; those that are in a temporary file take 8 for each line.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Polylines {
     lines: Arc<Vec<Vec<(f64, f64)>>>,
@@ -16,10 +25,12 @@ pub struct Polylines {
     heights: Option<Arc<Vec<Vec<f64>>>>,
     /// Of which feature each line is a part, where they do not count one by one.
     features: Option<Arc<Vec<u64>>>,
+    /// Where the lines are, if they are not in memory.
+    filed: Option<Arc<Filed>>,
 }
 
 impl Polylines {
-    /// The most pieces between rows and columns that lines may have in all, to be held in memory.
+    /// The most pieces between rows and columns that lines may have in all, where they have to be held in memory.
     pub const MAX_SEGMENTS: usize = 4_000_000;
 
     /// The farthest vertex, in cells: what is reckoned from it fits 128 bits.
@@ -71,12 +82,34 @@ impl Polylines {
         Polylines { features: Some(Arc::new(features)), ..self }
     }
 
-    /// The vertices of each line.
+    /// How many lines there are.
+    pub fn count(&self) -> usize {
+        if self.filed.is_some() {
+            self.features.as_ref().map_or(0, |features| features.len())
+        } else {
+            self.lines.len()
+        }
+    }
+
+    /// Whether lines have heights of their own.
+    pub fn have_heights(&self) -> bool {
+        self.filed.as_ref().map_or(self.heights.is_some(), |filed| filed.with_heights)
+    }
+
+    /// Some lines at a time, in memory and without their features, each with the number of the first; all at once where they are in memory.
+    pub(crate) fn pieces(&self) -> Box<dyn Iterator<Item = Result<(usize, Polylines), ScratchError>> + '_> {
+        match &self.filed {
+            Some(filed) => Box::new(filed.pieces()),
+            None => Box::new(std::iter::once(Ok((0, self.clone())))),
+        }
+    }
+
+    /// The vertices of each line, where they are in memory: what bounds an inside always is.
     pub fn lines(&self) -> &[Vec<(f64, f64)>] {
         &self.lines
     }
 
-    /// The heights of their own that the vertices of each line have, where they have some.
+    /// The heights of their own that the vertices of each line have, where they have some and are in memory.
     pub fn heights(&self) -> Option<&[Vec<f64>]> {
         self.heights.as_ref().map(|heights| heights.as_slice())
     }
