@@ -29,29 +29,26 @@ pub(in crate::kernel) fn pair_sides(
     may_be_lone: impl Fn(u32, u32) -> bool,
 ) {
     chain_sides(mesh, triangles, first, is_rim);
-    let mut bucket = Vec::new();
+    // By the higher end, then by number.
+    let mut bucket: Vec<(u32, u32)> = Vec::new();
     for first in first {
         bucket.clear();
         let mut side = std::mem::replace(first, NONE);
         while side != NONE {
-            bucket.push(side);
+            bucket.push((high(mesh, side), side));
             let after = mesh.twin(side);
             mesh.set_twin(side, NONE);
             side = after;
         }
-        bucket.sort_unstable_by_key(|&e| (high(mesh, e), e));
-        let mut rest = &bucket[..];
-        while let Some(&first) = rest.first() {
-            let (sides, others) =
-                rest.split_at(rest.iter().take_while(|&&e| high(mesh, e) == high(mesh, first)).count());
-            rest = others;
+        bucket.sort_unstable();
+        for sides in bucket.chunk_by(|a, b| a.0 == b.0) {
             match *sides {
-                [e, f] if ends(mesh, e) == swap(ends(mesh, f)) => {
+                [(_, e), (_, f)] if ends(mesh, e) == swap(ends(mesh, f)) => {
                     mesh.set_twin(e, f);
                     mesh.set_twin(f, e);
                 }
-                [e] if may_be_lone(low(mesh, e), high(mesh, e)) => {}
-                _ => panic!("{} sides of the edge {:?}", sides.len(), ends(mesh, sides[0])),
+                [(high, e)] if may_be_lone(low(mesh, e), high) => {}
+                _ => panic!("{} sides of the edge {:?}", sides.len(), ends(mesh, sides[0].1)),
             }
         }
     }

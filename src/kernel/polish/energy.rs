@@ -9,13 +9,13 @@
 use super::channels::ChannelScan;
 use super::lanes::{LANES, Lanes, run};
 use super::net::{Fit, NONE};
-use super::scan::{Frame, Scan};
+use super::scan::{HeightScan, Question};
 use super::witnesses::Witnesses;
 use crate::base::lattice::Point;
 use crate::base::mesh::Vertex;
 use crate::base::{Heights, Tile};
 use crate::kernel::triangulate::Feasibility;
-use crate::kernel::triangulate::feasible::{Plane, Spans, Tester};
+use crate::kernel::triangulate::feasible::Tester;
 
 /// Where violations begin to count, a little before they are some.
 pub(super) const ONSET: f32 = 0.97;
@@ -99,27 +99,20 @@ impl<'a> Meter<'a> {
         self.scan(corners, limit, stride).energy
     }
 
-    fn scan(&self, [a, b, c]: [Vertex; 3], limit: f32, stride: i32) -> Fit {
-        let frame = Frame {
-            spans: Spans::new(a.at, b.at, c.at),
-            plane: Plane::new(a, b, c),
-            height_of_a: a.height,
-            width: self.tile.width,
-            per_tolerance: self.per_tolerance,
-            limit,
-            stride,
-        };
-        let weights = &self.tile.weights[..];
-        if let Some(error) = &self.tile.channel_error {
-            return match &self.tile.heights {
-                Heights::F32(heights) => run(ChannelScan::new(frame, self.tile, heights, error, [a, b, c])),
-                Heights::F64(heights) => run(ChannelScan::new(frame, self.tile, heights, error, [a, b, c])),
+    fn scan(&self, corners: [Vertex; 3], limit: f32, stride: i32) -> Fit {
+        let Meter { tile, per_tolerance, .. } = *self;
+        let question = Question { corners, width: tile.width, per_tolerance, limit, stride };
+        let weights = &tile.weights[..];
+        if let Some(error) = &tile.channel_error {
+            return match &tile.heights {
+                Heights::F32(heights) => run(ChannelScan::new(question.frame(), tile, heights, error, corners)),
+                Heights::F64(heights) => run(ChannelScan::new(question.frame(), tile, heights, error, corners)),
             };
         }
-        match &self.tile.heights {
-            Heights::F32(heights) => run(Scan::<_, false> { frame, heights, weights }),
-            Heights::F64(heights) if weights.is_empty() => run(Scan::<_, false> { frame, heights, weights }),
-            Heights::F64(heights) => run(Scan::<_, true> { frame, heights, weights }),
+        match &tile.heights {
+            Heights::F32(heights) => run(HeightScan::<_, false> { question, heights, weights }),
+            Heights::F64(heights) if weights.is_empty() => run(HeightScan::<_, false> { question, heights, weights }),
+            Heights::F64(heights) => run(HeightScan::<_, true> { question, heights, weights }),
         }
     }
 }
@@ -154,7 +147,7 @@ pub(super) fn largest(&[a, b, c, d, e, f, g, h]: &[f32; LANES]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::lattice::Point;
+    use crate::base::lattice::orient;
 
     #[test]
     fn one_violation_among_samples_on_the_plane() {
@@ -167,5 +160,44 @@ mod tests {
         let t = 1.5f32;
         assert_eq!((fit.worst, fit.place), (t, 12 * 2 + 3));
         assert!((fit.energy - ((t - ONSET).powi(2) + PULL * t.powi(4))).abs() < 1e-6, "{fit:?}");
+    }
+
+    /// Rows of every length up to twelve, with none of them and with all of them in one lane: sample by sample is the oracle.
+    #[test]
+    fn a_triangle_has_the_energy_of_its_samples() {
+        let noise = |i: usize| (i * 7919 % 101) as f32 * 0.05;
+        let tile = Tile::from_heights(12, 12, Heights::F32((0..144).map(noise).collect()));
+        let tolerance = 2.0;
+        let meter = Meter::new(Tester::new(&tile, tolerance, Feasibility::Weak), tolerance);
+        let places = [(0, 0), (5, 1), (11, 0), (3, 4), (8, 3), (1, 9), (6, 11), (11, 7), (2, 2), (7, 5)];
+        let mut seen = 0;
+        for i in 0..1000 {
+            let corners = [i / 100, i / 10 % 10, i % 10].map(|i: usize| {
+                let (column, row) = places[i];
+                Vertex { at: Point::of_sample(column, row), height: tile.at(column as usize, row as usize) }
+            });
+            let [a, b, c] = corners;
+            let area = orient(a.at, b.at, c.at);
+            if area <= 0 {
+                continue;
+            }
+            let (mut sum, mut worst) = (0.0f64, 0.0f64);
+            for (column, row) in (0..144).map(|i| (i % 12, i / 12)) {
+                let p = Point::of_sample(column, row);
+                let weights = [orient(b.at, c.at, p), orient(c.at, a.at, p), orient(a.at, b.at, p)];
+                if weights.iter().all(|&w| w >= 0) {
+                    let plane: f64 =
+                        weights.iter().zip(corners).map(|(&w, v)| w as f64 * v.height).sum::<f64>() / area as f64;
+                    let t = (plane - tile.at(column as usize, row as usize)).abs() / tolerance;
+                    sum += f64::from(energy(t as f32));
+                    worst = worst.max(t);
+                }
+            }
+            let fit = meter.fit(corners, f32::INFINITY);
+            assert!((f64::from(fit.energy) - sum).abs() <= 1e-4 * sum + 1e-6, "{corners:?}: {fit:?} for {sum}");
+            assert!((f64::from(fit.worst) - worst).abs() <= 1e-5, "{corners:?}: {fit:?} for {worst}");
+            seen += 1;
+        }
+        assert!(seen > 300, "{seen} triangles");
     }
 }

@@ -71,7 +71,6 @@ impl<K: Copy + Default> Filler<K> {
     fn cell(&self, i: usize, j: usize, limit: f64, weigher: &mut impl Weigher<Known = K>) -> ((f64, u32), K) {
         let (k, ring) = (self.ring.len(), &self.ring);
         let (mut best, mut known) = ((f64::INFINITY, 0), K::default());
-        // Asked only if something hangs on it.
         let mut allowed = j - i == k - 1;
         for m in i + 1..j {
             let parts = self.best[i * k + m].0 + self.best[m * k + j].0;
@@ -79,12 +78,13 @@ impl<K: Copy + Default> Filler<K> {
             if budget.is_nan() || budget <= 0.0 || orient(ring[i].at, ring[m].at, ring[j].at) <= 0 {
                 continue;
             }
-            allowed = allowed || weigher.chord(ring[i], ring[j]);
-            if !allowed {
-                return (best, known);
-            }
             let weight = weigher.triangle([ring[i], ring[m], ring[j]], budget);
             if weight < budget {
+                // Asked only if something hangs on it: few chords may not be, many triangles.
+                allowed = allowed || weigher.chord(ring[i], ring[j]);
+                if !allowed {
+                    return (best, known);
+                }
                 (best, known) = ((parts + weight, m as u32), weigher.known());
             }
         }

@@ -1,6 +1,6 @@
 //! Whether a triangle may be used, with a memory of what spoke against its like.
 
-use super::angles::Angles;
+use super::angles::{Angles, Sharpest};
 use super::channels::weighted_at;
 use super::energy::Meter;
 use super::fitting::Fitting;
@@ -32,6 +32,8 @@ pub(super) struct Judge<'a> {
     /// Place, height and limit.
     witnesses: [(Point, f64, f64); WITNESSES],
     known: usize,
+    /// A triangle of this hole that fits, if one is known.
+    fits: Option<[Vertex; 3]>,
 }
 
 impl<'a> Judge<'a> {
@@ -41,16 +43,16 @@ impl<'a> Judge<'a> {
         let witnesses = [(Point { x: 0, y: 0 }, 0.0, 0.0); WITNESSES];
         let (cancel, tolerance) = (task.cancel, task.tolerance);
         let (fitting, angles) = (None, Angles::ANY);
-        Judge { tester, meter, cancel, fitting, angles, tolerance, witnesses, known: 0 }
+        Judge { tester, meter, cancel, fitting, angles, tolerance, witnesses, known: 0, fits: None }
     }
 
     pub(super) fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
-    /// Forgets the witnesses: another hole follows.
+    /// Forgets what is known of a hole: another one follows.
     pub(super) fn forget(&mut self) {
-        self.known = 0;
+        (self.known, self.fits) = (0, None);
     }
 
     /// Whether every sample under the triangle is within the tolerance. Never yes where the exact test says no.
@@ -60,14 +62,17 @@ impl<'a> Judge<'a> {
             self.witnesses[..=i].rotate_right(1);
             return false;
         }
+        if self.fits == Some(corners) {
+            return true;
+        }
         let Some(place) = self.tester.violation(corners) else { return true };
         self.call(place);
         false
     }
 
-    /// Whether some triangle between three vertices of a ring could cover a sample inside it: if none can, nothing fills the
-    /// ring. The sample becomes a witness.
-    pub(super) fn can_cover(&mut self, place: Point, ring: &[Vertex]) -> bool {
+    /// Whether some triangle between three vertices of a ring may be used that covers a sample inside it: if none may, nothing
+    /// fills the ring. The sample becomes a witness.
+    pub(super) fn can_cover(&mut self, place: Point, ring: &[Vertex], sharpest: Sharpest) -> bool {
         if place.sample().is_none() {
             return true;
         }
@@ -81,7 +86,8 @@ impl<'a> Judge<'a> {
                 for &c in &ring[j + 1..] {
                     let others = [orient(b.at, c.at, place), orient(c.at, a.at, place)];
                     let covers = others.iter().all(|&side| side >= 0) && left + others[0] + others[1] > 0;
-                    if covers && !self.speaks_against(0, [a, b, c]) {
+                    if covers && sharpest.allows([a, b, c]) && self.fits([a, b, c]) {
+                        self.fits = Some([a, b, c]);
                         return true;
                     }
                 }

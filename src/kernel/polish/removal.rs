@@ -79,11 +79,11 @@ impl Removal {
         self.ring.clear();
         self.ring.extend(self.hole.ring.iter().map(|&r| net.vertex(r)));
         let fills = self.ring.len() <= longest;
-        if fills && !judge.can_cover(net.vertex(v).at, &self.ring) {
+        let sharpest = judge.angles.bound(self.hole.corners(net));
+        if fills && !judge.can_cover(net.vertex(v).at, &self.ring, sharpest) {
             return false;
         }
         let ring = self.ring.iter().copied();
-        let sharpest = judge.angles.bound(self.hole.corners(net));
         let mut weigher = ShortChords { judge, sharpest };
         let filled = if fills {
             self.filler.fill(ring, f64::INFINITY, &mut weigher).is_some()

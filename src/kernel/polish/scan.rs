@@ -1,11 +1,12 @@
 //! The samples of a triangle, row by row and in lanes: how far it is from them.
 //!
-//! [`Scan`] is about heights, with weights or without; `channels` has the rows where there are channels.
+//! [`HeightScan`] is about heights, with weights or without; `channels` has the rows where there are channels.
 
 use super::energy::{ONSET, PULL, energies, largest};
 use super::lanes::{Kernel, LANES, Lanes};
 use super::net::{Fit, NONE};
 use crate::base::lattice::{Point, STEPS};
+use crate::base::mesh::Vertex;
 use crate::kernel::triangulate::feasible::{Plane, Spans};
 
 pub(super) const INDEX: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
@@ -61,6 +62,25 @@ impl Sample for f64 {
     }
 }
 
+/// What is asked of a triangle's samples.
+pub(super) struct Question {
+    pub(super) corners: [Vertex; 3],
+    pub(super) width: usize,
+    pub(super) per_tolerance: f64,
+    pub(super) limit: f32,
+    /// From one row that is read to the next: a power of two.
+    pub(super) stride: i32,
+}
+
+impl Question {
+    #[inline(always)]
+    pub(super) fn frame(self) -> Frame {
+        let Question { corners: [a, b, c], width, per_tolerance, limit, stride } = self;
+        let (spans, plane) = (Spans::new(a.at, b.at, c.at), Plane::new(a, b, c));
+        Frame { spans, plane, height_of_a: a.height, width, per_tolerance, limit, stride }
+    }
+}
+
 /// A triangle that is measured.
 pub(super) struct Frame {
     pub(super) spans: Spans,
@@ -83,11 +103,28 @@ pub(super) struct Run {
     pub(super) first: Point,
 }
 
-pub(super) struct Scan<'a, H, const WEIGHTED: bool> {
-    pub(super) frame: Frame,
+/// Measures a triangle by heights. The triangle is set up where the lanes are: apart it took a fifth of all.
+pub(super) struct HeightScan<'a, H, const WEIGHTED: bool> {
+    pub(super) question: Question,
     pub(super) heights: &'a [H],
     /// Empty, or one for every height.
     pub(super) weights: &'a [f64],
+}
+
+impl<H: Sample, const WEIGHTED: bool> Kernel for HeightScan<'_, H, WEIGHTED> {
+    type Output = Fit;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, on: L) -> Fit {
+        let HeightScan { question, heights, weights } = self;
+        Scan::<H, WEIGHTED> { frame: question.frame(), heights, weights }.measure(on)
+    }
+}
+
+struct Scan<'a, H, const WEIGHTED: bool> {
+    frame: Frame,
+    heights: &'a [H],
+    weights: &'a [f64],
 }
 
 /// The triangle along a row of samples, in tolerances above the reference.
@@ -115,6 +152,13 @@ pub(super) trait Rows<H: Sample> {
     /// ([`crate::base::PADDING`]).
     fn row<L: Lanes>(&self, run: Run, line: Line<H>, sums: Sums<L::Eight>, on: L) -> Sums<L::Eight>;
 
+    /// The same for a row of no more samples than there are lanes, perhaps none: without a branch that would be as good as
+    /// random.
+    #[inline(always)]
+    fn short_row<L: Lanes>(&self, run: Run, line: Line<H>, sums: Sums<L::Eight>, on: L) -> Sums<L::Eight> {
+        self.row(run, line, sums, on)
+    }
+
     /// How the triangle fits its samples.
     #[inline(always)]
     fn measure<L: Lanes>(&self, on: L) -> Fit {
@@ -129,18 +173,24 @@ pub(super) trait Rows<H: Sample> {
         let offset = offset * per_tolerance;
         let step = (across * f64::from(STEPS)) as f32;
         let stride = frame.stride;
+        let rows_are_short = spans.longest_has_at_most(LANES, plane.area);
         let mut until_look = ROWS_BETWEEN_LOOKS;
         'halves: for half in spans.halves() {
             let mut row = next_multiple(half.first, stride);
             while row <= half.last {
                 let (first, last) = half.columns(row);
-                if first <= last {
+                if rows_are_short || first <= last {
                     let index = row as usize * frame.width + first as usize;
                     let at = Point::of_sample(first, row);
                     let (x, y) = (f64::from(at.x - origin.x), f64::from(at.y - origin.y));
                     let start = (across * x + down * y + offset) as f32;
                     let run = Run { index, count: (last - first + 1) as usize, first: at };
-                    sums = self.row(run, Line { start, step, reference }, sums, on);
+                    let line = Line { start, step, reference };
+                    sums = if rows_are_short {
+                        self.short_row(run, line, sums, on)
+                    } else {
+                        self.row(run, line, sums, on)
+                    };
                 }
                 row += stride;
                 until_look -= 1;
@@ -160,15 +210,6 @@ pub(super) trait Rows<H: Sample> {
             fit.place = if first < NOWHERE { first + lane as u32 } else { NONE };
         }
         fit
-    }
-}
-
-impl<H: Sample, const WEIGHTED: bool> Kernel for Scan<'_, H, WEIGHTED> {
-    type Output = Fit;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self, on: L) -> Fit {
-        self.measure(on)
     }
 }
 
@@ -212,6 +253,20 @@ impl<H: Sample, const WEIGHTED: bool> Rows<H> for Scan<'_, H, WEIGHTED> {
             t = on.mul(t, on.of(weights[whole.len()].map(|w| w as f32)));
         }
         sums.add(t, row.pull, place, on);
+        sums
+    }
+
+    #[inline(always)]
+    fn short_row<L: Lanes>(&self, run: Run, line: Line<H>, mut sums: Sums<L::Eight>, on: L) -> Sums<L::Eight> {
+        let Run { index, count, .. } = run;
+        let row = Row::new(&self.frame, line, on);
+        let lane = self.heights[index..].first_chunk::<LANES>().expect("a tile is padded");
+        let mut t = on.mul(row.errors(lane, on.of(INDEX), on), on.of(COUNTS[count]));
+        if WEIGHTED {
+            let weights = self.weights[index..].first_chunk::<LANES>().expect("a tile is padded");
+            t = on.mul(t, on.of(weights.map(|w| w as f32)));
+        }
+        sums.add(t, row.pull, place_of(index), on);
         sums
     }
 }

@@ -20,6 +20,7 @@ pub(crate) struct Plane {
 
 impl Plane {
     /// Through three vertices with positive orientation.
+    #[inline(always)]
     pub(crate) fn new(a: Vertex, b: Vertex, c: Vertex) -> Plane {
         let area = orient(a.at, b.at, c.at);
         debug_assert!(area > 0, "orientation {area} of {a:?} {b:?} {c:?}");
@@ -74,9 +75,10 @@ impl Plane {
     }
 
     /// Rise per lattice step across and down. On a sliver nearly infinite: for estimates.
+    #[inline(always)]
     pub(crate) fn gradient(&self) -> [f64; 2] {
-        let [a, b, c] = self.corners.map(|v| v.at);
-        let [up_b, up_c] = self.rise.map(|rise| rise * self.inverse);
+        let [Vertex { at: a, .. }, Vertex { at: b, .. }, Vertex { at: c, .. }] = self.corners;
+        let (up_b, up_c) = (self.rise[0] * self.inverse, self.rise[1] * self.inverse);
         [
             f64::from(c.y - a.y) * up_b - f64::from(b.y - a.y) * up_c,
             f64::from(b.x - a.x) * up_c - f64::from(c.x - a.x) * up_b,

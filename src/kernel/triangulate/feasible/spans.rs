@@ -32,6 +32,31 @@ fn rounded(value: f64) -> i32 {
     (value + NO_FRACTION).to_bits() as i32
 }
 
+/// Three places from the lowest row to the highest, without a branch: which way these would go is as good as random.
+#[inline(always)]
+fn by_row(a: Point, b: Point, c: Point) -> [Point; 3] {
+    let [a, b, c] = [packed(a), packed(b), packed(c)];
+    let (low, high) = (a.min(b), a.max(b));
+    let (low, rest) = (low.min(c), low.max(c));
+    [unpacked(low), unpacked(rest.min(high)), unpacked(rest.max(high))]
+}
+
+#[inline(always)]
+fn packed(p: Point) -> i64 {
+    i64::from(p.y) << 32 | i64::from(p.x as u32)
+}
+
+#[inline(always)]
+fn unpacked(p: i64) -> Point {
+    Point { x: p as i32, y: (p >> 32) as i32 }
+}
+
+/// Columns per step of y from one place to another.
+#[inline(always)]
+fn slope(p: Point, q: Point) -> f64 {
+    if p.y == q.y { 0.0 } else { f64::from(q.x - p.x) / f64::from(q.y - p.y) * COLUMN }
+}
+
 /// A part of a triangle between two of its sides: from the first row to the last, none if that is less.
 #[derive(Clone, Copy)]
 pub(crate) struct Half {
@@ -67,20 +92,9 @@ impl Half {
 
 impl Spans {
     /// The samples of the triangle with these corners, in any order, not all on a line.
+    #[inline(always)]
     pub(crate) fn new(a: Point, b: Point, c: Point) -> Spans {
-        let (mut low, mut mid, mut high) = (a, b, c);
-        if low.y > mid.y {
-            std::mem::swap(&mut low, &mut mid);
-        }
-        if mid.y > high.y {
-            std::mem::swap(&mut mid, &mut high);
-        }
-        if low.y > mid.y {
-            std::mem::swap(&mut low, &mut mid);
-        }
-        let slope = |p: Point, q: Point| {
-            if p.y == q.y { 0.0 } else { f64::from(q.x - p.x) / f64::from(q.y - p.y) * COLUMN }
-        };
+        let [low, mid, high] = by_row(a, b, c);
         Spans {
             long: slope(low, high),
             lower: slope(low, mid),
@@ -91,6 +105,12 @@ impl Spans {
             mid,
             high,
         }
+    }
+
+    /// Whether no row has more than so many samples; `area` is twice the triangle's, which is the longest row times the height.
+    #[inline(always)]
+    pub(crate) fn longest_has_at_most(&self, samples: usize, area: i64) -> bool {
+        area <= (samples as i64 - 1) * i64::from(STEPS) * i64::from(self.high.y - self.low.y)
     }
 
     /// The row of the middle vertex, where the spans are longest.

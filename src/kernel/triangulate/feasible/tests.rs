@@ -79,8 +79,11 @@ proptest! {
         let tile = Tile::from_heights(SIDE, SIDE, Heights::F32(vec![0.0; SIDE * SIDE]));
         let Some(t) = corners(&tile, places, off_grid, [0.0; 3]) else { return Ok(()) };
         let spans = Spans::new(t[0].at, t[1].at, t[2].at);
+        let area = orient(t[0].at, t[1].at, t[2].at);
+        let bound = (1..=SIDE).find(|&samples| spans.longest_has_at_most(samples, area)).expect("rows end on the tile");
         for row in 0..SIDE as i32 {
             let (first, last) = if spans.rows().contains(&row) { spans.columns(row) } else { (1, 0) };
+            prop_assert!(last - first < bound as i32, "row {}: {} to {}", row, first, last);
             for column in 0..SIDE as i32 {
                 let expected = inside(t, Point::of_sample(column, row)).is_some();
                 prop_assert_eq!((first..=last).contains(&column), expected, "column {} row {}", column, row);
