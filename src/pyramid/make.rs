@@ -159,6 +159,7 @@ impl<'a> Making<'a> {
             error_factor: request.error_factor,
             gzip: request.gzip,
             fine_heights: request.fine_heights,
+            own_samples: request.own_samples,
             view: facts.view.clone(),
             levels,
         };
@@ -192,7 +193,7 @@ impl<'a> Making<'a> {
                 .collect();
             let is_fine = level.parts >= MAX_PARTS || samples.grid.cells(level.level) / i64::from(level.parts) < 8;
             match made {
-                Err(PyramidError::Unreachable { .. }) if !is_fine => {
+                Err(PyramidError::Unreachable { .. } | PyramidError::OwnSamples { .. }) if !is_fine => {
                     level.parts *= 2;
                     self.kept.map_or(Ok(()), |kept| kept.note_parts(level.level, level.parts))?;
                     self.found.store(found_before, Ordering::Relaxed);
