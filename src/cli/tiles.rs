@@ -85,7 +85,7 @@ pub(crate) struct CommonArgs {
     /// Threads to work with [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(super) threads: Option<NonZeroUsize>,
-    /// Where temporary files go: about 8 bytes for each sample of the grid
+    /// Where temporary files go: about 8 bytes for each sample of the grid, with --own-samples another 24 for each of the raster
     #[arg(long, value_name = "DIR")]
     pub(super) temp_dir: Option<PathBuf>,
     /// Print the report as JSON

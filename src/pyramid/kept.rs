@@ -51,7 +51,9 @@ impl Kept {
         let dir = WorkDir::open(dir, job)?;
         let changed = dir.files().differences(&job.files);
         let kept = Kept::of(dir, changed)?;
-        [kept.samples(), kept.own_samples(), kept.facts()].iter().try_for_each(|path| remove_leftovers(path).map_err(failed(path)))?;
+        [kept.samples(), kept.own_samples(), kept.facts()]
+            .iter()
+            .try_for_each(|path| remove_leftovers(path).map_err(failed(path)))?;
         Ok(kept)
     }
 

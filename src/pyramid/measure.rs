@@ -29,7 +29,7 @@ use super::error::PyramidError;
 use super::facet::{self, Facet, Row};
 use super::grid::Grid;
 use super::lines::Vertex;
-use super::own::{self, OwnWindow, Placed};
+use super::own::{self, OwnWindow, OwnWindows, Placed};
 use super::quantize::snap;
 use super::samples::{Block, Patch, Samples};
 use super::surface::{Corner, Surface};
@@ -64,10 +64,11 @@ pub(super) struct OwnFailure {
 }
 
 /// What is known of the triangles of a tile that has been measured, until it is mended and measured again.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub(super) struct Known {
     samples: u64,
     triangles: HashMap<[Corner; 3], Errors>,
+    own: OwnWindows,
 }
 
 /// What is known of the errors of a triangle.
@@ -112,7 +113,7 @@ impl Meter<'_> {
         };
         let is_new: Vec<bool> = before.iter().map(Option::is_none).collect();
         let is_first = known.triangles.is_empty();
-        let samples = self.pass(surface, &facets, &is_new, &mut tally, block)?;
+        let samples = self.pass(surface, &facets, &is_new, &mut tally, (block, &mut known.own))?;
         if is_first {
             known.samples = samples;
         }
@@ -122,7 +123,7 @@ impl Meter<'_> {
             // Those of which it is not known whether they have the largest error.
             let is_open: Vec<bool> = bounds.iter().map(|&bound| bound > tally.largest).collect();
             if is_open.contains(&true) {
-                self.pass(surface, &facets, &is_open, &mut tally, block)?;
+                self.pass(surface, &facets, &is_open, &mut tally, (block, &mut known.own))?;
             }
         }
         known.triangles = keys
@@ -146,7 +147,7 @@ impl Meter<'_> {
         facets: &[Facet],
         is_wanted: &[bool],
         tally: &mut Tally,
-        block: &mut Block,
+        (block, own_windows): (&mut Block, &mut OwnWindows),
     ) -> Result<u64, PyramidError> {
         let grid = self.samples.grid;
         let cells = grid.cells(surface.tile.level);
@@ -175,8 +176,9 @@ impl Meter<'_> {
                 window.measure(facet, bounds[facet][1], &places, block, tally);
             }
             if let Some(own) = &self.samples.own {
-                let of = (self.body, surface.centre);
-                let own = OwnWindow::read(own, of, (origin, cells), (left, top), (width, height))?;
+                let of = (*self.body, surface.centre);
+                let read = || OwnWindow::read(own, of, (origin, cells), (left, top), (width, height));
+                let own = own_windows.window((left, top), read)?;
                 for &facet in &looked_at {
                     own.each_near(&facets[facet], |sample| window.judge_own(facet, &own, sample, tally));
                 }
@@ -297,7 +299,7 @@ impl Window<'_> {
     }
 
     /// Judges a sample of the raster itself, if it is of the facet.
-    fn judge_own(&self, number: usize, own: &OwnWindow<'_>, sample: &Placed, tally: &mut Tally) {
+    fn judge_own(&self, number: usize, own: &OwnWindow, sample: &Placed, tally: &mut Tally) {
         let facet = &self.facets[number];
         let (place, normal) = own.place(sample);
         let error = facet.error(place, normal, sample.height(), own::DOUBT);

@@ -158,8 +158,7 @@ impl LevelTask<'_> {
         let (left, top) = (vertex.column - snap, vertex.row - snap);
         let patch = Patch { column: column + left, row: row + top, width: 3, height: 3, step: snap };
         self.samples.read(patch, block)?;
-        let sample =
-            |i: i64| Vertex::of_sample(left + i % 3 * snap, top + i / 3 * snap, block.heights[i as usize]);
+        let sample = |i: i64| Vertex::of_sample(left + i % 3 * snap, top + i / 3 * snap, block.heights[i as usize]);
         // Those beyond the raster would make a cliff of its border.
         Ok((0..9).filter(|&i| block.inside[i as usize]).map(sample).collect())
     }

@@ -19,7 +19,7 @@ mod store;
 #[cfg(test)]
 mod tests;
 
-pub(super) use near::{DOUBT, OwnWindow, Placed};
+pub(super) use near::{DOUBT, OwnWindow, OwnWindows, Placed};
 pub(super) use relief::{relief, widen};
 pub(super) use sides::{Along, OnLine, OnSide, refine};
 pub(super) use store::OwnStore;

@@ -1,6 +1,8 @@
 //! The raster's own samples under the triangles of a tile.
 
 use std::cell::OnceCell;
+use std::collections::HashMap;
+use std::rc::Rc;
 
 use super::ROUNDING;
 use super::store::{OwnSample, OwnStore, Rectangle};
@@ -15,9 +17,38 @@ use crate::pyramid::quantize::{SPAN, snap};
 /// whoever verifies adds a bound of their own.
 pub(in crate::pyramid) const DOUBT: f64 = 4e-8;
 
+/// Samples that are kept from one round of mending to the next: 12 MiB of them.
+const MOST_KEPT: usize = 1 << 17;
+
+/// The first windows of a tile that is measured more than once.
+#[derive(Default)]
+pub(in crate::pyramid) struct OwnWindows {
+    by_corner: HashMap<(i64, i64), Rc<OwnWindow>>,
+    samples: usize,
+}
+
+impl OwnWindows {
+    /// That with a corner, which is read unless it is kept.
+    pub(in crate::pyramid) fn window(
+        &mut self,
+        corner: (i64, i64),
+        read: impl FnOnce() -> Result<OwnWindow, PyramidError>,
+    ) -> Result<Rc<OwnWindow>, PyramidError> {
+        if let Some(window) = self.by_corner.get(&corner) {
+            return Ok(window.clone());
+        }
+        let window = Rc::new(read()?);
+        if self.samples + window.samples.len() <= MOST_KEPT {
+            self.samples += window.samples.len();
+            self.by_corner.insert(corner, window.clone());
+        }
+        Ok(window)
+    }
+}
+
 /// The samples in a window of a tile.
-pub(in crate::pyramid) struct OwnWindow<'a> {
-    body: &'a Body,
+pub(in crate::pyramid) struct OwnWindow {
+    body: Body,
     centre: Vector,
     /// Cells along the tile's side.
     cells: i64,
@@ -52,15 +83,15 @@ impl Placed {
     }
 }
 
-impl<'a> OwnWindow<'a> {
+impl OwnWindow {
     /// The samples of a window, whose first cell of a tile and whose size are given. One on the tile's border is of the outermost cells.
     pub(in crate::pyramid) fn read(
         own: &OwnStore,
-        (body, centre): (&'a Body, Vector),
+        (body, centre): (Body, Vector),
         (origin, cells): ((i64, i64), i64),
         (left, top): (i64, i64),
         (width, height): (usize, usize),
-    ) -> Result<OwnWindow<'a>, PyramidError> {
+    ) -> Result<OwnWindow, PyramidError> {
         let ends = |origin: i64, first: i64, count: usize| {
             ((origin + first) as f64 - ROUNDING, (origin + first + count as i64) as f64 + ROUNDING)
         };

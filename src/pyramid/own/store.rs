@@ -20,11 +20,13 @@ use crate::pyramid::grid::Grid;
 use crate::pyramid::prepare::Prepared;
 use crate::pyramid::samples::{Block, Patch, Samples};
 use crate::pyramid::source::Source;
-use crate::pyramid::store::BLOCK;
 use crate::raster::Ways;
 
 /// Samples of the raster that are read at a time, across and down.
 const WINDOW: usize = 512;
+
+/// Cells of the grid along a block: sides of tiles have to read what is beside their lines.
+const BLOCK: usize = 32;
 
 /// Columns that are transformed together, from a multiple of it on: PROJ may choose among several ways by the mean of places.
 const RUN: usize = 64;
@@ -132,12 +134,15 @@ impl OwnStore {
         };
         store.runs.resize(count as usize, Run::default());
         let list = bytemuck::cast_slice_mut(&mut store.runs);
-        store.file.read_exact_at(list, first).map_err(|source| PyramidError::File { path: folder.to_path_buf(), source })?;
+        store
+            .file
+            .read_exact_at(list, first)
+            .map_err(|source| PyramidError::File { path: folder.to_path_buf(), source })?;
         Ok((store.bytes() == first).then_some(store))
     }
 
     /// What samples take, up to the list of runs.
-    fn bytes(&self) -> u64 {
+    pub(in crate::pyramid) fn bytes(&self) -> u64 {
         let end = |run: &Run| run[2].saturating_add(run[3]).saturating_mul(size_of::<Record>() as u64);
         self.runs.iter().map(end).max().unwrap_or(0)
     }
@@ -267,9 +272,12 @@ impl OwnStore {
                 let of_row = &of_row[..of_row.partition_point(|run| run[0] == row)];
                 next += of_row.len();
                 let first = of_row.partition_point(|run| run[1] < left);
-                for run in of_row[first..].iter().take_while(|run| run[1] <= right) {
-                    records.resize(run[3] as usize, Record::default());
-                    let at = run[2] * size_of::<Record>() as u64;
+                let of_row = &of_row[first..];
+                let of_row = &of_row[..of_row.partition_point(|run| run[1] <= right)];
+                // Runs that follow one another in the file are read together.
+                for runs in of_row.chunk_by(|a, b| a[2] + a[3] == b[2]) {
+                    records.resize(runs.iter().map(|run| run[3] as usize).sum(), Record::default());
+                    let at = runs[0][2] * size_of::<Record>() as u64;
                     let bytes = bytemuck::cast_slice_mut(&mut records);
                     self.file.read_exact_at(bytes, at).map_err(|e| self.failed(e))?;
                     for &record in &records {
