@@ -69,6 +69,9 @@ pub(crate) struct TilesOptions {
     /// of 1/8 m or more (docs/tiles.md)
     #[arg(long, hide_short_help = true)]
     fine_heights: bool,
+    /// Keep every level's error at the raster's own samples, too, not only at those of the grid: those beyond it become vertices
+    #[arg(long)]
+    own_samples: bool,
     /// Compress the files: the server must send them with Content-Encoding: gzip (docs/tiles.md)
     #[arg(long)]
     gzip: bool,
@@ -82,7 +85,7 @@ pub(crate) struct CommonArgs {
     /// Threads to work with [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(super) threads: Option<NonZeroUsize>,
-    /// Where temporary files go: about 8 bytes for each sample of the grid
+    /// Where temporary files go: about 8 bytes for each sample of the grid, with --own-samples another 24 for each of the raster
     #[arg(long, value_name = "DIR")]
     pub(super) temp_dir: Option<PathBuf>,
     /// Print the report as JSON
@@ -157,6 +160,7 @@ impl TilesOptions {
             vertical_crs: self.vertical_crs.clone(),
             outside: self.outside,
             fine_heights: self.fine_heights,
+            own_samples: self.own_samples,
             gzip: self.gzip,
             threads: common.threads,
             temp_dir: common.temp_dir.clone(),
@@ -191,6 +195,10 @@ impl From<PyramidError> for Failure {
             PyramidError::Unreachable { .. } => failure.hint(
                 "choose a larger --max-error or --grid-factor; where a value that marks missing samples is taken for a height, --nodata and \
                  --valid-range leave it out; --outside near the ground's heights makes no cliff around it",
+            ),
+            PyramidError::OwnSamples { .. } => failure.hint(
+                "remove --own-samples, or choose a larger --max-error or --max-level; where a value that marks missing samples is taken for a height, \
+                 --nodata and --valid-range leave it out",
             ),
             PyramidError::Vertices { .. } => {
                 failure.hint("choose a larger --max-level for smaller tiles, a larger --max-error or --error-factor")

@@ -12,8 +12,8 @@ use crate::tiles_verify::{TilesVerifyRequest, tiles_verify};
 /// Judge terrain tiles against their raster: errors, borders, gaps, manifests
 ///
 /// Reads the raster and the folder that tiles has made, by code of its own. What was promised stands in terrabite.json there;
-/// options that decide which samples the raster has must be given as they were, and the verdict says in what they differ. How far tiles are from the
-/// raster's own samples, of which nothing is promised, is told, too. Exit code 0: the tiles pass, 1: they fail.
+/// options that decide which samples the raster has must be given as they were, and the verdict says in what they differ. How far tiles are from
+/// the raster's own samples is told, too; it is a fault only where they were made with --own-samples. Exit code 0: the tiles pass, 1: they fail.
 #[derive(Debug, clap::Args)]
 pub(crate) struct TilesVerifyArgs {
     /// The raster that the tiles were made from

@@ -86,6 +86,25 @@ pub enum PyramidError {
         /// The level's error.
         max_error: f64,
     },
+    /// Samples of the raster itself are so steep or so near to others that the lattice of the format leaves no mesh.
+    #[error(
+        "tile {tile}: found no mesh within {max_error} m of the raster's own samples on the lattice of 32767 places that the format has: {count} or \
+         more stay beyond, the worst {error} m off at {lon}°, {lat}°"
+    )]
+    OwnSamples {
+        /// The tile.
+        tile: TileKey,
+        /// The level's error.
+        max_error: f64,
+        /// Triangles of the best mesh that have such a sample.
+        count: usize,
+        /// The largest error, and where it is, in degrees.
+        error: f64,
+        /// See [`PyramidError::OwnSamples::error`].
+        lon: f64,
+        /// See [`PyramidError::OwnSamples::error`].
+        lat: f64,
+    },
     /// A tile needs more vertices than readers can number.
     #[error("tile {tile}: expected at most 65536 vertices, twice those of the border included, found {found}")]
     Vertices {
@@ -178,6 +197,7 @@ impl PyramidError {
                 | PyramidError::Curvature { .. }
                 | PyramidError::Step { .. }
                 | PyramidError::Unreachable { .. }
+                | PyramidError::OwnSamples { .. }
                 | PyramidError::Vertices { .. }
         )
     }

@@ -14,11 +14,14 @@ use super::body::{Vector, cross, dot, length, minus};
 use super::quantize::SPAN;
 use super::surface::Surface;
 
-/// What rounding adds to an error, in metres on level ground.
-const DOUBT: f64 = 1e-8;
+/// What rounding adds to an error at a sample of the grid, in metres on level ground.
+pub(super) const DOUBT: f64 = 1e-8;
 
 /// How far outside of an edge a sample may be and count as on it, in metres: on a meridian that is a border all of them are.
 const SLACK: f64 = 1e-7;
+
+/// How far beyond the ends of a chord at the border a place may be along it and count as beside it, in cells: numbers are rounded.
+const ALONG: f64 = 1e-6;
 
 /// What the quick way to an error may be off by, in metres on level ground: it subtracts numbers as large as the ellipsoid.
 const MARGIN: f64 = 1e-6;
@@ -181,7 +184,15 @@ impl Facet {
                 Some((low.max(from), high.min(to)))
             });
         }
-        let (top, bottom) = (row - self.reach.1, row + self.reach.1);
+        self.columns_between(row, row)
+    }
+
+    /// The columns between which places of it are that lie from one row to another.
+    pub(super) fn columns_between(&self, first: f64, last: f64) -> Option<(f64, f64)> {
+        if self.polar.is_some() {
+            return Some(self.bounds()[0]);
+        }
+        let (top, bottom) = (first - self.reach.1, last + self.reach.1);
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for (i, j) in EDGES {
             let (a, b) = if self.flat[i].1 <= self.flat[j].1 { (i, j) } else { (j, i) };
@@ -265,18 +276,18 @@ impl Facet {
                 Some(Axis::Columns) => (column, [i, j].map(|i| self.flat[i].0)),
                 Some(Axis::Rows) => (row, [i, j].map(|i| self.flat[i].1)),
             };
-            !sides[edge] && (a.min(b) - 0.5..=a.max(b) + 0.5).contains(&at)
+            !sides[edge] && (a.min(b) - ALONG..=a.max(b) + ALONG).contains(&at)
         })
     }
 
-    /// How far a height is from its plane along the normal, rounding included; infinite where it does not face up.
-    pub(super) fn error(&self, place: Vector, normal: Vector, height: f64) -> f64 {
+    /// How far a height is from its plane along the normal, with so much for rounding on level ground; infinite where it does not face up.
+    pub(super) fn error(&self, place: Vector, normal: Vector, height: f64, doubt: f64) -> f64 {
         let facing = dot(self.normal, normal);
         if facing <= 0.0 {
             return f64::INFINITY;
         }
         let found = dot(self.normal, minus(self.corners[0], place)) / facing;
-        (found - height).abs() + DOUBT * self.length / facing
+        (found - height).abs() + doubt * self.length / facing
     }
 }
 

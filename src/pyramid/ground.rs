@@ -10,11 +10,12 @@ use serde::{Deserialize, Serialize};
 use super::error::PyramidError;
 use super::grid::{Grid, Level, LevelOptions, TileKey, levels};
 use super::kept::Kept;
+use super::own::{self, OwnStore};
 use super::prepare::{Prepared, bring, resample};
 use super::quantize::Relief;
 use super::samples::{Block, Patch, Samples};
 use super::source::Area;
-use super::store::Store;
+use super::store::{self, Store};
 use super::{Body, TilesRequest};
 use crate::base::control::Control;
 
@@ -25,6 +26,8 @@ pub(super) struct Facts {
     stamp: [u8; 4],
     /// Of the samples, where they are kept.
     checksum: u32,
+    /// The same of the raster's own samples; 0 where they do not count.
+    own_checksum: u32,
     grid_exponent: u32,
     /// [`Area`].
     area: (i64, i64, usize, usize),
@@ -57,7 +60,7 @@ impl Facts {
     /// The samples in a store of theirs.
     fn samples(&self, store: Store, outside: f64) -> Samples {
         let (column, row, width, height) = self.area;
-        Samples { grid: self.grid(), store, area: Area { column, row, width, height }, outside }
+        Samples { grid: self.grid(), store, area: Area { column, row, width, height }, outside, own: None }
     }
 }
 
@@ -80,9 +83,13 @@ impl Ground {
     ) -> Result<Ground, PyramidError> {
         let grid = prepared.source.grid(request.grid_factor.trailing_zeros())?;
         let levels = levels_of(&prepared.body, grid, request)?;
-        let samples = resample(prepared, grid, request, control)?;
-        let facts = facts(prepared, &samples, &levels, 0, control)?;
-        Ok(Ground::of(facts, samples, levels))
+        let mut samples = resample(prepared, grid, request, control)?;
+        if request.own_samples {
+            let folder = request.temp_dir();
+            samples.own = Some(OwnStore::make(prepared, &samples, (store::temporary(&folder)?, &folder), control)?);
+        }
+        let facts = facts(prepared, &samples, &levels, (0, 0), control)?;
+        Ground::of(facts, samples, levels)
     }
 
     /// What is kept of a job; where nothing is, it is found out of the raster and kept. Where the raster may have changed since, its
@@ -94,7 +101,7 @@ impl Ground {
         control: &Control<'_>,
     ) -> Result<Ground, PyramidError> {
         let earlier = kept.read_facts()?;
-        let expected = earlier.as_ref().map(|facts| facts.checksum);
+        let expected = earlier.as_ref().map(|facts| (facts.checksum, facts.own_checksum));
         if let Some(facts) = earlier.filter(|_| kept.dir().has_same_samples())
             && let Some(ground) = Ground::open(kept, facts, request)?
         {
@@ -103,10 +110,16 @@ impl Ground {
         let grid = prepared.source.grid(request.grid_factor.trailing_zeros())?;
         let levels = levels_of(&prepared.body, grid, request)?;
         let make = |file: (File, &Path)| bring(prepared, grid, request.outside, file, control);
-        let (samples, checksum) = kept.bring_samples(&request.input, expected, make)?;
-        let facts = facts(prepared, &samples, &levels, checksum, control)?;
+        let (mut samples, checksum) = kept.bring_samples(&request.input, expected.map(|e| e.0), make)?;
+        let mut own_checksum = 0;
+        if request.own_samples {
+            let make = |file: (File, &Path)| OwnStore::make(prepared, &samples, file, control);
+            let (own, found) = kept.bring_own(&request.input, expected.map(|e| e.1), make)?;
+            (samples.own, own_checksum) = (Some(own), found);
+        }
+        let facts = facts(prepared, &samples, &levels, (checksum, own_checksum), control)?;
         kept.write_facts(&facts)?;
-        Ok(Ground::of(facts, samples, levels))
+        Ground::of(facts, samples, levels)
     }
 
     /// What a run has been laid out with.
@@ -118,16 +131,21 @@ impl Ground {
     fn open(kept: &Kept, facts: Facts, request: &TilesRequest) -> Result<Option<Ground>, PyramidError> {
         let Some(store) = kept.open_samples(facts.blocks, &facts.runs)? else { return Ok(None) };
         let levels = levels_of(&facts.body, facts.grid(), request)?;
-        let samples = facts.samples(store, request.outside);
-        Ok(Some(Ground::of(facts, samples, levels)))
+        let mut samples = facts.samples(store, request.outside);
+        if request.own_samples {
+            let Some(own) = kept.open_own(facts.grid())? else { return Ok(None) };
+            samples.own = Some(own);
+        }
+        Ground::of(facts, samples, levels).map(Some)
     }
 
-    fn of(mut facts: Facts, samples: Samples, levels: Vec<Level>) -> Ground {
+    fn of(mut facts: Facts, samples: Samples, levels: Vec<Level>) -> Result<Ground, PyramidError> {
         let finest = levels.last().expect("there is level 0").level;
         let relief = |(x, y, low, high)| (TileKey { level: finest, x, y }, Relief { low, high });
         let of_finest = std::mem::take(&mut facts.reliefs).into_iter().map(relief).collect();
-        let reliefs = upwards(of_finest, finest, samples.outside);
-        Ground { facts, samples, levels, reliefs }
+        let mut reliefs = upwards(of_finest, finest, samples.outside);
+        samples.own.as_ref().map_or(Ok(()), |own| own::widen(own, samples.grid, &mut reliefs))?;
+        Ok(Ground { facts, samples, levels, reliefs })
     }
 
     /// Tiles of all levels.
@@ -163,7 +181,7 @@ fn facts(
     prepared: &Prepared,
     samples: &Samples,
     levels: &[Level],
-    checksum: u32,
+    (checksum, own_checksum): (u32, u32),
     control: &Control<'_>,
 ) -> Result<Facts, PyramidError> {
     let finest = levels.last().expect("there is level 0").level;
@@ -175,6 +193,7 @@ fn facts(
     Ok(Facts {
         stamp: [0; 4],
         checksum,
+        own_checksum,
         grid_exponent: samples.grid.exponent,
         area: (column, row, width, height),
         blocks: samples.store.size(),
@@ -230,6 +249,10 @@ fn reliefs(samples: &Samples, finest: u32, control: &Control<'_>) -> Result<BTre
         }
         if !samples.has_all((column, row), cells) {
             found = found.map(|relief| relief.with(Relief::of(samples.outside)));
+        }
+        if let Some(own) = samples.own.as_ref().filter(|_| is_inside) {
+            let heights = own::relief(own, samples.grid, tile)?;
+            found = found.into_iter().chain(heights).reduce(Relief::with);
         }
         Ok::<_, PyramidError>(found.filter(|_| is_inside).map(|relief| (tile, relief)))
     };

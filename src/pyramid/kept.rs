@@ -3,6 +3,7 @@
 //! | name | what |
 //! |---|---|
 //! | `chunks/grid.samples` | the samples of the finest grid, a [`Store`] |
+//! | `chunks/own.samples` | the raster's own samples, where they count, an [`OwnStore`] |
 //! | `chunks/grid.json` | what else was found out of the raster ([`Facts`]); it is there only once the samples are |
 //! | `chunks/LEVEL/X/Y.chunk` | a tile: its report as a line of JSON, the bytes of its file, a checksum of both and of its address, and the job's stamp |
 //! | `chunks/LEVEL/parts-N` | tiles of this level have at least so many parts each way: one could not be made from fewer |
@@ -14,8 +15,9 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::error::PyramidError;
-use super::grid::{MAX_PARTS, TileKey};
+use super::grid::{Grid, MAX_PARTS, TileKey};
 use super::ground::Facts;
+use super::own::OwnStore;
 use super::report::LevelReport;
 use super::samples::Samples;
 use super::store::Store;
@@ -49,7 +51,9 @@ impl Kept {
         let dir = WorkDir::open(dir, job)?;
         let changed = dir.files().differences(&job.files);
         let kept = Kept::of(dir, changed)?;
-        [kept.samples(), kept.facts()].iter().try_for_each(|path| remove_leftovers(path).map_err(failed(path)))?;
+        [kept.samples(), kept.own_samples(), kept.facts()]
+            .iter()
+            .try_for_each(|path| remove_leftovers(path).map_err(failed(path)))?;
         Ok(kept)
     }
 
@@ -74,6 +78,10 @@ impl Kept {
 
     fn samples(&self) -> PathBuf {
         self.parts.join("grid.samples")
+    }
+
+    fn own_samples(&self) -> PathBuf {
+        self.parts.join("own.samples")
     }
 
     fn facts(&self) -> PathBuf {
@@ -129,21 +137,39 @@ impl Kept {
         let path = self.samples();
         let file = PrivateFile::create(&path).map_err(failed(&path))?;
         let clone = file.file().try_clone().map_err(failed(&path))?;
-        let samples = make((clone, &self.parts)).map_err(|error| match error {
-            PyramidError::Field(FieldError::Temporary { source, .. }) => {
-                PyramidError::File { path: path.clone(), source }
-            }
-            other => other,
-        })?;
+        let samples = make((clone, &self.parts)).map_err(on_disk(&path))?;
         let found = checksum(file.file(), &samples.store.runs()).map_err(failed(&path))?;
-        if let Some(expected) = expected.filter(|expected| *expected != found) {
-            let (expected, found) = (format!("{expected:08x}"), format!("{found:08x}"));
-            let what = "checksum of the grid's samples".to_string();
-            return Err(RasterError::Changed { path: raster.to_path_buf(), what, expected, found }.into());
-        }
+        must_be_same(raster, "checksum of the grid's samples", expected, found)?;
         file.commit_written(|| faults::reach(Point::ChunkWritten)).map_err(failed(&path))?;
         durable::sync_dir(&self.parts).map_err(failed(&self.parts))?;
         Ok((samples, found))
+    }
+
+    /// The raster's own samples that are kept; `None` where there are none, or not all.
+    pub(super) fn open_own(&self, grid: Grid) -> Result<Option<OwnStore>, PyramidError> {
+        let path = self.own_samples();
+        match File::open(&path) {
+            Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
+            other => OwnStore::open(grid, (other.map_err(failed(&path))?, &self.parts)),
+        }
+    }
+
+    /// Has the raster's own samples brought to the work dir, as [`Kept::bring_samples`] does those of the grid.
+    pub(super) fn bring_own(
+        &self,
+        raster: &Path,
+        expected: Option<u32>,
+        make: impl FnOnce((File, &Path)) -> Result<OwnStore, PyramidError>,
+    ) -> Result<(OwnStore, u32), PyramidError> {
+        let path = self.own_samples();
+        let file = PrivateFile::create(&path).map_err(failed(&path))?;
+        let clone = file.file().try_clone().map_err(failed(&path))?;
+        let own = make((clone, &self.parts)).map_err(on_disk(&path))?;
+        let found = checksum(file.file(), &[]).map_err(failed(&path))?;
+        must_be_same(raster, "checksum of the raster's own samples", expected, found)?;
+        file.commit_written(|| faults::reach(Point::ChunkWritten)).map_err(failed(&path))?;
+        durable::sync_dir(&self.parts).map_err(failed(&self.parts))?;
+        Ok((own, found))
     }
 
     fn tile(&self, tile: TileKey) -> PathBuf {
@@ -225,6 +251,27 @@ impl Kept {
 fn failed(path: &Path) -> impl Fn(std::io::Error) -> PyramidError {
     let path = path.to_path_buf();
     move |source| PyramidError::File { path: path.clone(), source }
+}
+
+/// What goes wrong with a file of a work dir is none of a temporary file.
+fn on_disk(path: &Path) -> impl Fn(PyramidError) -> PyramidError {
+    let path = path.to_path_buf();
+    move |error| match error {
+        PyramidError::Field(FieldError::Temporary { source, .. }) => PyramidError::File { path: path.clone(), source },
+        other => other,
+    }
+}
+
+/// Where the raster may have changed, its samples must be those that are kept.
+fn must_be_same(raster: &Path, what: &str, expected: Option<u32>, found: u32) -> Result<(), PyramidError> {
+    match expected.filter(|expected| *expected != found) {
+        None => Ok(()),
+        Some(expected) => {
+            let (path, what) = (raster.to_path_buf(), what.to_string());
+            let (expected, found) = (format!("{expected:08x}"), format!("{found:08x}"));
+            Err(RasterError::Changed { path, what, expected, found }.into())
+        }
+    }
 }
 
 impl From<WorkDirError> for PyramidError {

@@ -5,24 +5,33 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::error::PyramidError;
+use super::own::{Along, OnLine, OnSide, refine};
 use super::quantize::coordinate;
 use super::samples::{Block, Patch, Samples};
 use crate::base::control::CancelToken;
 use crate::base::exact::MAX_TOLERANCE;
 use crate::kernel::seam::MinLink;
 
-/// A vertex of a tile: its sample of the finest grid, counted from the tile's north-west corner, and the height there.
+/// A vertex of a tile: its sample of the finest grid, counted from the tile's north-west corner, and the height there. One that stands for
+/// a sample of the raster itself has a place of its own, and a sample near it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Vertex {
     pub(super) column: i64,
     pub(super) row: i64,
     pub(super) height: f64,
+    /// Its coordinates in the format, where they are not those of the sample.
+    pub(super) place: Option<(i64, i64)>,
 }
 
 impl Vertex {
+    pub(super) fn of_sample(column: i64, row: i64, height: f64) -> Vertex {
+        Vertex { column, row, height, place: None }
+    }
+
     /// Its coordinates in the format: from the west, and from the south.
     pub(super) fn coordinates(&self, tile_cells: i64) -> (i64, i64) {
-        (coordinate(self.column, tile_cells), coordinate(tile_cells - self.row, tile_cells))
+        let of_sample = || (coordinate(self.column, tile_cells), coordinate(tile_cells - self.row, tile_cells));
+        self.place.unwrap_or_else(of_sample)
     }
 }
 
@@ -66,8 +75,14 @@ pub(super) fn near_inside(inside: impl Iterator<Item = bool> + Clone, reach: usi
     near
 }
 
-/// The places of a side's vertices along its line, from 0 to its length, with heights.
-pub(super) type Side = Rc<[(i64, f64)]>;
+/// A side.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Side {
+    /// The places of its vertices along the line, from 0 to its length, with heights. All are multiples of the snap.
+    pub(super) vertices: Vec<(i64, f64)>,
+    /// The same with what the raster's own samples ask for, if they count.
+    pub(super) refined: Option<Vec<OnSide>>,
+}
 
 /// Finds sides, one after the other.
 #[derive(Default)]
@@ -75,7 +90,7 @@ pub(super) struct Sides {
     min_link: MinLink,
     block: Block,
     /// Those of the tile that is being made: two of its parts share each inside.
-    found: HashMap<Line, Side>,
+    found: HashMap<Line, Rc<Side>>,
 }
 
 impl Sides {
@@ -88,27 +103,27 @@ impl Sides {
     pub(super) fn side(
         &mut self,
         line: Line,
-        find: impl FnOnce(&mut Sides) -> Result<Vec<(i64, f64)>, PyramidError>,
-    ) -> Result<Side, PyramidError> {
+        find: impl FnOnce(&mut Sides) -> Result<Side, PyramidError>,
+    ) -> Result<Rc<Side>, PyramidError> {
         if let Some(side) = self.found.get(&line) {
             return Ok(side.clone());
         }
-        let side: Side = find(self)?.into();
+        let side = Rc::new(find(self)?);
         self.found.insert(line, side.clone());
         Ok(side)
     }
 
-    /// The places of a side's vertices along the line, from 0 to its length, with heights. All are multiples of `snap`.
+    /// Finds a side.
     pub(super) fn find(
         &mut self,
         samples: &Samples,
-        line: Line,
+        along: Along,
         tolerance: f64,
         snap: i64,
         cancel: &CancelToken,
-    ) -> Result<Vec<(i64, f64)>, PyramidError> {
-        let Line { column, row, length, down } = line;
-        let ends = vec![(0, samples.outside), (length, samples.outside)];
+    ) -> Result<Side, PyramidError> {
+        let Line { column, row, length, down } = along.line;
+        let ends = Side { vertices: vec![(0, samples.outside), (length, samples.outside)], refined: None };
         let (width, height) = if down { (0, length) } else { (length, 0) };
         if !samples.may_have(column, row, width, height) {
             return Ok(ends);
@@ -119,10 +134,11 @@ impl Sides {
         if !inside.contains(&true) {
             return Ok(ends);
         }
+        let mut limits = vec![tolerance; inside.len()];
         let path = if inside.contains(&false) {
             let near = near_inside(inside.iter().copied(), collar(length));
             let limit = |(&inside, near): (&bool, bool)| if near && !inside { MAX_TOLERANCE } else { tolerance };
-            let limits: Vec<f64> = inside.iter().zip(near.iter().copied()).map(limit).collect();
+            limits = inside.iter().zip(near.iter().copied()).map(limit).collect();
             // Far outside the line is level: one link, however long.
             let turns: Vec<usize> =
                 (1..near.len()).filter(|&i| near[i - 1] != near[i]).map(|i| i - usize::from(near[i])).collect();
@@ -139,7 +155,9 @@ impl Sides {
                 side.push((snapped, heights[if keeps { at } else { snapped as usize }]));
             }
         }
-        Ok(side)
+        let on_line = OnLine { heights, inside, limits: &limits };
+        let refined = samples.own.as_ref().map(|own| refine((own, samples.grid), along, &side, &on_line, tolerance));
+        Ok(Side { vertices: side, refined: refined.transpose()? })
     }
 }
 

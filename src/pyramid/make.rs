@@ -11,6 +11,7 @@ use super::grid::{Level, MAX_PARTS, TileKey};
 use super::ground::Ground;
 use super::kept::{Kept, KeptTile};
 use super::manifest::{LAYER, Layer, PROMISE, Promise, SCHEMA};
+use super::own::OwnStore;
 use super::prepare::{Prepared, open};
 use super::quantize::{SPAN, Steps, UNROUNDED};
 use super::report::{LevelReport, TilesReport};
@@ -128,7 +129,8 @@ impl<'a> Making<'a> {
             vertical_crs: facts.vertical.clone(),
             grid_exponent: samples.grid.exponent,
             grid_samples: samples.area.width as u64 * samples.area.height as u64,
-            temporary_bytes: samples.store.bytes() + decoded,
+            own_samples: samples.own.is_some(),
+            temporary_bytes: samples.store.bytes() + samples.own.as_ref().map_or(0, OwnStore::bytes) + decoded,
             tiles_found: self.found(),
             levels: reports,
             seconds_resampling: grid_done,
@@ -159,6 +161,7 @@ impl<'a> Making<'a> {
             error_factor: request.error_factor,
             gzip: request.gzip,
             fine_heights: request.fine_heights,
+            own_samples: request.own_samples,
             view: facts.view.clone(),
             levels,
         };
@@ -192,7 +195,7 @@ impl<'a> Making<'a> {
                 .collect();
             let is_fine = level.parts >= MAX_PARTS || samples.grid.cells(level.level) / i64::from(level.parts) < 8;
             match made {
-                Err(PyramidError::Unreachable { .. }) if !is_fine => {
+                Err(PyramidError::Unreachable { .. } | PyramidError::OwnSamples { .. }) if !is_fine => {
                     level.parts *= 2;
                     self.kept.map_or(Ok(()), |kept| kept.note_parts(level.level, level.parts))?;
                     self.found.store(found_before, Ordering::Relaxed);

@@ -87,6 +87,9 @@ pub struct Promise {
     /// Whether every tile's least and greatest height are 4,095.875 m apart or more.
     #[serde(default)]
     pub fine_heights: bool,
+    /// Whether the errors of levels hold at the raster's own samples, too.
+    #[serde(default)]
+    pub own_samples: bool,
     /// The levels.
     pub levels: Vec<Level>,
 }

@@ -26,9 +26,10 @@ use std::collections::HashMap;
 use super::Body;
 use super::body::{Angle, Vector, minus};
 use super::error::PyramidError;
-use super::facet::{Facet, Row};
+use super::facet::{self, Facet, Row};
 use super::grid::Grid;
 use super::lines::Vertex;
+use super::own::{self, OwnWindow, OwnWindows, Placed};
 use super::quantize::snap;
 use super::samples::{Block, Patch, Samples};
 use super::surface::{Corner, Surface};
@@ -47,13 +48,27 @@ pub(super) struct Measured {
     /// The farthest sample of every triangle that has one beyond the tolerance, as near to it as vertices can stand, and the
     /// part that the triangle is of.
     pub(super) failing: Vec<(u32, Vertex)>,
+    /// Of the samples of the raster itself among those.
+    pub(super) own: Option<OwnFailure>,
+}
+
+/// Samples of the raster itself that are beyond the tolerance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct OwnFailure {
+    /// Triangles whose farthest sample is one.
+    pub(super) count: usize,
+    /// The largest error.
+    pub(super) error: f64,
+    /// Its longitude and latitude, in degrees.
+    pub(super) at: (f64, f64),
 }
 
 /// What is known of the triangles of a tile that has been measured, until it is mended and measured again.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub(super) struct Known {
     samples: u64,
     triangles: HashMap<[Corner; 3], Errors>,
+    own: OwnWindows,
 }
 
 /// What is known of the errors of a triangle.
@@ -94,11 +109,11 @@ impl Meter<'_> {
         let mut tally = Tally {
             tolerance,
             largest: before.iter().map(found).fold(0.0, f64::max),
-            worst: before.iter().map(|errors| Worst { error: found(errors), vertex: Vertex::default() }).collect(),
+            worst: before.iter().map(|errors| Worst { error: found(errors), ..Worst::default() }).collect(),
         };
         let is_new: Vec<bool> = before.iter().map(Option::is_none).collect();
         let is_first = known.triangles.is_empty();
-        let samples = self.pass(surface, &facets, &is_new, &mut tally, block)?;
+        let samples = self.pass(surface, &facets, &is_new, &mut tally, (block, &mut known.own))?;
         if is_first {
             known.samples = samples;
         }
@@ -108,7 +123,7 @@ impl Meter<'_> {
             // Those of which it is not known whether they have the largest error.
             let is_open: Vec<bool> = bounds.iter().map(|&bound| bound > tally.largest).collect();
             if is_open.contains(&true) {
-                self.pass(surface, &facets, &is_open, &mut tally, block)?;
+                self.pass(surface, &facets, &is_open, &mut tally, (block, &mut known.own))?;
             }
         }
         known.triangles = keys
@@ -118,8 +133,11 @@ impl Meter<'_> {
             .filter(|(_, worst)| worst.error <= tolerance)
             .map(|((key, bound), worst)| (key, Errors { found: worst.error, bound }))
             .collect();
+        let of_own = failing.iter().filter_map(|&i| tally.worst[i].own.map(|at| (tally.worst[i].error, at)));
+        let own = of_own.clone().reduce(|a, b| if b.0 > a.0 { b } else { a });
+        let own = own.map(|(error, at)| OwnFailure { count: of_own.count(), error, at });
         let failing = failing.into_iter().map(|i| (surface.owners[i], tally.worst[i].vertex)).collect();
-        Ok(Measured { samples: known.samples, max_error: tally.largest, failing })
+        Ok(Measured { samples: known.samples, max_error: tally.largest, failing, own })
     }
 
     /// Looks at all samples of some facets; counts the samples of the windows that it reads.
@@ -129,7 +147,7 @@ impl Meter<'_> {
         facets: &[Facet],
         is_wanted: &[bool],
         tally: &mut Tally,
-        block: &mut Block,
+        (block, own_windows): (&mut Block, &mut OwnWindows),
     ) -> Result<u64, PyramidError> {
         let grid = self.samples.grid;
         let cells = grid.cells(surface.tile.level);
@@ -141,7 +159,8 @@ impl Meter<'_> {
             self.cancel.check()?;
             let patch = Patch { column: origin.0 + left, row: origin.1 + top, width, height, step: 1 };
             let meets = |(low, high): (f64, f64), first: i64, count: usize| {
-                high >= first as f64 && low <= (first + count as i64 - 1) as f64
+                // The raster's own samples may be up to a cell farther.
+                high >= first as f64 && low <= (first + count as i64) as f64
             };
             let is_near = |i: &usize| meets(bounds[*i][0], left, width) && meets(bounds[*i][1], top, height);
             let looked_at: Vec<usize> = wanted.iter().copied().filter(is_near).collect();
@@ -153,8 +172,16 @@ impl Meter<'_> {
             samples += block.inside.iter().filter(|&&inside| inside).count() as u64;
             let places = Places::new(self.body, grid, patch, surface.centre);
             let window = Window { at: (left, top), size: (width, height), snap: snap(cells), facets, near: &near };
-            for facet in looked_at {
+            for &facet in &looked_at {
                 window.measure(facet, bounds[facet][1], &places, block, tally);
+            }
+            if let Some(own) = &self.samples.own {
+                let of = (*self.body, surface.centre);
+                let read = || OwnWindow::read(own, of, (origin, cells), (left, top), (width, height));
+                let own = own_windows.window((left, top), read)?;
+                for &facet in &looked_at {
+                    own.each_near(&facets[facet], |sample| window.judge_own(facet, &own, sample, tally));
+                }
             }
         }
         Ok(samples)
@@ -170,10 +197,13 @@ struct Tally {
     worst: Vec<Worst>,
 }
 
+#[derive(Default)]
 struct Worst {
     error: f64,
     /// Where a vertex can stand for it.
     vertex: Vertex,
+    /// Where it is, in degrees, if it is one of the raster itself.
+    own: Option<(f64, f64)>,
 }
 
 impl Tally {
@@ -255,12 +285,26 @@ impl Window<'_> {
         }
         let (place, normal) = places.at(c, r);
         let at = ((self.at.0 + c as i64) as f64, (self.at.1 + r as i64) as f64);
+        let error = facet.error(place, normal, block.heights[i], facet::DOUBT);
+        if self.is_judged(facet, (place, normal), at) && error > tally.worst[number].error {
+            tally.worst[number] = Worst { error, vertex: self.vertex((c, r), block), own: None };
+            tally.largest = tally.largest.max(error);
+        }
+    }
+
+    /// Whether a sample is one of the facet, given its place, the normal there, and its column and row in the tile.
+    fn is_judged(&self, facet: &Facet, (place, normal): (Vector, Vector), at: (f64, f64)) -> bool {
         let has = |facet: &Facet| facet.has(place, normal);
-        let is_judged = has(facet)
-            || facet.is_passed(place, normal, at) && !self.near.iter().any(|&other| has(&self.facets[other]));
-        let error = facet.error(place, normal, block.heights[i]);
-        if is_judged && error > tally.worst[number].error {
-            tally.worst[number] = Worst { error, vertex: self.vertex((c, r), block) };
+        has(facet) || facet.is_passed(place, normal, at) && !self.near.iter().any(|&other| has(&self.facets[other]))
+    }
+
+    /// Judges a sample of the raster itself, if it is of the facet.
+    fn judge_own(&self, number: usize, own: &OwnWindow, sample: &Placed, tally: &mut Tally) {
+        let facet = &self.facets[number];
+        let (place, normal) = own.place(sample);
+        let error = facet.error(place, normal, sample.height(), own::DOUBT);
+        if error > tally.limit(number) && self.is_judged(facet, (place, normal), sample.at()) {
+            tally.worst[number] = Worst { error, vertex: own.vertex(sample), own: Some(sample.degrees()) };
             tally.largest = tally.largest.max(error);
         }
     }
@@ -272,7 +316,7 @@ impl Window<'_> {
         let (to_c, to_r) = (c / snap * snap, r / snap * snap);
         let snapped = to_r * self.size.0 + to_c;
         let height = block.heights[if block.inside[snapped] { snapped } else { r * self.size.0 + c }];
-        Vertex { column: self.at.0 + to_c as i64, row: self.at.1 + to_r as i64, height }
+        Vertex::of_sample(self.at.0 + to_c as i64, self.at.1 + to_r as i64, height)
     }
 }
 

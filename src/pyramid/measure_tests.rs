@@ -2,7 +2,7 @@
 
 use super::Body;
 use super::body::{Angle, minus};
-use super::facet::Facet;
+use super::facet::{DOUBT, Facet};
 use super::grid::{Grid, Level, TileKey};
 use super::measure::{Known, Meter};
 use super::quantize::{Relief, Steps};
@@ -56,7 +56,7 @@ fn naive(samples: &Samples, surface: &Surface) -> (Vec<f64>, f64) {
             judges = numbers(&|facet| facet.is_passed(place, normal, (c as f64, r as f64)));
         }
         assert!(!judges.is_empty(), "{c}, {r} of {}", surface.tile);
-        judges.iter().for_each(|&f| worst[f] = worst[f].max(facets[f].error(place, normal, block.heights[i])));
+        judges.iter().for_each(|&f| worst[f] = worst[f].max(facets[f].error(place, normal, block.heights[i], DOUBT)));
     }
     let largest = worst.iter().copied().fold(0.0, f64::max);
     (worst, largest)

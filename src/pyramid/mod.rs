@@ -5,7 +5,7 @@
 //! fixed grid of longitudes and latitudes not coarser than the raster, and `samples` keeps them (`store`). A level is made tile by
 //! tile: `lines` finds the sides, which depend on their line and the level alone, `part` makes meshes with the engines of
 //! [`crate::kernel`], `quantize` brings places and heights onto the lattice that the format has, so that tiles of a level share
-//! every vertex on their border, `surface` is the tile as decoded, `measure` compares that with all samples (`facet`: one triangle), and `tile` mends
+//! every vertex on their border, `surface` is the tile as decoded, `measure` compares that with all samples (`facet`: one triangle; `own`: those of the raster itself), and `tile` mends
 //! what is beyond the error. `encode`, `normals`, `manifest` and `write` make files of it.
 //!
 //! **The promise.** Every tile of level L, as decoded, is within ε_L of every sample of the finest grid that the raster gives a
@@ -36,6 +36,7 @@ mod measure;
 #[cfg(test)]
 mod measure_tests;
 mod normals;
+mod own;
 mod part;
 mod prepare;
 mod quantize;
@@ -90,6 +91,8 @@ pub struct TilesRequest {
     /// Whether the heights of a tile's header are so far apart that CesiumJS keeps floats and does not round to 12 bits: steps are
     /// not below 1/8 m then.
     pub fine_heights: bool,
+    /// Whether tiles are within their errors at the raster's own samples, too, not only at those of the grid.
+    pub own_samples: bool,
     /// Whether files are compressed.
     pub gzip: bool,
     /// Whether an earlier set of tiles may be replaced.
@@ -118,6 +121,7 @@ impl TilesRequest {
             vertical_crs: None,
             outside: 0.0,
             fine_heights: false,
+            own_samples: false,
             gzip: false,
             overwrite: false,
             work_dir: None,

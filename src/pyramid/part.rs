@@ -5,9 +5,12 @@
 //! further vertices: then the part is triangulated anew, Delaunay on the lattice of the format, where no triangle can be
 //! turned over by rounding.
 
+use std::collections::HashMap;
+
 use super::error::PyramidError;
 use super::lines::{Line, Sides, Vertex, collar, near_inside};
-use super::quantize::SPAN;
+use super::own::{Along, OnSide};
+use super::quantize::{SPAN, coordinate};
 use super::samples::{Block, Patch, Samples};
 use crate::base::control::CancelToken;
 use crate::base::lattice::{Point, orient};
@@ -48,6 +51,13 @@ impl Place {
     /// Whether a vertex can stand inside, off the rim.
     pub(super) fn has_inside(&self, vertex: &Vertex) -> bool {
         let (column, row) = (vertex.column - self.first.0, vertex.row - self.first.1);
+        if let Some((u, v)) = vertex.place {
+            let is_between = |at: i64, first: i64| {
+                let [first, last] = [first, first + self.cells].map(|at| coordinate(at, self.tile_cells));
+                first < at && at < last
+            };
+            return is_between(u, self.first.0) && is_between(v, self.tile_cells - self.first.1 - self.cells);
+        }
         let is_snapped = vertex.column % self.snap == 0 && vertex.row % self.snap == 0;
         is_snapped && column > 0 && row > 0 && column < self.cells && row < self.cells
     }
@@ -89,7 +99,7 @@ impl PartMaker {
         place: &Place,
         cancel: &CancelToken,
     ) -> Result<Part, PyramidError> {
-        let rim = self.rim(samples, place, cancel)?;
+        let Rim { vertices: rim, without_own } = self.rim(samples, place, cancel)?;
         let (column, row) = (place.origin.0 + place.first.0, place.origin.1 + place.first.1);
         if !samples.may_have(column, row, place.cells, place.cells) {
             return Ok(self.triangulate(place, &rim, rim.len(), &[]));
@@ -100,32 +110,52 @@ impl PartMaker {
         if !self.block.inside.contains(&true) {
             return Ok(self.triangulate(place, &rim, rim.len(), &[]));
         }
-        if step == 1 { self.of_all(place, &rim, cancel) } else { self.of_some(place, &rim, step, cancel) }
+        if step > 1 {
+            return self.of_some(place, &rim, step, cancel);
+        }
+        match without_own {
+            None => self.of_all(place, &rim, cancel),
+            // Engines take samples of the grid: they choose vertices inside.
+            Some(samples_only) => {
+                let part = self.of_all(place, &samples_only, cancel)?;
+                Ok(self.triangulate(place, &rim, rim.len(), &part.vertices[part.rim..]))
+            }
+        }
     }
 
     /// The vertices around a part: its north side eastwards, then on clockwise as seen from above. Ground lies to the right
     /// there, which is left on the lattice, whose rows run down.
-    fn rim(&mut self, samples: &Samples, place: &Place, cancel: &CancelToken) -> Result<Vec<Vertex>, PyramidError> {
-        let Place { origin, first, cells, tolerance, snap, .. } = *place;
+    fn rim(&mut self, samples: &Samples, place: &Place, cancel: &CancelToken) -> Result<Rim, PyramidError> {
+        let Place { origin, first, cells, tolerance, snap, tile_cells } = *place;
         let mut side = |column: i64, row: i64, down: bool| {
             let line = Line { column: origin.0 + column, row: origin.1 + row, length: cells, down };
-            let found = self.sides.side(line, |sides| sides.find(samples, line, tolerance, snap, cancel))?;
-            let vertex = |&(at, height): &(i64, f64)| match down {
-                true => Vertex { column, row: row + at, height },
-                false => Vertex { column: column + at, row, height },
+            let along = Along { line, first: if down { row } else { column }, tile_cells };
+            let found = self.sides.side(line, |sides| sides.find(samples, along, tolerance, snap, cancel))?;
+            let at = |at: i64, height: f64| match down {
+                true => Vertex::of_sample(column, row + at, height),
+                false => Vertex::of_sample(column + at, row, height),
             };
-            Ok::<Vec<Vertex>, PyramidError>(found.iter().map(vertex).collect())
+            let refined = |&OnSide { at: near, lattice, height }: &OnSide| {
+                let vertex = at(near, height);
+                let (u, v) = vertex.coordinates(tile_cells);
+                let place = if down { (u, SPAN - lattice) } else { (lattice, v) };
+                Vertex { place: (place != (u, v)).then_some(place), ..vertex }
+            };
+            let plain: Vec<Vertex> = found.vertices.iter().map(|&(near, height)| at(near, height)).collect();
+            let refined = found.refined.as_ref().map(|side| side.iter().map(refined).collect());
+            Ok::<(Vec<Vertex>, Option<Vec<Vertex>>), PyramidError>((plain, refined))
         };
         let north = side(first.0, first.1, false)?;
         let east = side(first.0 + cells, first.1, true)?;
         let south = side(first.0, first.1 + cells, false)?;
         let west = side(first.0, first.1, true)?;
-        let mut rim = Vec::with_capacity(north.len() + east.len() + south.len() + west.len());
-        rim.extend_from_slice(&north[..north.len() - 1]);
-        rim.extend_from_slice(&east[..east.len() - 1]);
-        rim.extend(south[1..].iter().rev());
-        rim.extend(west[1..].iter().rev());
-        Ok(rim)
+        let sides = [&north, &east, &south, &west];
+        let plain = closed(sides.map(|side| &side.0[..]));
+        let refined = closed(sides.map(|side| side.1.as_deref().unwrap_or(&side.0)));
+        Ok(match refined == plain {
+            true => Rim { vertices: plain, without_own: None },
+            false => Rim { vertices: refined, without_own: Some(plain) },
+        })
     }
 
     /// Makes a tile of the block, taking its heights, in which nothing binds the samples outside that are near others inside;
@@ -261,6 +291,11 @@ impl PartMaker {
 }
 
 impl Part {
+    /// Its vertices by their coordinates in the format.
+    pub(super) fn places(&self, tile_cells: i64) -> HashMap<(i64, i64), usize> {
+        self.vertices.iter().enumerate().map(|(i, vertex)| (vertex.coordinates(tile_cells), i)).collect()
+    }
+
     /// Whether rounding to the lattice of the format turns no triangle over.
     fn keeps_its_turns(&self, tile_cells: i64) -> bool {
         let at = |i: u32| lattice_point(&self.vertices[i as usize], tile_cells);
@@ -274,6 +309,23 @@ fn lattice_point(vertex: &Vertex, tile_cells: i64) -> Point {
     Point { x: u as i32, y: (SPAN - v) as i32 }
 }
 
+/// The vertices around a part.
+struct Rim {
+    vertices: Vec<Vertex>,
+    /// The same without what the raster's own samples ask for, where they ask for more.
+    without_own: Option<Vec<Vertex>>,
+}
+
+/// The loop of four sides: the northern and the southern run east, the eastern and the western south.
+fn closed([north, east, south, west]: [&[Vertex]; 4]) -> Vec<Vertex> {
+    let mut rim = Vec::with_capacity(north.len() + east.len() + south.len() + west.len());
+    rim.extend_from_slice(&north[..north.len() - 1]);
+    rim.extend_from_slice(&east[..east.len() - 1]);
+    rim.extend(south[1..].iter().rev());
+    rim.extend(west[1..].iter().rev());
+    rim
+}
+
 fn domain(rim: Vec<mesh::Vertex>) -> Domain {
     let loops = vec![(0..rim.len() as u32).collect()];
     Domain { vertices: rim, loops, ..Domain::default() }
@@ -282,5 +334,5 @@ fn domain(rim: Vec<mesh::Vertex>) -> Domain {
 /// A vertex of a mesh over every so-many-th sample of a part.
 fn on_tile(vertex: &mesh::Vertex, first: (i64, i64), step: i64) -> Vertex {
     let (column, row) = vertex.at.sample().expect("vertices stand on samples");
-    Vertex { column: first.0 + column as i64 * step, row: first.1 + row as i64 * step, height: vertex.height }
+    Vertex::of_sample(first.0 + column as i64 * step, first.1 + row as i64 * step, vertex.height)
 }

@@ -101,6 +101,7 @@ impl Prepared {
             vertical_crs: _,
             outside,
             fine_heights,
+            own_samples,
             gzip,
             overwrite: _,
             work_dir: _,
@@ -120,6 +121,7 @@ impl Prepared {
             ("vertical CRS", or(vertical, "none")),
             ("outside", exact_double(*outside)),
             ("fine heights", fine_heights.to_string()),
+            ("own samples", own_samples.to_string()),
             ("gzip", gzip.to_string()),
             // It decides places by the last bit.
             ("PROJ", Libraries::here().proj),

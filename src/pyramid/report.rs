@@ -25,7 +25,8 @@ pub struct LevelReport {
     pub vertices: u64,
     /// Samples that were measured; those on the border of tiles count for each of them.
     pub samples: u64,
-    /// The largest error at a sample of the finest grid, as decoded; the bound of rounding is in it.
+    /// The largest error at a sample of the finest grid, and of the raster itself where those count, as decoded; the bound of rounding
+    /// is in it.
     pub largest_error: f64,
     /// Bytes of tiles, before they are compressed.
     pub bytes: u64,
@@ -79,6 +80,8 @@ pub struct TilesReport {
     pub grid_exponent: u32,
     /// Samples of the grid in the rectangle around the raster.
     pub grid_samples: u64,
+    /// Whether errors hold at the raster's own samples, too.
+    pub own_samples: bool,
     /// Bytes of temporary files.
     pub temporary_bytes: u64,
     /// Tiles that were in the work dir.
@@ -104,7 +107,9 @@ impl std::fmt::Display for TilesReport {
             writeln!(f, "found    {} of these tiles in the work dir", self.tiles_found)?;
         }
         writeln!(f, "heights  {heights}")?;
-        writeln!(f, "grid     180° ÷ 2^{}; errors are those of the resampled surface, in metres", self.grid_exponent)?;
+        let own = if self.own_samples { " and of the raster's own samples" } else { "" };
+        let exponent = self.grid_exponent;
+        writeln!(f, "grid     180° ÷ 2^{exponent}; errors are those of the resampled surface{own}, in metres")?;
         writeln!(f, "level  tiles  triangles    allowed    largest")?;
         for l in &self.levels {
             let (allowed, largest) = (l.max_error, l.largest_error);

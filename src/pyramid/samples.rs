@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::error::PyramidError;
 use super::grid::Grid;
+use super::own::OwnStore;
 use super::source::Area;
 use super::store::{BLOCK, Cache, Store};
 use crate::base::control::Control;
@@ -17,6 +18,8 @@ pub(crate) struct Samples {
     pub(crate) area: Area,
     /// The height of samples that the raster does not give one.
     pub(crate) outside: f64,
+    /// The raster's own samples, where tiles have to be within their errors at those, too.
+    pub(super) own: Option<OwnStore>,
 }
 
 /// A window of the grid, of which every `step`th sample is taken.
@@ -60,7 +63,7 @@ impl Samples {
         let size = (blocks(first.0, last.0), blocks(first.1, last.1));
         let at = |(column, row): (usize, usize)| (first.0 + (column * BLOCK) as i64, first.1 + (row * BLOCK) as i64);
         let fill = |scratch: &mut S, block: (usize, usize), heights: &mut [f64]| fill(scratch, at(block), heights);
-        Ok(Samples { grid, store: Store::make(size, file, scratch, fill, control)?, area, outside })
+        Ok(Samples { grid, store: Store::make(size, file, scratch, fill, control)?, area, outside, own: None })
     }
 
     /// Whether the raster may give a sample of a window a height, ends included.

@@ -73,6 +73,7 @@ impl Surface {
             at_pole: Vec::new(),
         };
         let mut numbers = HashMap::new();
+        let first_row = tile.origin(grid).1;
         for (owner, part) in parts.iter().enumerate() {
             let mut own = Vec::with_capacity(part.vertices.len());
             for vertex in &part.vertices {
@@ -89,9 +90,10 @@ impl Surface {
             }
             let triangles = part.triangles.iter().map(|t| t.map(|i| own[i as usize]));
             for triangle in triangles {
-                let rows = triangle.map(|i| tile.origin(grid).1 + surface.vertices[i as usize].sample.1);
-                let on_pole = |pole: i64| rows.iter().filter(|&&row| row == pole).count();
-                if on_pole(0) < 2 && on_pole(grid.rows()) < 2 {
+                let on_side = |v: i64| triangle.iter().filter(|&&i| surface.vertices[i as usize].v == v).count();
+                let on_north = first_row == 0 && on_side(SPAN) >= 2;
+                let on_south = first_row + cells == grid.rows() && on_side(0) >= 2;
+                if !on_north && !on_south {
                     surface.triangles.push(triangle);
                     surface.owners.push(owner as u32);
                 } else {

@@ -83,7 +83,7 @@ fn agrees(epsg: u32, transform: [f64; 6], exponent: u32) -> f64 {
 }
 
 /// All files of a folder, with their names.
-fn content(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+pub(super) fn content(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut all = Vec::new();
     let mut folders = vec![folder.to_path_buf()];
     while let Some(next) = folders.pop() {

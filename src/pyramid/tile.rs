@@ -1,10 +1,12 @@
 //! One tile: its parts, put together, measured as decoded, and mended until every sample is within the level's error.
 
+use std::collections::HashMap;
+
 use super::Body;
 use super::error::PyramidError;
 use super::grid::{Level, TileKey};
 use super::lines::Vertex;
-use super::measure::{Known, Measured, Meter};
+use super::measure::{Known, Measured, Meter, OwnFailure};
 use super::part::{Part, PartMaker, Place};
 use super::quantize::{Steps, snap};
 use super::samples::{Block, Patch, Samples};
@@ -72,22 +74,30 @@ impl LevelTask<'_> {
         let meter = Meter { body: self.body, samples: self.samples, cancel: self.cancel };
         let max_error = self.level.max_error;
         let mut known = Known::default();
+        let mut own = None;
         for _ in 0..ROUNDS {
             let surface = Surface::of(self.body, grid, tile, self.steps, &made);
             let measured = meter.measure(&surface, max_error, &mut known, &mut maker.block)?;
             if measured.failing.is_empty() {
                 return Ok((surface, measured));
             }
+            own = measured.own.filter(|own| own.count == measured.failing.len());
             if !self.mend(tile, &mut made, &measured.failing, &place, maker)? {
                 break;
             }
         }
-        Err(PyramidError::Unreachable { tile, max_error })
+        Err(match own {
+            Some(OwnFailure { count, error, at: (lon, lat) }) => {
+                PyramidError::OwnSamples { tile, max_error, count, error, lon, lat }
+            }
+            None => PyramidError::Unreachable { tile, max_error },
+        })
     }
 
     /// Gives parts the vertices that they lack, and triangulates those anew; says whether any has changed. Where the sample that
     /// fails is a vertex already, or on the rim of its part, chords beside it are too long for the steepness of its
-    /// triangles: the samples around it become vertices.
+    /// triangles: the samples around it become vertices. Where a sample of the raster itself has the place of a vertex that stands for
+    /// another, the vertex gets a height between theirs.
     fn mend(
         &self,
         tile: TileKey,
@@ -98,14 +108,24 @@ impl LevelTask<'_> {
     ) -> Result<bool, PyramidError> {
         let across = i64::from(self.level.parts);
         let mut wanted: Vec<(u32, Vertex)> = Vec::new();
+        let mut taken: HashMap<u32, HashMap<(i64, i64), usize>> = HashMap::new();
+        let mut is_mended = false;
         for &(owner, vertex) in failing {
-            let Place { cells, .. } = place(0);
+            let Place { cells, tile_cells, .. } = place(0);
             let around = (vertex.column / cells).min(across - 1) + across * (vertex.row / cells).min(across - 1);
             let number = if place(around).has_inside(&vertex) { around as u32 } else { owner };
-            let is_new = place(i64::from(number)).has_inside(&vertex)
-                && !parts[number as usize].vertices.iter().any(|v| (v.column, v.row) == (vertex.column, vertex.row));
-            if is_new {
+            let part = &mut parts[number as usize];
+            let places = taken.entry(number).or_insert_with(|| part.places(tile_cells));
+            let found = places.get(&vertex.coordinates(tile_cells)).copied();
+            if found.is_none() && place(i64::from(number)).has_inside(&vertex) {
                 wanted.push((number, vertex));
+                continue;
+            }
+            let shared = found.filter(|&i| self.samples.own.is_some() && i >= part.rim);
+            let shared = shared.map(|i| &mut part.vertices[i]).filter(|v| v.height != vertex.height);
+            if let Some(shared) = shared {
+                shared.height = 0.5 * (shared.height + vertex.height);
+                is_mended = true;
             } else {
                 let neighbours = self.around(tile, &vertex, place(0).snap, &mut maker.block)?;
                 wanted.extend(
@@ -113,9 +133,8 @@ impl LevelTask<'_> {
                 );
             }
         }
-        wanted.sort_by_key(|(part, v)| (*part, v.row, v.column));
-        wanted.dedup_by_key(|(part, v)| (*part, v.row, v.column));
-        let mut is_mended = false;
+        wanted.sort_by_key(|(part, v)| (*part, v.row, v.column, v.place));
+        wanted.dedup_by_key(|(part, v)| (*part, v.row, v.column, v.place));
         for group in wanted.chunk_by(|a, b| a.0 == b.0) {
             let number = group[0].0;
             let more: Vec<Vertex> = group.iter().map(|(_, v)| *v).collect();
@@ -139,8 +158,7 @@ impl LevelTask<'_> {
         let (left, top) = (vertex.column - snap, vertex.row - snap);
         let patch = Patch { column: column + left, row: row + top, width: 3, height: 3, step: snap };
         self.samples.read(patch, block)?;
-        let sample =
-            |i: i64| Vertex { column: left + i % 3 * snap, row: top + i / 3 * snap, height: block.heights[i as usize] };
+        let sample = |i: i64| Vertex::of_sample(left + i % 3 * snap, top + i / 3 * snap, block.heights[i as usize]);
         // Those beyond the raster would make a cliff of its border.
         Ok((0..9).filter(|&i| block.inside[i as usize]).map(sample).collect())
     }

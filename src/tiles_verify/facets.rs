@@ -122,7 +122,7 @@ impl Facet {
     fn reaches(&self, side: usize, along: f64, cells: f64) -> bool {
         let (axis, at) = [(0, 0.0), (1, cells), (0, cells), (1, 0.0)][side];
         let on: Vec<f64> = self.places.iter().filter(|p| (p[axis] - at).abs() < 1e-6).map(|p| p[1 - axis]).collect();
-        on.len() == 2 && (on[0].min(on[1]) - 0.5..=on[0].max(on[1]) + 0.5).contains(&along)
+        on.len() == 2 && (on[0].min(on[1]) - 1e-6..=on[0].max(on[1]) + 1e-6).contains(&along)
     }
 }
 

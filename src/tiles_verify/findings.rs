@@ -19,6 +19,8 @@ pub(super) enum Kind {
     Sides,
     /// Samples beyond the error.
     Promise,
+    /// Samples of the raster itself beyond the error, where it is promised there.
+    OwnSamples,
     /// Tiles of a level that do not meet.
     Borders,
     /// Gaps between tiles of two levels.

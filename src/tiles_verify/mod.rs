@@ -80,7 +80,7 @@ pub struct LevelVerdict {
     pub samples: u64,
     /// The largest distance from a sample.
     pub largest_error: f64,
-    /// What was found at the raster's own samples. It is no fault, whatever it is.
+    /// What was found at the raster's own samples. It is a fault only where the set promises to be within the error there.
     pub own_samples: OwnSamples,
 }
 
@@ -228,6 +228,16 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
         tiles: &keys.into_iter().collect(),
     };
     levels.iter_mut().zip(own.judge(control)?).for_each(|(level, own)| level.own_samples = own);
+    for level in levels.iter().filter(|level| promise.own_samples && level.own_samples.above > 0) {
+        let OwnSamples { samples, largest_error, above, .. } = level.own_samples;
+        findings.add(Kind::OwnSamples, || {
+            let (level, allowed) = (level.level, level.max_error);
+            format!(
+                "level {level}: {above} of {samples} samples of the raster itself are farther than {allowed} m from the \
+                 surface, as far as {largest_error} m"
+            )
+        });
+    }
     let (failures, other_view) = (findings.sentences(), differences(&promise.view, &view));
     Ok(Verdict { schema: 1, passed: failures.is_empty(), failures, other_view, levels, gaps })
 }

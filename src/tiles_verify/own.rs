@@ -1,4 +1,5 @@
-//! How far tiles are from the samples of the raster itself, which the promise does not name: it is one of the finest grid.
+//! How far tiles are from the samples of the raster itself, which the promise names where they count (`own_samples`), and else not:
+//! it is one of the finest grid.
 //!
 //! Each sample's place and height are transformed by themselves, without the grid, and the tile of every level that it lies in is
 //! met along the normal there. A sample counts where the grid has heights all around it: elsewhere the surface runs down to the
