@@ -15,6 +15,7 @@ use super::quantize::Relief;
 use super::samples::{Block, Patch, Samples};
 use super::source::Area;
 use super::store::Store;
+use super::voids::VoidAs;
 use super::{Body, TilesRequest};
 use crate::base::control::Control;
 
@@ -35,8 +36,9 @@ pub(super) struct Facts {
     pub(super) vertical: String,
     pub(super) crs: String,
     pub(super) view: BTreeMap<String, String>,
-    /// Column, row, least and greatest height of the tiles of the finest level; none once they are in [`Ground::reliefs`].
-    reliefs: Vec<(u32, u32, f64, f64)>,
+    /// Column, row, least and greatest height of the tiles of the finest level, and whether they have voids; none once they are in
+    /// [`Ground::reliefs`].
+    reliefs: Vec<(u32, u32, f64, f64, bool)>,
 }
 
 impl Facts {
@@ -57,7 +59,7 @@ impl Facts {
     /// The samples in a store of theirs.
     fn samples(&self, store: Store, outside: f64) -> Samples {
         let (column, row, width, height) = self.area;
-        Samples { grid: self.grid(), store, area: Area { column, row, width, height }, outside }
+        Samples::of(self.grid(), store, Area { column, row, width, height }, outside)
     }
 }
 
@@ -82,7 +84,7 @@ impl Ground {
         let levels = levels_of(&prepared.body, grid, request)?;
         let samples = resample(prepared, grid, request, control)?;
         let facts = facts(prepared, &samples, &levels, 0, control)?;
-        Ok(Ground::of(facts, samples, levels))
+        Ok(Ground::of(facts, samples, levels, request.void_as))
     }
 
     /// What is kept of a job; where nothing is, it is found out of the raster and kept. Where the raster may have changed since, its
@@ -106,7 +108,7 @@ impl Ground {
         let (samples, checksum) = kept.bring_samples(&request.input, expected, make)?;
         let facts = facts(prepared, &samples, &levels, checksum, control)?;
         kept.write_facts(&facts)?;
-        Ok(Ground::of(facts, samples, levels))
+        Ok(Ground::of(facts, samples, levels, request.void_as))
     }
 
     /// What a run has been laid out with.
@@ -119,14 +121,14 @@ impl Ground {
         let Some(store) = kept.open_samples(facts.blocks, &facts.runs)? else { return Ok(None) };
         let levels = levels_of(&facts.body, facts.grid(), request)?;
         let samples = facts.samples(store, request.outside);
-        Ok(Some(Ground::of(facts, samples, levels)))
+        Ok(Some(Ground::of(facts, samples, levels, request.void_as)))
     }
 
-    fn of(mut facts: Facts, samples: Samples, levels: Vec<Level>) -> Ground {
+    fn of(mut facts: Facts, samples: Samples, levels: Vec<Level>, void_as: VoidAs) -> Ground {
         let finest = levels.last().expect("there is level 0").level;
-        let relief = |(x, y, low, high)| (TileKey { level: finest, x, y }, Relief { low, high });
+        let relief = |(x, y, low, high, has_void)| (TileKey { level: finest, x, y }, Relief { low, high, has_void });
         let of_finest = std::mem::take(&mut facts.reliefs).into_iter().map(relief).collect();
-        let reliefs = upwards(of_finest, finest, samples.outside);
+        let reliefs = upwards(of_finest, finest, void_as, samples.outside);
         Ground { facts, samples, levels, reliefs }
     }
 
@@ -183,7 +185,10 @@ fn facts(
         vertical: prepared.vertical.clone(),
         crs: prepared.raster.crs_name(),
         view: prepared.view()?,
-        reliefs: reliefs.into_iter().map(|(tile, relief)| (tile.x, tile.y, relief.low, relief.high)).collect(),
+        reliefs: reliefs
+            .into_iter()
+            .map(|(tile, relief)| (tile.x, tile.y, relief.low, relief.high, relief.has_void))
+            .collect(),
     })
 }
 
@@ -220,18 +225,20 @@ fn reliefs(samples: &Samples, finest: u32, control: &Control<'_>) -> Result<BTre
         control.cancel.check()?;
         let (column, row) = tile.origin(samples.grid);
         let mut found = None;
-        let mut is_inside = false;
+        let (mut is_inside, mut has_void) = (false, false);
         for ((left, top), (width, height)) in samples.windows((column, row), cells, WINDOW) {
             let patch = Patch { column: column + left, row: row + top, width, height, step: 1 };
             samples.read(patch, block)?;
             is_inside |= block.inside.contains(&true);
-            let heights = block.heights.iter().copied().map(Relief::of);
+            has_void |= block.is_void.contains(&true);
+            let heights = block.heights.iter().zip(&block.is_void).filter(|(_, is_void)| !**is_void);
+            let heights = heights.map(|(&height, _)| Relief::of(height));
             found = found.into_iter().chain(heights).reduce(Relief::with);
         }
         if !samples.has_all((column, row), cells) {
             found = found.map(|relief| relief.with(Relief::of(samples.outside)));
         }
-        Ok::<_, PyramidError>(found.filter(|_| is_inside).map(|relief| (tile, relief)))
+        Ok::<_, PyramidError>(found.filter(|_| is_inside).map(|relief| (tile, Relief { has_void, ..relief })))
     };
     let keys = candidates(samples, finest);
     let found: Result<Vec<_>, PyramidError> = keys.par_iter().map_init(Block::default, relief).collect();
@@ -239,7 +246,13 @@ fn reliefs(samples: &Samples, finest: u32, control: &Control<'_>) -> Result<BTre
 }
 
 /// The relief of all tiles of all levels, from that of the finest; at level 0 of both.
-fn upwards(finest: BTreeMap<TileKey, Relief>, level: u32, outside: f64) -> Vec<BTreeMap<TileKey, Relief>> {
+fn upwards(
+    finest: BTreeMap<TileKey, Relief>,
+    level: u32,
+    void_as: VoidAs,
+    outside: f64,
+) -> Vec<BTreeMap<TileKey, Relief>> {
+    let unseen = Relief { has_void: void_as.is_marked(), ..Relief::of(outside) };
     let mut all = vec![finest];
     for level in (0..level).rev() {
         let children = &all[all.len() - 1];
@@ -249,14 +262,13 @@ fn upwards(finest: BTreeMap<TileKey, Relief>, level: u32, outside: f64) -> Vec<B
             *parent = (parent.0.with(relief), parent.1 + 1);
         }
         debug_assert!(parents.keys().all(|key| key.level == level));
-        // Where a child is missing, the ground outside is seen.
-        let whole =
-            |(relief, count): (Relief, usize)| if count < 4 { relief.with(Relief::of(outside)) } else { relief };
+        // Where a child is missing, the ground outside is seen, or a void.
+        let whole = |(relief, count): (Relief, usize)| if count < 4 { relief.with(unseen) } else { relief };
         all.push(parents.into_iter().map(|(key, found)| (key, whole(found))).collect());
     }
     let roots = all.last_mut().expect("the finest level");
     for x in 0..2 {
-        roots.entry(TileKey { level: 0, x, y: 0 }).or_insert(Relief::of(outside));
+        roots.entry(TileKey { level: 0, x, y: 0 }).or_insert(unseen);
     }
     all.reverse();
     all

@@ -16,6 +16,7 @@ use super::quantize::{SPAN, Steps, UNROUNDED};
 use super::report::{LevelReport, TilesReport};
 use super::samples::Block;
 use super::tile::{LevelTask, TileMaker};
+use super::voids::{VoidAs, with_voids};
 use super::write::{self, StagedSet};
 use super::{TilesRequest, encode, normals};
 use crate::base::control::{Control, Stage};
@@ -155,6 +156,7 @@ impl<'a> Making<'a> {
             vertical_crs: facts.vertical.clone(),
             vertical_crs_given: request.vertical_crs.clone(),
             outside: request.outside,
+            void_as: request.void_as,
             max_error: request.max_error,
             error_factor: request.error_factor,
             gzip: request.gzip,
@@ -176,13 +178,17 @@ impl<'a> Making<'a> {
     ) -> Result<MadeLevel, PyramidError> {
         let started = Instant::now();
         let (samples, mut level) = (&self.ground.samples, self.ground.levels[number]);
-        let steps = Steps::of(&self.ground.reliefs[number], self.request.fine_heights.then_some(UNROUNDED));
+        let (void_as, reliefs) = (self.request.void_as, &self.ground.reliefs[number]);
+        let void = void_as.height(reliefs, level.max_error, samples.grid.cells(level.level), samples.outside);
+        let (samples, reliefs) = (&samples.with_voids(void), &with_voids(reliefs, void));
+        let steps = Steps::of(reliefs, self.request.fine_heights.then_some(UNROUNDED));
+        let cuts = void_as == VoidAs::Hole;
         staged.map_or(Ok(()), |staged| staged.prepare(keys))?;
         loop {
             let needed = self.kept.map_or(0, |kept| kept.parts_needed(level.level));
             level.parts = level.parts.max(needed);
             let cancel = &self.control.cancel;
-            let task = LevelTask { body: &self.ground.facts.body, samples, level, steps: &steps, cancel };
+            let task = LevelTask { body: &self.ground.facts.body, samples, level, steps: &steps, cuts, cancel };
             let found_before = self.found();
             let made: Result<Vec<Option<LevelReport>>, PyramidError> = keys
                 .par_iter()

@@ -23,7 +23,7 @@ pub(super) const SAMPLES: usize = BLOCK * BLOCK;
 /// Blocks that one thread fills one after the other: neighbours share what the raster is read by.
 const RUN: usize = 8;
 
-/// Heights in blocks; NaN where there is none.
+/// Heights in blocks; NaN where there is none, infinite in marked voids.
 pub(crate) struct Store {
     file: File,
     folder: PathBuf,

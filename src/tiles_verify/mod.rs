@@ -1,7 +1,7 @@
 //! Judges a set of terrain tiles against the raster that it was made from.
 //!
 //! In come the raster and the folder; out comes a [`Verdict`]. `decode` reads files, `ellipsoid` has formulas of its own, `tile`
-//! judges a tile by itself, `facets` how far its triangles are from heights, `borders` where tiles meet, `manifest` what stands beside
+//! judges a tile by itself, `holes` where it has none of the ground, `facets` how far its triangles are from heights, `borders` where tiles meet, `manifest` what stands beside
 //! them, `own` how far tiles are from samples of the raster itself. It shares with
 //! [`crate::pyramid`] which samples the finest grid has and what their heights are, the addresses of tiles, and the form of
 //! `terrabite.json`; nothing of how meshes are made, written or measured.
@@ -19,6 +19,9 @@ mod decode;
 mod ellipsoid;
 mod facets;
 mod findings;
+#[cfg(test)]
+mod hole_tests;
+mod holes;
 mod manifest;
 mod own;
 #[cfg(test)]
@@ -163,6 +166,7 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
         view: request.view.clone(),
         vertical_crs: promise.vertical_crs_given.clone(),
         outside: promise.outside,
+        void_as: promise.void_as,
         temp_dir: request.temp_dir.clone(),
         ..TilesRequest::new(&request.input, &request.tiles, promise.max_error)
     };
@@ -280,8 +284,11 @@ fn judge_tile(
             return Ok(Judged { key, findings, distance, triangles: 0, step: 0.0, sides: None });
         }
     };
-    let tile = Tile::new(key, samples.grid, ellipsoid, &decoded);
+    let tile = Tile::new(key, samples.grid, ellipsoid, &decoded, promise.void_as);
     tile.judge_shape(&mut findings);
+    if tile.has_holes {
+        tile.judge_holes(samples, block, &mut findings)?;
+    }
     if promise.fine_heights {
         tile.judge_range(&mut findings);
     }
