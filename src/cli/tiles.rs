@@ -215,6 +215,9 @@ impl From<PyramidError> for Failure {
             PyramidError::WorkDir(error) => error.into(),
             PyramidError::NoWorkDir => failure,
             PyramidError::Gone { .. } => failure.hint("terrabite tiles-plan brings them there"),
+            PyramidError::Damaged { .. } => {
+                failure.hint("the disk is not to be trusted; in a work dir, delete it and begin anew, on another disk")
+            }
             PyramidError::Missing { .. } => failure.waiting().hint("terrabite run WORK makes them"),
             PyramidError::Kept { error, dir, outdated } => {
                 let fate = outdated.map_or(Fate::Continue, Fate::Outdated);

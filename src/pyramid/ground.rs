@@ -32,6 +32,7 @@ pub(super) struct Facts {
     /// Of the store: blocks across and down, and which are in it.
     blocks: (usize, usize),
     runs: Vec<u64>,
+    sums: Vec<u32>,
     pub(super) body: Body,
     pub(super) vertical: String,
     pub(super) crs: String,
@@ -118,7 +119,7 @@ impl Ground {
     }
 
     fn open(kept: &Kept, facts: Facts, request: &TilesRequest) -> Result<Option<Ground>, PyramidError> {
-        let Some(store) = kept.open_samples(facts.blocks, &facts.runs)? else { return Ok(None) };
+        let Some(store) = kept.open_samples(facts.blocks, (&facts.runs, &facts.sums))? else { return Ok(None) };
         let levels = levels_of(&facts.body, facts.grid(), request)?;
         let samples = facts.samples(store, request.outside);
         Ok(Some(Ground::of(facts, samples, levels, request.void_as)))
@@ -181,6 +182,7 @@ fn facts(
         area: (column, row, width, height),
         blocks: samples.store.size(),
         runs: samples.store.runs(),
+        sums: samples.store.sums(),
         body: prepared.body,
         vertical: prepared.vertical.clone(),
         crs: prepared.raster.crs_name(),

@@ -5,6 +5,7 @@
 //! | `chunks/grid.samples` | the samples of the finest grid, a [`Store`] |
 //! | `chunks/grid.json` | what else was found out of the raster ([`Facts`]); it is there only once the samples are |
 //! | `chunks/LEVEL/X/Y.chunk` | a tile: its report as a line of JSON, the bytes of its file, a checksum of both and of its address, and the job's stamp |
+//! | `chunks/LEVEL/loosened` | this level has the error that clients expect: no tile could be made within less |
 //! | `chunks/LEVEL/parts-N` | tiles of this level have at least so many parts each way: one could not be made from fewer |
 //!
 //! Tiles are not synced one by one: what a power cut has torn is found by its checksum, and made again.
@@ -14,7 +15,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::error::PyramidError;
-use super::grid::{MAX_PARTS, TileKey};
+use super::grid::{Level, MAX_PARTS, TileKey};
 use super::ground::Facts;
 use super::report::LevelReport;
 use super::samples::Samples;
@@ -76,6 +77,11 @@ impl Kept {
         self.parts.join("grid.samples")
     }
 
+    /// Whether there are samples that another run of the job goes on from.
+    pub(super) fn has_samples(&self) -> bool {
+        self.samples().exists()
+    }
+
     fn facts(&self) -> PathBuf {
         self.parts.join("grid.json")
     }
@@ -110,11 +116,15 @@ impl Kept {
     }
 
     /// The heights that are kept; `None` where there are none of this size.
-    pub(super) fn open_samples(&self, size: (usize, usize), runs: &[u64]) -> Result<Option<Store>, PyramidError> {
+    pub(super) fn open_samples(
+        &self,
+        size: (usize, usize),
+        blocks: (&[u64], &[u32]),
+    ) -> Result<Option<Store>, PyramidError> {
         let path = self.samples();
         match File::open(&path) {
             Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
-            other => Store::open(size, (other.map_err(failed(&path))?, &self.parts), runs),
+            other => Store::open(size, (other.map_err(failed(&path))?, &self.parts), blocks),
         }
     }
 
@@ -150,14 +160,16 @@ impl Kept {
         self.parts.join(format!("{tile}.chunk"))
     }
 
-    /// A tile that was made from so many parts each way. One that is torn, another's or of another job is none.
-    pub(super) fn find(&self, tile: TileKey, parts: u32) -> Result<Option<KeptTile>, PyramidError> {
+    /// A tile that was made as its level is. One that is torn, another's or of another job is none.
+    pub(super) fn find(&self, tile: TileKey, level: &Level) -> Result<Option<KeptTile>, PyramidError> {
         let path = self.tile(tile);
         match fs::read(&path) {
             Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
             other => {
                 let found = decode(tile, &other.map_err(failed(&path))?, self.stamp);
-                Ok(found.filter(|found| (found.report.level, found.report.parts) == (tile.level, parts)))
+                let is_so =
+                    |r: &LevelReport| (r.level, r.parts, r.max_error) == (level.level, level.parts, level.max_error);
+                Ok(found.filter(|found| is_so(&found.report)))
             }
         }
     }
@@ -191,14 +203,31 @@ impl Kept {
         all.filter(|&parts| self.parts_of_level(level, parts).exists()).last().unwrap_or(0)
     }
 
+    fn loosened(&self, level: u32) -> PathBuf {
+        self.parts.join(format!("{level}/loosened"))
+    }
+
+    /// Whether a level has the error that clients expect, as no less can be kept.
+    pub(super) fn is_loosened(&self, level: u32) -> bool {
+        self.loosened(level).exists()
+    }
+
+    /// Notes that.
+    pub(super) fn note_loosened(&self, level: u32) -> Result<(), PyramidError> {
+        self.note(&self.loosened(level))
+    }
+
     /// Notes that a tile of a level cannot be made from fewer parts.
     pub(super) fn note_parts(&self, level: u32, parts: u32) -> Result<(), PyramidError> {
-        let path = self.parts_of_level(level, parts);
+        self.note(&self.parts_of_level(level, parts))
+    }
+
+    fn note(&self, path: &Path) -> Result<(), PyramidError> {
         let write = || {
             fs::create_dir_all(path.parent().unwrap_or(&self.parts))?;
-            PrivateFile::create(&path)?.commit(b"", || {})
+            PrivateFile::create(path)?.commit(b"", || {})
         };
-        write().map_err(failed(&path))
+        write().map_err(failed(path))
     }
 
     /// The job is done: it goes.
@@ -279,7 +308,6 @@ fn sum(tile: TileKey, bytes: &[u8]) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pyramid::Level;
 
     #[test]
     fn a_tile_is_found_whole_or_not_at_all() {

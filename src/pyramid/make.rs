@@ -168,7 +168,8 @@ impl<'a> Making<'a> {
     }
 
     /// Makes tiles of a level. Where one cannot be within the error, the ground being steep beside long chords, all are made
-    /// again from parts of half the size.
+    /// again from parts of half the size; where those are as small as they can be, within what clients expect of the level, unless it is
+    /// the finest.
     pub(super) fn level(
         &self,
         number: usize,
@@ -177,16 +178,21 @@ impl<'a> Making<'a> {
         makes: bool,
     ) -> Result<MadeLevel, PyramidError> {
         let started = Instant::now();
-        let (samples, mut level) = (&self.ground.samples, self.ground.levels[number]);
-        let (void_as, reliefs) = (self.request.void_as, &self.ground.reliefs[number]);
-        let void = void_as.height(reliefs, level.max_error, samples.grid.cells(level.level), samples.outside);
-        let (samples, reliefs) = (&samples.with_voids(void), &with_voids(reliefs, void));
-        let steps = Steps::of(reliefs, self.request.fine_heights.then_some(UNROUNDED));
+        let mut level = self.ground.levels[number];
+        let (grid, reliefs, void_as) = (self.ground.samples.grid, &self.ground.reliefs[number], self.request.void_as);
+        let loosest = self.request.error_factor * level.client_error;
+        let is_finest = number + 1 == self.ground.levels.len();
         let cuts = void_as == VoidAs::Hole;
         staged.map_or(Ok(()), |staged| staged.prepare(keys))?;
         loop {
+            if self.kept.is_some_and(|kept| kept.is_loosened(level.level)) {
+                level.max_error = loosest;
+            }
             let needed = self.kept.map_or(0, |kept| kept.parts_needed(level.level));
             level.parts = level.parts.max(needed);
+            let void = void_as.height(reliefs, level.max_error, grid.cells(level.level), self.ground.samples.outside);
+            let (samples, reliefs) = (&self.ground.samples.with_voids(void), &with_voids(reliefs, void));
+            let steps = Steps::of(reliefs, self.request.fine_heights.then_some(UNROUNDED));
             let cancel = &self.control.cancel;
             let task = LevelTask { body: &self.ground.facts.body, samples, level, steps: &steps, cuts, cancel };
             let found_before = self.found();
@@ -201,6 +207,11 @@ impl<'a> Making<'a> {
                 Err(PyramidError::Unreachable { .. }) if !is_fine => {
                     level.parts *= 2;
                     self.kept.map_or(Ok(()), |kept| kept.note_parts(level.level, level.parts))?;
+                    self.found.store(found_before, Ordering::Relaxed);
+                }
+                Err(PyramidError::Unreachable { .. }) if !is_finest && level.max_error < loosest => {
+                    level.max_error = loosest;
+                    self.kept.map_or(Ok(()), |kept| kept.note_loosened(level.level))?;
                     self.found.store(found_before, Ordering::Relaxed);
                 }
                 Err(error) => return Err(error),
@@ -227,7 +238,7 @@ impl<'a> Making<'a> {
         makes: bool,
     ) -> Result<Option<LevelReport>, PyramidError> {
         self.control.cancel.check()?;
-        let found = self.kept.map(|kept| kept.find(tile, task.level.parts)).transpose()?.flatten();
+        let found = self.kept.map(|kept| kept.find(tile, &task.level)).transpose()?.flatten();
         let is_found = found.is_some();
         let KeptTile { report, content } = match found {
             Some(found) => {

@@ -146,6 +146,8 @@ pub(crate) struct Basis {
     /// The grid that is not coarser than the raster.
     pub(crate) coarsest: Grid,
     pub(crate) body: Body,
+    /// As [`Promise::vertical_crs`].
+    pub(crate) vertical_crs: String,
     /// As [`Promise::view`].
     pub(crate) view: BTreeMap<String, String>,
 }
@@ -155,7 +157,7 @@ pub(crate) fn basis(request: &TilesRequest, grid: Grid, control: &Control<'_>) -
     let prepared = prepare::open(request, control)?;
     let (coarsest, view) = (prepared.source.grid(0)?, prepared.view()?);
     let samples = prepare::resample(&prepared, grid, request, control)?;
-    Ok(Basis { samples, coarsest, body: prepared.body, view })
+    Ok(Basis { samples, coarsest, body: prepared.body, vertical_crs: prepared.vertical, view })
 }
 
 /// Makes a set of tiles.

@@ -201,6 +201,12 @@ fn manifests_that_lie_are_found() {
     let (_keep, set, _) = copy();
     json(&set, "terrabite.json", &|promise| promise["gzip"] = true.into());
     fails(&set, "expected gzip");
+    let (_keep, set, _) = copy();
+    json(&set, "terrabite.json", &|promise| promise["outside"] = 50.5.into());
+    fails(&set, "from the height outside");
+    let (_keep, set, _) = copy();
+    json(&set, "terrabite.json", &|promise| promise["vertical_crs"] = "EPSG:5773".into());
+    fails(&set, "expected the vertical CRS \"\", found \"EPSG:5773\"");
 }
 
 #[test]

@@ -166,6 +166,33 @@ impl<'a> Tile<'a> {
         }
     }
 
+    /// How far its corners are from the heights that are promised where the raster has none; those of holes are nobody's.
+    pub(super) fn beside(
+        &self,
+        samples: &Samples,
+        void_as: VoidAs,
+        block: &mut SampleBlock,
+    ) -> Result<f64, PyramidError> {
+        let cells = self.grid.cells(self.key.level);
+        let origin = self.key.origin(self.grid);
+        let mut farthest = 0.0f64;
+        for (vertex, &[u, v, _]) in self.decoded.vertices.iter().enumerate() {
+            if ![0, LAST].contains(&u) || ![0, LAST].contains(&v) {
+                continue;
+            }
+            let at = |coordinate: u16| if coordinate == 0 { 0 } else { cells };
+            let patch = Patch { column: origin.0 + at(u), row: origin.1 + at(LAST - v), width: 1, height: 1, step: 1 };
+            samples.read(patch, block)?;
+            let expected = match (block.inside[0], block.is_void[0], void_as) {
+                (true, ..) | (_, true, VoidAs::Hole) => continue,
+                (_, true, VoidAs::Height(height)) => height,
+                _ => block.heights[0],
+            };
+            farthest = farthest.max((self.decoded.height(vertex) - expected).abs());
+        }
+        Ok(farthest)
+    }
+
     /// Finds how far it is from the samples of the grid, along the normals.
     pub(super) fn distance(
         &self,
