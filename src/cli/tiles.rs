@@ -10,7 +10,7 @@ use super::progress::Bars;
 use super::{Failure, GDAL_CACHE, print, values, warnings};
 use crate::field::FieldError;
 use crate::job::Error;
-use crate::pyramid::{PyramidError, TilesRequest, tiles};
+use crate::pyramid::{PyramidError, TilesRequest, VoidAs, tiles};
 use crate::raster::{GeodesyError, bound_gdal_cache};
 use crate::run::Fate;
 
@@ -62,9 +62,13 @@ pub(crate) struct TilesOptions {
     /// ellipsoidal
     #[arg(long, value_name = "CRS")]
     vertical_crs: Option<String>,
-    /// The height where the raster has none, in metres above the ellipsoid
+    /// The height outside of the raster, and in its voids without --void-as, in metres above the ellipsoid
     #[arg(long, value_name = "METRES", default_value_t = 0.0, value_parser = height, allow_hyphen_values = true)]
     outside: f64,
+    /// Where the raster has voids: `hole` leaves triangles out that lie over them, a number is a height in metres above the ellipsoid
+    /// [default: the height outside]
+    #[arg(long, hide_short_help = true, value_name = "hole|METRES", value_parser = void_as, allow_hyphen_values = true)]
+    void_as: Option<VoidAs>,
     /// Have CesiumJS draw heights as they are: it rounds tiles of less than 4,095 m to 12 bits in all directions. Heights get steps
     /// of 1/8 m or more (docs/tiles.md)
     #[arg(long, hide_short_help = true)]
@@ -133,6 +137,13 @@ fn height(word: &str) -> Result<f64, String> {
     if number.abs() <= 20_000.0 { Ok(number) } else { Err("expected -20000 to 20000".to_string()) }
 }
 
+fn void_as(word: &str) -> Result<VoidAs, String> {
+    match word {
+        "hole" => Ok(VoidAs::Hole),
+        number => height(number).map(VoidAs::Height).map_err(|error| format!("{error}, or hole")),
+    }
+}
+
 pub(crate) fn run(args: &TilesArgs) -> Result<ExitCode, Failure> {
     let bars = Bars::new(args.common.quiet);
     let request = TilesRequest {
@@ -159,6 +170,7 @@ impl TilesOptions {
             grid_factor: self.grid_factor.parse().map_err(Failure::usage)?,
             vertical_crs: self.vertical_crs.clone(),
             outside: self.outside,
+            void_as: self.void_as.unwrap_or_default(),
             fine_heights: self.fine_heights,
             own_samples: self.own_samples,
             gzip: self.gzip,
@@ -211,6 +223,9 @@ impl From<PyramidError> for Failure {
             PyramidError::WorkDir(error) => error.into(),
             PyramidError::NoWorkDir => failure,
             PyramidError::Gone { .. } => failure.hint("terrabite tiles-plan brings them there"),
+            PyramidError::Damaged { .. } => {
+                failure.hint("the disk is not to be trusted; in a work dir, delete it and begin anew, on another disk")
+            }
             PyramidError::Missing { .. } => failure.waiting().hint("terrabite run WORK makes them"),
             PyramidError::Kept { error, dir, outdated } => {
                 let fate = outdated.map_or(Fate::Continue, Fate::Outdated);

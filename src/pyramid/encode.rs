@@ -40,7 +40,7 @@ impl Ordered {
             }
             *vertex = *place;
         }
-        // Corners at a pole may be in no triangle.
+        // Those of the border may be in no triangle, at a pole or beside a hole.
         order.extend((0..places.len() as u32).filter(|&i| places[i as usize] == u32::MAX));
         let (triangles, _) = triangles.as_chunks();
         Ordered { order, triangles: triangles.to_vec() }
@@ -49,9 +49,8 @@ impl Ordered {
 
 /// How many vertices readers need for a tile.
 pub(super) fn numbered(surface: &Surface) -> usize {
-    let on_border = |v: &&SurfaceVertex| [0, SPAN].contains(&v.u) || [0, SPAN].contains(&v.v);
     // A corner is on two sides, and so in two of the lists.
-    surface.vertices.len() + 2 * (surface.vertices.iter().filter(on_border).count() + 4)
+    surface.vertices.len() + 2 * (surface.vertices.iter().filter(|v| v.is_on_border()).count() + 4)
 }
 
 /// A number of a vertex.

@@ -141,6 +141,14 @@ pub enum PyramidError {
         /// The work dir.
         dir: PathBuf,
     },
+    /// Samples of the grid are not those that were written.
+    #[error("{}: expected the samples of the grid as they were written, found others in block {block}", dir.display())]
+    Damaged {
+        /// The folder that their file is in.
+        dir: PathBuf,
+        /// The number of 64 × 64 samples.
+        block: u64,
+    },
     /// Tiles of a run in shards that nobody has made yet.
     #[error("expected all {of} tiles, found {} missing: {}", missing.len(), first(missing))]
     Missing {
@@ -199,6 +207,7 @@ impl PyramidError {
                 | PyramidError::Unreachable { .. }
                 | PyramidError::OwnSamples { .. }
                 | PyramidError::Vertices { .. }
+                | PyramidError::Damaged { .. }
         )
     }
 }

@@ -254,11 +254,20 @@ impl Facet {
 
     /// On which side of its edges a place is: from which on it counts as inside.
     fn sides(&self, place: Vector, normal: Vector) -> [bool; 3] {
+        self.sides_within(place, normal, SLACK)
+    }
+
+    fn sides_within(&self, place: Vector, normal: Vector, slack: f64) -> [bool; 3] {
         let from = self.corners.map(|corner| minus(corner, place));
         EDGES.map(|(i, j)| {
             let side = length(minus(self.corners[i], self.corners[j]));
-            dot(cross(from[i], from[j]), normal) >= -SLACK * side
+            dot(cross(from[i], from[j]), normal) >= -slack * side
         })
+    }
+
+    /// Whether the normal at a place meets it, or passes no edge of it farther outside than some metres.
+    pub(super) fn has_within(&self, place: Vector, normal: Vector, slack: f64) -> bool {
+        self.sides_within(place, normal, slack).iter().all(|&inside| inside)
     }
 
     /// Whether the normal at a place meets it.

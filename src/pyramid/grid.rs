@@ -139,9 +139,11 @@ pub(super) fn levels(body: &Body, grid: Grid, options: &LevelOptions) -> Result<
     let mut levels = Vec::new();
     for level in (0..=finest).rev() {
         let client_error = body.client_error(level);
-        let max_error = error.min(options.error_factor * client_error);
         let sag = |parts: u32| body.sag(180.0 / (1u64 << level) as f64 / f64::from(parts));
         let most = MAX_PARTS.min((grid.cells(level) / 2) as u32);
+        // The flattest triangles that are made allow no less; of the finest level no more is allowed than is asked for.
+        let least = if level < finest { sag(most.max(1)) / SAG_SHARE } else { 0.0 };
+        let max_error = error.max(least).min(options.error_factor * client_error);
         let fits = |&parts: &u32| sag(parts) <= SAG_SHARE * max_error;
         let parts = (0..).map(|i| 1u32 << i).take_while(|&parts| parts <= most).find(fits);
         let Some(parts) = parts else {
@@ -181,6 +183,20 @@ mod tests {
         let earth = levels(&EARTH, Grid { exponent: 20 }, &options(20.0)).unwrap();
         let parts: Vec<u32> = earth.iter().map(|l| l.parts).collect();
         assert_eq!(parts, [32, 32, 16, 16, 8, 8, 4, 4, 2, 2, 1, 1, 1]);
+    }
+
+    /// Triangles of coarse levels sag too far for what is asked of the finest; they are allowed as much as clients expect.
+    #[test]
+    fn coarse_levels_are_as_flat_as_they_can_be() {
+        for max_error in [1.0, 0.05] {
+            let options = LevelOptions { max_level: Some(11), ..options(max_error) };
+            let earth = levels(&EARTH, Grid { exponent: 18 }, &options).unwrap();
+            assert_eq!(earth[11].max_error, max_error);
+            assert!(earth.iter().all(|l| l.max_error <= l.client_error && l.max_error >= max_error * f64::from(1 << (11 - l.level))));
+            let loosened: Vec<&Level> =
+                earth.windows(2).filter(|l| l[0].max_error > 2.0 * l[1].max_error).map(|l| &l[0]).collect();
+            assert!(!loosened.is_empty() && loosened.iter().all(|l| l.parts == MAX_PARTS), "{loosened:?}");
+        }
     }
 
     #[test]

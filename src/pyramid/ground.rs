@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -16,6 +17,7 @@ use super::quantize::Relief;
 use super::samples::{Block, Patch, Samples};
 use super::source::Area;
 use super::store::{self, Store};
+use super::voids::VoidAs;
 use super::{Body, TilesRequest};
 use crate::base::control::Control;
 
@@ -34,12 +36,14 @@ pub(super) struct Facts {
     /// Of the store: blocks across and down, and which are in it.
     blocks: (usize, usize),
     runs: Vec<u64>,
+    sums: Vec<u32>,
     pub(super) body: Body,
     pub(super) vertical: String,
     pub(super) crs: String,
     pub(super) view: BTreeMap<String, String>,
-    /// Column, row, least and greatest height of the tiles of the finest level; none once they are in [`Ground::reliefs`].
-    reliefs: Vec<(u32, u32, f64, f64)>,
+    /// Column, row, least and greatest height of the tiles of the finest level, and whether they have voids; none once they are in
+    /// [`Ground::reliefs`].
+    reliefs: Vec<(u32, u32, f64, f64, bool)>,
 }
 
 impl Facts {
@@ -60,7 +64,7 @@ impl Facts {
     /// The samples in a store of theirs.
     fn samples(&self, store: Store, outside: f64) -> Samples {
         let (column, row, width, height) = self.area;
-        Samples { grid: self.grid(), store, area: Area { column, row, width, height }, outside, own: None }
+        Samples::of(self.grid(), store, Area { column, row, width, height }, outside)
     }
 }
 
@@ -86,10 +90,11 @@ impl Ground {
         let mut samples = resample(prepared, grid, request, control)?;
         if request.own_samples {
             let folder = request.temp_dir();
-            samples.own = Some(OwnStore::make(prepared, &samples, (store::temporary(&folder)?, &folder), control)?);
+            let own = OwnStore::make(prepared, &samples, (store::temporary(&folder)?, &folder), control)?;
+            samples.own = Some(Arc::new(own));
         }
         let facts = facts(prepared, &samples, &levels, (0, 0), control)?;
-        Ground::of(facts, samples, levels)
+        Ground::of(facts, samples, levels, request.void_as)
     }
 
     /// What is kept of a job; where nothing is, it is found out of the raster and kept. Where the raster may have changed since, its
@@ -115,11 +120,11 @@ impl Ground {
         if request.own_samples {
             let make = |file: (File, &Path)| OwnStore::make(prepared, &samples, file, control);
             let (own, found) = kept.bring_own(&request.input, expected.map(|e| e.1), make)?;
-            (samples.own, own_checksum) = (Some(own), found);
+            (samples.own, own_checksum) = (Some(Arc::new(own)), found);
         }
         let facts = facts(prepared, &samples, &levels, (checksum, own_checksum), control)?;
         kept.write_facts(&facts)?;
-        Ground::of(facts, samples, levels)
+        Ground::of(facts, samples, levels, request.void_as)
     }
 
     /// What a run has been laid out with.
@@ -129,21 +134,21 @@ impl Ground {
     }
 
     fn open(kept: &Kept, facts: Facts, request: &TilesRequest) -> Result<Option<Ground>, PyramidError> {
-        let Some(store) = kept.open_samples(facts.blocks, &facts.runs)? else { return Ok(None) };
+        let Some(store) = kept.open_samples(facts.blocks, (&facts.runs, &facts.sums))? else { return Ok(None) };
         let levels = levels_of(&facts.body, facts.grid(), request)?;
         let mut samples = facts.samples(store, request.outside);
         if request.own_samples {
             let Some(own) = kept.open_own(facts.grid())? else { return Ok(None) };
-            samples.own = Some(own);
+            samples.own = Some(Arc::new(own));
         }
-        Ground::of(facts, samples, levels).map(Some)
+        Ground::of(facts, samples, levels, request.void_as).map(Some)
     }
 
-    fn of(mut facts: Facts, samples: Samples, levels: Vec<Level>) -> Result<Ground, PyramidError> {
+    fn of(mut facts: Facts, samples: Samples, levels: Vec<Level>, void_as: VoidAs) -> Result<Ground, PyramidError> {
         let finest = levels.last().expect("there is level 0").level;
-        let relief = |(x, y, low, high)| (TileKey { level: finest, x, y }, Relief { low, high });
+        let relief = |(x, y, low, high, has_void)| (TileKey { level: finest, x, y }, Relief { low, high, has_void });
         let of_finest = std::mem::take(&mut facts.reliefs).into_iter().map(relief).collect();
-        let mut reliefs = upwards(of_finest, finest, samples.outside);
+        let mut reliefs = upwards(of_finest, finest, void_as, samples.outside);
         samples.own.as_ref().map_or(Ok(()), |own| own::widen(own, samples.grid, &mut reliefs))?;
         Ok(Ground { facts, samples, levels, reliefs })
     }
@@ -198,11 +203,15 @@ fn facts(
         area: (column, row, width, height),
         blocks: samples.store.size(),
         runs: samples.store.runs(),
+        sums: samples.store.sums(),
         body: prepared.body,
         vertical: prepared.vertical.clone(),
         crs: prepared.raster.crs_name(),
         view: prepared.view()?,
-        reliefs: reliefs.into_iter().map(|(tile, relief)| (tile.x, tile.y, relief.low, relief.high)).collect(),
+        reliefs: reliefs
+            .into_iter()
+            .map(|(tile, relief)| (tile.x, tile.y, relief.low, relief.high, relief.has_void))
+            .collect(),
     })
 }
 
@@ -239,12 +248,14 @@ fn reliefs(samples: &Samples, finest: u32, control: &Control<'_>) -> Result<BTre
         control.cancel.check()?;
         let (column, row) = tile.origin(samples.grid);
         let mut found = None;
-        let mut is_inside = false;
+        let (mut is_inside, mut has_void) = (false, false);
         for ((left, top), (width, height)) in samples.windows((column, row), cells, WINDOW) {
             let patch = Patch { column: column + left, row: row + top, width, height, step: 1 };
             samples.read(patch, block)?;
             is_inside |= block.inside.contains(&true);
-            let heights = block.heights.iter().copied().map(Relief::of);
+            has_void |= block.is_void.contains(&true);
+            let heights = block.heights.iter().zip(&block.is_void).filter(|(_, is_void)| !**is_void);
+            let heights = heights.map(|(&height, _)| Relief::of(height));
             found = found.into_iter().chain(heights).reduce(Relief::with);
         }
         if !samples.has_all((column, row), cells) {
@@ -254,7 +265,7 @@ fn reliefs(samples: &Samples, finest: u32, control: &Control<'_>) -> Result<BTre
             let heights = own::relief(own, samples.grid, tile)?;
             found = found.into_iter().chain(heights).reduce(Relief::with);
         }
-        Ok::<_, PyramidError>(found.filter(|_| is_inside).map(|relief| (tile, relief)))
+        Ok::<_, PyramidError>(found.filter(|_| is_inside).map(|relief| (tile, Relief { has_void, ..relief })))
     };
     let keys = candidates(samples, finest);
     let found: Result<Vec<_>, PyramidError> = keys.par_iter().map_init(Block::default, relief).collect();
@@ -262,7 +273,13 @@ fn reliefs(samples: &Samples, finest: u32, control: &Control<'_>) -> Result<BTre
 }
 
 /// The relief of all tiles of all levels, from that of the finest; at level 0 of both.
-fn upwards(finest: BTreeMap<TileKey, Relief>, level: u32, outside: f64) -> Vec<BTreeMap<TileKey, Relief>> {
+fn upwards(
+    finest: BTreeMap<TileKey, Relief>,
+    level: u32,
+    void_as: VoidAs,
+    outside: f64,
+) -> Vec<BTreeMap<TileKey, Relief>> {
+    let unseen = Relief { has_void: void_as.is_marked(), ..Relief::of(outside) };
     let mut all = vec![finest];
     for level in (0..level).rev() {
         let children = &all[all.len() - 1];
@@ -272,14 +289,13 @@ fn upwards(finest: BTreeMap<TileKey, Relief>, level: u32, outside: f64) -> Vec<B
             *parent = (parent.0.with(relief), parent.1 + 1);
         }
         debug_assert!(parents.keys().all(|key| key.level == level));
-        // Where a child is missing, the ground outside is seen.
-        let whole =
-            |(relief, count): (Relief, usize)| if count < 4 { relief.with(Relief::of(outside)) } else { relief };
+        // Where a child is missing, the ground outside is seen, or a void.
+        let whole = |(relief, count): (Relief, usize)| if count < 4 { relief.with(unseen) } else { relief };
         all.push(parents.into_iter().map(|(key, found)| (key, whole(found))).collect());
     }
     let roots = all.last_mut().expect("the finest level");
     for x in 0..2 {
-        roots.entry(TileKey { level: 0, x, y: 0 }).or_insert(Relief::of(outside));
+        roots.entry(TileKey { level: 0, x, y: 0 }).or_insert(unseen);
     }
     all.reverse();
     all

@@ -6,7 +6,8 @@
 //! | `chunks/own.samples` | the raster's own samples, where they count, an [`OwnStore`] |
 //! | `chunks/grid.json` | what else was found out of the raster ([`Facts`]); it is there only once the samples are |
 //! | `chunks/LEVEL/X/Y.chunk` | a tile: its report as a line of JSON, the bytes of its file, a checksum of both and of its address, and the job's stamp |
-//! | `chunks/LEVEL/parts-N` | tiles of this level have at least so many parts each way: one could not be made from fewer |
+//! | `chunks/LEVEL/loosened` | this level has the error that clients expect: no tile could be made within less |
+//! | `chunks/LEVEL/parts-N` | tiles of this level have at least so many parts each way: one could not be made from fewer; `loosened-parts-N` where it is loosened |
 //!
 //! Tiles are not synced one by one: what a power cut has torn is found by its checksum, and made again.
 
@@ -15,7 +16,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::error::PyramidError;
-use super::grid::{Grid, MAX_PARTS, TileKey};
+use super::grid::{Grid, Level, MAX_PARTS, TileKey};
 use super::ground::Facts;
 use super::own::OwnStore;
 use super::report::LevelReport;
@@ -84,6 +85,11 @@ impl Kept {
         self.parts.join("own.samples")
     }
 
+    /// Whether there are samples that another run of the job goes on from.
+    pub(super) fn has_samples(&self) -> bool {
+        self.samples().exists()
+    }
+
     fn facts(&self) -> PathBuf {
         self.parts.join("grid.json")
     }
@@ -118,11 +124,15 @@ impl Kept {
     }
 
     /// The heights that are kept; `None` where there are none of this size.
-    pub(super) fn open_samples(&self, size: (usize, usize), runs: &[u64]) -> Result<Option<Store>, PyramidError> {
+    pub(super) fn open_samples(
+        &self,
+        size: (usize, usize),
+        blocks: (&[u64], &[u32]),
+    ) -> Result<Option<Store>, PyramidError> {
         let path = self.samples();
         match File::open(&path) {
             Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
-            other => Store::open(size, (other.map_err(failed(&path))?, &self.parts), runs),
+            other => Store::open(size, (other.map_err(failed(&path))?, &self.parts), blocks),
         }
     }
 
@@ -176,14 +186,16 @@ impl Kept {
         self.parts.join(format!("{tile}.chunk"))
     }
 
-    /// A tile that was made from so many parts each way. One that is torn, another's or of another job is none.
-    pub(super) fn find(&self, tile: TileKey, parts: u32) -> Result<Option<KeptTile>, PyramidError> {
+    /// A tile that was made as its level is. One that is torn, another's or of another job is none.
+    pub(super) fn find(&self, tile: TileKey, level: &Level) -> Result<Option<KeptTile>, PyramidError> {
         let path = self.tile(tile);
         match fs::read(&path) {
             Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
             other => {
                 let found = decode(tile, &other.map_err(failed(&path))?, self.stamp);
-                Ok(found.filter(|found| (found.report.level, found.report.parts) == (tile.level, parts)))
+                let is_so =
+                    |r: &LevelReport| (r.level, r.parts, r.max_error) == (level.level, level.parts, level.max_error);
+                Ok(found.filter(|found| is_so(&found.report)))
             }
         }
     }
@@ -207,24 +219,43 @@ impl Kept {
         Ok(())
     }
 
-    fn parts_of_level(&self, level: u32, parts: u32) -> PathBuf {
-        self.parts.join(format!("{level}/parts-{parts}"))
+    /// What is found out about a level with the error that clients expect does not hold for less, nor the other way round.
+    fn parts_of_level(&self, level: u32, parts: u32, is_loosened: bool) -> PathBuf {
+        let of = if is_loosened { "loosened-" } else { "" };
+        self.parts.join(format!("{level}/{of}parts-{parts}"))
     }
 
     /// How many parts tiles of a level have at least; 0 if nothing is known.
-    pub(super) fn parts_needed(&self, level: u32) -> u32 {
+    pub(super) fn parts_needed(&self, level: u32, is_loosened: bool) -> u32 {
         let all = (1..).map(|i| 1u32 << i).take_while(|&parts| parts <= MAX_PARTS);
-        all.filter(|&parts| self.parts_of_level(level, parts).exists()).last().unwrap_or(0)
+        all.filter(|&parts| self.parts_of_level(level, parts, is_loosened).exists()).last().unwrap_or(0)
+    }
+
+    fn loosened(&self, level: u32) -> PathBuf {
+        self.parts.join(format!("{level}/loosened"))
+    }
+
+    /// Whether a level has the error that clients expect, as no less can be kept.
+    pub(super) fn is_loosened(&self, level: u32) -> bool {
+        self.loosened(level).exists()
+    }
+
+    /// Notes that.
+    pub(super) fn note_loosened(&self, level: u32) -> Result<(), PyramidError> {
+        self.note(&self.loosened(level))
     }
 
     /// Notes that a tile of a level cannot be made from fewer parts.
-    pub(super) fn note_parts(&self, level: u32, parts: u32) -> Result<(), PyramidError> {
-        let path = self.parts_of_level(level, parts);
+    pub(super) fn note_parts(&self, level: u32, parts: u32, is_loosened: bool) -> Result<(), PyramidError> {
+        self.note(&self.parts_of_level(level, parts, is_loosened))
+    }
+
+    fn note(&self, path: &Path) -> Result<(), PyramidError> {
         let write = || {
             fs::create_dir_all(path.parent().unwrap_or(&self.parts))?;
-            PrivateFile::create(&path)?.commit(b"", || {})
+            PrivateFile::create(path)?.commit(b"", || {})
         };
-        write().map_err(failed(&path))
+        write().map_err(failed(path))
     }
 
     /// The job is done: it goes.
@@ -326,7 +357,6 @@ fn sum(tile: TileKey, bytes: &[u8]) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pyramid::Level;
 
     #[test]
     fn a_tile_is_found_whole_or_not_at_all() {

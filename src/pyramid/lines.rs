@@ -75,6 +75,12 @@ pub(super) fn near_inside(inside: impl Iterator<Item = bool> + Clone, reach: usi
     near
 }
 
+/// Which samples of a line that the raster gives no height are near others inside, and so are bound to nothing.
+pub(super) fn free_on_line(inside: &[bool]) -> Vec<bool> {
+    let near = near_inside(inside.iter().copied(), collar(inside.len() as i64 - 1));
+    near.iter().zip(inside).map(|(near, inside)| *near && !inside).collect()
+}
+
 /// A side.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Side {
@@ -89,6 +95,7 @@ pub(super) struct Side {
 pub(super) struct Sides {
     min_link: MinLink,
     block: Block,
+    beside: Block,
     /// Those of the tile that is being made: two of its parts share each inside.
     found: HashMap<Line, Rc<Side>>,
 }
@@ -123,25 +130,30 @@ impl Sides {
         cancel: &CancelToken,
     ) -> Result<Side, PyramidError> {
         let Line { column, row, length, down } = along.line;
-        let ends = Side { vertices: vec![(0, samples.outside), (length, samples.outside)], refined: None };
+        let level = |height: f64| Side { vertices: vec![(0, height), (length, height)], refined: None };
         let (width, height) = if down { (0, length) } else { (length, 0) };
         if !samples.may_have(column, row, width, height) {
-            return Ok(ends);
+            return Ok(level(samples.outside));
         }
         let patch = Patch { column, row, width: width as usize + 1, height: height as usize + 1, step: 1 };
         samples.read(patch, &mut self.block)?;
-        let Block { heights, inside, .. } = &self.block;
-        if !inside.contains(&true) {
-            return Ok(ends);
+        let Block { heights, inside, is_void, .. } = &self.block;
+        if !inside.contains(&true) && heights.iter().all(|height| *height == heights[0]) {
+            return Ok(level(heights[0]));
         }
         let mut limits = vec![tolerance; inside.len()];
         let path = if inside.contains(&false) {
-            let near = near_inside(inside.iter().copied(), collar(length));
-            let limit = |(&inside, near): (&bool, bool)| if near && !inside { MAX_TOLERANCE } else { tolerance };
-            limits = inside.iter().zip(near.iter().copied()).map(limit).collect();
-            // Far outside the line is level: one link, however long.
+            let mut free = free_on_line(inside);
+            if is_void.contains(&true) {
+                let near = near_void(samples, along.line, &mut self.beside, cancel)?;
+                free.iter_mut().zip(near.iter().zip(is_void)).for_each(|(free, (near, void))| *free |= *near && *void);
+            }
+            let limit = |&free: &bool| if free { MAX_TOLERANCE } else { tolerance };
+            limits = free.iter().map(limit).collect();
+            let is_far = |i: usize| !inside[i] && !free[i];
+            // Far outside the line is level, and so it is in a void: one link, however long.
             let turns: Vec<usize> =
-                (1..near.len()).filter(|&i| near[i - 1] != near[i]).map(|i| i - usize::from(near[i])).collect();
+                (1..free.len()).filter(|&i| is_far(i - 1) != is_far(i)).map(|i| i - usize::from(!is_far(i))).collect();
             self.min_link.path(heights, limits.as_slice(), &turns, cancel)?
         } else {
             self.min_link.path(heights, tolerance, &[], cancel)?
@@ -159,6 +171,34 @@ impl Sides {
         let refined = samples.own.as_ref().map(|own| refine((own, samples.grid), along, &side, &on_line, tolerance));
         Ok(Side { vertices: side, refined: refined.transpose()? })
     }
+}
+
+/// Samples along a line whose surroundings are looked at together.
+const RUN: i64 = 256;
+
+/// Which samples of a line are near others, beside it as well, that are in no marked void.
+fn near_void(
+    samples: &Samples,
+    line: Line,
+    block: &mut Block,
+    cancel: &CancelToken,
+) -> Result<Vec<bool>, PyramidError> {
+    let Line { column, row, length, down } = line;
+    let reach = collar(length) as i64;
+    let across = 2 * reach as usize + 1;
+    let mut ground = Vec::with_capacity(length as usize + 1);
+    for first in (0..=length).step_by(RUN as usize) {
+        cancel.check()?;
+        let run = RUN.min(length + 1 - first) as usize;
+        let patch = match down {
+            true => Patch { column: column - reach, row: row + first, width: across, height: run, step: 1 },
+            false => Patch { column: column + first, row: row - reach, width: run, height: across, step: 1 },
+        };
+        samples.read(patch, block)?;
+        let number = |along: usize, beside: usize| if down { along * across + beside } else { beside * run + along };
+        ground.extend((0..run).map(|along| (0..across).any(|beside| !block.is_void[number(along, beside)])));
+    }
+    Ok(near_inside(ground.into_iter(), reach as usize))
 }
 
 #[cfg(test)]

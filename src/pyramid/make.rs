@@ -11,12 +11,12 @@ use super::grid::{Level, MAX_PARTS, TileKey};
 use super::ground::Ground;
 use super::kept::{Kept, KeptTile};
 use super::manifest::{LAYER, Layer, PROMISE, Promise, SCHEMA};
-use super::own::OwnStore;
 use super::prepare::{Prepared, open};
 use super::quantize::{SPAN, Steps, UNROUNDED};
 use super::report::{LevelReport, TilesReport};
 use super::samples::Block;
 use super::tile::{LevelTask, TileMaker};
+use super::voids::{VoidAs, with_voids};
 use super::write::{self, StagedSet};
 use super::{TilesRequest, encode, normals};
 use crate::base::control::{Control, Stage};
@@ -130,7 +130,7 @@ impl<'a> Making<'a> {
             grid_exponent: samples.grid.exponent,
             grid_samples: samples.area.width as u64 * samples.area.height as u64,
             own_samples: samples.own.is_some(),
-            temporary_bytes: samples.store.bytes() + samples.own.as_ref().map_or(0, OwnStore::bytes) + decoded,
+            temporary_bytes: samples.store.bytes() + samples.own.as_ref().map_or(0, |own| own.bytes()) + decoded,
             tiles_found: self.found(),
             levels: reports,
             seconds_resampling: grid_done,
@@ -157,6 +157,7 @@ impl<'a> Making<'a> {
             vertical_crs: facts.vertical.clone(),
             vertical_crs_given: request.vertical_crs.clone(),
             outside: request.outside,
+            void_as: request.void_as,
             max_error: request.max_error,
             error_factor: request.error_factor,
             gzip: request.gzip,
@@ -169,7 +170,8 @@ impl<'a> Making<'a> {
     }
 
     /// Makes tiles of a level. Where one cannot be within the error, the ground being steep beside long chords, all are made
-    /// again from parts of half the size.
+    /// again from parts of half the size; where those are as small as they can be, within what clients expect of the level, unless it is
+    /// the finest.
     pub(super) fn level(
         &self,
         number: usize,
@@ -178,14 +180,24 @@ impl<'a> Making<'a> {
         makes: bool,
     ) -> Result<MadeLevel, PyramidError> {
         let started = Instant::now();
-        let (samples, mut level) = (&self.ground.samples, self.ground.levels[number]);
-        let steps = Steps::of(&self.ground.reliefs[number], self.request.fine_heights.then_some(UNROUNDED));
+        let mut level = self.ground.levels[number];
+        let (grid, reliefs, void_as) = (self.ground.samples.grid, &self.ground.reliefs[number], self.request.void_as);
+        let loosest = self.request.error_factor * level.client_error;
+        let is_finest = number + 1 == self.ground.levels.len();
+        let cuts = void_as == VoidAs::Hole;
+        let mut is_loosened = false;
         staged.map_or(Ok(()), |staged| staged.prepare(keys))?;
         loop {
-            let needed = self.kept.map_or(0, |kept| kept.parts_needed(level.level));
+            if !is_loosened && self.kept.is_some_and(|kept| kept.is_loosened(level.level)) {
+                (is_loosened, level) = (true, Level { max_error: loosest, ..self.ground.levels[number] });
+            }
+            let needed = self.kept.map_or(0, |kept| kept.parts_needed(level.level, is_loosened));
             level.parts = level.parts.max(needed);
+            let void = void_as.height(reliefs, level.max_error, grid.cells(level.level), self.ground.samples.outside);
+            let (samples, reliefs) = (&self.ground.samples.with_voids(void), &with_voids(reliefs, void));
+            let steps = Steps::of(reliefs, self.request.fine_heights.then_some(UNROUNDED));
             let cancel = &self.control.cancel;
-            let task = LevelTask { body: &self.ground.facts.body, samples, level, steps: &steps, cancel };
+            let task = LevelTask { body: &self.ground.facts.body, samples, level, steps: &steps, cuts, cancel };
             let found_before = self.found();
             let made: Result<Vec<Option<LevelReport>>, PyramidError> = keys
                 .par_iter()
@@ -197,7 +209,15 @@ impl<'a> Making<'a> {
             match made {
                 Err(PyramidError::Unreachable { .. } | PyramidError::OwnSamples { .. }) if !is_fine => {
                     level.parts *= 2;
-                    self.kept.map_or(Ok(()), |kept| kept.note_parts(level.level, level.parts))?;
+                    self.kept.map_or(Ok(()), |kept| kept.note_parts(level.level, level.parts, is_loosened))?;
+                    self.found.store(found_before, Ordering::Relaxed);
+                }
+                Err(PyramidError::Unreachable { .. } | PyramidError::OwnSamples { .. })
+                    if !is_finest && level.max_error < loosest =>
+                {
+                    // What its parts were for no longer holds.
+                    (is_loosened, level) = (true, Level { max_error: loosest, ..self.ground.levels[number] });
+                    self.kept.map_or(Ok(()), |kept| kept.note_loosened(level.level))?;
                     self.found.store(found_before, Ordering::Relaxed);
                 }
                 Err(error) => return Err(error),
@@ -224,7 +244,7 @@ impl<'a> Making<'a> {
         makes: bool,
     ) -> Result<Option<LevelReport>, PyramidError> {
         self.control.cancel.check()?;
-        let found = self.kept.map(|kept| kept.find(tile, task.level.parts)).transpose()?.flatten();
+        let found = self.kept.map(|kept| kept.find(tile, &task.level)).transpose()?.flatten();
         let is_found = found.is_some();
         let KeptTile { report, content } = match found {
             Some(found) => {

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use super::grid::{Grid, Level, TileKey};
+use super::voids::VoidAs;
 
 /// The file that clients read.
 pub const LAYER: &str = "layer.json";
@@ -75,6 +76,9 @@ pub struct Promise {
     pub vertical_crs_given: Option<String>,
     /// The height outside of the raster, and where it has none.
     pub outside: f64,
+    /// What tiles have where the raster has voids.
+    #[serde(default, skip_serializing_if = "VoidAs::is_outside")]
+    pub void_as: VoidAs,
     /// What was asked for at the finest level.
     pub max_error: f64,
     /// No level's error is above this times the client's.

@@ -36,7 +36,7 @@ use super::surface::{Corner, Surface};
 use crate::base::control::CancelToken;
 
 /// Samples that are read at a time, across and down.
-const WINDOW: i64 = 256;
+pub(super) const WINDOW: i64 = 256;
 
 /// What a tile's errors are like.
 #[derive(Debug, Clone, Default)]
@@ -214,18 +214,18 @@ impl Tally {
 }
 
 /// Where the samples of a window are.
-struct Places<'a> {
+pub(super) struct Places<'a> {
     body: &'a Body,
     centre: Vector,
     lons: Vec<Angle>,
     lats: Vec<Angle>,
     cos: Vec<f64>,
     sin: Vec<f64>,
-    rows: Vec<Row>,
+    pub(super) rows: Vec<Row>,
 }
 
 impl Places<'_> {
-    fn new(body: &Body, grid: Grid, patch: Patch, centre: Vector) -> Places<'_> {
+    pub(super) fn new(body: &Body, grid: Grid, patch: Patch, centre: Vector) -> Places<'_> {
         let Patch { column, row, width, height, .. } = patch;
         let lons: Vec<Angle> = (0..width).map(|c| Angle::of(grid.longitude(column + c as i64))).collect();
         let lats: Vec<Angle> = (0..height).map(|r| Angle::of(grid.latitude(row + r as i64))).collect();
@@ -240,7 +240,7 @@ impl Places<'_> {
     }
 
     /// The place on the ellipsoid, from the tile's centre, and the normal there.
-    fn at(&self, column: usize, row: usize) -> (Vector, Vector) {
+    pub(super) fn at(&self, column: usize, row: usize) -> (Vector, Vector) {
         let (lon, lat) = (self.lons[column], self.lats[row]);
         (minus(self.body.point(lon, lat, 0.0), self.centre), Body::normal(lon, lat))
     }
@@ -321,7 +321,7 @@ impl Window<'_> {
 }
 
 /// The whole numbers between two, from 0 to below `count`.
-fn clipped(low: f64, high: f64, count: usize) -> std::ops::Range<usize> {
+pub(super) fn clipped(low: f64, high: f64, count: usize) -> std::ops::Range<usize> {
     let first = low.ceil().clamp(0.0, count as f64) as usize;
     let end = (high.floor() + 1.0).clamp(0.0, count as f64) as usize;
     first..end.max(first)

@@ -71,9 +71,9 @@ fn nothing_is_left_out() {
     for (level, x, y) in [(1, 0, 0), (1, 3, 1), (2, 5, 3), (2, 2, 1), (3, 9, 5), (3, 3, 0), (3, 15, 7)] {
         let tile = TileKey { level, x, y };
         let level = Level { level, max_error, client_error: max_error, parts: 16 >> level };
-        let reliefs = [(tile, Relief { low: -4.1e5, high: 5.1e5 })].into_iter().collect();
+        let reliefs = [(tile, Relief::of(-4.1e5).with(Relief::of(5.1e5)))].into_iter().collect();
         let steps = Steps::of(&reliefs, None);
-        let task = LevelTask { body: &EARTH, samples: &samples, level, steps: &steps, cancel: &cancel };
+        let task = LevelTask { body: &EARTH, samples: &samples, level, steps: &steps, cuts: false, cancel: &cancel };
         let (surface, measured) = task.make(tile, &mut TileMaker::default()).expect("a tile");
         let (worst, largest) = naive(&samples, &surface);
         assert!(largest > 0.0 && largest <= max_error, "{tile}: {largest} of {max_error}");

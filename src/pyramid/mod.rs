@@ -6,13 +6,14 @@
 //! tile: `lines` finds the sides, which depend on their line and the level alone, `part` makes meshes with the engines of
 //! [`crate::kernel`], `quantize` brings places and heights onto the lattice that the format has, so that tiles of a level share
 //! every vertex on their border, `surface` is the tile as decoded, `measure` compares that with all samples (`facet`: one triangle; `own`: those of the raster itself), and `tile` mends
-//! what is beyond the error. `encode`, `normals`, `manifest` and `write` make files of it.
+//! what is beyond the error. `holes` leaves triangles out that are over voids (`voids`). `encode`, `normals`, `manifest` and `write` make files of it.
 //!
 //! **The promise.** Every tile of level L, as decoded, is within ε_L of every sample of the finest grid that the raster gives a
 //! height, along the normal of the ellipsoid. It does not rest on how the mesh was made: `measure` finds the distance of each
 //! sample from the very vertices that are written, adds a bound of its rounding, and a tile that fails is mended or refused.
 //! Samples that the raster gives no height, and those beyond its outermost samples, have the height that is taken outside;
-//! nothing is promised there, and near the raster's border the surface runs from one to the other.
+//! nothing is promised there, and near the raster's border the surface runs from one to the other. The same is true of voids, which may
+//! have a height of their own, or be holes: what is left of a tile has every sample of the raster then, within the error.
 //!
 //! **Memory.** A thread holds the samples of a part (at most 513 × 513, with heights and weights), a window of 256 × 256 samples,
 //! the mesh of one tile of at most 65,536 vertices with what is known of its triangles while it is mended, and two megabytes of blocks
@@ -28,6 +29,7 @@ mod error;
 mod facet;
 mod grid;
 mod ground;
+mod holes;
 mod kept;
 mod lines;
 mod make;
@@ -49,6 +51,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 mod tile;
+mod voids;
 mod write;
 
 use std::collections::BTreeMap;
@@ -62,6 +65,7 @@ pub use manifest::{LAYER, Layer, PROMISE, Promise, Range};
 pub use report::{LevelReport, TilesReport};
 pub(crate) use samples::{Block as SampleBlock, Patch, Samples};
 pub use shards::{TilesLayout, TilesShare, lay_out_tiles, merge_tiles, work_on_tiles};
+pub use voids::VoidAs;
 
 use crate::base::control::Control;
 use crate::raster::View;
@@ -86,8 +90,10 @@ pub struct TilesRequest {
     pub grid_factor: u32,
     /// The vertical CRS of the heights, where the raster does not say, or says another.
     pub vertical_crs: Option<String>,
-    /// The height in metres above the ellipsoid where the raster has none.
+    /// The height in metres above the ellipsoid outside of the raster.
     pub outside: f64,
+    /// What tiles have where it has voids.
+    pub void_as: VoidAs,
     /// Whether the heights of a tile's header are so far apart that CesiumJS keeps floats and does not round to 12 bits: steps are
     /// not below 1/8 m then.
     pub fine_heights: bool,
@@ -120,6 +126,7 @@ impl TilesRequest {
             grid_factor: 1,
             vertical_crs: None,
             outside: 0.0,
+            void_as: VoidAs::Outside,
             fine_heights: false,
             own_samples: false,
             gzip: false,
@@ -143,6 +150,8 @@ pub(crate) struct Basis {
     /// The grid that is not coarser than the raster.
     pub(crate) coarsest: Grid,
     pub(crate) body: Body,
+    /// As [`Promise::vertical_crs`].
+    pub(crate) vertical_crs: String,
     /// As [`Promise::view`].
     pub(crate) view: BTreeMap<String, String>,
 }
@@ -152,7 +161,7 @@ pub(crate) fn basis(request: &TilesRequest, grid: Grid, control: &Control<'_>) -
     let prepared = prepare::open(request, control)?;
     let (coarsest, view) = (prepared.source.grid(0)?, prepared.view()?);
     let samples = prepare::resample(&prepared, grid, request, control)?;
-    Ok(Basis { samples, coarsest, body: prepared.body, view })
+    Ok(Basis { samples, coarsest, body: prepared.body, vertical_crs: prepared.vertical, view })
 }
 
 /// Makes a set of tiles.

@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 
 use super::error::PyramidError;
-use super::lines::{Line, Sides, Vertex, collar, near_inside};
+use super::lines::{Line, Sides, Vertex, collar, free_on_line, near_inside};
 use super::own::{Along, OnSide};
 use super::quantize::{SPAN, coordinate};
 use super::samples::{Block, Patch, Samples};
@@ -107,7 +107,8 @@ impl PartMaker {
         let step = (place.cells / MOST_CELLS).max(1).max(place.snap);
         let side = (place.cells / step) as usize + 1;
         samples.read(Patch { column, row, width: side, height: side, step }, &mut self.block)?;
-        if !self.block.inside.contains(&true) {
+        let heights = &self.block.heights;
+        if !self.block.inside.contains(&true) && heights.iter().all(|height| *height == heights[0]) {
             return Ok(self.triangulate(place, &rim, rim.len(), &[]));
         }
         if step > 1 {
@@ -158,27 +159,21 @@ impl PartMaker {
         })
     }
 
-    /// Makes a tile of the block, taking its heights, in which nothing binds the samples outside that are near others inside;
-    /// on the rim, the sides decide which are near.
+    /// Makes a tile of the block, taking its heights, in which nothing binds the samples outside that are near others inside, nor those in
+    /// marked voids that are near others; on the rim, the sides decide which are near, and voids bind nothing.
     fn tile(&mut self, side: usize) -> Tile {
         let tile = Tile::from_heights(side, side, Heights::F64(std::mem::take(&mut self.block.heights)));
         let inside = &self.block.inside;
         if !inside.contains(&false) {
             return tile;
         }
+        let is_void = &self.block.is_void;
         let on_rim = self.free_on_rim(side);
-        let reach = collar(side as i64 - 1);
-        let mut near = vec![false; side * side];
-        for row in 0..side {
-            let line = near_inside(inside[row * side..][..side].iter().copied(), reach);
-            near[row * side..][..side].copy_from_slice(&line);
-        }
-        for column in 0..side {
-            let line = near_inside((0..side).map(|row| near[row * side + column]), reach);
-            (0..side).for_each(|row| near[row * side + column] = line[row]);
-        }
+        let near = near_in_square(side, |i| inside[i]);
+        let near_others = is_void.contains(&true).then(|| near_in_square(side, |i| !is_void[i]));
+        let is_in_void = |i: usize| near_others.as_ref().is_some_and(|near| near[i] && is_void[i]);
         let weight = |i: usize| {
-            let is_free = on_rim(i % side, i / side).unwrap_or(near[i] && !inside[i]);
+            let is_free = on_rim(i % side, i / side).unwrap_or(near[i] && !inside[i] || is_in_void(i));
             if is_free { 0.0 } else { 1.0 }
         };
         tile.with_weights((0..side * side).map(weight).collect())
@@ -191,13 +186,13 @@ impl PartMaker {
         }
     }
 
-    /// Whether samples of the rim are free, as [`Sides`] has it.
+    /// Whether samples of the rim are free, as [`Sides`] has it; those in voids, which it may bind, always are.
     fn free_on_rim(&self, side: usize) -> impl Fn(usize, usize) -> Option<bool> + use<> {
-        let inside = &self.block.inside;
-        let reach = collar(side as i64 - 1);
         let line = |at: &dyn Fn(usize) -> usize| {
-            let near = near_inside((0..side).map(|i| inside[at(i)]), reach);
-            (0..side).map(|i| near[i] && !inside[at(i)]).collect::<Vec<bool>>()
+            let on_line = |of: &[bool]| (0..side).map(|i| of[at(i)]).collect::<Vec<bool>>();
+            let free = free_on_line(&on_line(&self.block.inside));
+            let is_void = on_line(&self.block.is_void);
+            free.iter().zip(&is_void).map(|(free, is_void)| *free || *is_void).collect::<Vec<bool>>()
         };
         let last = side - 1;
         let north = line(&|i| i);
@@ -301,6 +296,21 @@ impl Part {
         let at = |i: u32| lattice_point(&self.vertices[i as usize], tile_cells);
         self.triangles.iter().all(|&[a, b, c]| orient(at(a), at(c), at(b)) > 0)
     }
+}
+
+/// Which samples of a square are near others of a kind, along rows and columns.
+fn near_in_square(side: usize, is_of_kind: impl Fn(usize) -> bool) -> Vec<bool> {
+    let reach = collar(side as i64 - 1);
+    let mut near = vec![false; side * side];
+    for row in 0..side {
+        let line = near_inside((row * side..(row + 1) * side).map(&is_of_kind), reach);
+        near[row * side..][..side].copy_from_slice(&line);
+    }
+    for column in 0..side {
+        let line = near_inside((0..side).map(|row| near[row * side + column]), reach);
+        (0..side).for_each(|row| near[row * side + column] = line[row]);
+    }
+    near
 }
 
 /// A vertex on the lattice of the format, rows running down.

@@ -43,7 +43,7 @@ pub(super) fn open(request: &TilesRequest, control: &Control<'_>) -> Result<Prep
     let options = FieldOptions { temp_dir: request.temp_dir(), ..FieldOptions::default() };
     let watches: Arc<[Box<dyn Watch>]> = watches.into();
     let field = Field::open(&raster.to_band()?, &options, control)?.watched(Arc::clone(&watches));
-    Ok(Prepared { raster, source: Source::new(field, geodesy), body, vertical, watches })
+    Ok(Prepared { raster, source: Source::new(field, geodesy, request.void_as.is_marked()), body, vertical, watches })
 }
 
 /// Brings all samples to the finest grid, into a temporary file.
@@ -100,6 +100,7 @@ impl Prepared {
             grid_factor,
             vertical_crs: _,
             outside,
+            void_as,
             fine_heights,
             own_samples,
             gzip,
@@ -120,6 +121,7 @@ impl Prepared {
             ("grid factor", grid_factor.to_string()),
             ("vertical CRS", or(vertical, "none")),
             ("outside", exact_double(*outside)),
+            ("voids", void_as.to_string()),
             ("fine heights", fine_heights.to_string()),
             ("own samples", own_samples.to_string()),
             ("gzip", gzip.to_string()),

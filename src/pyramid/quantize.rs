@@ -29,15 +29,18 @@ pub(super) fn snap(cells: i64) -> i64 {
 pub(super) struct Relief {
     pub(super) low: f64,
     pub(super) high: f64,
+    /// Whether the tile may have marked voids, whose height is not among these.
+    pub(super) has_void: bool,
 }
 
 impl Relief {
     pub(super) fn of(height: f64) -> Relief {
-        Relief { low: height, high: height }
+        Relief { low: height, high: height, has_void: false }
     }
 
     pub(super) fn with(self, other: Relief) -> Relief {
-        Relief { low: self.low.min(other.low), high: self.high.max(other.high) }
+        let has_void = self.has_void || other.has_void;
+        Relief { low: self.low.min(other.low), high: self.high.max(other.high), has_void }
     }
 }
 
@@ -159,7 +162,7 @@ mod tests {
             unrounded: bool,
         ) {
             let key = |i: usize| TileKey { level: 4, x: 3 + i as u32 % 3, y: 5 + i as u32 / 3 };
-            let all = reliefs.iter().enumerate().map(|(i, &(low, range))| (key(i), Relief { low, high: low + range }));
+            let all = reliefs.iter().enumerate().map(|(i, &(low, range))| (key(i), Relief { low, high: low + range, has_void: false }));
             let all: BTreeMap<TileKey, Relief> = all.collect();
             let steps = Steps::of(&all, unrounded.then_some(UNROUNDED));
             for (&tile, relief) in &all {

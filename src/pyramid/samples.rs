@@ -3,23 +3,27 @@
 
 use std::fs::File;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::error::PyramidError;
 use super::grid::Grid;
 use super::own::OwnStore;
 use super::source::Area;
 use super::store::{BLOCK, Cache, Store};
+use super::voids::VOID;
 use crate::base::control::Control;
 
 /// The finest grid with its heights.
 pub(crate) struct Samples {
     pub(crate) grid: Grid,
-    pub(crate) store: Store,
+    pub(crate) store: Arc<Store>,
     pub(crate) area: Area,
     /// The height of samples that the raster does not give one.
     pub(crate) outside: f64,
     /// The raster's own samples, where tiles have to be within their errors at those, too.
-    pub(super) own: Option<OwnStore>,
+    pub(super) own: Option<Arc<OwnStore>>,
+    /// That of marked voids.
+    pub(super) void: f64,
 }
 
 /// A window of the grid, of which every `step`th sample is taken.
@@ -42,6 +46,8 @@ pub(crate) struct Block {
     pub(crate) heights: Vec<f64>,
     /// Which of them the raster gives a height.
     pub(crate) inside: Vec<bool>,
+    /// Which of them are in marked voids.
+    pub(crate) is_void: Vec<bool>,
     cache: Cache,
 }
 
@@ -63,7 +69,17 @@ impl Samples {
         let size = (blocks(first.0, last.0), blocks(first.1, last.1));
         let at = |(column, row): (usize, usize)| (first.0 + (column * BLOCK) as i64, first.1 + (row * BLOCK) as i64);
         let fill = |scratch: &mut S, block: (usize, usize), heights: &mut [f64]| fill(scratch, at(block), heights);
-        Ok(Samples { grid, store: Store::make(size, file, scratch, fill, control)?, area, outside, own: None })
+        Ok(Samples::of(grid, Store::make(size, file, scratch, fill, control)?, area, outside))
+    }
+
+    /// Those of a store. Voids are as high as the ground outside.
+    pub(super) fn of(grid: Grid, store: Store, area: Area, outside: f64) -> Samples {
+        Samples { grid, store: Arc::new(store), area, outside, void: outside, own: None }
+    }
+
+    /// The same samples with voids at a height.
+    pub(super) fn with_voids(&self, void: f64) -> Samples {
+        Samples { store: Arc::clone(&self.store), void, own: self.own.clone(), ..*self }
     }
 
     /// Whether the raster may give a sample of a window a height, ends included.
@@ -111,11 +127,13 @@ impl Samples {
     /// Reads a patch.
     pub(crate) fn read(&self, patch: Patch, block: &mut Block) -> Result<(), PyramidError> {
         let Patch { width, height, step, .. } = patch;
-        let Block { heights, inside, cache } = block;
+        let Block { heights, inside, is_void, cache } = block;
         heights.clear();
         heights.resize(width * height, self.outside);
         inside.clear();
         inside.resize(width * height, false);
+        is_void.clear();
+        is_void.resize(width * height, false);
         let (columns, rows) = self.runs(patch);
         for row in &rows {
             for column in columns.iter().filter(|column| self.store.is_filled((column.block, row.block))) {
@@ -123,7 +141,9 @@ impl Samples {
                 let to = row.first * width + column.first;
                 let from = row.offset * BLOCK + column.offset;
                 let mut put = |to: usize, height: f64| {
-                    if !height.is_nan() {
+                    if height == VOID {
+                        (heights[to], is_void[to]) = (self.void, true);
+                    } else if !height.is_nan() {
                         (heights[to], inside[to]) = (height, true);
                     }
                 };

@@ -91,6 +91,11 @@ pub fn lay_out_tiles(
         });
         let ground = match laid_out {
             Ok(ground) => ground,
+            // There is nothing that the same command could go on from.
+            Err(error) if error.is_final() || !kept.has_samples() => {
+                kept.finish(control);
+                return Err(error);
+            }
             Err(error) => return Err(kept.explain(error)),
         };
         let area = ground.samples.area;

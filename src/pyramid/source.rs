@@ -9,6 +9,7 @@ use std::ops::Range;
 use super::error::PyramidError;
 use super::grid::{Grid, MAX_EXPONENT, MIN_EXPONENT};
 use super::store::BLOCK;
+use super::voids::VOID;
 use crate::base::{GeoTransform, Tile, Window};
 use crate::field::{Field, LoadScratch};
 use crate::raster::{Geodesy, GeodesyError, Ways};
@@ -41,6 +42,8 @@ pub(super) struct Source {
     transform: GeoTransform,
     /// Columns in 360°, where x is the longitude.
     period: Option<f64>,
+    /// Whether voids are told from what lies outside of the raster.
+    marks_voids: bool,
 }
 
 impl Area {
@@ -52,12 +55,12 @@ impl Area {
 }
 
 impl Source {
-    pub(super) fn new(field: Field, geodesy: Geodesy) -> Source {
+    pub(super) fn new(field: Field, geodesy: Geodesy, marks_voids: bool) -> Source {
         let transform = field.geo_transform();
         let [_, dx, turn, _, other_turn, _] = transform.coefficients();
         let is_upright = turn == 0.0 && other_turn == 0.0;
         let period = (geodesy.is_geographic && is_upright).then(|| 360.0 / dx.abs());
-        Source { field, geodesy, transform, period }
+        Source { field, geodesy, transform, period, marks_voids }
     }
 
     fn failed(&self, source: GeodesyError) -> PyramidError {
@@ -83,7 +86,8 @@ impl Source {
             .unwrap_or(column)
     }
 
-    /// Ellipsoidal heights at the places, columns and rows of the raster, in runs of [`RUN`]; NaN where there is none.
+    /// Ellipsoidal heights at the places, columns and rows of the raster, in runs of [`RUN`]; NaN where there is none, [`VOID`] in
+    /// voids, if those are marked.
     fn heights(&self, scratch: &mut Scratch) -> Result<Vec<f64>, PyramidError> {
         let Scratch { ways, places, tile, load, .. } = scratch;
         let mut heights = vec![f64::NAN; places.len()];
@@ -115,6 +119,10 @@ impl Source {
             }
         }
         self.to_ellipsoidal(ways, places, &mut heights);
+        if self.marks_voids {
+            let on_raster = heights.iter_mut().zip(&*places).filter(|(_, place)| !place.0.is_nan());
+            on_raster.filter(|(height, _)| height.is_nan()).for_each(|(height, _)| *height = VOID);
+        }
         Ok(heights)
     }
 

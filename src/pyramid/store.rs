@@ -23,7 +23,8 @@ pub(super) const SAMPLES: usize = BLOCK * BLOCK;
 /// Blocks that one thread fills one after the other: neighbours share what the raster is read by.
 const RUN: usize = 8;
 
-/// Heights in blocks; NaN where there is none.
+/// Heights in blocks, each with a checksum, which is compared whenever a block is read whole: all samples of a tile are while it is
+/// measured. NaN where there is none, infinite in marked voids.
 pub(crate) struct Store {
     file: File,
     folder: PathBuf,
@@ -31,6 +32,8 @@ pub(crate) struct Store {
     size: (usize, usize),
     /// The blocks that have any height: only those are in the file. A byte for every block.
     filled: Vec<bool>,
+    /// The checksum of every block that is in the file, as it was written.
+    sums: Vec<u32>,
     /// No other store of this process has it.
     id: u64,
 }
@@ -46,7 +49,8 @@ impl Store {
         fill: impl Fn(&mut S, (usize, usize), &mut [f64]) -> Result<bool, PyramidError> + Sync,
         control: &Control<'_>,
     ) -> Result<Store, PyramidError> {
-        let mut store = Store { file, folder: folder.to_path_buf(), size, filled: Vec::new(), id: new_id() };
+        let mut store =
+            Store { file, folder: folder.to_path_buf(), size, filled: Vec::new(), sums: Vec::new(), id: new_id() };
         let total = size.0 * size.1;
         control.progress.begin(Stage::Decode, total.div_ceil(RUN) as u64, (total * SAMPLES) as u64);
         let run = |kept: &mut Option<(S, Vec<f64>)>, first: usize| {
@@ -59,29 +63,31 @@ impl Store {
                 heights.fill(f64::NAN);
                 faults::reach(Point::DecodeUnit);
                 let is_filled = fill(scratch, (number % size.0, number / size.0), heights)?;
-                if is_filled {
-                    let at = (number * SAMPLES * size_of::<f64>()) as u64;
-                    store.file.write_all_at(bytemuck::cast_slice(heights), at).map_err(|e| store.failed(e))?;
+                if !is_filled {
+                    return Ok((false, 0));
                 }
-                Ok(is_filled)
+                let bytes = bytemuck::cast_slice(heights);
+                let at = (number * SAMPLES * size_of::<f64>()) as u64;
+                store.file.write_all_at(bytes, at).map_err(|e| store.failed(e))?;
+                Ok((true, crc32fast::hash(bytes)))
             };
-            let filled: Result<Vec<bool>, PyramidError> = (first..(first + RUN).min(total)).map(block).collect();
+            let filled: Result<Vec<(bool, u32)>, PyramidError> = (first..(first + RUN).min(total)).map(block).collect();
             control.progress.step(Stage::Decode, (RUN * SAMPLES) as u64);
             filled
         };
         let runs: Vec<usize> = (0..total).step_by(RUN).collect();
-        let filled: Result<Vec<Vec<bool>>, PyramidError> = runs.into_par_iter().map_init(|| None, run).collect();
-        store.filled = filled?.concat();
+        let filled: Result<Vec<Vec<(bool, u32)>>, PyramidError> = runs.into_par_iter().map_init(|| None, run).collect();
+        (store.filled, store.sums) = filled?.concat().into_iter().unzip();
         control.progress.end(Stage::Decode);
         Ok(store)
     }
 
     /// A store that was made, in a file with a name: how many blocks follow one another that have no heights, that have some, and
-    /// so on, as [`Store::runs`] tells. `None` where the file has another length.
+    /// so on, as [`Store::runs`] tells, and checksums as of [`Store::sums`]. `None` where the file has another length.
     pub(super) fn open(
         size: (usize, usize),
         (file, folder): (File, &Path),
-        runs: &[u64],
+        (runs, sums): (&[u64], &[u32]),
     ) -> Result<Option<Store>, PyramidError> {
         let mut filled = Vec::with_capacity(size.0 * size.1);
         for (i, &run) in runs.iter().enumerate() {
@@ -94,7 +100,10 @@ impl Store {
         if found != length as u64 || filled.len() != size.0 * size.1 {
             return Ok(None);
         }
-        Ok(Some(Store { file, folder, size, filled, id: new_id() }))
+        let mut known = sums.iter().copied();
+        let sums = filled.iter().map(|filled| if *filled { known.next() } else { Some(0) });
+        let Some(sums) = sums.collect() else { return Ok(None) };
+        Ok(Some(Store { file, folder, size, filled, sums, id: new_id() }))
     }
 
     /// Blocks across and down.
@@ -109,6 +118,11 @@ impl Store {
             runs.insert(0, 0);
         }
         runs
+    }
+
+    /// The checksums of the blocks that have heights.
+    pub(super) fn sums(&self) -> Vec<u32> {
+        self.sums.iter().zip(&self.filled).filter(|(_, filled)| **filled).map(|(sum, _)| *sum).collect()
     }
 
     /// The size that the file may have.
@@ -129,6 +143,16 @@ impl Store {
     #[cfg(test)]
     pub(super) fn share_filled(&self) -> f64 {
         self.filled.iter().filter(|&&filled| filled).count() as f64 / self.filled.len() as f64
+    }
+
+    /// Reads a block that has heights.
+    fn read_whole(&self, block: (usize, usize), out: &mut [f64]) -> Result<(), PyramidError> {
+        self.read(block, 0..SAMPLES, out)?;
+        let number = block.1 * self.size.0 + block.0;
+        match crc32fast::hash(bytemuck::cast_slice(out)) == self.sums[number] {
+            true => Ok(()),
+            false => Err(PyramidError::Damaged { dir: self.folder.clone(), block: number as u64 }),
+        }
     }
 
     /// Reads samples of a block that has heights, some of them that follow one another row by row.
@@ -182,7 +206,7 @@ impl Cache {
             // Should reading fail, there is nothing in the slot.
             slot.store = 0;
             slot.heights.resize(SAMPLES, 0.0);
-            store.read(block, 0..SAMPLES, &mut slot.heights)?;
+            store.read_whole(block, &mut slot.heights)?;
             (slot.store, slot.block) = (store.id, block);
         }
         Ok(&slot.heights)

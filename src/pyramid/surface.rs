@@ -24,6 +24,13 @@ pub(super) struct SurfaceVertex {
     pub(super) at: Vector,
 }
 
+impl SurfaceVertex {
+    /// Whether it is on the border of its tile.
+    pub(super) fn is_on_border(&self) -> bool {
+        [0, SPAN].contains(&self.u) || [0, SPAN].contains(&self.v)
+    }
+}
+
 /// A tile as it is written.
 #[derive(Debug, Clone)]
 pub(super) struct Surface {
@@ -102,6 +109,25 @@ impl Surface {
             }
         }
         surface
+    }
+
+    /// Leaves out triangles, and the vertices off the border that are in none of the others.
+    pub(super) fn keep(&mut self, keeps: impl Fn(usize) -> bool) {
+        self.at_pole.clear();
+        let kept: Vec<usize> = (0..self.triangles.len()).filter(|&i| keeps(i)).collect();
+        self.triangles = kept.iter().map(|&i| self.triangles[i]).collect();
+        self.owners = kept.iter().map(|&i| self.owners[i]).collect();
+        let mut is_kept: Vec<bool> = self.vertices.iter().map(SurfaceVertex::is_on_border).collect();
+        self.triangles.as_flattened().iter().for_each(|&i| is_kept[i as usize] = true);
+        let mut next = 0;
+        let number = |&is_kept: &bool| {
+            next += u32::from(is_kept);
+            next.wrapping_sub(1)
+        };
+        let numbers: Vec<u32> = is_kept.iter().map(number).collect();
+        self.triangles.as_flattened_mut().iter_mut().for_each(|i| *i = numbers[*i as usize]);
+        let mut is_kept = is_kept.into_iter();
+        self.vertices.retain(|_| is_kept.next() == Some(true));
     }
 
     /// Where its columns of samples are.

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::Body;
 use super::error::PyramidError;
 use super::grid::{Level, TileKey};
+use super::holes::cut;
 use super::lines::Vertex;
 use super::measure::{Known, Measured, Meter, OwnFailure};
 use super::part::{Part, PartMaker, Place};
@@ -26,6 +27,8 @@ pub(super) struct LevelTask<'a> {
     pub(super) samples: &'a Samples,
     pub(super) level: Level,
     pub(super) steps: &'a Steps,
+    /// Whether triangles over voids are left out.
+    pub(super) cuts: bool,
     pub(super) cancel: &'a CancelToken,
 }
 
@@ -76,9 +79,12 @@ impl LevelTask<'_> {
         let mut known = Known::default();
         let mut own = None;
         for _ in 0..ROUNDS {
-            let surface = Surface::of(self.body, grid, tile, self.steps, &made);
+            let mut surface = Surface::of(self.body, grid, tile, self.steps, &made);
             let measured = meter.measure(&surface, max_error, &mut known, &mut maker.block)?;
             if measured.failing.is_empty() {
+                if self.cuts {
+                    cut(&meter, max_error, &mut surface, &mut maker.block)?;
+                }
                 return Ok((surface, measured));
             }
             own = measured.own.filter(|own| own.count == measured.failing.len());

@@ -54,6 +54,16 @@ impl Parallel {
 }
 
 impl Ellipsoid {
+    /// How far the longest chord of a tile's parts sags where the ellipsoid is most curved, on its meridian at the equator: parts are a
+    /// 128th of the tile wide, or two cells of a grid of 2ᴳ from pole to pole.
+    pub(super) fn sag(&self, level: u32, grid_exponent: u32) -> f64 {
+        let parts = (2f64.powi(grid_exponent as i32 - level as i32) / 2.0).min(128.0);
+        let side = std::f64::consts::PI * self.a / 2f64.powi(level as i32) / parts;
+        let radius = self.b * self.b / self.a;
+        // The diagonal's square is twice the side's.
+        side * side / (4.0 * radius)
+    }
+
     /// The point of the ellipsoid at a longitude and latitude in degrees, and the normal there.
     pub(super) fn foot(&self, lon: f64, lat: f64) -> (Point, Point) {
         self.parallel(lat).foot(Meridian::of(lon))

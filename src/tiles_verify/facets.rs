@@ -10,6 +10,8 @@ const ROUNDING: f64 = 2e-8;
 /// Triangles of a tile. Places in it are columns and rows of the finest grid, from its north-western corner.
 pub(super) struct Facets {
     cells: f64,
+    /// How far beyond the edge of a hole a place may be and count as on the triangle there, in metres: a step of the lattice. `None` without holes.
+    beside: Option<f64>,
     all: Vec<Facet>,
 }
 
@@ -18,7 +20,18 @@ impl Facets {
     pub(super) fn of(tile: &Tile<'_>, keeps: impl Fn([Point; 3]) -> bool) -> Facets {
         let cells = tile.grid.cells(tile.key.level) as f64;
         let kept = tile.decoded.triangles.iter().filter(|t| keeps(t.map(|i| tile.points[i as usize])));
-        Facets { cells, all: kept.map(|&t| Facet::new(tile, t, cells)).collect() }
+        let beside = tile.has_holes.then(|| tile.side().to_radians() * tile.ellipsoid.a / f64::from(LAST));
+        Facets { cells, beside, all: kept.map(|&t| Facet::new(tile, t, cells)).collect() }
+    }
+
+    /// Columns and rows between which a triangle is met.
+    pub(super) fn bounds(&self, triangle: usize) -> [(f64, f64); 2] {
+        self.all[triangle].bounds
+    }
+
+    /// Whether a normal meets a triangle, or passes no edge farther outside than counts as on it beside a hole.
+    pub(super) fn is_met(&self, triangle: usize, (foot, normal): (Point, Point)) -> bool {
+        self.all[triangle].meet_beside(foot, normal, self.beside.unwrap_or(0.0)).is_some()
     }
 
     /// Ready for places in a window, by its first column and row and how many it has.
@@ -34,15 +47,33 @@ pub(super) struct Window<'a> {
 }
 
 impl Window<'_> {
-    /// How far a height is from the surface, along the normal at a place of the window: the largest error among the triangles
-    /// that the normal meets. Infinite where there is none.
+    /// How far a height is from the triangles that the normal at a place of the window meets, along it: the largest error. `None` where
+    /// it meets none.
+    pub(super) fn error_met(
+        &self,
+        (column, row): (f64, f64),
+        (foot, normal): (Point, Point),
+        height: f64,
+    ) -> Option<f64> {
+        let near = self.buckets.at(column, row).iter();
+        let met = near.filter_map(|&facet| self.facets.all[facet as usize].meet(foot, normal, true));
+        met.map(|found| error(found, height)).reduce(f64::max)
+    }
+
+    /// The same of the surface, which goes on beyond the chords of its border, and a little beyond the rim of a hole. Infinite where there is
+    /// none.
     pub(super) fn error(&self, (column, row): (f64, f64), (foot, normal): (Point, Point), height: f64) -> f64 {
-        let Facets { cells, all } = self.facets;
-        let near = self.buckets.at(column, row);
-        let met = near.iter().filter_map(|&facet| all[facet as usize].meet(foot, normal, true));
-        let error = |(found, doubt): (f64, f64)| (found - height).abs() + doubt;
-        if let Some(largest) = met.map(error).reduce(f64::max) {
+        if let Some(largest) = self.error_met((column, row), (foot, normal), height) {
             return largest;
+        }
+        let Facets { cells, beside, all } = self.facets;
+        let near = self.buckets.at(column, row);
+        let error = |found| error(found, height);
+        if let Some(metres) = *beside {
+            let near = near.iter().filter_map(|&facet| all[facet as usize].meet_beside(foot, normal, metres));
+            if let Some(least) = near.map(error).reduce(f64::min) {
+                return least;
+            }
         }
         // Beyond the chord of a border: the triangle at that border goes on.
         let at = [column, cells - row, cells - column, row];
@@ -51,6 +82,11 @@ impl Window<'_> {
         let at_border = all.iter().find(|facet| facet.reaches(side, along, *cells));
         at_border.and_then(|facet| facet.meet(foot, normal, false)).map_or(f64::INFINITY, error)
     }
+}
+
+/// How far a height is from where a triangle is met, with what rounding may add.
+fn error((found, doubt): (f64, f64), height: f64) -> f64 {
+    (found - height).abs() + doubt
 }
 
 /// A triangle, ready to be met by normals.
@@ -74,7 +110,7 @@ impl Facet {
             let [u, v, _] = tile.decoded.vertices[i as usize];
             [f64::from(u) * scale, f64::from(LAST - v) * scale]
         });
-        let mut reach = [1.0f64, 1.0];
+        let mut reach = [if tile.has_holes { 1.0 + scale } else { 1.0 }; 2];
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
             let middle: Point = std::array::from_fn(|k| 0.5 * (points[i][k] + points[j][k]));
             let (lon, lat) = tile.ellipsoid.place(middle, 1);
@@ -116,6 +152,18 @@ impl Facet {
         }
         let size = times(self.plane, self.plane).sqrt();
         Some((-times(self.plane, from) / facing, ROUNDING * size / facing))
+    }
+
+    /// The same at a normal that passes no edge farther outside than some metres.
+    fn meet_beside(&self, foot: Point, normal: Point, metres: f64) -> Option<(f64, f64)> {
+        let met = self.meet(foot, normal, false)?;
+        let (facing, from) = (times(self.plane, normal), less(foot, self.first));
+        let turned = across(normal, from);
+        let (p, q) = (times(turned, self.other) / facing, -times(turned, self.one) / facing);
+        // A share is what a place is away from an edge, of the height above it.
+        let is_near = |share: f64, edge: Point| share >= -metres * times(edge, edge).sqrt() / facing;
+        let third = less(self.other, self.one);
+        (is_near(p, self.other) && is_near(q, self.one) && is_near(1.0 - p - q, third)).then_some(met)
     }
 
     /// Whether it has an edge on a side (west, south, east, north) over this place along it.

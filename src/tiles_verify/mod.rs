@@ -1,7 +1,7 @@
 //! Judges a set of terrain tiles against the raster that it was made from.
 //!
 //! In come the raster and the folder; out comes a [`Verdict`]. `decode` reads files, `ellipsoid` has formulas of its own, `tile`
-//! judges a tile by itself, `facets` how far its triangles are from heights, `borders` where tiles meet, `manifest` what stands beside
+//! judges a tile by itself, `holes` where it has none of the ground, `facets` how far its triangles are from heights, `borders` where tiles meet, `manifest` what stands beside
 //! them, `own` how far tiles are from samples of the raster itself. It shares with
 //! [`crate::pyramid`] which samples the finest grid has and what their heights are, the addresses of tiles, and the form of
 //! `terrabite.json`; nothing of how meshes are made, written or measured.
@@ -19,6 +19,9 @@ mod decode;
 mod ellipsoid;
 mod facets;
 mod findings;
+#[cfg(test)]
+mod hole_tests;
+mod holes;
 mod manifest;
 mod own;
 #[cfg(test)]
@@ -153,6 +156,8 @@ struct Judged {
     distance: Distance,
     triangles: u64,
     step: f64,
+    /// How far corners that the raster gives no height are from the height that is promised there.
+    beside: f64,
     sides: Option<Sides>,
 }
 
@@ -163,14 +168,19 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
         view: request.view.clone(),
         vertical_crs: promise.vertical_crs_given.clone(),
         outside: promise.outside,
+        void_as: promise.void_as,
         temp_dir: request.temp_dir.clone(),
         ..TilesRequest::new(&request.input, &request.tiles, promise.max_error)
     };
-    let Basis { samples, coarsest, body, view } = basis(&asked, grid, control)?;
+    let Basis { samples, coarsest, body, vertical_crs, view } = basis(&asked, grid, control)?;
     let ellipsoid = Ellipsoid { a: body.semi_major, b: body.semi_minor };
     let mut findings = Findings::default();
     if (promise.semi_major, promise.semi_minor) != (body.semi_major, body.semi_minor) {
         findings.add(Kind::Manifest, || "the tiles are on another ellipsoid than the raster".to_string());
+    }
+    if promise.vertical_crs != vertical_crs {
+        let found = &promise.vertical_crs;
+        findings.add(Kind::Manifest, || format!("expected the vertical CRS \"{vertical_crs}\", found \"{found}\""));
     }
     let found = manifest::files(&request.tiles)?;
     manifest::judge_layer(&request.tiles, &found, promise.levels.len(), &mut findings);
@@ -198,7 +208,7 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
         own_samples: OwnSamples::default(),
     };
     let mut levels: Vec<LevelVerdict> = promise.levels.iter().map(level).collect();
-    let mut steps = vec![0.0f64; levels.len()];
+    let (mut steps, mut beside) = (vec![0.0f64; levels.len()], vec![0.0f64; levels.len()]);
     let mut sides = BTreeMap::new();
     let mut owned = vec![0u64; levels.len()];
     for tile in judged? {
@@ -211,7 +221,15 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
         level.largest_error = level.largest_error.max(tile.distance.largest);
         owned[number] += tile.distance.owned;
         steps[number] = steps[number].max(tile.step);
+        beside[number] = beside[number].max(tile.beside);
         sides.extend(tile.sides.map(|s| (tile.key, s)));
+    }
+    for (level, (off, step)) in beside.iter().zip(&steps).enumerate().filter(|(_, (off, step))| **off > 0.5 * **step) {
+        findings.add(Kind::Manifest, || {
+            format!(
+                "corners of tiles of level {level} are {off} m from the height outside, steps of heights are {step} m"
+            )
+        });
     }
     let expected = count(&samples)?;
     for (level, owned) in owned.iter().enumerate().filter(|(_, owned)| **owned != expected) {
@@ -287,18 +305,22 @@ fn judge_tile(
         Ok(decoded) => decoded,
         Err(reason) => {
             findings.add(Kind::Format, || format!("tile {key}: {reason}"));
-            return Ok(Judged { key, findings, distance, triangles: 0, step: 0.0, sides: None });
+            return Ok(Judged { key, findings, distance, triangles: 0, step: 0.0, beside: 0.0, sides: None });
         }
     };
-    let tile = Tile::new(key, samples.grid, ellipsoid, &decoded);
+    let tile = Tile::new(key, samples.grid, ellipsoid, &decoded, promise.void_as);
     tile.judge_shape(&mut findings);
+    if tile.has_holes {
+        tile.judge_holes(samples, block, &mut findings)?;
+    }
     if promise.fine_heights {
         tile.judge_range(&mut findings);
     }
     let allowed = promise.levels[key.level as usize].max_error;
     let distance = tile.distance(samples, block, allowed, &mut findings)?;
     let (triangles, step) = (decoded.triangles.len() as u64, borders::step(&tile));
-    Ok(Judged { key, findings, distance, triangles, step, sides: Some(Sides::of(&decoded)) })
+    let beside = tile.beside(samples, promise.void_as, block)?;
+    Ok(Judged { key, findings, distance, triangles, step, beside, sides: Some(Sides::of(&decoded)) })
 }
 
 /// Reads a tile, compressed or not, as all of a set are: a server says one thing of all of them.

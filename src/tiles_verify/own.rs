@@ -240,7 +240,7 @@ impl OwnTask<'_> {
     }
 
     fn compare(&self, key: TileKey, decoded: &Decoded, places: &[&Place]) -> OwnSamples {
-        let tile = Tile::new(key, self.grid(), self.ellipsoid, decoded);
+        let tile = Tile::new(key, self.grid(), self.ellipsoid, decoded, self.promise.void_as);
         let (column, row) = key.origin(self.grid());
         let in_tile = |place: &Place| (place.at.0 - column as f64, place.at.1 - row as f64);
         let mut box_ = [(f64::INFINITY, f64::NEG_INFINITY); 3];
@@ -271,7 +271,12 @@ impl OwnTask<'_> {
         let allowed = self.promise.levels[key.level as usize].max_error;
         let mut found = OwnSamples::default();
         for place in places {
-            let error = window.error(in_tile(place), place.foot, place.height);
+            let met = window.error_met(in_tile(place), place.foot, place.height);
+            // Between samples of the grid there may be a hole.
+            if tile.has_holes && met.is_none() {
+                continue;
+            }
+            let error = met.unwrap_or_else(|| window.error(in_tile(place), place.foot, place.height));
             found.samples += 1;
             found.largest_error = found.largest_error.max(error);
             found.above += u64::from(error.is_nan() || error > allowed);

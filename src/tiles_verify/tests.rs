@@ -11,12 +11,12 @@ use crate::base::control::Control;
 use crate::pyramid::{TilesRequest, tiles};
 use crate::testing::{folder, raster};
 
-fn hills(column: usize, row: usize) -> f32 {
+pub(super) fn hills(column: usize, row: usize) -> f32 {
     let (x, y) = (column as f32, row as f32);
     900.0 + 500.0 * (x / 9.0).sin() * (y / 7.0).cos() + 20.0 * ((x * 1.3 + y * 2.1) % 5.0)
 }
 
-fn verdict(input: &Path, set: &Path) -> Verdict {
+pub(super) fn verdict(input: &Path, set: &Path) -> Verdict {
     let request = TilesVerifyRequest {
         input: input.to_path_buf(),
         view: crate::raster::View::default(),
@@ -74,7 +74,7 @@ fn copy() -> (TempDir, PathBuf, Vec<PathBuf>) {
     (to, path, tiles)
 }
 
-fn u32_at(bytes: &[u8], at: usize) -> usize {
+pub(super) fn u32_at(bytes: &[u8], at: usize) -> usize {
     u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes")) as usize
 }
 
@@ -93,7 +93,7 @@ fn raise(bytes: &mut [u8], vertex: usize, steps: i32) {
     }
 }
 
-fn change(path: &Path, change: impl FnOnce(&mut Vec<u8>)) {
+pub(super) fn change(path: &Path, change: impl FnOnce(&mut Vec<u8>)) {
     let mut bytes = std::fs::read(path).expect("a file");
     change(&mut bytes);
     std::fs::write(path, bytes).expect("written");
@@ -201,6 +201,12 @@ fn manifests_that_lie_are_found() {
     let (_keep, set, _) = copy();
     json(&set, "terrabite.json", &|promise| promise["gzip"] = true.into());
     fails(&set, "expected gzip");
+    let (_keep, set, _) = copy();
+    json(&set, "terrabite.json", &|promise| promise["outside"] = 50.5.into());
+    fails(&set, "from the height outside");
+    let (_keep, set, _) = copy();
+    json(&set, "terrabite.json", &|promise| promise["vertical_crs"] = "EPSG:5773".into());
+    fails(&set, "expected the vertical CRS \"\", found \"EPSG:5773\"");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::decode::{Decoded, LAST};
 use super::ellipsoid::{Ellipsoid, Meridian, Parallel, Point, less, times};
 use super::facets::Facets;
 use super::findings::{Findings, Kind};
-use crate::pyramid::{Grid, Patch, PyramidError, SampleBlock, Samples, TileKey};
+use crate::pyramid::{Grid, Patch, PyramidError, SampleBlock, Samples, TileKey, VoidAs};
 
 /// A tile that is judged.
 pub(super) struct Tile<'a> {
@@ -17,6 +17,8 @@ pub(super) struct Tile<'a> {
     pub(super) decoded: &'a Decoded,
     /// Its vertices in space.
     pub(super) points: Vec<Point>,
+    /// Whether triangles over voids are left out.
+    pub(super) has_holes: bool,
 }
 
 /// How far a tile is from its samples.
@@ -30,8 +32,15 @@ pub(super) struct Distance {
 }
 
 impl<'a> Tile<'a> {
-    pub(super) fn new(key: TileKey, grid: Grid, ellipsoid: &'a Ellipsoid, decoded: &'a Decoded) -> Tile<'a> {
-        let mut tile = Tile { key, grid, ellipsoid, decoded, points: Vec::new() };
+    pub(super) fn new(
+        key: TileKey,
+        grid: Grid,
+        ellipsoid: &'a Ellipsoid,
+        decoded: &'a Decoded,
+        void_as: VoidAs,
+    ) -> Tile<'a> {
+        let has_holes = void_as == VoidAs::Hole;
+        let mut tile = Tile { key, grid, ellipsoid, decoded, points: Vec::new(), has_holes };
         tile.points = (0..decoded.vertices.len()).map(|i| tile.point(i)).collect();
         tile
     }
@@ -55,7 +64,7 @@ impl<'a> Tile<'a> {
     }
 
     /// Whether a vertex is on a pole.
-    fn is_on_pole(&self, vertex: u32) -> bool {
+    pub(super) fn is_on_pole(&self, vertex: u32) -> bool {
         let v = self.decoded.vertices[vertex as usize][1];
         let last = (1u32 << self.key.level) - 1;
         (v == 0 && self.key.y == 0) || (v == LAST && self.key.y == last)
@@ -91,12 +100,13 @@ impl<'a> Tile<'a> {
             }
             // Triangles with a side on a pole have no area in space, and are left out.
             at_pole += u32::from(self.is_on_pole(from) || self.is_on_pole(to));
-            if !(self.is_on_pole(from) || self.is_on_pole(to)) {
+            // Elsewhere holes are cut, which are judged by themselves.
+            if !(self.is_on_pole(from) || self.is_on_pole(to) || self.has_holes) {
                 findings.add(Kind::Shape, || format!("tile {key}: an edge inside has a triangle on one side only"));
             }
         }
         let whole = 2 * i64::from(LAST) * i64::from(LAST);
-        if area != whole && at_pole == 0 {
+        if area > whole || area != whole && at_pole == 0 && !self.has_holes {
             findings.add(Kind::Shape, || format!("tile {key}: triangles cover {area} of {whole}, doubled"));
         }
         let places: HashSet<[u16; 2]> = vertices.iter().map(|v| [v[0], v[1]]).collect();
@@ -156,6 +166,33 @@ impl<'a> Tile<'a> {
         }
     }
 
+    /// How far its corners are from the heights that are promised where the raster has none; those of holes are nobody's.
+    pub(super) fn beside(
+        &self,
+        samples: &Samples,
+        void_as: VoidAs,
+        block: &mut SampleBlock,
+    ) -> Result<f64, PyramidError> {
+        let cells = self.grid.cells(self.key.level);
+        let origin = self.key.origin(self.grid);
+        let mut farthest = 0.0f64;
+        for (vertex, &[u, v, _]) in self.decoded.vertices.iter().enumerate() {
+            if ![0, LAST].contains(&u) || ![0, LAST].contains(&v) {
+                continue;
+            }
+            let at = |coordinate: u16| if coordinate == 0 { 0 } else { cells };
+            let patch = Patch { column: origin.0 + at(u), row: origin.1 + at(LAST - v), width: 1, height: 1, step: 1 };
+            samples.read(patch, block)?;
+            let expected = match (block.inside[0], block.is_void[0], void_as) {
+                (true, ..) | (_, true, VoidAs::Hole) => continue,
+                (_, true, VoidAs::Height(height)) => height,
+                _ => block.heights[0],
+            };
+            farthest = farthest.max((self.decoded.height(vertex) - expected).abs());
+        }
+        Ok(farthest)
+    }
+
     /// Finds how far it is from the samples of the grid, along the normals.
     pub(super) fn distance(
         &self,
@@ -171,7 +208,7 @@ impl<'a> Tile<'a> {
         let facets = Facets::of(self, |_| true);
         for ((left, top), (width, height)) in samples.windows(origin, cells, WINDOW) {
             let patch = Patch { column: origin.0 + left, row: origin.1 + top, width, height, step: 1 };
-            if !samples.has_any(patch) {
+            if !samples.has_any(patch) && !self.has_holes {
                 continue;
             }
             samples.read(patch, block)?;
@@ -181,10 +218,21 @@ impl<'a> Tile<'a> {
             let lat = |r: i64| self.grid.latitude(origin.1 + r);
             let meridians: Vec<Meridian> = (left..left + width).map(|c| Meridian::of(lon(c))).collect();
             let parallels: Vec<Parallel> = (top..top + height).map(|r| self.ellipsoid.parallel(lat(r))).collect();
-            for i in (0..block.inside.len()).filter(|&i| block.inside[i]) {
+            // Beside holes, ground outside of the raster is looked for, too.
+            let is_judged = |i: usize| block.inside[i] || self.has_holes && !block.is_void[i];
+            for i in (0..block.inside.len()).filter(|&i| is_judged(i)) {
                 let (c, r) = (left + i as i64 % width, top + i as i64 / width);
                 let place = parallels[(r - top) as usize].foot(meridians[(c - left) as usize]);
                 let error = window.error((c as f64, r as f64), place, block.heights[i]);
+                if !block.inside[i] {
+                    if error == f64::INFINITY {
+                        let (key, lon, lat) = (self.key, lon(c), lat(r));
+                        findings.add(Kind::Shape, || {
+                            format!("tile {key}: at {lon}°, {lat}° is a hole where the raster has no void")
+                        });
+                    }
+                    continue;
+                }
                 distance.samples += 1;
                 distance.owned += u64::from(c < cells && r < cells);
                 distance.largest = distance.largest.max(error);

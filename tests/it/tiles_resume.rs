@@ -296,6 +296,28 @@ fn shards_of_tiles_are_no_shards_of_a_mesh() {
     terrabite(["tiles-verify", &scene.dem, &scene.out()]).succeeds();
 }
 
+/// What a disk has done to the samples of the grid is found by whoever reads them.
+#[test]
+fn damaged_samples_are_noticed() {
+    let scene = Scene::new();
+    terrabite(["tiles-plan", &scene.dem, &scene.work(), "--max-error", "500"]).succeeds();
+    let samples = scene.folder.join("work/chunks/grid.samples");
+    let mut bytes = fs::read(&samples).unwrap();
+    let at = bytes.iter().position(|&byte| byte == 0x40).unwrap();
+    bytes[at] ^= 1;
+    fs::write(&samples, bytes).unwrap();
+    let run = terrabite(["run", &scene.work()]);
+    run.fails(1, &[&scene.work(), "samples of the grid as they were written", "begin anew"]);
+}
+
+#[test]
+fn a_plan_that_fails_leaves_no_folder() {
+    let scene = Scene::new();
+    let plan = ["tiles-plan", &scene.dem, &scene.work(), "--max-error", "500", "--max-level", "15"];
+    terrabite(plan).fails(1, &["expected a finest level", "--max-level"]);
+    assert_eq!(scene.folder.names(), ["dem.tif"]);
+}
+
 #[test]
 fn another_view_is_named_by_the_judge() {
     let scene = Scene::new();
