@@ -123,7 +123,8 @@ fn lake_height(word: &str) -> Result<LakeHeight, String> {
 pub(super) fn of_layer(kind: LineKind, error: ShapesError) -> Failure {
     let lacks_heights = matches!(&error, ShapesError::Layer { found, .. } if found.contains("without heights"));
     if lacks_heights {
-        return Failure::new(error).hint("--breakline-z raster takes heights from the raster");
+        let hint = "--breakline-z raster takes heights from the raster, and so does the text raster in a field for one feature";
+        return Failure::new(error).hint(hint);
     }
     let lacks_number = matches!(&error, ShapesError::Layer { found, .. } if found.contains(" field "));
     if lacks_number {

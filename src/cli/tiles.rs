@@ -196,7 +196,7 @@ impl From<PyramidError> for Failure {
                 failure.hint("choose a smaller --max-level, or a larger --grid-factor for a finer grid")
             }
             PyramidError::Curvature { .. } => {
-                failure.hint("choose a larger --max-error, --max-level or --grid-factor (2, 4, 8)")
+                failure.hint("choose a larger --max-error, --max-level or --grid-factor (2 or 4)")
             }
             PyramidError::Step { .. } => {
                 failure.hint(

@@ -83,7 +83,7 @@ fn has_own_heights(feature: &Feature<'_>, field: &str) -> Result<bool, String> {
         Some(FieldValue::StringValue(text)) if text == "line" => Ok(true),
         Some(FieldValue::StringValue(text)) => Err(format!("the text {text:?} in field {field}")),
         None => Err(format!("nothing in field {field}")),
-        Some(_) => Err(format!("no text in field {field}")),
+        Some(_) => Err(format!("a field {field} of numbers, not of text")),
     }
 }
 
@@ -207,7 +207,7 @@ fn lines(
     if flat != OGRwkbGeometryType::wkbLineString {
         return Err(geometry.geometry_name());
     }
-    if with_heights && !geometry_type_has_z(kind) {
+    if with_heights && !geometry_type_has_z(kind) && !geometry.is_empty() {
         return Err(format!("{} without heights (2-D)", geometry.geometry_name()));
     }
     let (vertices, heights) = placer.vertices_with_heights(geometry)?;

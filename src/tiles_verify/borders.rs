@@ -65,6 +65,8 @@ pub(super) struct Borders<'a> {
     pub(super) sides: BTreeMap<TileKey, Sides>,
     /// The coarsest step of heights, level by level.
     pub(super) steps: Vec<f64>,
+    /// Whether the raster's own samples bind borders, too.
+    pub(super) own_samples: bool,
 }
 
 impl Borders<'_> {
@@ -101,7 +103,10 @@ impl Borders<'_> {
         let gap = |((coarser, finer), (largest, outside)): ((u32, u32), (f64, f64))| {
             let of = |level: u32| self.levels[level as usize].max_error;
             let steps = 0.5 * (self.steps[coarser as usize] + self.steps[finer as usize]);
-            let allowed = (of(coarser).max(of(finer)) + steps).min(5.0 * self.ellipsoid.client_error(coarser));
+            let hidden = 5.0 * self.ellipsoid.client_error(coarser);
+            // Between samples of the grid the raster's own bind one border where they may not bind the other.
+            let bound = if self.own_samples { hidden } else { of(coarser).max(of(finer)) + steps };
+            let allowed = bound.min(hidden);
             if largest > allowed {
                 findings.add(Kind::Gaps, || {
                     format!(

@@ -235,7 +235,9 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
     for (level, owned) in owned.iter().enumerate().filter(|(_, owned)| **owned != expected) {
         findings.add(Kind::Files, || format!("tiles of level {level} have {owned} of the raster's {expected} samples"));
     }
-    let borders = Borders { grid, ellipsoid: &ellipsoid, samples: &samples, levels: &promise.levels, sides, steps };
+    let own_samples = promise.own_samples;
+    let borders =
+        Borders { grid, ellipsoid: &ellipsoid, samples: &samples, levels: &promise.levels, sides, steps, own_samples };
     borders.judge_levels(&mut findings);
     let gaps = borders.judge_gaps(&mut findings)?;
     let own = OwnTask {

@@ -226,13 +226,14 @@ fn lines_without_one_height_at_every_place_are_refused_by_name() {
     terrabite(scene.command("simplify", &own)).fails(2, &["--breakline-z line requires --breaklines"]);
 }
 
-/// Houses, one with a yard, one across a seam and one at the raster's rim, together with roads or alone.
 #[test]
 fn a_field_says_whose_heights_count() {
     let scene = Scene::new();
     let layer = |name: &str, from: [Value; 2]| {
-        let lines = [[(3.2, 4.4), (36.0, 6.0)], [(4.0, 24.5), (37.5, 20.0)]];
-        let feature = |(line, from): (&[(f64, f64); 2], &Value)| {
+        // An empty line has no heights, whatever the field says.
+        let lines: [&[(f64, f64)]; 3] = [&[(3.2, 4.4), (36.0, 6.0)], &[(4.0, 24.5), (37.5, 20.0)], &[]];
+        let from = from.iter().chain([&Value::from("line")]).cloned().collect::<Vec<_>>();
+        let feature = |(line, from): (&&[(f64, f64)], &Value)| {
             let at = |&(c, r): &(f64, f64)| json!([500_000.0 + (c + 0.5) * 10.0, 5_200_000.0 - (r + 0.5) * 10.0, 40.0]);
             let geometry = json!({"type": "LineString", "coordinates": line.iter().map(at).collect::<Vec<_>>()});
             json!({"type": "Feature", "properties": {"z_from": from, "width": 3}, "geometry": geometry})
@@ -267,11 +268,14 @@ fn a_field_says_whose_heights_count() {
     scene
         .simplify(&odd, &field)
         .fails(1, &["found the text \"both\" in field z_from", "raster or line", "--breakline-z"]);
-    scene.simplify(&both, &["--breakline-z", "field:width"]).fails(1, &["no text in field width", "--breakline-z"]);
+    scene
+        .simplify(&both, &["--breakline-z", "field:width"])
+        .fails(1, &["a field width of numbers, not of text", "--breakline-z"]);
     scene.simplify(&both, &["--breakline-z", "field:level"]).fails(1, &["no field level among width, z_from"]);
     scene.simplify(&both, &["--breakline-z", "feet"]).fails(2, &["expected raster, line or field:NAME"]);
 }
 
+/// Houses, one with a yard, one across a seam and one at the raster's rim, together with roads or alone.
 #[test]
 fn edges_follow_the_outlines_of_footprints_together_with_breaklines() {
     let scene = Scene::new();

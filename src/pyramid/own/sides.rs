@@ -113,7 +113,9 @@ fn split(
         (off > bound.limit).then_some((off / bound.limit, vertex))
     };
     let feet_here = &feet[feet.partition_point(|b| b.at < ends.0)..feet.partition_point(|b| b.at <= ends.1)];
-    let samples = is_new.then(|| (ends.0.ceil().max(0.0) as usize)..(ends.1.floor() as usize + 1));
+    // An end on the lattice may be beyond the last sample, which it stands for.
+    let last = (ends.1.floor() as usize).min(on_line.heights.len() - 1);
+    let samples = is_new.then(|| (ends.0.ceil().max(0.0) as usize)..last + 1);
     let samples = samples.into_iter().flatten().map(|i| sample_bound(along, i, on_line));
     let worst = feet_here.iter().filter_map(off).chain(samples.filter_map(|bound| off(&bound)));
     match worst.reduce(|a, b| if b.0 > a.0 { b } else { a }) {

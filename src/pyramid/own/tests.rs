@@ -101,6 +101,25 @@ fn without_the_option_spikes_are_lost_and_a_set_that_denies_it_fails() {
     assert!(verdict.failures.len() == 1 && (said.contains(&expected) || said.contains("more of this kind")), "{said}");
 }
 
+/// A comb of peaks and pits: no mesh on the lattice of a coarse level is near all of them, and the ends of its sides are beyond the last
+/// sample by what places are rounded.
+#[test]
+fn what_no_mesh_reaches_is_refused() {
+    let folder = folder();
+    let cell = 0.000342353764323;
+    let transform = [168.739900563952460, cell, 0.0, -22.474323467675745, 0.0, -cell];
+    let comb = |column: usize, row: usize| match (column % 5, row % 7) {
+        (0, 0) => 7700.0,
+        (2, 3) => -7700.0,
+        _ => 0.0,
+    };
+    let input = raster(folder.path(), "dem.tif", (60, 150), transform, "EPSG:4326", &comb);
+    let asked = TilesRequest { outside: 0.0, ..request(&input, &folder.path().join("set"), 3966.0) };
+    let refused = tiles(&asked, &Control::default()).expect_err("no mesh");
+    assert!(matches!(refused, PyramidError::OwnSamples { .. } | PyramidError::Unreachable { .. }), "{refused}");
+    assert!(!folder.path().join("set").exists());
+}
+
 /// Spikes on a line between tiles, so near to it that no place of the lattice is between, and farther off; at a meridian, at the
 /// antimeridian and at a parallel.
 #[test]
