@@ -245,7 +245,7 @@ fn a_field_says_whose_heights_count() {
     let both = layer("both.geojson", [json!("line"), json!("raster")]);
     let field = ["--breakline-z", "field:z_from"];
     let report = scene.simplify(&both, &field).succeeds().json();
-    assert_eq!((&report["breaklines"]["z"], &report["breaklines"]["lines"]), (&json!("field:z_from"), &json!(2)));
+    assert_eq!((&report["breaklines"]["z"], &report["breaklines"]["lines"]), (&json!("field:z_from"), &json!(3)));
     assert!(report["beside_lines"].as_u64().is_some_and(|beside| beside > 20), "{report}");
     let verdict = scene.verify(&both, &field).succeeds().json();
     assert_eq!(verdict["breaklines"]["segments"], report["breaklines"]["segments"]);
