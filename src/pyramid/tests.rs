@@ -4,11 +4,15 @@ use std::path::{Path, PathBuf};
 
 use gdal::spatial_ref::{AxisMappingStrategy, CoordTransform, SpatialRef};
 
-use super::{Patch, PyramidError, SampleBlock, TilesReport, TilesRequest, prepare, tiles};
+use super::{
+    Patch, PyramidError, SampleBlock, TilesReport, TilesRequest, lay_out_tiles, merge_tiles, prepare, tiles,
+    work_on_tiles,
+};
 use crate::base::control::Control;
+use crate::job::shards::Shard;
 use crate::raster::{GeodesyError, Raster, View};
 use crate::testing::{folder, raster};
-use crate::tiles_verify::{TilesVerifyRequest, tiles_verify};
+use crate::tiles_verify::{TilesVerifyRequest, Verdict, tiles_verify};
 
 fn hills(column: usize, row: usize) -> f32 {
     let (x, y) = (column as f32, row as f32);
@@ -101,6 +105,18 @@ pub(super) fn content(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     all
 }
 
+/// What `tiles_verify` says of a set.
+pub(super) fn judged(input: &Path, set: &Path) -> Verdict {
+    let request = TilesVerifyRequest {
+        input: input.to_path_buf(),
+        view: View::default(),
+        tiles: set.to_path_buf(),
+        threads: None,
+        temp_dir: Some(crate::fuzzing::temp_dir()),
+    };
+    tiles_verify(&request, &Control::default()).expect("a verdict")
+}
+
 fn made(input: &Path, output: &Path, threads: usize) -> Result<TilesReport, PyramidError> {
     let request = TilesRequest { threads: std::num::NonZeroUsize::new(threads), ..request(input, output, 100.0) };
     tiles(&request, &Control::default())
@@ -120,6 +136,34 @@ fn threads_do_not_change_a_byte() {
     // Nothing else is left beside them.
     assert_eq!(folder.path().read_dir().expect("a folder").count(), 3);
     refused(made(&path, &one, 1), "an earlier set of tiles");
+}
+
+/// A plateau above the height outside, and half a metre allowed: at a coarse level no mesh is found beside its cliffs for twice what the next
+/// finer one keeps.
+#[test]
+fn a_level_without_a_mesh_has_the_error_that_clients_expect() {
+    let folder = folder();
+    let transform = [10.123, 0.0002, 0.0, 46.217, 0.0, -0.0002];
+    let plateau = |column: usize, row: usize| 500.0 + 20.0 * (column as f32 / 7.0).sin() * (row as f32 / 9.0).cos();
+    let path = raster(folder.path(), "dem.tif", (60, 50), transform, "EPSG:4326", &plateau);
+    let asked = request(&path, &folder.path().join("whole"), 0.5);
+    let levels = tiles(&asked, &Control::default()).expect("tiles").levels;
+    let finest = levels.len() - 1;
+    let is_loosened = |i: &usize| levels[*i].max_error > 2.01 * levels[*i + 1].max_error;
+    let loosened: Vec<usize> = (6..finest).filter(is_loosened).collect();
+    let is_expected = |&i: &usize| (levels[i].max_error * f64::from(1 << i) / 77_067.34 - 1.0).abs() < 1e-6;
+    assert!(!loosened.is_empty() && loosened.iter().all(is_expected) && levels[finest].max_error == 0.5, "{levels:?}");
+    let verdict = judged(&path, &asked.output);
+    assert!(verdict.passed, "{verdict}");
+    // Shards find out one by one which level that is.
+    let (output, work) = (folder.path().join("shards"), folder.path().join("work"));
+    let shards = TilesRequest { output, work_dir: Some(work), keep_work_dir: true, ..asked.clone() };
+    lay_out_tiles(&shards, Vec::new(), &Control::default()).expect("laid out");
+    for number in [2, 1, 2, 1] {
+        work_on_tiles(&shards, Shard::new(number, 2).expect("a shard"), &Control::default()).expect("a share");
+    }
+    merge_tiles(&shards, &Control::default()).expect("merged");
+    assert_eq!(content(&asked.output), content(&shards.output));
 }
 
 fn refused<T>(found: Result<T, PyramidError>, words: &str) {
@@ -176,14 +220,7 @@ fn a_whole_disc_is_taken() {
     let transform = [-6.6e6, 220_000.0, 0.0, 6.6e6, 0.0, -220_000.0];
     let path = raster(folder.path(), "disc.tif", (60, 60), transform, disc, &hills);
     tiles(&request(&path, &out, 60_000.0), &Control::default()).expect("tiles");
-    let asked = TilesVerifyRequest {
-        input: path,
-        view: View::default(),
-        tiles: out,
-        threads: None,
-        temp_dir: Some(crate::fuzzing::temp_dir()),
-    };
-    let verdict = tiles_verify(&asked, &Control::default()).expect("a verdict");
+    let verdict = judged(&path, &out);
     assert!(verdict.passed && verdict.levels[0].samples > 1000, "{verdict:?}");
 }
 

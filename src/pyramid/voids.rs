@@ -42,8 +42,8 @@ impl VoidAs {
         *self == VoidAs::Outside
     }
 
-    /// The height of voids at a level whose tiles have so many cells: where holes are cut, that of a floor, so that there are triangles
-    /// along their rim.
+    /// The height of voids at a level whose tiles are `cells` cells wide. Where holes are cut it is that of a floor, so that there are
+    /// triangles along their rim.
     pub(super) fn height(self, reliefs: &BTreeMap<TileKey, Relief>, max_error: f64, cells: i64, outside: f64) -> f64 {
         match self {
             VoidAs::Outside => outside,

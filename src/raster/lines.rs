@@ -167,7 +167,7 @@ struct Line {
     with_heights: bool,
 }
 
-/// What holds lines in memory up to so many vertices, and in a temporary file beyond that.
+/// What holds lines in memory up to a number of vertices, and in a temporary file beyond that.
 #[derive(Debug, Clone)]
 pub struct LineMemory {
     /// Where temporary files are made; the system's folder where none is named.

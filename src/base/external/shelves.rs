@@ -24,7 +24,7 @@ pub(crate) struct Shelves<const N: usize> {
 }
 
 impl<const N: usize> Shelves<N> {
-    /// Empty ones, which keep so many bytes of records in memory.
+    /// Empty ones, which keep up to `bytes` bytes of records in memory.
     pub(crate) fn new(scratch: Scratch, bytes: usize) -> Self {
         let capacity = bytes / size_of::<[u64; N]>();
         Shelves { scratch, capacity, lists: BTreeMap::new(), file: None, filed: 0, latest: Vec::new() }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use super::Polylines;
 use crate::base::external::{Scratch, ScratchError};
 
-/// So many vertices are read at a time, but for the rest of a line.
+/// How many vertices are read at a time; a line is read whole.
 const AT_A_TIME: usize = 1 << 16;
 
 /// Takes lines one by one; what is more than a number of vertices goes to a file.
@@ -26,7 +26,7 @@ pub(crate) struct LineWriter {
 }
 
 impl LineWriter {
-    /// For lines with heights or without, of which so many vertices are held in memory.
+    /// For lines with heights or without, of which up to `most` vertices are held in memory.
     pub(crate) fn new(scratch: Scratch, with_heights: bool, most: usize) -> LineWriter {
         let (features, lines, heights, filed) = (Vec::new(), Vec::new(), Vec::new(), Filed::default());
         LineWriter { scratch, with_heights, most, features, lines, heights, vertices: 0, filed }

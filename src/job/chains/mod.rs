@@ -54,8 +54,8 @@ impl Band {
     }
 }
 
-/// How many segments the bands of a grid have, by how many there are in strips of so many rows of the lattice. Those of a strip that
-/// several bands share count in each.
+/// How many segments each band of a grid has. They are known by strips of `rows` rows of the lattice; a strip that several bands share
+/// counts in each.
 pub(super) fn in_bands(grid: &TileGrid, rows: i64, segments: &[u64]) -> Vec<u64> {
     let in_band = |band: &Band| {
         let [first, last] = [band.places.start, band.places.end.min(rows * segments.len() as i64) - 1];

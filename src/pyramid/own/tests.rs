@@ -7,10 +7,10 @@ use proptest::prelude::*;
 use super::store::{OwnSample, OwnStore, Rectangle};
 use crate::base::control::Control;
 use crate::job::shards::Shard;
-use crate::pyramid::tests::content;
+use crate::pyramid::tests::{content, judged};
 use crate::pyramid::{PyramidError, TilesRequest, lay_out_tiles, merge_tiles, prepare, store, tiles, work_on_tiles};
 use crate::testing::{cases, folder, raster};
-use crate::tiles_verify::{TilesVerifyRequest, Verdict, tiles_verify};
+use crate::tiles_verify::Verdict;
 
 /// The same for the same numbers, and spread out.
 fn mixed(seed: u64, column: usize, row: usize) -> u64 {
@@ -20,7 +20,7 @@ fn mixed(seed: u64, column: usize, row: usize) -> u64 {
     (x ^ (x >> 27)) >> 16
 }
 
-/// Level ground with a spike at one sample of so many.
+/// A gentle slope with spikes at random samples, about one of every `one_of`.
 fn spikes(seed: u64, one_of: u64) -> impl Fn(usize, usize) -> f32 {
     move |column, row| {
         let number = mixed(seed, column, row);
@@ -35,17 +35,6 @@ fn request(input: &Path, output: &Path, max_error: f64) -> TilesRequest {
         own_samples: true,
         ..TilesRequest::new(input, output, max_error)
     }
-}
-
-fn judged(input: &Path, set: &Path) -> Verdict {
-    let request = TilesVerifyRequest {
-        input: input.to_path_buf(),
-        view: crate::raster::View::default(),
-        tiles: set.to_path_buf(),
-        threads: None,
-        temp_dir: Some(crate::fuzzing::temp_dir()),
-    };
-    tiles_verify(&request, &Control::default()).expect("a verdict")
 }
 
 /// Makes a set of a raster in a folder, and has it judged.

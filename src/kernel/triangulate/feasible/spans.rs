@@ -107,7 +107,7 @@ impl Spans {
         }
     }
 
-    /// Whether no row has more than so many samples; `area` is twice the triangle's, which is the longest row times the height.
+    /// Whether no row has more than `samples` samples. `area` is twice the triangle's: its longest row times its height.
     #[inline(always)]
     pub(crate) fn longest_has_at_most(&self, samples: usize, area: i64) -> bool {
         area <= (samples as i64 - 1) * i64::from(STEPS) * i64::from(self.high.y - self.low.y)
