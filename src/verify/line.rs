@@ -1,7 +1,5 @@
 //! The surface of a face over one row of samples.
 
-use super::samples::Samples;
-
 /// The surface over one row of samples, from the first one in the triangle on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Line {
@@ -17,11 +15,6 @@ pub(super) struct Line {
     pub(super) slopes: (f64, f64),
 }
 
-/// The one of two errors that is farther from 0.
-fn farther(before: f64, found: f64) -> f64 {
-    if before.abs() >= found.abs() { before } else { found }
-}
-
 /// What samples next to each other come to.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Errors {
@@ -31,32 +24,31 @@ pub(super) struct Errors {
     pub(super) sum_of_squares: f64,
 }
 
-impl Errors {
-    /// From one value for each sample, the first one in column `first`, and what makes an error of column and value.
+/// Samples that are taken side by side, as vectors.
+const LANES: usize = 8;
+
+/// The largest error and the sum of squares, lane by lane.
+#[derive(Default)]
+struct Sums {
+    largest: [f64; LANES],
+    squares: [f64; LANES],
+}
+
+impl Sums {
     #[inline(always)]
-    fn of(first: f64, values: &[f64], error: impl Fn(f64, f64) -> f64) -> Errors {
-        const LANES: usize = 8;
-        let (lanes, rest) = values.as_chunks::<LANES>();
-        let (mut largest, mut sums) = ([0.0f64; LANES], [0.0f64; LANES]);
-        for (chunk, values) in lanes.iter().enumerate() {
-            let first = first + (chunk * LANES) as f64;
-            for (i, value) in values.iter().enumerate() {
-                let error = error(first + i as f64, *value).abs();
-                largest[i] = if error > largest[i] { error } else { largest[i] };
-                sums[i] += error * error;
-            }
+    fn take<const N: usize>(&mut self, errors: [f64; N]) {
+        for (i, error) in errors.into_iter().enumerate() {
+            let error = error.abs();
+            self.largest[i] = if error > self.largest[i] { error } else { self.largest[i] };
+            self.squares[i] += error * error;
         }
-        let (mut largest_of_all, mut sum) = (0.0f64, 0.0);
-        for (i, value) in rest.iter().enumerate() {
-            let error = error(first + (lanes.len() * LANES + i) as f64, *value).abs();
-            largest_of_all = if error > largest_of_all { error } else { largest_of_all };
-            sum += error * error;
-        }
-        if !lanes.is_empty() {
-            largest_of_all = largest.into_iter().fold(largest_of_all, f64::max);
-            sum += sums.into_iter().sum::<f64>();
-        }
-        Errors { largest: largest_of_all, sum_of_squares: sum }
+    }
+}
+
+impl Errors {
+    fn of(lanes: Sums, rest: Sums) -> Errors {
+        let largest = lanes.largest.into_iter().fold(rest.largest[0], f64::max);
+        Errors { largest, sum_of_squares: rest.squares[0] + lanes.squares.into_iter().sum::<f64>() }
     }
 }
 
@@ -67,39 +59,50 @@ impl Line {
         self.height + (wb * self.slopes.0 + wc * self.slopes.1)
     }
 
+    /// The height of the surface less that of each of these samples, the first one so many columns from the first of the line.
+    #[inline(always)]
+    fn signed<const N: usize>(&self, columns: f64, samples: &[f64; N]) -> [f64; N] {
+        let mut errors = [0.0; N];
+        for i in 0..N {
+            errors[i] = self.surface(columns + i as f64) - samples[i];
+        }
+        errors
+    }
+
     /// The errors of these samples, the first one in column `first`.
     pub(super) fn errors(&self, first: i64, samples: &[f64]) -> Errors {
-        Errors::of((first - self.first) as f64, samples, |column, sample| sample - self.surface(column))
+        let first = (first - self.first) as f64;
+        let (chunks, rest) = samples.as_chunks::<LANES>();
+        let (mut lanes, mut last) = (Sums::default(), Sums::default());
+        for (i, samples) in chunks.iter().enumerate() {
+            lanes.take(self.signed(first + (i * LANES) as f64, samples));
+        }
+        for (i, sample) in rest.iter().enumerate() {
+            last.take(self.signed(first + (chunks.len() * LANES + i) as f64, &[*sample]));
+        }
+        Errors::of(lanes, last)
     }
 
     /// The same, and in `errors` the height of the surface less that of each sample.
     pub(super) fn errors_into(&self, first: i64, samples: &[f64], errors: &mut [f64]) -> Errors {
         let first = (first - self.first) as f64;
-        // Two loops that are vectors: what the second reads is at hand.
-        for (i, (error, sample)) in (0i32..).zip(errors.iter_mut().zip(samples)) {
-            *error = self.surface(first + f64::from(i)) - sample;
+        let ((chunks, rest), (noted, last_noted)) = (samples.as_chunks::<LANES>(), errors.as_chunks_mut::<LANES>());
+        let (mut lanes, mut last) = (Sums::default(), Sums::default());
+        for (i, (samples, noted)) in chunks.iter().zip(noted).enumerate() {
+            *noted = self.signed(first + (i * LANES) as f64, samples);
+            lanes.take(*noted);
         }
-        Errors::of(first, errors, |_, error| error)
-    }
-
-    /// Notes the height of the surface less that of the sample for each of these samples of the row, the first one in column
-    /// `first`, where it is farther from 0 than what is there, or nothing is there. `samples` and `errors` are the whole row.
-    #[inline]
-    pub(super) fn note_errors(&self, (first, last): (i64, i64), samples: Samples<'_>, errors: &mut [f64]) {
-        // Few, most often: those on the edges of a face.
-        for column in first..=last {
-            let surface = self.surface((column - self.first) as f64);
-            let found = match samples.interval(column as usize) {
-                Some([low, high]) => surface - surface.clamp(low, high),
-                None => surface - samples.heights[column as usize],
-            };
-            let error = &mut errors[column as usize];
-            *error = farther(*error, found);
+        for (i, (sample, noted)) in rest.iter().zip(last_noted).enumerate() {
+            let error = self.signed(first + (chunks.len() * LANES + i) as f64, &[*sample]);
+            *noted = error[0];
+            last.take(error);
         }
+        Errors::of(lanes, last)
     }
 
     /// Hands those of the samples from the first of these columns to the last that have a height to `visit`: column, sample,
     /// the surface's height, and the error. `samples` is the whole row.
+    #[inline(always)]
     pub(super) fn visit(&self, (first, last): (i64, i64), samples: &[f64], mut visit: impl FnMut(i64, f64, f64, f64)) {
         for column in first..=last {
             let sample = samples[column as usize];

@@ -127,6 +127,7 @@ impl Plane {
 
     /// Judges those of these samples of a line, first and last column, that have a height, in order; `samples` is the whole
     /// row.
+    #[inline]
     pub(super) fn judge_line(
         &self,
         line: &Line,
@@ -149,6 +150,7 @@ impl Plane {
         }
     }
 
+    #[inline]
     fn judge(&self, column: i64, row: i64, sample: f64, surface: f64, error: f64) -> Judged {
         if error <= self.surely_within {
             return Judged { error, counted: error, surface, within: true };

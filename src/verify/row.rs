@@ -44,6 +44,11 @@ pub(super) struct Worst {
     pub(super) face: u64,
 }
 
+/// The one of two errors that is farther from 0; any is farther than none.
+fn farther(before: f64, found: f64) -> f64 {
+    if before.abs() >= found.abs() { before } else { found }
+}
+
 /// A row, and what is known of it so far.
 pub(super) struct Row<'b> {
     pub(super) samples: Samples<'b>,
@@ -59,12 +64,8 @@ impl Row<'_> {
         let line = plane.line(row, span);
         let ((first, last), (inner_first, inner_last)) = (span.closed, span.interior);
         if !self.is_new(span) {
-            self.note_errors(plane, &line, (first, last));
             return self.judge(plane, &line, span, (first, last));
         }
-        // Those of the interior are noted as they are found.
-        self.note_errors(plane, &line, (first, inner_first - 1));
-        self.note_errors(plane, &line, (inner_last + 1, last));
         let Some(largest) = self.pass_interior(plane, &line, span) else {
             return self.judge(plane, &line, span, (first, last));
         };
@@ -85,17 +86,6 @@ impl Row<'_> {
         let (weights, intervals) = (self.samples.weights, self.samples.intervals);
         let are_plain = weights.is_none() && intervals.is_none();
         first <= last && are_plain && marks().iter().fold(0, |all, mark| all | mark) == 0
-    }
-
-    /// Notes the errors of samples of a span, first and last column, for the observer, if there is one.
-    #[inline]
-    fn note_errors(&mut self, plane: &Plane, line: &Line, columns: (i64, i64)) {
-        if columns.0 > columns.1 {
-            return;
-        }
-        if let Some(errors) = self.errors.as_deref_mut().filter(|_| plane.has_heights()) {
-            line.note_errors(columns, self.samples, errors);
-        }
     }
 
     /// Marks and counts the samples in the triangle's interior, which are new, and gives their largest error, if all have a height and
@@ -122,6 +112,7 @@ impl Row<'_> {
     /// Judges each of these samples of the span, first and last column, by itself.
     fn judge(&mut self, plane: &Plane, line: &Line, span: &RowSpan, columns: (i64, i64)) {
         let (samples, marks, tally) = (self.samples, &mut *self.marks, &mut *self.tally);
+        let mut errors = self.errors.as_deref_mut();
         if columns.0 > columns.1 {
             return;
         }
@@ -160,6 +151,10 @@ impl Row<'_> {
             if note(column, judged.within) {
                 tally.covered += 1;
                 tally.sum_of_squares += judged.error * judged.error;
+            }
+            if let Some(errors) = &mut errors {
+                let (column, at) = (column as usize, judged.surface);
+                errors[column] = farther(errors[column], judged.error.copysign(at - samples.heights[column]));
             }
             tally.weigh(plane, (column, line.row), samples, judged);
         });

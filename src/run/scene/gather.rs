@@ -1,6 +1,6 @@
 //! Triangles as they come: kept as they are while there are few, thinned on a grid once there are many.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::{Most, Scene, fewer};
 
@@ -31,7 +31,7 @@ const FAR: f64 = 1e30;
 #[derive(Debug)]
 enum Find {
     /// By its bits.
-    Place(HashMap<[u64; 3], u32>),
+    Place(FxHashMap<[u64; 3], u32>),
     /// By its square: the vertex of each.
     Square(Grid, Vec<u32>),
 }
@@ -40,7 +40,8 @@ enum Find {
 #[derive(Debug, Clone, Copy)]
 struct Grid {
     corner: (f64, f64),
-    side: f64,
+    /// Squares in a unit of length.
+    per_side: f64,
     columns: usize,
     rows: usize,
 }
@@ -52,22 +53,22 @@ impl Grid {
         let even = width.sqrt() * height.sqrt() / (squares as f64).sqrt();
         let side = even.max(width.max(height) / squares as f64);
         if !(side > 0.0 && side.is_finite()) {
-            return Grid { corner: (left, bottom), side: 1.0, columns: 1, rows: 1 };
+            return Grid { corner: (left, bottom), per_side: 1.0, columns: 1, rows: 1 };
         }
         let along = |length: f64| (length / side) as usize + 1;
-        Grid { corner: (left, bottom), side, columns: along(width), rows: along(height) }
+        Grid { corner: (left, bottom), per_side: 1.0 / side, columns: along(width), rows: along(height) }
     }
 
     /// One of squares twice as large.
     fn coarser(self) -> Grid {
         let (columns, rows) = (self.columns.div_ceil(2), self.rows.div_ceil(2));
-        Grid { side: 2.0 * self.side, columns, rows, ..self }
+        Grid { per_side: self.per_side / 2.0, columns, rows, ..self }
     }
 
     /// The square of a place; places beyond the extent are in those at its rim.
     fn square(&self, [x, y, _]: [f64; 3]) -> usize {
         // What is below 0 becomes 0.
-        let at = |from: f64, to: f64, count: usize| (((to - from) / self.side) as usize).min(count - 1);
+        let at = |from: f64, to: f64, count: usize| (((to - from) * self.per_side) as usize).min(count - 1);
         at(self.corner.1, y, self.rows) * self.columns + at(self.corner.0, x, self.columns)
     }
 }
@@ -79,7 +80,7 @@ impl Gatherer {
             most,
             vertices: Vec::new(),
             triangles: Vec::new(),
-            find: Find::Place(HashMap::new()),
+            find: Find::Place(FxHashMap::default()),
             extent,
             left_out: 0,
         }

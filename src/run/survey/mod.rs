@@ -4,7 +4,7 @@
 //! There is no pass of its own. Rows are worked on by all threads in pieces that depend on the raster alone, and put together in
 //! their order, so that sums are the same whatever the threads.
 //!
-//! Memory: a [`MapGrid`], a histogram of 32 KiB and one of 16 KiB for each piece of a band, a row of heights.
+//! Memory: a [`MapGrid`], 150 KiB for each thread, 32 KiB, a row of heights.
 
 mod grid;
 mod histogram;
@@ -19,8 +19,8 @@ use crate::verify::{ObservedRows, Observer};
 pub use grid::{MapCell, MapGrid};
 pub use slopes::SlopeClass;
 
-use histogram::Total;
-use piece::{Measure, Piece};
+use histogram::{Binned, Total};
+use piece::{Measure, Piece, Tallies, Tally};
 use slopes::{Class, FROM, Slopes};
 
 /// Bins of signed errors on each side of 0, up to the tolerance.
@@ -111,7 +111,9 @@ pub(super) struct Surveyor {
     sum: f64,
     largest: f64,
     near: u64,
+    /// By slope, as far as the histogram does not know it.
     classes: [Class; FROM.len()],
+    tallies: Tallies,
     angles: [u64; ANGLES],
     /// The heights of the row above the next one.
     above: Vec<f64>,
@@ -119,46 +121,58 @@ pub(super) struct Surveyor {
 
 impl Surveyor {
     pub(super) fn new(band: &Band, tolerance: f64) -> Surveyor {
+        let histogram = Total::new(tolerance);
         Surveyor {
             raster: RasterFacts::of(band),
-            measure: Measure { tolerance, slopes: Slopes::new(band) },
+            measure: Measure { tolerance, slopes: Slopes::new(band), bins: histogram.bins() },
             map: MapGrid::new((band.width(), band.height())),
-            histogram: Total::new(tolerance),
+            histogram,
             beyond: [0; 2],
             sum: 0.0,
             largest: 0.0,
             near: 0,
             classes: [Class::default(); FROM.len()],
+            tallies: Tallies::new(tolerance),
             angles: [0; ANGLES],
             above: Vec::new(),
         }
     }
 
     /// What was gathered. The largest distance is the verdict's, which is rounded once.
-    pub(super) fn finish(self, largest: Option<f64>) -> Survey {
+    pub(super) fn finish(mut self, largest: Option<f64>) -> Survey {
+        let tallies = std::mem::replace(&mut self.tallies, Tallies::new(self.measure.tolerance));
+        tallies.all().iter().for_each(|tally| self.add_up(tally));
         let measured = self.histogram.samples();
         let largest = largest.unwrap_or(self.largest);
-        let share = |share: f64| self.histogram.share(share, largest);
+        let percents = (1..=100).map(|percent| f64::from(percent) / 100.0);
+        let cumulative = self.histogram.shares(percents, largest);
+        let share = |percent: usize| cumulative[percent - 1];
         let [low, high] = self.beyond;
-        let mut signed: Vec<u64> = self.histogram.signed(2 * SIGNED).collect();
+        let mut signed = self.histogram.signed(2 * SIGNED);
         if self.measure.tolerance == 0.0 {
             // All that is within is in the middle; the bins have counted by another scale.
             signed.fill(0);
             signed[SIGNED] = measured - low - high;
         }
+        let slopes = self.classes.iter().zip(FROM).enumerate().map(|(index, (class, from))| {
+            let Binned { samples, squares, max } = self.histogram.of_class(index);
+            let mut class = *class;
+            class.add(&Class { samples, above: 0, max: max.min(largest), squares });
+            class.report(from)
+        });
         Survey {
             raster: self.raster,
             measured,
             mean_error: if measured == 0 { 0.0 } else { self.sum / measured as f64 },
-            p50: share(0.5),
-            p90: share(0.9),
-            p95: share(0.95),
-            p99: share(0.99),
+            p50: share(50),
+            p90: share(90),
+            p95: share(95),
+            p99: share(99),
             p100: largest,
             above_nine_tenths: self.near,
             signed_errors: [low].into_iter().chain(signed).chain([high]).collect(),
-            cumulative: (1..=100).map(|percent| share(f64::from(percent) / 100.0)).collect(),
-            slopes: self.classes.iter().zip(FROM).map(|(class, from)| class.report(from)).collect(),
+            cumulative,
+            slopes: slopes.collect(),
             smallest_angles: self.angles.to_vec(),
             map: self.map,
         }
@@ -173,9 +187,11 @@ impl Observer for Surveyor {
     }
 
     fn rows(&mut self, rows: &ObservedRows<'_>) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-        for (first_row, piece) in Piece::all_of(rows, &self.above, &self.measure, self.map.side) {
+        for (first_row, piece) in Piece::all_of(rows, &self.above, &self.measure, self.map.side, &self.tallies) {
             self.add(first_row, &piece);
         }
+        let full: Vec<Tally> = self.tallies.full().collect();
+        full.iter().for_each(|tally| self.add_up(tally));
         self.above.clear();
         self.above.extend_from_slice(&rows.heights[rows.heights.len() - rows.width..]);
         Ok(())
@@ -183,15 +199,16 @@ impl Observer for Surveyor {
 }
 
 impl Surveyor {
+    fn add_up(&mut self, tally: &Tally) {
+        self.histogram.add(&tally.histogram);
+        self.beyond = [self.beyond[0] + tally.low, self.beyond[1] + tally.high];
+        self.largest = self.largest.max(tally.largest);
+        self.near += tally.near;
+    }
+
     fn add(&mut self, first_row: usize, piece: &Piece) {
-        self.histogram.add(&piece.histogram);
-        self.beyond = [self.beyond[0] + piece.low, self.beyond[1] + piece.high];
         self.sum += piece.sum;
-        self.largest = self.largest.max(piece.largest);
-        self.near += piece.near;
-        for lane in &piece.classes {
-            self.classes.iter_mut().zip(lane).for_each(|(sum, class)| sum.add(class));
-        }
+        self.classes.iter_mut().zip(&piece.classes).for_each(|(class, other)| class.add(other));
         for (at, cells) in piece.cells.chunks(self.map.size.0).enumerate() {
             let row = (first_row / self.map.side + at) * self.map.side;
             self.map.row(row).iter_mut().zip(cells).for_each(|(sum, cell)| sum.add(cell));

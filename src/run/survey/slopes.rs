@@ -8,10 +8,7 @@ use crate::base::{Band, Metres, metres_in};
 pub(super) const FROM: [f64; 8] = [0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0];
 
 /// What stands for the class where there is none.
-pub(super) const NO_CLASS: u8 = 0x80;
-/// Positive single floats by exponent and the first three bits of the mantissa; from which of them on they are no numbers.
-const EIGHTHS: usize = 1 << 11;
-const FIRST_NAN: usize = 0x7fc;
+pub(super) const NO_CLASS: usize = FROM.len();
 
 /// The errors of samples of about the same slope.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -22,13 +19,13 @@ pub struct SlopeClass {
     pub samples: u64,
     /// Of these, above the tolerance.
     pub above_tolerance: u64,
-    /// The largest error.
+    /// The largest error, rounded up by a thousandth of the tolerance at most.
     pub max: f64,
-    /// The root of the mean square.
+    /// The root of the mean square, give or take a thousandth of the tolerance.
     pub rms: f64,
 }
 
-/// What one class comes to so far.
+/// What one class comes to.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Class {
     pub(super) samples: u64,
@@ -38,14 +35,6 @@ pub(super) struct Class {
 }
 
 impl Class {
-    /// Counts a sample with this error.
-    #[inline(always)]
-    pub(super) fn count(&mut self, distance: f64) {
-        self.samples += 1;
-        self.max = if distance > self.max { distance } else { self.max };
-        self.squares += distance * distance;
-    }
-
     pub(super) fn add(&mut self, other: &Class) {
         self.samples += other.samples;
         self.above += other.above;
@@ -66,10 +55,8 @@ pub(super) struct Slopes {
     band: Band,
     /// Metres in a unit of heights.
     height_unit: f64,
-    /// The squares of the tangents at which classes begin; none after the last.
-    squared: [f32; FROM.len() + 1],
-    /// The class where each eighth of a doubling begins, or [`NO_CLASS`] for what is no number.
-    begins: Box<[u8; EIGHTHS]>,
+    /// The squares of the tangents at which classes begin.
+    squared: [f32; FROM.len()],
 }
 
 /// The sides of cells of one row in units of heights, as what slopes are rises times.
@@ -82,16 +69,8 @@ pub(super) struct Cell {
 impl Slopes {
     pub(super) fn new(band: &Band) -> Slopes {
         let height_unit = metres_in(&band.reference().height_unit).unwrap_or(1.0);
-        let mut squared = [f32::NAN; FROM.len() + 1];
-        squared.iter_mut().zip(FROM).for_each(|(squared, from)| *squared = from.to_radians().tan().powi(2) as f32);
-        let begin = |eighth: usize| {
-            let begin = f32::from_bits((eighth as u32) << 20);
-            // The first class begins at 0.
-            let class = squared[1..].iter().filter(|from| begin >= **from).count() as u8;
-            if eighth < FIRST_NAN { class } else { NO_CLASS }
-        };
-        let begins = Box::new(std::array::from_fn(begin));
-        Slopes { band: band.clone(), height_unit, squared, begins }
+        let squared = FROM.map(|from| from.to_radians().tan().powi(2) as f32);
+        Slopes { band: band.clone(), height_unit, squared }
     }
 
     /// The cells of a row: where x and y are degrees they are shorter the nearer they are to a pole.
@@ -106,20 +85,22 @@ impl Slopes {
 
     /// The class of a slope, by the square of its tangent; [`NO_CLASS`] where that is no number.
     #[inline(always)]
-    pub(super) fn class(&self, squared: f64) -> u8 {
-        let squared = squared as f32;
-        // No two classes begin within an eighth of a doubling.
-        let class = self.begins[(squared.to_bits() >> 20) as usize % EIGHTHS];
-        class + u8::from(squared >= self.squared[usize::from(class) % FROM.len() + 1])
+    pub(super) fn class(&self, squared: f32) -> u32 {
+        // The first class begins at 0.
+        let mut class = 0;
+        for from in &self.squared[1..] {
+            class += u32::from(squared >= *from);
+        }
+        if squared.is_nan() { NO_CLASS as u32 } else { class }
     }
 }
 
 impl Cell {
     /// The square of a slope's tangent, from the rises along a row and along a column, a cell each.
     #[inline(always)]
-    pub(super) fn squared(self, across: f64, down: f64) -> f64 {
+    pub(super) fn squared(self, across: f64, down: f64) -> f32 {
         let (x, y) = (across * self.per_across, down * self.per_down);
-        x * x + y * y
+        (x * x + y * y) as f32
     }
 }
 
@@ -147,10 +128,9 @@ mod tests {
         tried.extend(FROM.map(|from| f64::from(from.to_radians().tan().powi(2) as f32)));
         for squared in tried {
             let expected = FROM.iter().rposition(|from| squared as f32 >= from.to_radians().tan().powi(2) as f32);
-            assert_eq!(usize::from(slopes.class(squared)), expected.unwrap(), "{squared}");
+            assert_eq!(slopes.class(squared as f32) as usize, expected.unwrap(), "{squared}");
         }
-        assert_eq!(slopes.class(f64::NAN), NO_CLASS);
-        assert_eq!(slopes.class(-f64::NAN), NO_CLASS);
+        assert_eq!([f32::NAN, -f32::NAN].map(|squared| slopes.class(squared)), [NO_CLASS as u32; 2]);
         let flat = slopes.cell(0);
         assert_eq!((flat.squared(1.0, 0.0), flat.squared(3.0, 4.0)), (1.0, 25.0));
     }
