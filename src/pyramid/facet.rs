@@ -56,6 +56,9 @@ struct Edge {
     margin: f64,
 }
 
+/// What a facet near a pole takes beside itself.
+pub(super) const POLAR_BYTES: u64 = 3 * size_of::<Edge>() as u64;
+
 /// The longitudes of a tile's columns, in radians.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Columns {

@@ -24,6 +24,7 @@
 //! those of the crate `libm`). PROJ decides them, too: another version may move a place by the last bit.
 
 mod body;
+mod budget;
 mod encode;
 mod error;
 mod facet;
@@ -107,7 +108,9 @@ pub struct TilesRequest {
     pub work_dir: Option<PathBuf>,
     /// Whether that folder stays when the set is there.
     pub keep_work_dir: bool,
-    /// Threads; `None`: as many as there are cores.
+    /// The most memory to use; `None` is [`crate::job::default_budget`].
+    pub memory: Option<u64>,
+    /// Threads, fewer if the memory is for fewer; `None`: as many as there are cores.
     pub threads: Option<NonZeroUsize>,
     /// The folder of temporary files; `None` is the system's.
     pub temp_dir: Option<PathBuf>,
@@ -133,6 +136,7 @@ impl TilesRequest {
             overwrite: false,
             work_dir: None,
             keep_work_dir: false,
+            memory: None,
             threads: None,
             temp_dir: None,
         }
@@ -169,12 +173,5 @@ pub(crate) fn basis(request: &TilesRequest, grid: Grid, control: &Control<'_>) -
 /// # Errors
 /// [`PyramidError`]; nothing is left under the output's name then, and what is finished stays in the work dir, where there is one.
 pub fn tiles(request: &TilesRequest, control: &Control<'_>) -> Result<TilesReport, PyramidError> {
-    pool(request)?.install(|| make::make(request, control))
-}
-
-/// The threads that a request asks for.
-fn pool(request: &TilesRequest) -> Result<rayon::ThreadPool, PyramidError> {
-    let threads = request.threads.map_or(0, NonZeroUsize::get);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|e| PyramidError::Threads { threads, reason: e.to_string() })
+    make::make(request, control)
 }

@@ -5,6 +5,7 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::budget::Memory;
 use super::error::PyramidError;
 use super::grid::Grid;
 use super::samples::Samples;
@@ -42,7 +43,9 @@ pub(super) fn open(request: &TilesRequest, control: &Control<'_>) -> Result<Prep
     let vertical = geodesy.vertical.clone();
     let options = FieldOptions { temp_dir: request.temp_dir(), ..FieldOptions::default() };
     let watches: Arc<[Box<dyn Watch>]> = watches.into();
-    let field = Field::open(&raster.to_band()?, &options, control)?.watched(Arc::clone(&watches));
+    let band = raster.to_band()?;
+    let field = Memory::to_open(&band, request)?.install(|| Ok(Field::open(&band, &options, control)?))?;
+    let field = field.watched(Arc::clone(&watches));
     Ok(Prepared { raster, source: Source::new(field, geodesy, request.void_as.is_marked()), body, vertical, watches })
 }
 
@@ -107,6 +110,7 @@ impl Prepared {
             overwrite: _,
             work_dir: _,
             keep_work_dir: _,
+            memory: _,
             threads: _,
             temp_dir: _,
         } = request;
