@@ -8,7 +8,6 @@
 use std::borrow::Cow;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-use super::TilesRequest;
 use super::encode::MOST_VERTICES;
 use super::error::PyramidError;
 use super::facet::POLAR_BYTES;
@@ -19,6 +18,7 @@ use super::own;
 use super::prepare::Prepared;
 use super::source::{Area, MOST_OF_BLOCK};
 use super::store::{BLOCK, CACHE_BYTES};
+use super::{Judging, TilesRequest};
 use crate::base::Band;
 use crate::base::handed_over::KEPT_BYTES;
 use crate::job::plan::{Fitted, Holdings, POLISHING, all_cores, default_budget};
@@ -109,6 +109,20 @@ impl Memory {
         Memory::fit(request, Holdings { base: process.base + extent.common(), each, ..process }, None)
     }
 
+    /// For judging tiles on a grid.
+    pub(super) fn to_judge(
+        prepared: &Prepared,
+        grid: Grid,
+        judging: Judging,
+        request: &TilesRequest,
+    ) -> Result<Memory, PyramidError> {
+        let reading = Holdings::of_reading(&prepared.raster.to_band()?);
+        let extent = Extent { grid, area: prepared.source.area(grid)?, levels: [][..].into() };
+        let each = reading.each + bringing(request).max(judging.each) + BESIDE;
+        let base = reading.base + extent.common() + judging.in_common;
+        Memory::fit(request, Holdings { base, each, ..reading }, None)
+    }
+
     /// `extent`: where tiles are made.
     fn fit(request: &TilesRequest, holdings: Holdings, extent: Option<&Extent<'_>>) -> Result<Memory, PyramidError> {
         let wanted = request.threads.map_or_else(all_cores, usize::from);
@@ -119,7 +133,14 @@ impl Memory {
         let more = left.checked_div(large).unwrap_or(0).min(fitted.threads as u64 - 1);
         fitted.needed_bytes += more * large;
         bound_gdal_cache(fitted.cache_bytes);
-        Ok(Memory { fitted, permits: Permits { free: Mutex::new(1 + more as usize), given_back: Condvar::new() } })
+        Ok(Memory { fitted, permits: Permits::new(1 + more as usize) })
+    }
+
+    /// So many threads that have all the room that they may need.
+    #[cfg(test)]
+    pub(super) fn of_threads(threads: usize) -> Memory {
+        let fitted = Holdings::of_process().fit(u64::MAX, threads).expect("room");
+        Memory { fitted, permits: Permits::new(threads) }
     }
 
     /// Does something on its threads.
@@ -181,7 +202,7 @@ impl Extent<'_> {
         let Area { column, row, width, height } = self.area;
         // Whether there is a line of tiles or parts among the columns or rows of the area, those beside it included.
         let is_passed = |first: i64, count: usize, cells: i64| {
-            (first - 1).div_euclid(cells) != (first + count as i64).div_euclid(cells) || first.rem_euclid(cells) == 1
+            (first - 2).div_euclid(cells) != (first + count as i64).div_euclid(cells)
         };
         let of_level = |level: &Level| {
             let tile_cells = self.grid.cells(level.level);
@@ -221,6 +242,10 @@ struct Permits {
 }
 
 impl Permits {
+    fn new(count: usize) -> Permits {
+        Permits { free: Mutex::new(count), given_back: Condvar::new() }
+    }
+
     fn lock(&self) -> MutexGuard<'_, usize> {
         self.free.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -25,6 +25,8 @@
 
 mod body;
 mod budget;
+#[cfg(test)]
+mod budget_tests;
 mod encode;
 mod error;
 mod facet;
@@ -68,7 +70,9 @@ pub(crate) use samples::{Block as SampleBlock, Patch, Samples};
 pub use shards::{TilesLayout, TilesShare, lay_out_tiles, merge_tiles, work_on_tiles};
 pub use voids::VoidAs;
 
+use self::budget::Memory;
 use crate::base::control::Control;
+use crate::job::plan::Fitted;
 use crate::raster::View;
 
 /// What tiles are made from, and how.
@@ -158,14 +162,35 @@ pub(crate) struct Basis {
     pub(crate) vertical_crs: String,
     /// As [`Promise::view`].
     pub(crate) view: BTreeMap<String, String>,
+    /// The threads that it is judged by, and their memory.
+    pub(crate) memory: Fitted,
 }
 
-/// What a set of tiles on this grid is judged by.
-pub(crate) fn basis(request: &TilesRequest, grid: Grid, control: &Control<'_>) -> Result<Basis, PyramidError> {
+/// What judging takes, in bytes, beside reading the raster.
+pub(crate) struct Judging {
+    /// All threads together.
+    pub(crate) in_common: u64,
+    /// Each thread.
+    pub(crate) each: u64,
+}
+
+/// Judges a set of tiles on this grid, on as many threads as the request's memory is for.
+pub(crate) fn with_basis<T: Send>(
+    request: &TilesRequest,
+    grid: Grid,
+    judging: Judging,
+    control: &Control<'_>,
+    judge: impl FnOnce(Basis) -> Result<T, PyramidError> + Send,
+) -> Result<T, PyramidError> {
     let prepared = prepare::open(request, control)?;
-    let (coarsest, view) = (prepared.source.grid(0)?, prepared.view()?);
-    let samples = prepare::resample(&prepared, grid, request, control)?;
-    Ok(Basis { samples, coarsest, body: prepared.body, vertical_crs: prepared.vertical, view })
+    let memory = Memory::to_judge(&prepared, grid, judging, request)?;
+    let fitted = memory.fitted;
+    memory.install(move || {
+        let (coarsest, view) = (prepared.source.grid(0)?, prepared.view()?);
+        let samples = prepare::resample(&prepared, grid, request, control)?;
+        let (body, vertical_crs) = (prepared.body, prepared.vertical);
+        judge(Basis { samples, coarsest, body, vertical_crs, view, memory: fitted })
+    })
 }
 
 /// Makes a set of tiles.
