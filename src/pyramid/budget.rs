@@ -19,7 +19,6 @@ use super::prepare::Prepared;
 use super::source::{Area, MOST_OF_BLOCK};
 use super::store::{BLOCK, CACHE_BYTES};
 use super::{Judging, TilesRequest};
-use crate::base::Band;
 use crate::base::handed_over::KEPT_BYTES;
 use crate::job::plan::{Fitted, Holdings, POLISHING, all_cores, default_budget};
 use crate::kernel::triangulate::Engine;
@@ -74,11 +73,6 @@ pub(super) struct Memory {
 }
 
 impl Memory {
-    /// For opening a raster, which may have to be decoded.
-    pub(super) fn to_open(band: &Band, request: &TilesRequest) -> Result<Memory, PyramidError> {
-        Memory::fit(request, Holdings::of_reading(band), None)
-    }
-
     /// For bringing samples to the grid.
     pub(super) fn to_bring(prepared: &Prepared, request: &TilesRequest) -> Result<Memory, PyramidError> {
         let (reading, extent) =

@@ -1,6 +1,6 @@
 //! A pyramid of terrain tiles (quantized-mesh 1.0) in which every level keeps a stated error.
 //!
-//! In comes a raster; out goes a folder of tiles with its manifest. `prepare` opens the raster, and `ground` finds out of it what tiles
+//! In comes a raster; out goes a folder of tiles with its manifest. `budget` says how many threads have memory, `prepare` opens the raster, and `ground` finds out of it what tiles
 //! are made from, which a work dir keeps (`kept`), so that a run can be interrupted, or made by many processes (`shards`). `source` gives the heights of the finest grid (`grid`), a
 //! fixed grid of longitudes and latitudes not coarser than the raster, and `samples` keeps them (`store`). A level is made tile by
 //! tile: `lines` finds the sides, which depend on their line and the level alone, `part` makes meshes with the engines of
@@ -16,8 +16,8 @@
 //! have a height of their own, or be holes: what is left of a tile has every sample of the raster then, within the error.
 //!
 //! **Memory.** A thread holds the samples of a part (at most 513 × 513, with heights and weights), a window of 256 × 256 samples,
-//! the mesh of one tile of at most 65,536 vertices with what is known of its triangles while it is mended, and two megabytes of blocks
-//! that it has read. In common there are 40 bytes for each tile of all levels, and a byte for every 64 × 64 samples. Samples of the grid,
+//! the mesh of one tile of at most 65,536 vertices with what is known of its triangles while it is mended, and blocks
+//! that it has read. `budget` reckons beforehand, and keeps to what is allowed. Samples of the grid,
 //! 8 bytes each, are in an unlinked temporary file or in the work dir (`store`), and read from there: none of it is mapped.
 //!
 //! **The same bytes.** Tiles depend on the raster and the options, not on threads or on the system's mathematics (sines and cosines are

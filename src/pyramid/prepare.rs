@@ -5,7 +5,6 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::budget::Memory;
 use super::error::PyramidError;
 use super::grid::Grid;
 use super::samples::Samples;
@@ -41,11 +40,11 @@ pub(super) fn open(request: &TilesRequest, control: &Control<'_>) -> Result<Prep
     let geodesy = geodesy.map_err(|source| PyramidError::Geodesy { path: path.clone(), source })?;
     let body = Body { semi_major: geodesy.radii.0, semi_minor: geodesy.radii.1 };
     let vertical = geodesy.vertical.clone();
-    let options = FieldOptions { temp_dir: request.temp_dir(), ..FieldOptions::default() };
+    // What has to be decoded is decoded when it is brought to the grid, on the threads that memory is there for.
+    let options = FieldOptions { temp_dir: request.temp_dir(), in_parts: true, ..FieldOptions::default() };
     let watches: Arc<[Box<dyn Watch>]> = watches.into();
     let band = raster.to_band()?;
-    let field = Memory::to_open(&band, request)?.install(|| Ok(Field::open(&band, &options, control)?))?;
-    let field = field.watched(Arc::clone(&watches));
+    let field = Field::open(&band, &options, control)?.watched(Arc::clone(&watches));
     Ok(Prepared { raster, source: Source::new(field, geodesy, request.void_as.is_marked()), body, vertical, watches })
 }
 
