@@ -18,7 +18,7 @@ from bench import DATA
 from bench_common import MIB, TERRABITE, WORK, machine, note, print_table, run, settle
 
 CASES = [
-    ("srtm3_N46E008", "20"), ("srtm3_S33W071", "20"), ("srtm3_mosaic_n_england", "20"), ("moon_tycho_4096", "20"), ("sainte_helens", "10"),
+    ("srtm3_N46E008", "20"), ("srtm3_S33W071", "20"), ("srtm3_mosaic_n_england", "20"), ("sainte_helens", "10"), ("moon_tycho_4096", "20"),
 ]
 HEADER = [
     "level", "allowed, m", "largest, m", "at own samples, m", "beyond", "largest gap to a coarser level, m", "tiles", "triangles", "kB",
@@ -66,7 +66,7 @@ def tell(raster, error, arguments):
 
 
 def made_and_judged(raster, error, options, arguments):
-    note(f"{raster.stem} {' '.join(options)}")
+    note(" ".join([raster.stem, *options]))
     folder = WORK / "tiles"
     shutil.rmtree(folder, ignore_errors=True)
     settle(arguments.patience)
@@ -100,8 +100,8 @@ def number(metres):
     return count(round(metres)) if metres >= 1000 else f"{metres:.4g}"
 
 
-def kilobytes(count):
-    return count(round(count / 1000)) if count >= 9950 else f"{count / 1000:.1f}"
+def kilobytes(size):
+    return count(round(size / 1000)) if size >= 9950 else f"{size / 1000:.1f}"
 
 
 if __name__ == "__main__":

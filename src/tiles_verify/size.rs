@@ -12,8 +12,11 @@ use super::facets::BYTES_PER_TRIANGLE;
 use super::own;
 use crate::pyramid::{Judging, TileKey};
 
-/// The most vertices that a tile is read with, and the most triangles.
+/// The most triangles that a tile is read with: two for each vertex.
 const MOST_TRIANGLES: u64 = 2 * 65_536;
+
+/// What a tile has of them and of their numbers on the border; a file of more is wrong, or has extensions that are passed over.
+const MOST_BYTES: u64 = 88 + 65_536 * (8 + 2 * 2) + MOST_TRIANGLES * 6;
 
 /// What a border vertex takes as long as all tiles are judged.
 const BYTES_ON_BORDER: u64 = 24;
@@ -40,14 +43,14 @@ pub(super) fn judging(folder: &Path, tiles: &BTreeSet<TileKey>, gzip: bool) -> J
     }
 }
 
-/// The bytes of a tile. What is compressed says at its end, in 32 bits, how long it was.
+/// The bytes of a tile, up to those that one can have. What is compressed says at its end, in 32 bits, how long it was.
 fn size(path: &Path, gzip: bool) -> std::io::Result<u64> {
     let file = File::open(path)?;
     let bytes = file.metadata()?.len();
     if !gzip || bytes < 4 {
-        return Ok(bytes);
+        return Ok(bytes.min(MOST_BYTES));
     }
     let mut plain = [0; 4];
     file.read_exact_at(&mut plain, bytes - 4)?;
-    Ok(bytes.max(u32::from_le_bytes(plain).into()))
+    Ok(bytes.max(u32::from_le_bytes(plain).into()).min(MOST_BYTES))
 }

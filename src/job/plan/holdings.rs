@@ -55,6 +55,7 @@ pub(super) fn share(budget_bytes: u64) -> u64 {
 
 impl Holdings {
     /// What reading windows of a band takes, the process itself included.
+    #[cfg(feature = "gdal")]
     pub(crate) fn of_reading(band: &Band) -> Holdings {
         let cutline = cutline_bytes(band);
         let each = BESIDE + PAGES + cutline + BLOCK_COPIES * block_bytes(band);
@@ -62,6 +63,7 @@ impl Holdings {
     }
 
     /// What the process itself takes.
+    #[cfg(feature = "gdal")]
     pub(crate) fn of_process() -> Holdings {
         Holdings { base: BASE, cacheable: 0, each: BESIDE, least: 0 }
     }
