@@ -82,7 +82,7 @@ def made_and_judged(raster, error, options, arguments):
 def row(level, report, gzip, verdict, cpu):
     made, found = report["levels"][level], verdict["levels"][level]
     own, seconds = found["own_samples"], cpu * made["seconds"] / report["seconds"]
-    gaps = [gap for gap in verdict["gaps"] if gap["finer"] == level]
+    gaps = [gap for gap in verdict["gaps"] if gap["finer"] == level and gap["largest"] > 0]
     gap = max(gaps, key=lambda gap: gap["largest"] / gap["allowed"], default=None)
     return [
         str(level), number(made["max_error"]), number(found["largest_error"]), number(own["largest_error"]), f"{100 * own['share_above']:.3f} %",
