@@ -81,6 +81,11 @@ impl Failure {
         Failure { code: shards::WAITING, ..self }
     }
 
+    /// The same failure, with the exit code of a memory budget that is too small.
+    pub(super) fn over_budget(self) -> Failure {
+        Failure { code: BUDGET_TOO_SMALL, ..self }
+    }
+
     /// The same failure, with one word for another.
     pub(super) fn with_words(self, word: &str, other: &str) -> Failure {
         Failure { message: self.message.replace(word, other), ..self }
@@ -317,8 +322,9 @@ impl From<Error> for Failure {
             Error::Goal(_) => {
                 Failure::usage(error).hint("choose a larger budget; with a larger --tile there are fewer corners")
             }
-            Error::Budget(error) => Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }
-                .hint("choose a larger --memory, or a smaller --tile"),
+            Error::Budget(error) => {
+                Failure::new(error).over_budget().hint("choose a larger --memory, or a smaller --tile")
+            }
             Error::Field(FieldError::NotAHeight(ref sample)) => {
                 let stored = Decimal(sample.stored);
                 Failure::new(&error).hint(&format!(
@@ -333,8 +339,9 @@ impl From<Error> for Failure {
             Error::Field(FieldError::Inexact { found, .. }) => {
                 Failure::new(&error).hint(&format!("if it marks missing samples, use --nodata {found}"))
             }
-            Error::Field(FieldError::HolesTooLarge { .. }) => Failure { code: BUDGET_TOO_SMALL, ..Failure::new(error) }
-                .hint("choose a smaller --fill-holes, or a larger --memory"),
+            Error::Field(FieldError::HolesTooLarge { .. }) => {
+                Failure::new(error).over_budget().hint("choose a smaller --fill-holes, or a larger --memory")
+            }
             Error::Disk(error) => Failure { code: DISK_TOO_SMALL, ..Failure::new(error) }
                 .hint("free some space, or choose other folders with --temp-dir and OUTPUT"),
             Error::Field(FieldError::Temporary { ref source, .. } | FieldError::HolesFile { ref source, .. })

@@ -56,10 +56,15 @@ impl MachineArgs {
         self.threads
     }
 
-    /// The first that is about reading samples of a raster or about a budget of memory, if there is one.
+    /// The budget of memory, if they say one.
+    pub(super) fn memory(&self) -> Option<u64> {
+        self.memory
+    }
+
+    /// The first that is about reading samples of a raster, if there is one.
     pub(super) fn of_samples(&self) -> Option<&'static str> {
         let access = self.access.map(|_| "--access");
-        access.or(self.memory.map(|_| "--memory")).or(self.temp_dir.as_ref().map(|_| "--temp-dir"))
+        access.or(self.temp_dir.as_ref().map(|_| "--temp-dir"))
     }
 
     /// Has a request do as these say; what they do not say stays as it is.

@@ -7,11 +7,11 @@ use std::process::ExitCode;
 use super::failure::kept;
 use super::input::InputArgs;
 use super::progress::Bars;
-use super::{Failure, GDAL_CACHE, print, values, warnings};
+use super::{Failure, print, values, warnings};
 use crate::field::FieldError;
 use crate::job::Error;
 use crate::pyramid::{PyramidError, TilesRequest, VoidAs, tiles};
-use crate::raster::{GeodesyError, bound_gdal_cache};
+use crate::raster::GeodesyError;
 use crate::run::Fate;
 
 /// Make a pyramid of terrain tiles (quantized-mesh) for CesiumJS and others
@@ -86,7 +86,10 @@ pub(crate) struct TilesOptions {
 pub(crate) struct CommonArgs {
     #[command(flatten)]
     pub(super) input: InputArgs,
-    /// Threads to work with [default: as many as the machine has cores]
+    /// The most memory to use, such as 256MiB [default: a quarter of the machine's, at most 2 GiB]
+    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    pub(super) memory: Option<u64>,
+    /// Threads to work with, fewer if the memory is for fewer [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(super) threads: Option<NonZeroUsize>,
     /// Where temporary files go: about 8 bytes for each sample of the grid, with --own-samples another 24 for each of the raster
@@ -162,7 +165,6 @@ impl TilesOptions {
     /// The request that they stand for.
     pub(super) fn request(&self, raster: &Path, output: &Path, common: &CommonArgs) -> Result<TilesRequest, Failure> {
         common.input.asked().check_samples()?;
-        bound_gdal_cache(GDAL_CACHE);
         Ok(TilesRequest {
             view: common.input.view(),
             max_level: self.max_level,
@@ -174,6 +176,7 @@ impl TilesOptions {
             fine_heights: self.fine_heights,
             own_samples: self.own_samples,
             gzip: self.gzip,
+            memory: common.memory,
             threads: common.threads,
             temp_dir: common.temp_dir.clone(),
             ..TilesRequest::new(raster, output, self.max_error)
@@ -189,6 +192,7 @@ impl From<PyramidError> for Failure {
             PyramidError::Raster(error) => error.into(),
             PyramidError::Field(FieldError::Cancelled(stopped)) | PyramidError::Cancelled(stopped) => stopped.into(),
             PyramidError::Field(error) => Error::Field(error).into(),
+            PyramidError::Budget(_) => failure.over_budget().hint("choose a larger --memory"),
             PyramidError::Geodesy { source, .. } => failure.hint(&of_geodesy(&source)),
             PyramidError::Nothing { .. } => failure.hint("gdalinfo -stats shows whether the raster has heights"),
             PyramidError::Spacing { .. } => failure.hint("gdalwarp -tr resamples it, or choose another --grid-factor"),

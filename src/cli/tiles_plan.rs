@@ -72,7 +72,8 @@ impl TilesProcess {
             return Err(Failure::usage(message).hint(&format!("remove {option}")));
         }
         let request = self.args.request(&self.work, output)?;
-        Ok(TilesRequest { threads: machine.threads().or(request.threads), ..request })
+        let memory = machine.memory().or(request.memory);
+        Ok(TilesRequest { memory, threads: machine.threads().or(request.threads), ..request })
     }
 
     /// Does `run`.

@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use super::Failure;
 use super::progress::Bars;
 use super::tiles::CommonArgs;
-use super::{Failure, GDAL_CACHE};
-use crate::raster::bound_gdal_cache;
 use crate::tiles_verify::{TilesVerifyRequest, tiles_verify};
 
 /// Judge terrain tiles against their raster: errors, borders, gaps, manifests
@@ -26,12 +25,12 @@ pub(crate) struct TilesVerifyArgs {
 
 pub(crate) fn run(args: &TilesVerifyArgs) -> Result<ExitCode, Failure> {
     args.common.input.asked().check_samples()?;
-    bound_gdal_cache(GDAL_CACHE);
     let bars = Bars::new(args.common.quiet);
     let request = TilesVerifyRequest {
         input: args.raster.clone(),
         view: args.common.input.view(),
         tiles: args.tiles.clone(),
+        memory: args.common.memory,
         threads: args.common.threads,
         temp_dir: args.common.temp_dir.clone(),
     };

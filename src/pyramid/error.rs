@@ -6,6 +6,7 @@ use super::grid::TileKey;
 use crate::base::RasterError;
 use crate::base::control::Cancelled;
 use crate::field::FieldError;
+use crate::job::plan::BudgetTooSmall;
 use crate::job::work_dir::WorkDirError;
 use crate::raster::{GeodesyError, ViewError};
 
@@ -30,6 +31,9 @@ pub enum PyramidError {
         /// Why.
         source: GeodesyError,
     },
+    /// The memory budget is too small.
+    #[error(transparent)]
+    Budget(#[from] BudgetTooSmall),
     /// Nothing of the raster has a place on the ellipsoid, or no sample has a height.
     #[error("{}: found no sample with a height and a place on the ellipsoid", path.display())]
     Nothing {

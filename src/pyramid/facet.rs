@@ -43,7 +43,7 @@ pub(super) struct Facet {
     /// How far its points may be from where straight lines have them, in columns and rows; infinite for all columns.
     reach: (f64, f64),
     /// Where `reach` says little of columns: the edges that are no border, and how columns lie on longitudes.
-    polar: Option<(Vec<Edge>, Columns)>,
+    polar: Option<Box<(Vec<Edge>, Columns)>>,
 }
 
 /// An edge AB: ((A − S) × (B − S)) · N = (A × B) · N − (A − B) · (S × N), which is α cos λ + β sin λ + γ along a parallel.
@@ -55,6 +55,9 @@ struct Edge {
     /// What counts as on it: more than slack and rounding are.
     margin: f64,
 }
+
+/// What a facet near a pole takes beside itself.
+pub(super) const POLAR_BYTES: u64 = (3 * size_of::<Edge>() + size_of::<(Vec<Edge>, Columns)>()) as u64;
 
 /// The longitudes of a tile's columns, in radians.
 #[derive(Debug, Clone, Copy)]
@@ -165,7 +168,7 @@ impl Facet {
         let width = flat.iter().fold(0.0f64, |width, p| width.max((p.0 - flat[0].0).abs()));
         let is_wide = reach.0 > 2.0 + 0.25 * width;
         let edges = || inner().map(|(i, j)| Edge::new(points[i], points[j])).collect();
-        let polar = is_wide.then(|| (edges(), columns));
+        let polar = is_wide.then(|| Box::new((edges(), columns)));
         Facet { corners, flat, normal, length: length(normal), offset: dot(normal, points[0]), border, reach, polar }
     }
 
@@ -178,7 +181,8 @@ impl Facet {
 
     /// The columns of a row between which samples may be in it.
     pub(super) fn columns(&self, row: f64, at: &Row) -> Option<(f64, f64)> {
-        if let Some((edges, columns)) = &self.polar {
+        if let Some(polar) = &self.polar {
+            let (edges, columns) = &**polar;
             return edges.iter().try_fold((0.0f64, columns.count as f64), |(low, high), edge| {
                 let (from, to) = edge.columns(at, columns)?;
                 Some((low.max(from), high.min(to)))

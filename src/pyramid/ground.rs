@@ -176,7 +176,7 @@ impl Ground {
     }
 }
 
-fn levels_of(body: &Body, grid: Grid, request: &TilesRequest) -> Result<Vec<Level>, PyramidError> {
+pub(super) fn levels_of(body: &Body, grid: Grid, request: &TilesRequest) -> Result<Vec<Level>, PyramidError> {
     let TilesRequest { max_error, max_level, error_factor, .. } = *request;
     levels(body, grid, &LevelOptions { max_error, max_level, error_factor })
 }

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::budget::Memory;
 use super::error::PyramidError;
 use super::grid::{Level, MAX_PARTS, TileKey};
 use super::ground::Ground;
@@ -21,21 +22,33 @@ use super::write::{self, StagedSet};
 use super::{TilesRequest, encode, normals};
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
+use crate::job::plan::peak_memory;
 
-/// Makes a set of tiles on the threads of the current rayon pool.
+/// Makes a set of tiles.
 pub(super) fn make(request: &TilesRequest, control: &Control<'_>) -> Result<TilesReport, PyramidError> {
     let started = Instant::now();
     check_output(request)?;
     let prepared = open(request, control)?;
+    let memory = &Memory::to_make(&prepared, request)?;
+    memory.install(move || make_of(&prepared, request, memory, started, control))
+}
+
+fn make_of(
+    prepared: &Prepared,
+    request: &TilesRequest,
+    memory: &Memory,
+    started: Instant,
+    control: &Control<'_>,
+) -> Result<TilesReport, PyramidError> {
     let Some(dir) = &request.work_dir else {
-        let ground = Ground::find(&prepared, request, control)?;
-        return Making::new(request, &ground, None, control).set(Some(&prepared), started);
+        let ground = Ground::find(prepared, request, control)?;
+        return Making::new(request, &ground, None, memory, control).set(Some(prepared), started);
     };
     let kept = Kept::open(dir, &prepared.job(request)?)?;
     let overwrite = request.overwrite || kept.dir().has_committed(&request.output);
     let made = write::check(&request.output, overwrite)
-        .and_then(|()| Ground::kept(&kept, &prepared, request, control))
-        .and_then(|ground| Making::new(request, &ground, Some(&kept), control).set(Some(&prepared), started));
+        .and_then(|()| Ground::kept(&kept, prepared, request, control))
+        .and_then(|ground| Making::new(request, &ground, Some(&kept), memory, control).set(Some(prepared), started));
     ended(kept, made, request, control)
 }
 
@@ -74,6 +87,7 @@ pub(super) struct Making<'a> {
     request: &'a TilesRequest,
     ground: &'a Ground,
     kept: Option<&'a Kept>,
+    memory: &'a Memory,
     control: &'a Control<'a>,
     found: AtomicU64,
 }
@@ -91,9 +105,10 @@ impl<'a> Making<'a> {
         request: &'a TilesRequest,
         ground: &'a Ground,
         kept: Option<&'a Kept>,
+        memory: &'a Memory,
         control: &'a Control<'a>,
     ) -> Making<'a> {
-        Making { request, ground, kept, control, found: AtomicU64::new(0) }
+        Making { request, ground, kept, memory, control, found: AtomicU64::new(0) }
     }
 
     /// Makes all tiles, and writes them. Without a raster tiles are only looked for that others have made.
@@ -130,6 +145,8 @@ impl<'a> Making<'a> {
             grid_exponent: samples.grid.exponent,
             grid_samples: samples.area.width as u64 * samples.area.height as u64,
             own_samples: samples.own.is_some(),
+            memory: self.memory.fitted,
+            peak_memory_bytes: peak_memory(),
             temporary_bytes: samples.store.bytes() + samples.own.as_ref().map_or(0, |own| own.bytes()) + decoded,
             tiles_found: self.found(),
             levels: reports,
@@ -197,7 +214,8 @@ impl<'a> Making<'a> {
             let (samples, reliefs) = (&self.ground.samples.with_voids(void), &with_voids(reliefs, void));
             let steps = Steps::of(reliefs, self.request.fine_heights.then_some(UNROUNDED));
             let cancel = &self.control.cancel;
-            let task = LevelTask { body: &self.ground.facts.body, samples, level, steps: &steps, cuts, cancel };
+            let (body, memory) = (&self.ground.facts.body, self.memory);
+            let task = LevelTask { body, samples, level, steps: &steps, cuts, memory, cancel };
             let found_before = self.found();
             let made: Result<Vec<Option<LevelReport>>, PyramidError> = keys
                 .par_iter()
@@ -212,9 +230,9 @@ impl<'a> Making<'a> {
                     self.kept.map_or(Ok(()), |kept| kept.note_parts(level.level, level.parts, is_loosened))?;
                     self.found.store(found_before, Ordering::Relaxed);
                 }
-                Err(PyramidError::Unreachable { .. } | PyramidError::OwnSamples { .. })
-                    if !is_finest && level.max_error < loosest =>
-                {
+                Err(
+                    PyramidError::Unreachable { .. } | PyramidError::OwnSamples { .. } | PyramidError::Vertices { .. },
+                ) if !is_finest && level.max_error < loosest => {
                     // What its parts were for no longer holds.
                     (is_loosened, level) = (true, Level { max_error: loosest, ..self.ground.levels[number] });
                     self.kept.map_or(Ok(()), |kept| kept.note_loosened(level.level))?;

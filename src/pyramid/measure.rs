@@ -32,11 +32,20 @@ use super::lines::Vertex;
 use super::own::{self, OwnWindow, OwnWindows, Placed};
 use super::quantize::snap;
 use super::samples::{Block, Patch, Samples};
-use super::surface::{Corner, Surface};
+use super::surface::{Corner, Surface, SurfaceVertex};
 use crate::base::control::CancelToken;
 
 /// Samples that are read at a time, across and down.
 pub(super) const WINDOW: i64 = 256;
+
+/// What a triangle takes while its tile is measured: its facet, where samples are looked for, its corners, what was known of it and what
+/// is found, lists of triangles that are near; itself and half a vertex in its part, and in the surface. What is known afterwards takes no
+/// more than the facet does.
+pub(super) const BYTES_PER_TRIANGLE: u64 = {
+    let lists = size_of::<[(f64, f64); 2]>() + size_of::<[Corner; 3]>() + size_of::<Option<Errors>>() + 5 * 8 + 2;
+    let meshes = 2 * size_of::<[u32; 3]>() + 4 + (size_of::<Vertex>() + size_of::<SurfaceVertex>()) / 2;
+    (size_of::<Facet>() + lists + meshes) as u64
+};
 
 /// What a tile's errors are like.
 #[derive(Debug, Clone, Default)]
@@ -104,21 +113,20 @@ impl Meter<'_> {
         let facets: Vec<Facet> =
             surface.triangles.iter().map(|&t| Facet::new(surface, t, self.body, columns)).collect();
         let keys: Vec<[Corner; 3]> = surface.triangles.iter().map(|&t| surface.corners(t)).collect();
-        let before: Vec<Option<Errors>> = keys.iter().map(|key| known.triangles.get(key).copied()).collect();
-        let found = |errors: &Option<Errors>| errors.map_or(0.0, |errors| errors.found);
-        let mut tally = Tally {
-            tolerance,
-            largest: before.iter().map(found).fold(0.0, f64::max),
-            worst: before.iter().map(|errors| Worst { error: found(errors), ..Worst::default() }).collect(),
-        };
-        let is_new: Vec<bool> = before.iter().map(Option::is_none).collect();
         let is_first = known.triangles.is_empty();
+        let mut triangles = std::mem::take(&mut known.triangles);
+        let before: Vec<Option<Errors>> = keys.iter().map(|key| triangles.remove(key)).collect();
+        drop(triangles);
+        let worst: Vec<f64> = before.iter().map(|errors| errors.map_or(0.0, |errors| errors.found)).collect();
+        let largest = worst.iter().copied().fold(0.0, f64::max);
+        let mut tally = Tally { tolerance, largest, worst, beyond: HashMap::new() };
+        let is_new: Vec<bool> = before.iter().map(Option::is_none).collect();
         let samples = self.pass(surface, &facets, &is_new, &mut tally, (block, &mut known.own))?;
         if is_first {
             known.samples = samples;
         }
         let bounds: Vec<f64> = (0..facets.len()).map(|i| before[i].map_or(tally.limit(i), |e| e.bound)).collect();
-        let failing: Vec<usize> = (0..facets.len()).filter(|&i| tally.worst[i].error > tolerance).collect();
+        let failing: Vec<usize> = (0..facets.len()).filter(|&i| tally.worst[i] > tolerance).collect();
         if failing.is_empty() {
             // Those of which it is not known whether they have the largest error.
             let is_open: Vec<bool> = bounds.iter().map(|&bound| bound > tally.largest).collect();
@@ -126,17 +134,18 @@ impl Meter<'_> {
                 self.pass(surface, &facets, &is_open, &mut tally, (block, &mut known.own))?;
             }
         }
+        drop(facets);
         known.triangles = keys
             .into_iter()
             .zip(bounds)
             .zip(&tally.worst)
-            .filter(|(_, worst)| worst.error <= tolerance)
-            .map(|((key, bound), worst)| (key, Errors { found: worst.error, bound }))
+            .filter(|(_, worst)| **worst <= tolerance)
+            .map(|((key, bound), &found)| (key, Errors { found, bound }))
             .collect();
-        let of_own = failing.iter().filter_map(|&i| tally.worst[i].own.map(|at| (tally.worst[i].error, at)));
+        let of_own = failing.iter().filter_map(|i| tally.beyond[i].own.map(|at| (tally.worst[*i], at)));
         let own = of_own.clone().reduce(|a, b| if b.0 > a.0 { b } else { a });
         let own = own.map(|(error, at)| OwnFailure { count: of_own.count(), error, at });
-        let failing = failing.into_iter().map(|i| (surface.owners[i], tally.worst[i].vertex)).collect();
+        let failing = failing.into_iter().map(|i| (surface.owners[i], tally.beyond[&i].vertex)).collect();
         Ok(Measured { samples: known.samples, max_error: tally.largest, failing, own })
     }
 
@@ -193,13 +202,13 @@ struct Tally {
     tolerance: f64,
     /// The largest error of all facets.
     largest: f64,
-    /// The worst sample of every facet.
-    worst: Vec<Worst>,
+    /// The largest error of every facet.
+    worst: Vec<f64>,
+    /// The worst sample of every facet that has one beyond the tolerance.
+    beyond: HashMap<usize, Beyond>,
 }
 
-#[derive(Default)]
-struct Worst {
-    error: f64,
+struct Beyond {
     /// Where a vertex can stand for it.
     vertex: Vertex,
     /// Where it is, in degrees, if it is one of the raster itself.
@@ -209,7 +218,16 @@ struct Worst {
 impl Tally {
     /// From which error on a facet's samples count: up to there they are neither its worst, nor beyond the tolerance, nor the worst of all.
     fn limit(&self, facet: usize) -> f64 {
-        self.worst[facet].error.max(self.tolerance.min(self.largest))
+        self.worst[facet].max(self.tolerance.min(self.largest))
+    }
+
+    /// Takes the worst sample of a facet so far.
+    fn take(&mut self, facet: usize, error: f64, sample: impl FnOnce() -> Beyond) {
+        self.worst[facet] = error;
+        self.largest = self.largest.max(error);
+        if error > self.tolerance {
+            self.beyond.insert(facet, sample());
+        }
     }
 }
 
@@ -286,9 +304,8 @@ impl Window<'_> {
         let (place, normal) = places.at(c, r);
         let at = ((self.at.0 + c as i64) as f64, (self.at.1 + r as i64) as f64);
         let error = facet.error(place, normal, block.heights[i], facet::DOUBT);
-        if self.is_judged(facet, (place, normal), at) && error > tally.worst[number].error {
-            tally.worst[number] = Worst { error, vertex: self.vertex((c, r), block), own: None };
-            tally.largest = tally.largest.max(error);
+        if self.is_judged(facet, (place, normal), at) && error > tally.worst[number] {
+            tally.take(number, error, || Beyond { vertex: self.vertex((c, r), block), own: None });
         }
     }
 
@@ -304,8 +321,7 @@ impl Window<'_> {
         let (place, normal) = own.place(sample);
         let error = facet.error(place, normal, sample.height(), own::DOUBT);
         if error > tally.limit(number) && self.is_judged(facet, (place, normal), sample.at()) {
-            tally.worst[number] = Worst { error, vertex: own.vertex(sample), own: Some(sample.degrees()) };
-            tally.largest = tally.largest.max(error);
+            tally.take(number, error, || Beyond { vertex: own.vertex(sample), own: Some(sample.degrees()) });
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::Body;
 use super::body::{Angle, minus};
+use super::budget::Memory;
 use super::facet::{DOUBT, Facet};
 use super::grid::{Grid, Level, TileKey};
 use super::measure::{Known, Meter};
@@ -67,18 +68,20 @@ fn nothing_is_left_out() {
     let grid = Grid { exponent: 7 };
     let samples = samples(grid);
     let cancel = CancelToken::default();
+    let memory = Memory::of_threads(1);
     let max_error = 300_000.0;
     for (level, x, y) in [(1, 0, 0), (1, 3, 1), (2, 5, 3), (2, 2, 1), (3, 9, 5), (3, 3, 0), (3, 15, 7)] {
         let tile = TileKey { level, x, y };
         let level = Level { level, max_error, client_error: max_error, parts: 16 >> level };
         let reliefs = [(tile, Relief::of(-4.1e5).with(Relief::of(5.1e5)))].into_iter().collect();
         let steps = Steps::of(&reliefs, None);
-        let task = LevelTask { body: &EARTH, samples: &samples, level, steps: &steps, cuts: false, cancel: &cancel };
+        let (samples, steps, cancel, memory) = (&samples, &steps, &cancel, &memory);
+        let task = LevelTask { body: &EARTH, samples, level, steps, cuts: false, memory, cancel };
         let (surface, measured) = task.make(tile, &mut TileMaker::default()).expect("a tile");
-        let (worst, largest) = naive(&samples, &surface);
+        let (worst, largest) = naive(samples, &surface);
         assert!(largest > 0.0 && largest <= max_error, "{tile}: {largest} of {max_error}");
         assert_eq!(measured.max_error, largest, "{tile}");
-        let meter = Meter { body: &EARTH, samples: &samples, cancel: &cancel };
+        let meter = Meter { body: &EARTH, samples, cancel };
         let mut block = Block::default();
         for share in [0.1, 0.5, 0.9] {
             let mut known = Known::default();

@@ -1,6 +1,6 @@
 //! A pyramid of terrain tiles (quantized-mesh 1.0) in which every level keeps a stated error.
 //!
-//! In comes a raster; out goes a folder of tiles with its manifest. `prepare` opens the raster, and `ground` finds out of it what tiles
+//! In comes a raster; out goes a folder of tiles with its manifest. `budget` says how many threads have memory, `prepare` opens the raster, and `ground` finds out of it what tiles
 //! are made from, which a work dir keeps (`kept`), so that a run can be interrupted, or made by many processes (`shards`). `source` gives the heights of the finest grid (`grid`), a
 //! fixed grid of longitudes and latitudes not coarser than the raster, and `samples` keeps them (`store`). A level is made tile by
 //! tile: `lines` finds the sides, which depend on their line and the level alone, `part` makes meshes with the engines of
@@ -16,14 +16,17 @@
 //! have a height of their own, or be holes: what is left of a tile has every sample of the raster then, within the error.
 //!
 //! **Memory.** A thread holds the samples of a part (at most 513 × 513, with heights and weights), a window of 256 × 256 samples,
-//! the mesh of one tile of at most 65,536 vertices with what is known of its triangles while it is mended, and two megabytes of blocks
-//! that it has read. In common there are 40 bytes for each tile of all levels, and a byte for every 64 × 64 samples. Samples of the grid,
+//! the mesh of one tile of at most 65,536 vertices with what is known of its triangles while it is mended, and blocks
+//! that it has read. `budget` reckons beforehand, and keeps to what is allowed. Samples of the grid,
 //! 8 bytes each, are in an unlinked temporary file or in the work dir (`store`), and read from there: none of it is mapped.
 //!
 //! **The same bytes.** Tiles depend on the raster and the options, not on threads or on the system's mathematics (sines and cosines are
 //! those of the crate `libm`). PROJ decides them, too: another version may move a place by the last bit.
 
 mod body;
+mod budget;
+#[cfg(test)]
+mod budget_tests;
 mod encode;
 mod error;
 mod facet;
@@ -67,7 +70,9 @@ pub(crate) use samples::{Block as SampleBlock, Patch, Samples};
 pub use shards::{TilesLayout, TilesShare, lay_out_tiles, merge_tiles, work_on_tiles};
 pub use voids::VoidAs;
 
+use self::budget::Memory;
 use crate::base::control::Control;
+use crate::job::plan::Fitted;
 use crate::raster::View;
 
 /// What tiles are made from, and how.
@@ -107,7 +112,9 @@ pub struct TilesRequest {
     pub work_dir: Option<PathBuf>,
     /// Whether that folder stays when the set is there.
     pub keep_work_dir: bool,
-    /// Threads; `None`: as many as there are cores.
+    /// The most memory to use; `None` is [`crate::job::default_budget`].
+    pub memory: Option<u64>,
+    /// Threads, fewer if the memory is for fewer; `None`: as many as there are cores.
     pub threads: Option<NonZeroUsize>,
     /// The folder of temporary files; `None` is the system's.
     pub temp_dir: Option<PathBuf>,
@@ -133,6 +140,7 @@ impl TilesRequest {
             overwrite: false,
             work_dir: None,
             keep_work_dir: false,
+            memory: None,
             threads: None,
             temp_dir: None,
         }
@@ -154,14 +162,35 @@ pub(crate) struct Basis {
     pub(crate) vertical_crs: String,
     /// As [`Promise::view`].
     pub(crate) view: BTreeMap<String, String>,
+    /// The threads that it is judged by, and their memory.
+    pub(crate) memory: Fitted,
 }
 
-/// What a set of tiles on this grid is judged by.
-pub(crate) fn basis(request: &TilesRequest, grid: Grid, control: &Control<'_>) -> Result<Basis, PyramidError> {
+/// What judging takes, in bytes, beside reading the raster.
+pub(crate) struct Judging {
+    /// All threads together.
+    pub(crate) in_common: u64,
+    /// Each thread.
+    pub(crate) each: u64,
+}
+
+/// Judges a set of tiles on this grid, on as many threads as the request's memory is for.
+pub(crate) fn with_basis<T: Send>(
+    request: &TilesRequest,
+    grid: Grid,
+    judging: Judging,
+    control: &Control<'_>,
+    judge: impl FnOnce(Basis) -> Result<T, PyramidError> + Send,
+) -> Result<T, PyramidError> {
     let prepared = prepare::open(request, control)?;
-    let (coarsest, view) = (prepared.source.grid(0)?, prepared.view()?);
-    let samples = prepare::resample(&prepared, grid, request, control)?;
-    Ok(Basis { samples, coarsest, body: prepared.body, vertical_crs: prepared.vertical, view })
+    let memory = Memory::to_judge(&prepared, grid, judging, request)?;
+    let fitted = memory.fitted;
+    memory.install(move || {
+        let (coarsest, view) = (prepared.source.grid(0)?, prepared.view()?);
+        let samples = prepare::resample(&prepared, grid, request, control)?;
+        let (body, vertical_crs) = (prepared.body, prepared.vertical);
+        judge(Basis { samples, coarsest, body, vertical_crs, view, memory: fitted })
+    })
 }
 
 /// Makes a set of tiles.
@@ -169,12 +198,5 @@ pub(crate) fn basis(request: &TilesRequest, grid: Grid, control: &Control<'_>) -
 /// # Errors
 /// [`PyramidError`]; nothing is left under the output's name then, and what is finished stays in the work dir, where there is one.
 pub fn tiles(request: &TilesRequest, control: &Control<'_>) -> Result<TilesReport, PyramidError> {
-    pool(request)?.install(|| make::make(request, control))
-}
-
-/// The threads that a request asks for.
-fn pool(request: &TilesRequest) -> Result<rayon::ThreadPool, PyramidError> {
-    let threads = request.threads.map_or(0, NonZeroUsize::get);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|e| PyramidError::Threads { threads, reason: e.to_string() })
+    make::make(request, control)
 }

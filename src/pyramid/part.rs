@@ -7,6 +7,7 @@
 
 use std::collections::HashMap;
 
+use super::budget::MOST_IN_PART;
 use super::error::PyramidError;
 use super::lines::{Line, Sides, Vertex, collar, free_on_line, near_inside};
 use super::own::{Along, OnSide};
@@ -19,7 +20,7 @@ use crate::base::{Heights, Tile};
 use crate::kernel::polish;
 use crate::kernel::seam::{Limits, MinLink};
 use crate::kernel::triangulate::insertion::{self, GreedyInsertion, delaunay};
-use crate::kernel::triangulate::{Engine, EngineScratch, Feasibility, Task};
+use crate::kernel::triangulate::{EngineScratch, Feasibility, Task};
 
 /// The most cells across a part that is made from all of its samples.
 const MOST_CELLS: i64 = 512;
@@ -263,7 +264,11 @@ impl PartMaker {
     fn run(&mut self, tile: &Tile, domain: &Domain, tolerance: f64, cancel: &CancelToken) -> Result<(), PyramidError> {
         let (feasibility, max_stray) = (Feasibility::Weak, MAX_STRAY);
         let task = Task { tile, domain, tolerance, feasibility, max_stray, cancel };
-        GreedyInsertion::default().triangulate(&task, &mut self.engine, &mut self.mesh)?;
+        GreedyInsertion::default().triangulate_up_to(&task, MOST_IN_PART, &mut self.engine, &mut self.mesh)?;
+        if self.mesh.vertices.len() >= MOST_IN_PART {
+            // Whoever puts the tile together refuses it.
+            return Ok(());
+        }
         let options = polish::Options { effort: polish::Effort::Fast, ..polish::Options::default() };
         polish::polish(&task, &options, &mut self.polish, &mut self.mesh)?;
         Ok(())

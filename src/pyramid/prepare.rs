@@ -40,9 +40,11 @@ pub(super) fn open(request: &TilesRequest, control: &Control<'_>) -> Result<Prep
     let geodesy = geodesy.map_err(|source| PyramidError::Geodesy { path: path.clone(), source })?;
     let body = Body { semi_major: geodesy.radii.0, semi_minor: geodesy.radii.1 };
     let vertical = geodesy.vertical.clone();
-    let options = FieldOptions { temp_dir: request.temp_dir(), ..FieldOptions::default() };
+    // What has to be decoded is decoded when it is brought to the grid, on the threads that memory is there for.
+    let options = FieldOptions { temp_dir: request.temp_dir(), in_parts: true, ..FieldOptions::default() };
     let watches: Arc<[Box<dyn Watch>]> = watches.into();
-    let field = Field::open(&raster.to_band()?, &options, control)?.watched(Arc::clone(&watches));
+    let band = raster.to_band()?;
+    let field = Field::open(&band, &options, control)?.watched(Arc::clone(&watches));
     Ok(Prepared { raster, source: Source::new(field, geodesy, request.void_as.is_marked()), body, vertical, watches })
 }
 
@@ -107,6 +109,7 @@ impl Prepared {
             overwrite: _,
             work_dir: _,
             keep_work_dir: _,
+            memory: _,
             threads: _,
             temp_dir: _,
         } = request;

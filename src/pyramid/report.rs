@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::Level;
+use crate::job::plan::{Fitted, mebibytes};
 
 /// What came of one level, or of one tile of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -82,6 +83,10 @@ pub struct TilesReport {
     pub grid_samples: u64,
     /// Whether errors hold at the raster's own samples, too.
     pub own_samples: bool,
+    /// How it fitted into its budget of memory.
+    pub memory: Fitted,
+    /// The most that the process has held, where the system says so.
+    pub peak_memory_bytes: Option<u64>,
     /// Bytes of temporary files.
     pub temporary_bytes: u64,
     /// Tiles that were in the work dir.
@@ -115,6 +120,9 @@ impl std::fmt::Display for TilesReport {
             let (allowed, largest) = (l.max_error, l.largest_error);
             writeln!(f, "{:>5} {:>6} {:>10} {allowed:>10.3} {largest:>10.3}", l.level, l.tiles, l.triangles)?;
         }
+        let (peak, budget) = (self.peak_memory_bytes.map(mebibytes), mebibytes(self.memory.budget_bytes));
+        let (peak, threads) = (peak.unwrap_or("unknown".to_string()), self.memory.threads);
+        writeln!(f, "memory   {peak} at its peak, of {budget} allowed; {threads} threads")?;
         write!(f, "time     {:.1} s, of which {:.1} s for the grid", self.seconds, self.seconds_resampling)
     }
 }

@@ -10,6 +10,8 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use super::TilesRequest;
+use super::budget::Memory;
 use super::error::PyramidError;
 use super::grid::TileKey;
 use super::ground::Ground;
@@ -18,7 +20,6 @@ use super::make::{Making, check_output, ended};
 use super::manifest::SCHEMA;
 use super::prepare::open;
 use super::report::TilesReport;
-use super::{TilesRequest, pool};
 use crate::base::control::{Control, Stage};
 use crate::job::shards::{Shard, Share};
 
@@ -82,8 +83,9 @@ pub fn lay_out_tiles(
     control: &Control<'_>,
 ) -> Result<TilesLayout, PyramidError> {
     let (started, dir) = (Instant::now(), dir(request)?);
-    pool(request)?.install(|| {
-        let prepared = open(request, control)?;
+    let prepared = open(request, control)?;
+    let memory = &Memory::to_bring(&prepared, request)?;
+    memory.install(move || {
         let kept = Kept::open(dir, &prepared.job(request)?)?;
         let laid_out = Ground::kept(&kept, &prepared, request, control).and_then(|ground| {
             prepared.must_be_unchanged()?;
@@ -118,10 +120,11 @@ pub fn work_on_tiles(request: &TilesRequest, shard: Shard, control: &Control<'_>
     let (started, dir) = (Instant::now(), dir(request)?);
     let kept = Kept::join_laid_out(dir)?;
     let ground = Ground::laid_out(&kept, request)?;
-    let making = Making::new(request, &ground, Some(&kept), control);
+    let memory = &Memory::to_work(&ground, request)?;
+    let making = Making::new(request, &ground, Some(&kept), memory, control);
     let tiles = share(&ground, shard);
     let count: u64 = tiles.iter().map(|level| level.len() as u64).sum();
-    pool(request)?.install(|| {
+    memory.install(|| {
         control.progress.begin(Stage::Triangulate, count, count);
         let all = tiles.iter().enumerate();
         all.into_iter().try_for_each(|(level, keys)| making.level(level, keys, None, true).map(|_| ()))
@@ -146,9 +149,9 @@ pub fn merge_tiles(request: &TilesRequest, control: &Control<'_>) -> Result<Tile
     let (started, dir) = (Instant::now(), dir(request)?);
     check_output(request)?;
     let kept = Kept::open_laid_out(dir)?;
-    let made = pool(request)?.install(|| {
-        let ground = Ground::laid_out(&kept, request)?;
-        Making::new(request, &ground, Some(&kept), control).set(None, started)
+    let made = Ground::laid_out(&kept, request).and_then(|ground| {
+        let memory = &Memory::to_merge(&ground, request)?;
+        memory.install(|| Making::new(request, &ground, Some(&kept), memory, control).set(None, started))
     });
     match made {
         // The message says what is to be done.

@@ -21,6 +21,9 @@ const RUN: i64 = BLOCK as i64;
 /// that PROJ chooses by place are not so far apart.
 const ASIDE: f64 = 64.0;
 
+/// Samples of the raster that are read at a time for a block of the grid.
+pub(super) const MOST_OF_BLOCK: usize = 1 << 16;
+
 /// How far beyond the outermost samples a place may be and count as on them, in cells: geotransforms are rounded.
 const ROUNDING: f64 = 1e-6;
 
@@ -92,19 +95,37 @@ impl Source {
         let Scratch { ways, places, tile, load, .. } = scratch;
         let mut heights = vec![f64::NAN; places.len()];
         let (width, height) = (self.field.width(), self.field.height());
-        let [mut left, mut top, mut right, mut bottom] = [f64::INFINITY, f64::INFINITY, 0.0, 0.0];
         for place in places.iter_mut() {
             // NaN where there is no place.
             *place = (on_samples(place.0, width), on_samples(place.1, height));
             if place.0.is_nan() || place.1.is_nan() {
                 *place = (f64::NAN, f64::NAN);
-                continue;
             }
+        }
+        self.on_raster(places, &mut heights, (tile, load))?;
+        self.to_ellipsoidal(ways, places, &mut heights);
+        if self.marks_voids {
+            let on_raster = heights.iter_mut().zip(&*places).filter(|(_, place)| !place.0.is_nan());
+            on_raster.filter(|(height, _)| height.is_nan()).for_each(|(height, _)| *height = VOID);
+        }
+        Ok(heights)
+    }
+
+    /// The raster's heights at places of it. Where they lie far apart, as beside the antimeridian, no more of it is read at a time
+    /// than [`MOST_OF_BLOCK`] samples.
+    fn on_raster(
+        &self,
+        places: &[(f64, f64)],
+        heights: &mut [f64],
+        (tile, load): (&mut Tile, &mut LoadScratch),
+    ) -> Result<(), PyramidError> {
+        let [mut left, mut top, mut right, mut bottom] = [f64::INFINITY, f64::INFINITY, 0.0, 0.0];
+        for place in places.iter().filter(|place| !place.0.is_nan()) {
             (left, right) = (left.min(place.0), right.max(place.0));
             (top, bottom) = (top.min(place.1), bottom.max(place.1));
         }
         if left > right {
-            return Ok(heights);
+            return Ok(());
         }
         let window = Window {
             column: left as usize,
@@ -112,18 +133,19 @@ impl Source {
             width: right.ceil() as usize + 1 - left as usize,
             height: bottom.ceil() as usize + 1 - top as usize,
         };
+        if window.len() > MOST_OF_BLOCK && places.len() > 1 {
+            let half = places.len() / 2;
+            let (first, last) = heights.split_at_mut(half);
+            self.on_raster(&places[..half], first, (&mut *tile, &mut *load))?;
+            return self.on_raster(&places[half..], last, (tile, load));
+        }
         self.field.load_with(window, tile, load)?;
-        for (height, &(column, row)) in heights.iter_mut().zip(&*places) {
+        for (height, &(column, row)) in heights.iter_mut().zip(places) {
             if !column.is_nan() {
                 *height = bilinear(tile, column - window.column as f64, row - window.row as f64);
             }
         }
-        self.to_ellipsoidal(ways, places, &mut heights);
-        if self.marks_voids {
-            let on_raster = heights.iter_mut().zip(&*places).filter(|(_, place)| !place.0.is_nan());
-            on_raster.filter(|(height, _)| height.is_nan()).for_each(|(height, _)| *height = VOID);
-        }
-        Ok(heights)
+        Ok(())
     }
 
     /// Heights of the raster become ellipsoidal.

@@ -181,6 +181,9 @@ fn bytes_of(size: (usize, usize)) -> u64 {
 /// Blocks kept along each side of a square of them.
 const KEPT: usize = 4;
 
+/// What they take.
+pub(super) const CACHE_BYTES: u64 = (KEPT * KEPT * SAMPLES * size_of::<f64>()) as u64;
+
 /// Blocks that have been read, the last at each place of a square: half a megabyte.
 #[derive(Default)]
 pub(super) struct Cache {

@@ -111,6 +111,7 @@ pub(super) fn judged(input: &Path, set: &Path) -> Verdict {
         input: input.to_path_buf(),
         view: View::default(),
         tiles: set.to_path_buf(),
+        memory: None,
         threads: None,
         temp_dir: Some(crate::fuzzing::temp_dir()),
     };

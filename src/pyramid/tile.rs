@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::Body;
+use super::budget::Memory;
 use super::error::PyramidError;
 use super::grid::{Level, TileKey};
 use super::holes::cut;
@@ -29,6 +30,7 @@ pub(super) struct LevelTask<'a> {
     pub(super) steps: &'a Steps,
     /// Whether triangles over voids are left out.
     pub(super) cuts: bool,
+    pub(super) memory: &'a Memory,
     pub(super) cancel: &'a CancelToken,
 }
 
@@ -69,10 +71,15 @@ impl LevelTask<'_> {
             snap: snap(tile_cells),
         };
         let mut made = Vec::with_capacity((parts * parts) as usize);
+        let mut room = self.memory.room();
+        let mut triangles = 0;
         maker.parts.begin();
         for i in 0..parts * parts {
             self.cancel.check()?;
-            made.push(maker.parts.make(self.samples, &place(i), self.cancel)?);
+            let part = maker.parts.make(self.samples, &place(i), self.cancel)?;
+            triangles += part.triangles.len();
+            room.hold(tile, triangles)?;
+            made.push(part);
         }
         let meter = Meter { body: self.body, samples: self.samples, cancel: self.cancel };
         let max_error = self.level.max_error;
@@ -91,6 +98,7 @@ impl LevelTask<'_> {
             if !self.mend(tile, &mut made, &measured.failing, &place, maker)? {
                 break;
             }
+            room.hold(tile, made.iter().map(|part| part.triangles.len()).sum())?;
         }
         Err(match own {
             Some(OwnFailure { count, error, at: (lon, lat) }) => {

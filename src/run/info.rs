@@ -8,7 +8,6 @@ use serde_json::{Value, json};
 
 use super::inputs::{open, open_importance};
 use super::look::look;
-use super::prepare::all_cores;
 use super::report::SCHEMA;
 use super::{Input, Request, RunError, Warned};
 use crate::base::channels::ChannelBands;
@@ -18,7 +17,7 @@ use crate::base::{Band, Encoding, Mark, RasterError, Reference, SampleType, Vali
 use crate::field::{may_have_holes, suits_windows};
 use crate::formats::FORMATS;
 use crate::job::grid;
-use crate::job::plan::{Estimate, Load, Plan, SAMPLES_PER_TRIANGLE, default_budget, estimate};
+use crate::job::plan::{Estimate, Load, Plan, SAMPLES_PER_TRIANGLE, all_cores, default_budget, estimate};
 use crate::raster::{Raster, View};
 
 /// A raster's description.

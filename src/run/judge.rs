@@ -10,7 +10,6 @@ use super::extras::{Extras, Made, Making};
 use super::inputs::{open, open_importance};
 use super::lines::{UnusableLines, path};
 use super::look::look;
-use super::prepare::all_cores;
 use super::report::SCHEMA;
 use super::scene::Scene;
 use super::survey::Survey;
@@ -20,6 +19,7 @@ use crate::base::Band;
 use crate::base::control::Control;
 use crate::base::warning::Warnings;
 use crate::formats::{Format, MeshReader};
+use crate::job::plan::all_cores;
 use crate::verify::{self, GroundOptions, RequiredLines, Verdict, VerifyOptions};
 
 /// A mesh that is to be judged, and what it was made from: everything that the command `verify` can be asked for.

@@ -19,7 +19,7 @@ use crate::base::{Band, Texture, channels_of};
 use crate::field::{may_have_holes, searched_range};
 use crate::formats::{self, Attributes, Base, FORMATS, Format, SinkError, SinkOption};
 use crate::job::lines::Lines;
-use crate::job::plan::{Load, Plan, default_budget};
+use crate::job::plan::{Load, Plan, all_cores, default_budget};
 use crate::job::work_dir::{self, WorkDir, WorkDirError};
 use crate::job::{Error, Params, grid, rules};
 use crate::kernel::breaklines::TwoHeights;
@@ -234,10 +234,6 @@ fn texture(_: &Request<'_>, _: &Band) -> Result<Option<Texture>, RunError> {
 pub(super) fn first_look(request: &Request<'_>) -> Result<(), RunError> {
     let overwrite = request.overwrite || request.work_dir.is_some();
     Ok(StagedFile::check(&request.output, overwrite, &request.inputs())?)
-}
-
-pub(super) fn all_cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 #[cfg(feature = "gdal")]

@@ -89,6 +89,9 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, String> {
     let (u, v, heights) = (column("u")?, column("v")?, column("height")?);
     let vertices: Vec<[u16; 3]> = (0..count).map(|i| [u[i], v[i], heights[i]]).collect();
     let triangles = cursor.count("number of triangles")?;
+    if triangles > 2 * 65_536 {
+        return Err(format!("expected at most {} triangles, found {triangles}", 2 * 65_536));
+    }
     let codes = cursor.shorts(triangles.saturating_mul(3), "triangles")?;
     let (mut highest, mut corners) = (0u32, Vec::with_capacity(codes.len()));
     for code in codes {

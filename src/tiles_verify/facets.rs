@@ -7,6 +7,9 @@ use super::tile::Tile;
 /// What an error may be off by, in metres, on level ground; steeper triangles have it more often.
 const ROUNDING: f64 = 2e-8;
 
+/// What a triangle takes while its tile is judged: itself, half a vertex of a file and in space, and its places in lists, which grow by doubling.
+pub(super) const BYTES_PER_TRIANGLE: u64 = (size_of::<Facet>() + 12 + (6 + 2 + 24) / 2 + 2 * 4 * 4) as u64;
+
 /// Triangles of a tile. Places in it are columns and rows of the finest grid, from its north-western corner.
 pub(super) struct Facets {
     cells: f64,

@@ -12,7 +12,7 @@
 //! than 2·10⁻⁸ m times the secant of the slope. A sample that no triangle is found for fails, so the search
 //! for triangles near it need not be trusted. Every sample of the grid is in a tile of the finest level, which is counted.
 //!
-//! **Memory.** The borders of all tiles, 24 bytes a vertex; a tile and a window of samples per thread, which is 40 MiB at the most.
+//! **Memory.** The borders of all tiles, 24 bytes a vertex; a tile and a window of samples per thread. `size` reckons beforehand.
 
 mod borders;
 mod decode;
@@ -26,6 +26,7 @@ mod manifest;
 mod own;
 #[cfg(test)]
 mod own_tests;
+mod size;
 #[cfg(test)]
 mod tests;
 mod tile;
@@ -48,8 +49,9 @@ use self::findings::{Findings, Kind};
 use self::own::OwnTask;
 use self::tile::{Distance, Tile};
 use crate::base::control::{Control, Stage};
+use crate::job::plan::Fitted;
 use crate::pyramid::{
-    Basis, Grid, PROMISE, Patch, Promise, PyramidError, SampleBlock, Samples, TileKey, TilesRequest, basis,
+    Basis, Grid, PROMISE, Patch, Promise, PyramidError, SampleBlock, Samples, TileKey, TilesRequest, with_basis,
 };
 use crate::raster::View;
 
@@ -62,7 +64,9 @@ pub struct TilesVerifyRequest {
     pub view: View,
     /// The folder of tiles.
     pub tiles: PathBuf,
-    /// Threads; `None`: as many as there are cores.
+    /// The most memory to use; `None` is [`crate::job::default_budget`].
+    pub memory: Option<u64>,
+    /// Threads, fewer if the memory is for fewer; `None`: as many as there are cores.
     pub threads: Option<NonZeroUsize>,
     /// The folder of temporary files; `None` is the system's.
     pub temp_dir: Option<PathBuf>,
@@ -102,6 +106,8 @@ pub struct Verdict {
     pub levels: Vec<LevelVerdict>,
     /// The largest gap between tiles of any two levels that meet.
     pub gaps: Vec<Gap>,
+    /// How judging them fitted into its budget of memory.
+    pub memory: Fitted,
 }
 
 impl std::fmt::Display for Verdict {
@@ -130,10 +136,21 @@ impl std::fmt::Display for Verdict {
 /// # Errors
 /// [`PyramidError`]: the raster cannot be read, the folder holds no set, or the caller asked to stop.
 pub fn tiles_verify(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict, PyramidError> {
-    let threads = request.threads.map_or(0, NonZeroUsize::get);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| PyramidError::Threads { threads, reason: e.to_string() })?;
-    pool.install(|| judge(request, control))
+    let promise = promise(&request.tiles)?;
+    let grid = Grid { exponent: promise.grid_exponent };
+    let asked = TilesRequest {
+        view: request.view.clone(),
+        vertical_crs: promise.vertical_crs_given.clone(),
+        outside: promise.outside,
+        void_as: promise.void_as,
+        memory: request.memory,
+        threads: request.threads,
+        temp_dir: request.temp_dir.clone(),
+        ..TilesRequest::new(&request.input, &request.tiles, promise.max_error)
+    };
+    let found = manifest::files(&request.tiles)?;
+    let judging = size::judging(&request.tiles, &found, promise.gzip);
+    with_basis(&asked, grid, judging, control, |basis| judge(request, &promise, &found, basis, control))
 }
 
 fn promise(folder: &Path) -> Result<Promise, PyramidError> {
@@ -161,18 +178,15 @@ struct Judged {
     sides: Option<Sides>,
 }
 
-fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict, PyramidError> {
-    let promise = promise(&request.tiles)?;
-    let grid = Grid { exponent: promise.grid_exponent };
-    let asked = TilesRequest {
-        view: request.view.clone(),
-        vertical_crs: promise.vertical_crs_given.clone(),
-        outside: promise.outside,
-        void_as: promise.void_as,
-        temp_dir: request.temp_dir.clone(),
-        ..TilesRequest::new(&request.input, &request.tiles, promise.max_error)
-    };
-    let Basis { samples, coarsest, body, vertical_crs, view } = basis(&asked, grid, control)?;
+fn judge(
+    request: &TilesVerifyRequest,
+    promise: &Promise,
+    found: &BTreeSet<TileKey>,
+    basis: Basis,
+    control: &Control<'_>,
+) -> Result<Verdict, PyramidError> {
+    let Basis { samples, coarsest, body, vertical_crs, view, memory } = basis;
+    let grid = samples.grid;
     let ellipsoid = Ellipsoid { a: body.semi_major, b: body.semi_minor };
     let mut findings = Findings::default();
     if (promise.semi_major, promise.semi_minor) != (body.semi_major, body.semi_minor) {
@@ -182,17 +196,16 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
         let found = &promise.vertical_crs;
         findings.add(Kind::Manifest, || format!("expected the vertical CRS \"{vertical_crs}\", found \"{found}\""));
     }
-    let found = manifest::files(&request.tiles)?;
-    manifest::judge_layer(&request.tiles, &found, promise.levels.len(), &mut findings);
-    manifest::judge_promise(&promise, &ellipsoid, coarsest.exponent, &mut findings);
-    judge_files(&found, promise.levels.len() as u32, &mut findings);
+    manifest::judge_layer(&request.tiles, found, promise.levels.len(), &mut findings);
+    manifest::judge_promise(promise, &ellipsoid, coarsest.exponent, &mut findings);
+    judge_files(found, promise.levels.len() as u32, &mut findings);
 
     let is_judged = |key: &TileKey| (key.level as usize) < promise.levels.len() && is_on_the_globe(key);
     let keys: Vec<TileKey> = found.iter().copied().filter(is_judged).collect();
     control.progress.begin(Stage::Compare, keys.len() as u64, keys.len() as u64);
     let one = |block: &mut SampleBlock, &key: &TileKey| {
         control.cancel.check()?;
-        let judged = judge_tile((&request.tiles, &promise), key, &ellipsoid, &samples, block)?;
+        let judged = judge_tile((&request.tiles, promise), key, &ellipsoid, &samples, block)?;
         control.progress.step(Stage::Compare, 1);
         Ok(judged)
     };
@@ -240,13 +253,8 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
         Borders { grid, ellipsoid: &ellipsoid, samples: &samples, levels: &promise.levels, sides, steps, own_samples };
     borders.judge_levels(&mut findings);
     let gaps = borders.judge_gaps(&mut findings)?;
-    let own = OwnTask {
-        request,
-        promise: &promise,
-        ellipsoid: &ellipsoid,
-        grid_samples: &samples,
-        tiles: &keys.into_iter().collect(),
-    };
+    let own =
+        OwnTask { request, promise, ellipsoid: &ellipsoid, grid_samples: &samples, tiles: &keys.into_iter().collect() };
     levels.iter_mut().zip(own.judge(control)?).for_each(|(level, own)| level.own_samples = own);
     for level in levels.iter().filter(|level| promise.own_samples && level.own_samples.above > 0) {
         let OwnSamples { samples, largest_error, above, .. } = level.own_samples;
@@ -259,7 +267,7 @@ fn judge(request: &TilesVerifyRequest, control: &Control<'_>) -> Result<Verdict,
         });
     }
     let (failures, other_view) = (findings.sentences(), differences(&promise.view, &view));
-    Ok(Verdict { schema: 1, passed: failures.is_empty(), failures, other_view, levels, gaps })
+    Ok(Verdict { schema: 1, passed: failures.is_empty(), failures, other_view, levels, gaps, memory })
 }
 
 /// In what two views differ, by the names of options. Nothing is known of tiles that say nothing.
@@ -348,16 +356,24 @@ fn read(path: &Path, gzip: bool) -> Result<Decoded, String> {
     decode::decode(&bytes)
 }
 
+/// Samples that are counted together, across and down.
+const SIDE: usize = 256;
+
 /// How many samples the raster has on the grid.
 fn count(samples: &Samples) -> Result<u64, PyramidError> {
     let area = samples.area;
     let rows = |block: &mut SampleBlock, top: usize| {
-        let height = (area.height - top).min(64);
-        let patch = Patch { column: area.column, row: area.row + top as i64, width: area.width, height, step: 1 };
-        samples.read(patch, block)?;
-        Ok(block.inside.iter().filter(|inside| **inside).count() as u64)
+        let height = (area.height - top).min(SIDE);
+        let mut count = 0;
+        for left in (0..area.width).step_by(SIDE) {
+            let (column, row) = (area.column + left as i64, area.row + top as i64);
+            let patch = Patch { column, row, width: (area.width - left).min(SIDE), height, step: 1 };
+            samples.read(patch, block)?;
+            count += block.inside.iter().filter(|inside| **inside).count() as u64;
+        }
+        Ok(count)
     };
-    let tops: Vec<usize> = (0..area.height).step_by(64).collect();
+    let tops: Vec<usize> = (0..area.height).step_by(SIDE).collect();
     let counts: Result<Vec<u64>, PyramidError> =
         tops.par_iter().map_init(SampleBlock::default, |block, &top| rows(block, top)).collect();
     Ok(counts?.into_iter().sum())

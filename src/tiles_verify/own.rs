@@ -52,11 +52,15 @@ pub(super) struct OwnTask<'a> {
     pub(super) tiles: &'a BTreeSet<TileKey>,
 }
 
-/// Samples of the raster that are read at a time, across and down. A thread holds 56 bytes for each, and those of the grid around.
+/// Samples of the raster that are read at a time, across and down.
 const WINDOW: usize = 512;
 
 /// Samples of the grid that are read at a time: windows around which there are more, near a pole, are cut into quarters.
 const PATCH: usize = 1 << 20;
+
+/// What a window takes: of each sample what is read, its place, and to which tile it belongs, in a list that grows by doubling; and the samples
+/// of the grid around.
+pub(super) const BYTES_OF_WINDOW: u64 = (WINDOW * WINDOW * (17 + size_of::<Place>() + 2 * 8) + PATCH * 10) as u64;
 
 /// What a place may be off its line of the grid by and count as on it, in cells.
 const ROUNDING: f64 = 1e-6;

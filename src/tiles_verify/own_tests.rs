@@ -24,7 +24,7 @@ fn found(folder: &Path, transform: [f64; 6], max_error: f64) -> Vec<LevelVerdict
     let request = TilesRequest { temp_dir: temp_dir.clone(), ..TilesRequest::new(&input, &set, max_error) };
     tiles(&request, &Control::default()).expect("tiles");
     let view = crate::raster::View::default();
-    let request = TilesVerifyRequest { input, view, tiles: set, threads: None, temp_dir };
+    let request = TilesVerifyRequest { input, view, tiles: set, memory: None, threads: None, temp_dir };
     let verdict = tiles_verify(&request, &Control::default()).expect("a verdict");
     assert!(verdict.passed, "{verdict}");
     verdict.levels

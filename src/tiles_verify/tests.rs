@@ -21,6 +21,7 @@ pub(super) fn verdict(input: &Path, set: &Path) -> Verdict {
         input: input.to_path_buf(),
         view: crate::raster::View::default(),
         tiles: set.to_path_buf(),
+        memory: None,
         threads: std::num::NonZeroUsize::new(2),
         temp_dir: Some(crate::fuzzing::temp_dir()),
     };

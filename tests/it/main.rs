@@ -41,6 +41,7 @@ mod simplify_files;
 mod stray;
 mod synth_bad_input;
 mod tiles;
+mod tiles_memory;
 mod tiles_resume;
 mod trim;
 mod usage;

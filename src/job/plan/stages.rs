@@ -16,7 +16,7 @@ const ENCODED: u64 = MESH;
 
 /// What polishing takes, the mesh included: see [`crate::kernel::polish::Scratch`]. While a mesh is loaded, its triangles
 /// are there twice.
-const POLISHING: u64 = MESH + 2 * 36 + 4;
+pub(crate) const POLISHING: u64 = MESH + 2 * 36 + 4;
 
 /// What a region of a later pass takes when the last of its chunks is read: three quarters of its mesh, that chunk and
 /// its encoded form; and numbers and kinds of vertices.

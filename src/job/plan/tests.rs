@@ -1,7 +1,7 @@
 //! What is reckoned, against what is counted: on the roughest ground, where every sample becomes a vertex.
 
 use super::Load;
-use super::memory::BESIDE;
+use super::holdings::BESIDE;
 use super::stages::{ORDERING, samples_bytes, thread_bytes};
 use crate::base::Band;
 use crate::base::channels::{ChannelBands, Range, Ranges};

@@ -22,7 +22,7 @@ mod tests;
 pub(super) use near::{DOUBT, OwnWindow, OwnWindows, Placed};
 pub(super) use relief::{relief, widen};
 pub(super) use sides::{Along, OnLine, OnSide, refine};
-pub(super) use store::OwnStore;
+pub(super) use store::{OwnStore, WINDOW};
 
 use super::quantize::SPAN;
 
@@ -37,6 +37,6 @@ const BAND_STEPS: f64 = 2.0;
 const BAND_CELLS: f64 = 0.125;
 
 /// How far from a line samples bind a side on it, in cells.
-fn band(tile_cells: i64) -> f64 {
+pub(super) fn band(tile_cells: i64) -> f64 {
     BAND_CELLS.max(BAND_STEPS * tile_cells as f64 / SPAN as f64)
 }

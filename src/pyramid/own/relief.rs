@@ -8,6 +8,9 @@ use crate::pyramid::error::PyramidError;
 use crate::pyramid::grid::{Grid, TileKey};
 use crate::pyramid::quantize::Relief;
 
+/// Cells of the grid along a square whose samples are read at a time.
+const PIECE: f64 = 256.0;
+
 /// The least and the greatest height of the samples that may become vertices of a tile.
 pub(in crate::pyramid) fn relief(own: &OwnStore, grid: Grid, tile: TileKey) -> Result<Option<Relief>, PyramidError> {
     let (first, last) = ends(grid, tile);
@@ -45,7 +48,13 @@ fn ends(grid: Grid, tile: TileKey) -> ((f64, f64), (f64, f64)) {
 }
 
 fn of(own: &OwnStore, rectangle: Rectangle) -> Result<Option<Relief>, PyramidError> {
-    let mut found = Vec::new();
-    own.read(rectangle, &mut found)?;
-    Ok(found.iter().map(|sample| Relief::of(sample.height)).reduce(Relief::with))
+    let Rectangle { columns: (left, right), rows: (top, bottom) } = rectangle;
+    let starts = |first: f64, last: f64| (0..=((last - first) / PIECE) as u64).map(move |i| first + i as f64 * PIECE);
+    let (mut found, mut relief) = (Vec::new(), None);
+    for (row, column) in starts(top, bottom).flat_map(|row| starts(left, right).map(move |column| (row, column))) {
+        let (columns, rows) = ((column, right.min(column + PIECE)), (row, bottom.min(row + PIECE)));
+        own.read(Rectangle { columns, rows }, &mut found)?;
+        relief = relief.into_iter().chain(found.iter().map(|sample| Relief::of(sample.height))).reduce(Relief::with);
+    }
+    Ok(relief)
 }

@@ -23,7 +23,7 @@ use crate::pyramid::source::Source;
 use crate::raster::Ways;
 
 /// Samples of the raster that are read at a time, across and down.
-const WINDOW: usize = 512;
+pub(in crate::pyramid) const WINDOW: usize = 512;
 
 /// Cells of the grid along a block: sides of tiles have to read what is beside their lines.
 const BLOCK: usize = 32;

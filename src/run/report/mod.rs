@@ -28,7 +28,7 @@ use crate::base::warning::Warnings;
 use crate::base::{Band, Encoding, LineKind, PointCounts, Reference};
 use crate::field::{Access, Field};
 use crate::formats::Format;
-use crate::job::plan::Plan;
+use crate::job::plan::{Plan, peak_memory};
 use crate::job::{EngineChoice, Goal, Mesh, Outcome, Params, Quality, Summary, TileTimes, VertexHeights};
 use crate::kernel::measure::{ErrorStats, ShapeStats, WeightedStats};
 use crate::kernel::triangulate::Feasibility;
@@ -419,11 +419,4 @@ impl ErrorReport {
             histogram_end: mesh.error_scale(),
         }
     }
-}
-
-/// The process's largest resident size, from the kernel.
-fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
-    line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kib| kib << 10)
 }

@@ -182,13 +182,7 @@ impl Engine for GreedyInsertion {
     }
 
     fn triangulate(&self, task: &Task<'_>, scratch: &mut EngineScratch, mesh: &mut TileMesh) -> Result<(), Cancelled> {
-        task.cancel.check()?;
-        let mut refinement = scratch.of::<Scratch>().begin(self.options, task, task.domain, mesh);
-        refinement.scan_all()?;
-        refinement.run()?;
-        refinement.finish(mesh);
-        scratch.of::<Scratch>().hand_over();
-        Ok(())
+        self.triangulate_up_to(task, usize::MAX, scratch, mesh)
     }
 }
 
@@ -214,6 +208,28 @@ impl Progressive for GreedyInsertion {
 }
 
 impl GreedyInsertion {
+    /// As [`Engine::triangulate`], up to `most` vertices: where there are as many in the end, the mesh need not be within the
+    /// tolerance.
+    ///
+    /// # Errors
+    /// [`Cancelled`], with a mesh of no use.
+    pub(crate) fn triangulate_up_to(
+        &self,
+        task: &Task<'_>,
+        most: usize,
+        scratch: &mut EngineScratch,
+        mesh: &mut TileMesh,
+    ) -> Result<(), Cancelled> {
+        task.cancel.check()?;
+        let mut refinement = scratch.of::<Scratch>().begin(self.options, task, task.domain, mesh);
+        refinement.most = most;
+        refinement.scan_all()?;
+        refinement.run()?;
+        refinement.finish(mesh);
+        scratch.of::<Scratch>().hand_over();
+        Ok(())
+    }
+
     /// Greedy insertion just as the paper has it, for comparisons with it: from two triangles over the whole tile, the rim
     /// refined like everything else, up to `most` vertices. How it stood after every insertion, if `steps` are wanted. A mesh for one tile
     /// alone: no neighbour knows of the vertices on its rim. (Elsewhere the rim is there beforehand, see [`crate::kernel::seam`].)
