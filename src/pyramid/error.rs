@@ -200,6 +200,14 @@ fn first(tiles: &[TileKey]) -> String {
 }
 
 impl PyramidError {
+    /// Whether the ground is in the way of a tile: smaller parts, or more error, may do.
+    pub(super) fn is_of_the_ground(&self) -> bool {
+        matches!(
+            self,
+            PyramidError::Unreachable { .. } | PyramidError::OwnSamples { .. } | PyramidError::Vertices { .. }
+        )
+    }
+
     /// Whether no run of the same request can succeed.
     pub(super) fn is_final(&self) -> bool {
         matches!(

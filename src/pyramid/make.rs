@@ -224,15 +224,15 @@ impl<'a> Making<'a> {
                 })
                 .collect();
             let is_fine = level.parts >= MAX_PARTS || samples.grid.cells(level.level) / i64::from(level.parts) < 8;
+            // All of these lead to the same: which of them is found first depends on threads.
+            let is_unmade = made.as_ref().is_err_and(PyramidError::is_of_the_ground);
             match made {
-                Err(PyramidError::Unreachable { .. } | PyramidError::OwnSamples { .. }) if !is_fine => {
+                Err(_) if is_unmade && !is_fine => {
                     level.parts *= 2;
                     self.kept.map_or(Ok(()), |kept| kept.note_parts(level.level, level.parts, is_loosened))?;
                     self.found.store(found_before, Ordering::Relaxed);
                 }
-                Err(
-                    PyramidError::Unreachable { .. } | PyramidError::OwnSamples { .. } | PyramidError::Vertices { .. },
-                ) if !is_finest && level.max_error < loosest => {
+                Err(_) if is_unmade && !is_finest && level.max_error < loosest => {
                     // What its parts were for no longer holds.
                     (is_loosened, level) = (true, Level { max_error: loosest, ..self.ground.levels[number] });
                     self.kept.map_or(Ok(()), |kept| kept.note_loosened(level.level))?;
