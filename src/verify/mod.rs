@@ -180,7 +180,6 @@ use faces::{FaceFindings, FaceSorts, read_faces};
 use grid::Grid;
 use holes::find_bridges;
 use limit::StrayLimit;
-use lines::Unbound;
 use outline::Outline;
 use pace::Pace;
 use rim::Rim;
@@ -423,8 +422,8 @@ fn judge(
             None => Outline::Ground(Boundary::new(grid, boundary, &scratch)),
         }
     };
-    let unbound = options.lines.filter(|_| limit.is_some()).map(Unbound::new);
-    let held = limit.map(|limit| Held { limit, trims, unbound: unbound.as_ref() });
+    let held = limit.map(|limit| Held { limit, trims, unbound: None });
+    let held = (held, options.lines);
     let comparison = sweep(bands, grid, by_row, outline, (tolerance, held), (&scratch, observer), control)?;
     let of_channels = |c| judge_weighted(raster, mesh, tolerance, c, &scratch, control);
     let extended = channels.map(of_channels).transpose()?;
