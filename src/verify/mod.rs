@@ -16,7 +16,7 @@
 //! (`base/external`; what the faces around an edge or a vertex have in common meets before the sort, `gather`); then
 //! triangles, and edges of one face, sweep over the raster from the first row to the last (`sweep`, `ground`,
 //! `boundary` or `rim`). Memory is bounded whatever the raster and the mesh, by about 60 MiB (12 more with an importance
-//! raster, one for each thread) beside GDAL's own cache: every type that buffers says how much.
+//! raster, one for each thread) beside GDAL's own cache, more where there are lines (`lines`): every type that buffers says how much.
 //!
 //! All threads of the current rayon pool work on one band of rows at a time (`band`), each on rows of its own, while one of
 //! them reads the next. A row sees its triangles in the order of the sort (`feed`), whichever band and thread it falls to, and

@@ -183,7 +183,7 @@ fn judged(lines: &RequiredLines, heights: Vec<f32>, tolerance: f64, (step, damag
 }
 
 proptest! {
-    #![proptest_config(cases(256, 10_000))]
+    #![proptest_config(cases(96, 10_000))]
 
     /// Whatever the mesh is like, and whatever threads sort.
     #[test]
