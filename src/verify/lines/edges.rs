@@ -85,8 +85,8 @@ impl Filter {
 /// Stands for the place of a vertex that is on no line.
 const NOWHERE: u64 = u64::MAX;
 
-/// All edges between places of lines, and some others, each as often as faces have it, in order. Vertices pass by `see` beside that, with
-/// their places on the lattice.
+/// All edges between places of lines, and some others, each as often as faces have it, in order. Where vertices share a place each edge has
+/// the heights of its own. Vertices pass by `see` beside that, with their places on the lattice.
 ///
 /// Memory: 32 MiB, of which a half is a filter.
 pub(super) fn edges_beside<'s>(

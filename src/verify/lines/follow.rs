@@ -170,3 +170,32 @@ fn is_near(parts: i128, place: Spot, a: Spot, b: Spot) -> bool {
     let off = u.0 * v.1 - u.1 * v.0;
     off.abs() < 1 << 49 && off * off * QUARTER2 <= parts * parts * length2
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn spots() -> impl Strategy<Value = [Spot; 3]> {
+        let near = prop::array::uniform3((0i64..40, 0i64..40));
+        let far = prop::array::uniform3((0i64..1 << 32, 0i64..1 << 32));
+        prop_oneof![3 => near, 1 => far]
+    }
+
+    proptest! {
+        #[test]
+        fn places_are_near_as_the_nearest_point_of_an_edge_tells([place, a, b] in spots(), parts in 0i128..1 << 20) {
+            prop_assume!(a != b);
+            let whole = |number: i64| num_bigint::BigInt::from(number);
+            let (u, v) = ((whole(b.0 - a.0), whole(b.1 - a.1)), (whole(place.0 - a.0), whole(place.1 - a.1)));
+            let length2 = &u.0 * &u.0 + &u.1 * &u.1;
+            let along = (&u.0 * &v.0 + &u.1 * &v.1).clamp(whole(0), length2.clone());
+            // Times the square of the length.
+            let off = (&v.0 * &length2 - &along * &u.0, &v.1 * &length2 - &along * &u.1);
+            let limit = num_bigint::BigInt::from(parts) * length2;
+            let is_within = (&off.0 * &off.0 + &off.1 * &off.1) * whole(16384 * 16384) <= &limit * &limit;
+            prop_assert_eq!(is_near(parts, place, a, b), is_within);
+        }
+    }
+}

@@ -12,6 +12,9 @@ use words::{spot, word};
 /// Columns and rows.
 const SIZE: (usize, usize) = (8, 17);
 
+/// All rows.
+const ALL: std::ops::Range<i64> = 0..SIZE.1 as i64;
+
 type Lines = Vec<Vec<(f64, f64)>>;
 
 fn places() -> impl Strategy<Value = Lines> {
@@ -40,7 +43,7 @@ fn required(sets: &[LineSet], tolerance: f64) -> Result<RequiredLines, (LineKind
 }
 
 fn segments(lines: &RequiredLines) -> Vec<required::Segment> {
-    lines.segments(0..SIZE.1 as i64).expect("segments").collect()
+    lines.segments(ALL).expect("segments").collect()
 }
 
 proptest! {
@@ -64,7 +67,7 @@ proptest! {
         let theirs = Breaklines::new(&sets, SIZE).expect("near lines");
         let ours = required(&sets, 1e9).expect("near lines");
         prop_assert_eq!(ours.segment_count(), theirs.segments().len() as u64);
-        for (place, height) in ours.levels(0..SIZE.1 as i64).expect("levels") {
+        for (place, height) in ours.levels(ALL).expect("levels") {
             let (x, y) = spot(place);
             let level = theirs.height_at(Place { y, x });
             prop_assert_eq!(level.map(f64::to_bits), Some(height.to_bits()), "at {}, {}", x, y);
@@ -118,8 +121,7 @@ fn damage() -> impl Strategy<Value = Damage> {
 
 /// Faces with a side along every stretch of lines, from every so many places to the next, and others between them.
 fn mesh_along(lines: &RequiredLines, grid: &Grid, step: usize, damage: Damage) -> Arrays {
-    let levels: std::collections::HashMap<u64, f64> =
-        lines.levels(0..SIZE.1 as i64).expect("levels").into_iter().collect();
+    let levels: std::collections::HashMap<u64, f64> = lines.levels(ALL).expect("levels").into_iter().collect();
     let mut mesh = Arrays::default();
     let mut numbers = std::collections::HashMap::new();
     let mut number = |place: u64| {
@@ -162,17 +164,26 @@ fn mesh_along(lines: &RequiredLines, grid: &Grid, step: usize, damage: Damage) -
     mesh
 }
 
+/// A raster, and how a mesh over it has places.
+fn raster(heights: Vec<f32>) -> (Band, Grid) {
+    let raster = Band::of_singles("dem", SIZE, heights).expect("a band");
+    let (transform, frame) = (raster.geo_transform(), Header::default().frame);
+    let grid = Grid { width: SIZE.0 as i64, height: SIZE.1 as i64, transform, frame };
+    (raster, grid)
+}
+
+fn reader(mesh: &Arrays) -> ArrayReader<'_> {
+    let arrays = (&mesh.vertices[..], &mesh.triangles[..]);
+    ArrayReader::new("mesh", Header::default(), arrays, Vec::new(), CancelToken::default()).expect("a mesh")
+}
+
 /// The verdict over a raster of these heights in strips, and what is found out over the whole at once.
 fn judged(lines: &RequiredLines, heights: Vec<f32>, tolerance: f64, (step, damage): (usize, Damage)) -> [String; 2] {
-    let raster = Band::of_singles("dem", SIZE, heights).expect("a band");
-    let transform = raster.geo_transform();
-    let grid = Grid { width: SIZE.0 as i64, height: SIZE.1 as i64, transform, frame: Header::default().frame };
+    let (raster, grid) = raster(heights);
     let mesh = mesh_along(lines, &grid, step, damage);
-    let arrays = (&mesh.vertices[..], &mesh.triangles[..]);
-    let mut reader =
-        ArrayReader::new("mesh", Header::default(), arrays, Vec::new(), CancelToken::default()).expect("a mesh");
-    let verdict = verify_lines(&raster, &mut reader, tolerance, lines, &CancelToken::default()).expect("judged");
-    let found = oracle::found(&raster, &mut reader, tolerance, (&grid, lines));
+    let verdict = verify_lines(&raster, &mut reader(&mesh), tolerance, lines, &CancelToken::default());
+    let verdict = verdict.expect("judged");
+    let found = oracle::found(&raster, &mut reader(&mesh), tolerance, (&grid, lines));
     let told = |off_ground: u64, stretches: u64, edges: u64, broken: &Finding<StretchPlace>| {
         format!("{off_ground} off the ground, {stretches} stretches, {edges} edges, {broken:?}")
     };
