@@ -55,7 +55,7 @@ pub(crate) struct VerifyArgs {
     /// Threads to work with [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     threads: Option<NonZeroUsize>,
-    /// Where temporary files go (about 200 bytes per triangle)
+    /// Where temporary files go (about 200 bytes per triangle, and 100 per segment of lines)
     #[arg(long, value_name = "DIR")]
     temp_dir: Option<PathBuf>,
     /// Print the verdict as JSON

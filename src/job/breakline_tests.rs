@@ -118,7 +118,8 @@ impl Scene {
         mesh.write(Box::new(PlySink::new(staged, Header::default())), &control).expect("written");
         let max_stray = params.limit_on_straying(params.features());
         let max_error = params.tolerance.kept();
-        let lines = RequiredLines::new(&self.sets(), self.size, max_error).expect("one height at each place");
+        let lines = RequiredLines::new(&self.sets(), self.size, max_error, None, &Default::default())
+            .expect("one height at each place");
         let options = VerifyOptions { lines: Some(&lines), max_error, max_stray, importance: None, temp_dir: None };
         let verdict = verify(&band, &tin, &options, &control).expect("judged");
         let mut reader = open(&tin, None, &ReadOptions::default()).expect("a mesh");
@@ -285,7 +286,7 @@ proptest! {
         let points = PointSet::new(points.filter(|_| scene.heights.iter().all(|z| !z.is_nan())));
         let points = Some(Arc::new(points));
         let params = Params { quality, heights, engine, tile, points, max_stray, ..scene.params(tolerance) };
-        match RequiredLines::new(&scene.sets(), scene.size, tolerance) {
+        match RequiredLines::new(&scene.sets(), scene.size, tolerance, None, &Default::default()) {
             Ok(_) => scene.certify(&params),
             // Where lines are steep, one that bends and meets another is not at its height to a cell.
             Err((_, VerifyError::TwoHeights { .. })) => {
@@ -322,7 +323,7 @@ fn a_dam_stands_above_the_ground_and_two_heights_at_a_place_are_refused() {
         let found = Breaklines::new(&lines(lift), (20, 20)).expect("near lines");
         let is_ok = found.check_heights(1.0).is_ok();
         assert_eq!(is_ok, is_one || 5.0 + lift <= 6.0, "{lift}");
-        assert_eq!(RequiredLines::new(&lines(lift), (20, 20), 1.0).is_ok(), is_ok);
+        assert_eq!(RequiredLines::new(&lines(lift), (20, 20), 1.0, None, &Default::default()).is_ok(), is_ok);
         if !is_ok {
             let told = found.check_heights(1.0).unwrap_err().to_string();
             assert!(told.contains("column 7, row 7") && told.contains("found 5 in feature 0"), "{told}");

@@ -41,7 +41,7 @@ proptest! {
     ) {
         let scene = Scene { lines: if has_lines { scene.lines.clone() } else { Vec::new() }, ..scene };
         let made = Breaklines::new(&scene.sets(), scene.size);
-        match (RequiredLines::new(&scene.sets(), scene.size, tolerance), made) {
+        match (RequiredLines::new(&scene.sets(), scene.size, tolerance, None, &Default::default()), made) {
             (Ok(_), Ok(lines)) => {
                 prop_assert!(lines.check_heights(tolerance).is_ok());
                 scene.certify(&Params { quality, heights, engine, tile, max_stray, ..scene.params(tolerance) });
@@ -91,7 +91,10 @@ fn lakes_are_level_with_islands_over_seams_and_under_lines() {
     // Nor may lakes touch that have two levels.
     let touch = Scene { lakes: vec![(3.0, vec![square(4.0, 4.0, 4.0)]), (3.5, vec![square(8.0, 4.0, 4.0)])], ..scene };
     let lines = Breaklines::new(&touch.sets(), touch.size).expect("lakes");
-    assert!(lines.check_heights(9.0).is_err() && RequiredLines::new(&touch.sets(), touch.size, 9.0).is_err());
+    assert!(
+        lines.check_heights(9.0).is_err()
+            && RequiredLines::new(&touch.sets(), touch.size, 9.0, None, &Default::default()).is_err()
+    );
 }
 
 #[test]

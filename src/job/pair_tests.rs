@@ -140,8 +140,9 @@ impl Scene {
         // Budgets are large enough, but a root mean square may be reached with larger errors.
         let max_error = mesh.tolerance().asked().min(TOLERANCE);
         let sets = lines(set);
-        let lines =
-            (!sets.is_empty()).then(|| RequiredLines::new(&sets, SIZE, max_error).expect("lines that can be judged"));
+        let lines = (!sets.is_empty()).then(|| {
+            RequiredLines::new(&sets, SIZE, max_error, None, &Default::default()).expect("lines that can be judged")
+        });
         let (lines_asked, temp_dir) = (lines.as_ref(), Some(self.temp_dir()));
         let options = VerifyOptions { max_error, max_stray, importance, lines: lines_asked, temp_dir };
         let ground = GroundOptions {

@@ -20,7 +20,7 @@ use crate::base::control::Control;
 use crate::base::warning::Warnings;
 use crate::formats::{Format, MeshReader};
 use crate::job::plan::all_cores;
-use crate::verify::{self, GroundOptions, RequiredLines, Verdict, VerifyOptions};
+use crate::verify::{self, GroundOptions, RequiredLines, Verdict, VerifyError, VerifyOptions};
 
 /// A mesh that is to be judged, and what it was made from: everything that the command `verify` can be asked for.
 #[derive(Debug, Clone)]
@@ -152,9 +152,13 @@ fn judge(
     importance.iter().for_each(|importance| warned.tell_all(importance.warnings()));
     let VerifyRequest { max_error, max_stray, ref temp_dir, .. } = *request;
     let size = (band.width(), band.height());
-    let judged =
-        |(kind, error)| UnusableLines::Judged { path: path(&request.lines, kind, &band), kind, error: Box::new(error) };
-    let lines = (!sets.is_empty()).then(|| RequiredLines::new(&sets, size, max_error)).transpose().map_err(judged)?;
+    let judged = |(kind, error)| match error {
+        VerifyError::Scratch(_) | VerifyError::Cancelled(_) => RunError::from(error),
+        error => UnusableLines::Judged { path: path(&request.lines, kind, &band), kind, error: Box::new(error) }.into(),
+    };
+    let pool = start_threads(request.threads.map_or_else(all_cores, usize::from))?;
+    let on_lattice = || RequiredLines::new(&sets, size, max_error, temp_dir.as_deref(), &control.cancel);
+    let lines = (!sets.is_empty()).then(|| pool.install(on_lattice)).transpose().map_err(judged)?;
     drop(sets);
     let options = VerifyOptions {
         max_error,
@@ -166,7 +170,6 @@ fn judge(
     let ground = GroundOptions { fill_holes: request.fill_voids, trim: request.trim };
     let further = attributes.iter().flat_map(|a| &a.bands).chain(&importance);
     bound_gdal_cache(cache_bytes(further.chain([&band])));
-    let pool = start_threads(request.threads.map_or_else(all_cores, usize::from))?;
     let mut making = Making::begin(request, &band)?;
     let verdict = pool.install(|| {
         let mut opened = None;

@@ -141,13 +141,12 @@ impl Run<'_> {
     }
 
     fn run(&self) -> Result<Report, RunError> {
-        let start = Instant::now();
         if self.inputs.attributes.is_some() {
             // Finding the ranges may take long, so an output that cannot be written is found first.
             first_look(self.request)?;
         }
         let ranged = self.ranged()?;
-        self.with_work_dir(ranged.as_ref(), |kept| self.make(start, ranged.as_ref(), kept))
+        self.with_work_dir(ranged.as_ref(), |kept| self.make(ranged.as_ref(), kept))
     }
 
     /// Does something with the work dir, if there is one. What becomes of finished tiles depends on the outcome.
@@ -172,7 +171,7 @@ impl Run<'_> {
     }
 
     /// Makes the output, from the tiles in the work dir and those still to be made.
-    fn make(&self, start: Instant, ranged: Option<&Ranged<'_>>, kept: Option<&Kept>) -> Result<Report, Error> {
+    fn make(&self, ranged: Option<&Ranged<'_>>, kept: Option<&Kept>) -> Result<Report, Error> {
         let (request, params) = (self.request, &self.params);
         let staged = match kept {
             Some(kept) => kept.stage(request)?,
@@ -195,22 +194,21 @@ impl Run<'_> {
             },
         )?;
         self.warn_of_attributes(ranged);
-        let Some(most) = request.scene else { return self.make_into(sink, Some(&partial), start, ranged, kept) };
+        let Some(most) = request.scene else { return self.make_into(sink, Some(&partial), ranged, kept) };
         let mut gatherer = Gatherer::new(self.band().extent(), most);
         let watched = Box::new(Watched::new(sink, &mut gatherer));
-        let report = self.make_into(watched, Some(&partial), start, ranged, kept)?;
+        let report = self.make_into(watched, Some(&partial), ranged, kept)?;
         let scene = gatherer.finish(report.triangles);
         Ok(Report { scene: Some(scene), ..report })
     }
 
     /// Makes the mesh in arrays. Gives what a file with it would say of itself.
     fn fill(&self, arrays: &mut Arrays) -> Result<(Report, Header), RunError> {
-        let start = Instant::now();
         let ranged = self.ranged()?;
         let report = self.with_work_dir(ranged.as_ref(), |kept| {
             self.check_disks(None, kept)?;
             let sink = Box::new(ArraySink::new(&self.request.output, arrays));
-            self.make_into(sink, None, start, ranged.as_ref(), kept)
+            self.make_into(sink, None, ranged.as_ref(), kept)
         })?;
         let header = provenance::header(self.request, self.band(), &self.written, ranged.as_ref());
         let header = Header { tolerance: report.tolerance, ..header };
@@ -222,7 +220,6 @@ impl Run<'_> {
         &self,
         sink: Box<dyn Sink + '_>,
         partial: Option<&Path>,
-        start: Instant,
         ranged: Option<&Ranged<'_>>,
         kept: Option<&Kept>,
     ) -> Result<Report, Error> {
@@ -248,8 +245,8 @@ impl Run<'_> {
         })?;
         self.look(&summary.errors);
         let seconds = Seconds {
-            total: start.elapsed().as_secs_f64(),
-            open: (opened - start).as_secs_f64(),
+            total: self.started.elapsed().as_secs_f64(),
+            open: (opened - self.started).as_secs_f64(),
             tiles: (triangulated - opened).as_secs_f64(),
             write: triangulated.elapsed().as_secs_f64(),
             threads: mesh.times(),

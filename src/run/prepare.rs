@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 
 use super::attributes::Ranged;
 use super::coordinates::{Written, fits_single, is_single};
@@ -46,6 +47,8 @@ impl Purpose {
 
 /// A run, as asked for and as planned.
 pub(super) struct Run<'a> {
+    /// When it was begun to be prepared.
+    pub(super) started: Instant,
     pub(super) purpose: Purpose,
     pub(super) request: &'a Request<'a>,
     pub(super) format: &'static Format,
@@ -127,6 +130,7 @@ impl<'a> Run<'a> {
         warned: &'a Warned<'a>,
         control: &'a Control<'a>,
     ) -> Result<Run<'a>, RunError> {
+        let started = Instant::now();
         let format = format_of(&request.output, request.format)?;
         let further = request.further_options();
         check_options(&request.output, request.sink.asked().chain(further), format)?;
@@ -185,7 +189,7 @@ impl<'a> Run<'a> {
             check_floor(request, band, control)?;
         }
         let texture = if purpose.writes() { texture(request, band)? } else { None };
-        Ok(Run { purpose, request, format, inputs, plan, pool, written, texture, params, warned, control })
+        Ok(Run { started, purpose, request, format, inputs, plan, pool, written, texture, params, warned, control })
     }
 
     pub(super) fn band(&self) -> &Band {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::lines::MAX_SEGMENTS;
+use super::lines::{LONGEST, MAX_SEGMENTS};
 use crate::base::control::Cancelled;
 use crate::base::decimal::Decimal;
 use crate::base::external::ScratchError;
@@ -59,9 +59,17 @@ pub enum VerifyError {
         /// What is there.
         found: String,
     },
-    /// Lines are too long in all.
-    #[error("expected at most {} pieces of lines between rows and columns, found more", MAX_SEGMENTS)]
+    /// Outlines that have an inside are too long in all.
+    #[error("expected at most {} pieces of outlines between rows and columns, found more", MAX_SEGMENTS)]
     ManyLines,
+    /// Lines cannot be judged over such a raster.
+    #[error("expected a raster of at most {LONGEST} columns and rows beneath lines, found {width} × {height}")]
+    LongRaster {
+        /// Columns.
+        width: i64,
+        /// Rows.
+        height: i64,
+    },
     /// A vertex of a line is farther away than numbers go.
     #[error("expected lines near the raster, found a vertex at column {}, row {}", Plainly(*column), Plainly(*row))]
     FarLine {

@@ -16,7 +16,7 @@
 //! (`base/external`; what the faces around an edge or a vertex have in common meets before the sort, `gather`); then
 //! triangles, and edges of one face, sweep over the raster from the first row to the last (`sweep`, `ground`,
 //! `boundary` or `rim`). Memory is bounded whatever the raster and the mesh, by about 60 MiB (12 more with an importance
-//! raster, one for each thread) beside GDAL's own cache: every type that buffers says how much.
+//! raster, one for each thread) beside GDAL's own cache, more where there are lines (`lines`): every type that buffers says how much.
 //!
 //! All threads of the current rayon pool work on one band of rows at a time (`band`), each on rows of its own, while one of
 //! them reads the next. A row sees its triangles in the order of the sort (`feed`), whichever band and thread it falls to, and
@@ -180,7 +180,6 @@ use faces::{FaceFindings, FaceSorts, read_faces};
 use grid::Grid;
 use holes::find_bridges;
 use limit::StrayLimit;
-use lines::Unbound;
 use outline::Outline;
 use pace::Pace;
 use rim::Rim;
@@ -423,8 +422,8 @@ fn judge(
             None => Outline::Ground(Boundary::new(grid, boundary, &scratch)),
         }
     };
-    let unbound = options.lines.filter(|_| limit.is_some()).map(Unbound::new);
-    let held = limit.map(|limit| Held { limit, trims, unbound: unbound.as_ref() });
+    let held = limit.map(|limit| Held { limit, trims, unbound: None });
+    let held = (held, options.lines);
     let comparison = sweep(bands, grid, by_row, outline, (tolerance, held), (&scratch, observer), control)?;
     let of_channels = |c| judge_weighted(raster, mesh, tolerance, c, &scratch, control);
     let extended = channels.map(of_channels).transpose()?;

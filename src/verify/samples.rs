@@ -231,17 +231,17 @@ impl<'r> Bands<'r> {
     }
 
     /// Makes intervals of the samples of some rows that are beside lines.
-    fn widen(&mut self, lines: &RequiredLines, first_row: usize, rows: &mut Rows) {
+    fn widen(&mut self, lines: &RequiredLines, first_row: usize, rows: &mut Rows) -> Result<(), VerifyError> {
         let width = self.heights.raster().width();
         let after = first_row + rows.heights.len() / width;
-        let near = lines.near(first_row as i64..after as i64);
+        let mut near = lines.near(first_row as i64..after as i64)?.peekable();
         let flooded = || lines.flooded(first_row as i64..after as i64);
-        if near.is_empty() && flooded().next().is_none() {
-            return;
+        if near.peek().is_none() && flooded().next().is_none() {
+            return Ok(());
         }
         rows.lows.extend_from_slice(&rows.heights);
         rows.tops.extend_from_slice(&rows.heights);
-        for &((row, column), [low, high]) in near {
+        for ((row, column), [low, high]) in near {
             let at = (row as usize - first_row) * width + column as usize;
             let height = rows.heights[at];
             if height.is_nan() {
@@ -259,6 +259,7 @@ impl<'r> Bands<'r> {
                 }
             }
         }
+        Ok(())
     }
 
     /// With flags of samples.
@@ -282,7 +283,7 @@ impl<'r> Bands<'r> {
         rows.lows.clear();
         rows.tops.clear();
         if let Some(lines) = self.lines {
-            self.widen(lines, first_row, rows);
+            self.widen(lines, first_row, rows)?;
         }
         rows.flags.clear();
         if !self.runs.is_empty() || self.inside.is_some() {

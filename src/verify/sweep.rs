@@ -8,6 +8,7 @@ use super::feed::Feed;
 use super::finding::{Finding, SamplePlace, TouchPlace};
 use super::grid::Grid;
 use super::ground::{Ground, GroundFindings};
+use super::lines::{RequiredLines, Unbound};
 use super::observe::{ObservedRows, Observer};
 use super::outline::{Outline, OutlineFindings};
 use super::samples::{Bands, Rows};
@@ -46,6 +47,8 @@ pub(super) struct Comparison {
 /// that of the ground. While all threads work on a band, one of them reads the next; while they work on a batch of
 /// triangles, one of them gets the next.
 ///
+/// Where lines are told, cells beside them are held to nothing, should there be a limit on straying.
+///
 /// Memory use is constant whatever the mesh and the threads, because two bands and two batches are held at a time, and
 /// triangles that reach into the next band wait for it in a queue ([`Feed`]). An observer takes 8 bytes more for each sample of a
 /// band.
@@ -54,7 +57,7 @@ pub(super) fn sweep<'s, 'c>(
     grid: Grid,
     triangles: Sorted<'s, TRIANGLE_WORDS>,
     outline: Outline<'s>,
-    (tolerance, held): (f64, Option<Held<'c>>),
+    (tolerance, (held, lines)): (f64, (Option<Held<'c>>, Option<&'c RequiredLines>)),
     (scratch, observer): (&'s Scratch, Option<&mut dyn Observer>),
     control: &'c Control<'c>,
 ) -> Result<Comparison, VerifyError> {
@@ -65,6 +68,7 @@ pub(super) fn sweep<'s, 'c>(
         grid,
         tolerance,
         held,
+        lines,
         above: Rows::default(),
         control,
         observer,
@@ -102,6 +106,8 @@ struct Sweep<'s, 'c, 'o> {
     tolerance: f64,
     /// What the surface between samples is held to, if it is.
     held: Option<Held<'c>>,
+    /// The lines beside which it is held to nothing.
+    lines: Option<&'c RequiredLines>,
     /// The row above the next ones, where there is a limit and a row.
     above: Rows,
     control: &'c Control<'c>,
@@ -128,7 +134,12 @@ impl Sweep<'_, '_, '_> {
             band = band.observed_in(std::mem::take(&mut self.errors));
         }
         let above = (self.row > 0).then(|| self.above.samples());
-        let mut strays = self.held.map(|held| Strays::new(grid, held, self.row, above, rows.samples()));
+        // Cells between the row above and the last one.
+        let near =
+            self.lines.filter(|_| self.held.is_some()).map(|lines| Unbound::near(lines, self.row - 1..band.rows.1));
+        let unbound = near.transpose()?;
+        let held = self.held.map(|held| Held { unbound: unbound.as_ref(), ..held });
+        let mut strays = held.map(|held| Strays::new(grid, held, self.row, above, rows.samples()));
         self.row = band.rows.1;
         let (after, between) = (self.row, strays.is_some());
         let goes_on = |words: &TriangleWords| {

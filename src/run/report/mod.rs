@@ -255,8 +255,9 @@ impl ShapeReport {
 #[derive(Debug, Clone, Copy, Serialize)]
 #[allow(missing_docs)]
 pub struct Seconds {
+    /// From before the raster is opened.
     pub total: f64,
-    /// Opening the raster, decoding it where it cannot be mapped, and finding holes to bridge.
+    /// Opening the raster, joining lines, decoding samples where they cannot be mapped, and finding holes to bridge.
     pub open: f64,
     pub tiles: f64,
     pub write: f64,

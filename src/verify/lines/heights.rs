@@ -1,5 +1,7 @@
 //! The samples around lines.
 
+use std::ops::Range;
+
 use super::Spot;
 use crate::base::control::CancelToken;
 use crate::base::{Band, Window};
@@ -25,19 +27,25 @@ fn corners((column, row): (i64, i64)) -> [(i64, i64); 4] {
 }
 
 impl Samples {
-    /// Reads the corners of all cells that hold a segment, and the samples beside all places where an edge crosses rows or columns.
+    /// Reads the corners of all cells that hold a segment, and the samples beside all places where an edge crosses rows or columns, in
+    /// some rows and between each and the next.
     pub(super) fn read(
         raster: &Band,
         segments: &[[Spot; 2]],
-        edges: impl Iterator<Item = [Spot; 2]>,
+        (edges, rows): (&[[Spot; 2]], &Range<i64>),
         cancel: &CancelToken,
     ) -> Result<Samples, VerifyError> {
         let (width, height) = (raster.width() as i64, raster.height() as i64);
         let mut places: Vec<(i64, i64)> = segments.iter().flat_map(|&s| cells(s)).flat_map(corners).collect();
-        for [a, b] in edges {
+        for &[a, b] in edges {
             for_each_crossing(a, b, |crossing| {
                 let (row, column) = crossing.sample;
-                places.extend([(row, column), if crossing.is_column { (row + 1, column) } else { (row, column + 1) }]);
+                if rows.contains(&row) {
+                    places.extend([
+                        (row, column),
+                        if crossing.is_column { (row + 1, column) } else { (row, column + 1) },
+                    ]);
+                }
             });
         }
         places.retain(|&(row, column)| (0..height).contains(&row) && (0..width).contains(&column));

@@ -1,29 +1,43 @@
 //! Breaklines: whether edges of the mesh follow them.
 //!
 //! What a line is on the lattice is reckoned here again from the layer, by code of its own: `places` cuts lines at rows and columns
-//! and rounds, `noding` joins them. `heights` reads the samples around them; a segment counts that lies in a cell with four. `graph`
-//! then makes *stretches* of them, from where lines end or meet to where they do again, and `follow` looks in each for a way of
-//! edges of the mesh from its first place to its last: between places of the stretch, all those passed over within the shift, and the
-//! edge within the tolerance of the raster's bilinear surface at its ends and where it crosses rows and columns. Where lines have
-//! heights of their own (`required`), the ends are held to these, and the edge to those of all places that it passes over.
+//! and rounds, `noding` joins them, and `required` has the result. Then `edges` takes the edges of the mesh that may be along lines, and
+//! `strips` holds them against lines a few rows at a time. `heights` reads the samples around them; a segment counts that lies in a cell
+//! with four. `parts` makes *stretches* of segments, from where lines end or meet to where they do again; `joined` puts together those that
+//! are in several strips. `follow` looks in each for a way of edges of the mesh from its first place to its last: between places of the
+//! stretch, all those passed over within the shift, and the edge within the tolerance of the raster's bilinear surface at its ends and
+//! where it crosses rows and columns (`wall`). Where lines have heights of their own (`levels`), the ends are held to these, and the edge
+//! to those of all places that it passes over.
 //!
-//! Places are whole numbers of quarter cells and comparisons are exact. Memory: some 400 bytes for each segment of the lines.
+//! Places are whole numbers of quarter cells and comparisons are exact. Memory is bounded, some 130 MiB at the most, but for outlines
+//! that have an inside ([`RequiredLines`]); for lines that have more than 131,072 segments in a few rows, some 200 bytes for each; for
+//! stretches, of which one is in memory as a whole, some 50 bytes for each segment; and for 16 bytes for each time that a line
+//! passes from one strip to the next.
 
+mod edges;
+mod finder;
 mod follow;
-mod graph;
 mod heights;
 mod inside;
+mod joined;
 mod lakes;
+mod levels;
 mod noding;
+mod outlines;
+mod parts;
 mod pieces;
 mod places;
 mod required;
+mod rowed;
+mod strips;
 mod unbound;
+mod wall;
+mod words;
 
 #[cfg(test)]
+mod oracle;
+#[cfg(test)]
 mod tests;
-
-use std::collections::HashMap;
 
 use serde::Serialize;
 
@@ -34,14 +48,16 @@ use super::grid::Grid;
 use crate::base::Band;
 use crate::base::control::CancelToken;
 use crate::formats::MeshReader;
-use follow::Wall;
-use graph::stretches;
-use heights::Samples;
+use edges::edges_beside;
+use finder::Finder;
+use joined::Parts;
+use strips::Strips;
 
 pub(super) use inside::Inside;
 pub(super) use places::MAX_SEGMENTS;
 pub use required::RequiredLines;
 pub(super) use unbound::Unbound;
+pub(super) use words::LONGEST;
 
 /// A place in quarter cells: across, down.
 pub(super) type Spot = (i64, i64);
@@ -106,81 +122,46 @@ pub fn verify_lines(
     cancel: &CancelToken,
 ) -> Result<LinesVerdict, VerifyError> {
     let grid = Grid::of(raster, mesh);
-    let segments: Vec<[Spot; 2]> = lines.segments.iter().map(|(segment, _)| *segment).collect();
-    let mut spots: Vec<Spot> = segments.iter().flatten().copied().collect();
-    spots.sort_unstable();
-    spots.dedup();
-    let number = |spot: Spot| spots.binary_search(&spot).ok().map(|i| i as u32);
+    let mut levels =
+        LakeLevels { lines, max_error, surfaces: vec![None; lines.shores.len()], found: Finding::default() };
+    let see = |vertex, [x, y, z]: [f64; 3], spot| levels.see(spot, grid.frame.height(z), VertexPlace { vertex, x, y });
+    let edges = edges_beside(mesh, (&grid, lines), see, lines.scratch(), cancel)?;
+    let finder = Finder::new((&grid, lines), max_error);
+    let strips = Strips::new((raster, lines), edges, (Parts::new(lines.scratch()), finder), cancel);
+    let found = strips.pass()?;
+    Ok(LinesVerdict {
+        segments: lines.segment_count(),
+        off_ground: found.off_ground,
+        stretches: found.stretches,
+        edges: found.edges,
+        broken: found.broken,
+        lakes: lines.shores.len() as u64,
+        not_level: levels.found,
+    })
+}
 
-    let mut heights = vec![None; spots.len()];
-    let mut vertices = HashMap::new();
-    let mut not_level = Finding::default();
-    let mut surfaces = vec![None; lines.shores.len()];
-    mesh.for_each_vertex(|vertex, [x, y, z]| {
-        cancel.check()?;
-        for lake in grid.lattice(x, y).into_iter().flat_map(|spot| lines.shores.at(spot)) {
-            let (height, level) = (grid.frame.height(z), lines.shores.lake(lake).1);
-            let is_first = *surfaces[lake].get_or_insert(height) == height;
+/// Whether lakes are level.
+struct LakeLevels<'a> {
+    lines: &'a RequiredLines,
+    max_error: f64,
+    /// The height of the first vertex in each lake.
+    surfaces: Vec<Option<f64>>,
+    found: Finding<VertexPlace>,
+}
+
+impl LakeLevels<'_> {
+    /// Judges a vertex.
+    fn see(&mut self, spot: Spot, height: f64, vertex: VertexPlace) {
+        for lake in self.lines.shores.at(spot) {
+            let level = self.lines.shores.lake(lake).1;
+            let is_first = *self.surfaces[lake].get_or_insert(height) == height;
             let is_near = height.is_finite() && {
-                let (off, most) = (rational(height) - rational(level), rational(max_error));
+                let (off, most) = (rational(height) - rational(level), rational(self.max_error));
                 -&most <= off && off <= most
             };
             if !is_first || !is_near {
-                not_level.add(|| VertexPlace { vertex, x, y });
-                break;
+                return self.found.add(|| vertex);
             }
         }
-        if let Some(spot) = grid.lattice(x, y).and_then(number) {
-            heights[spot as usize] = Some(grid.frame.height(z)).filter(|z| z.is_finite());
-            vertices.insert(vertex, spot);
-        }
-        Ok::<(), VerifyError>(())
-    })?;
-    let mut edges = Vec::new();
-    mesh.for_each_face(|_, corners| {
-        let on_lines = corners.map(|corner| vertices.get(&corner).copied());
-        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
-            if let (Some(a), Some(b)) = (on_lines[a], on_lines[b]) {
-                edges.push((a.min(b), a.max(b)));
-            }
-        }
-        cancel.check().map_err(VerifyError::from)
-    })?;
-    drop(vertices);
-    edges.sort_unstable();
-    edges.dedup();
-
-    let at = |i: u32| spots[i as usize];
-    let samples = Samples::read(raster, &segments, edges.iter().map(|&(a, b)| [at(a), at(b)]), cancel)?;
-    let is_ground = |segment: [Spot; 2]| samples.has_cell(segment, |cell| lines.asks(segment, cell));
-    let on_ground: Vec<_> = lines.segments.iter().filter(|(segment, _)| is_ground(*segment)).collect();
-    let mut beside: HashMap<Spot, Vec<Spot>> = HashMap::new();
-    for &(a, b) in &edges {
-        beside.entry(at(a)).or_default().push(at(b));
-        beside.entry(at(b)).or_default().push(at(a));
     }
-    let height = |spot: Spot| number(spot).and_then(|i| heights[i as usize]);
-    let wall = Wall { samples: &samples, tolerance: max_error, lines, height: &height };
-    let mut verdict = LinesVerdict {
-        segments: segments.len() as u64,
-        off_ground: (segments.len() - on_ground.len()) as u64,
-        stretches: 0,
-        edges: 0,
-        broken: Finding::default(),
-        lakes: lines.shores.len() as u64,
-        not_level,
-    };
-    for (stretch, sets) in stretches(on_ground.into_iter()) {
-        cancel.check()?;
-        verdict.stretches += 1;
-        match wall.follow(&stretch, sets, &beside) {
-            Ok(edges) => verdict.edges += edges,
-            Err(reached) => verdict.broken.add(|| StretchPlace {
-                from: grid.map(stretch[0]),
-                reached: grid.map(stretch[reached]),
-                to: grid.map(stretch[stretch.len() - 1]),
-            }),
-        }
-    }
-    Ok(verdict)
 }

@@ -1,6 +1,13 @@
 //! Pieces of lines, and what is known of each.
 
 use super::Spot;
+use super::words::{spot, word};
+
+/// A piece as words, in the order of its first place by rows; how often its line runs over it comes last.
+pub(super) type Record = [u64; 6];
+
+/// A piece, and how often its line runs over it.
+pub(super) type Counted = (Piece, u64);
 
 /// A piece of a line between two places.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -20,6 +27,21 @@ impl Piece {
         let is_turned = (from.0.1, from.0.0) > (to.0.1, to.0.0);
         let [(a, low), (b, high)] = if is_turned { [to, from] } else { [from, to] };
         Piece { ends: [a, b], set, line, heights: [low.to_bits(), high.to_bits()] }
+    }
+
+    pub(super) fn record(&self, times: u64) -> Record {
+        let [a, b] = self.ends.map(word);
+        [a, b, (self.set as u64) << 32 | self.line as u64, self.heights[0], self.heights[1], times]
+    }
+
+    pub(super) fn of_record([a, b, of, from, to, times]: Record) -> Counted {
+        let (set, line) = ((of >> 32) as usize, of as u32 as usize);
+        (Piece { ends: [spot(a), spot(b)], set, line, heights: [from, to] }, times)
+    }
+
+    /// The row of cells that its first place is in.
+    pub(super) fn row(&self) -> i64 {
+        self.ends[0].1 >> 2
     }
 
     /// Its own heights at both ends.

@@ -6,8 +6,8 @@ use crate::base::exact::MAX_HEIGHT;
 use crate::base::{LineKind, LineSet, Polylines};
 use crate::verify::VerifyError;
 
-/// The most pieces between rows and columns: some 25 GiB of memory.
-pub(in crate::verify) const MAX_SEGMENTS: usize = 64_000_000;
+/// The most pieces between rows and columns of outlines that have an inside, which are held in memory: some 15 GiB.
+pub(in crate::verify) const MAX_SEGMENTS: u64 = 64_000_000;
 
 /// Parts of a cell that vertices are read in, and of a quarter of one.
 const PARTS: i128 = 1 << 16;
@@ -16,16 +16,21 @@ const QUARTER: i128 = PARTS / 4;
 /// A place, and the line's own height there; 0 where it has none.
 type Level = (Spot, f64);
 
-/// Adds the pieces between consecutive places of all lines of a set, as far as both lie in the rectangle of this many samples. A piece
-/// may be there more than once.
+/// Hands on the pieces between consecutive places of all lines of a set, as far as both lie in the rectangle of this many samples. A
+/// piece may be there more than once.
 pub(super) fn cut(
     (number, set): (usize, &LineSet),
     size: (i64, i64),
-    pieces: &mut Vec<Piece>,
+    take: &mut dyn FnMut(Piece) -> Result<(), VerifyError>,
 ) -> Result<(), VerifyError> {
+    let mut count = 0;
+    let mut counting = |piece| {
+        count += 1;
+        if set.kind.has_inside() && count > MAX_SEGMENTS { Err(VerifyError::ManyLines) } else { take(piece) }
+    };
     for some in set.lines.pieces() {
         let (first, lines) = some?;
-        cut_some((number, set), (first, &lines), size, pieces)?;
+        cut_some((number, set), (first, &lines), size, &mut counting)?;
     }
     Ok(())
 }
@@ -35,7 +40,7 @@ fn cut_some(
     (number, set): (usize, &LineSet),
     (first, lines): (usize, &Polylines),
     size: (i64, i64),
-    pieces: &mut Vec<Piece>,
+    take: &mut dyn FnMut(Piece) -> Result<(), VerifyError>,
 ) -> Result<(), VerifyError> {
     let (width, rows) = size;
     // Of what has an inside, what lies outside is drawn to the raster's rim: outlines stay closed.
@@ -65,11 +70,8 @@ fn cut_some(
             // Of several levels at one place the first counts.
             spots.dedup_by_key(|(spot, _)| *spot);
             let both = spots.windows(2).map(|pair| (pair[0], pair[1]));
-            pieces.extend(both.filter(|(p, q)| is_inside(p.0) && is_inside(q.0)).map(|(p, q)| Piece::new(of, p, q)));
+            both.filter(|(p, q)| is_inside(p.0) && is_inside(q.0)).try_for_each(|(p, q)| take(Piece::new(of, p, q)))?;
             spots.drain(..spots.len() - 1);
-            if pieces.len() > MAX_SEGMENTS {
-                return Err(VerifyError::ManyLines);
-            }
         }
     }
     Ok(())

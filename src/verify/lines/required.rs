@@ -1,33 +1,46 @@
 //! What lines ask of a mesh: their segments, and their heights.
 
-use std::collections::BTreeMap;
-
-use num_rational::BigRational;
+use std::ops::Range;
+use std::path::Path;
 
 use super::inside::Inside;
 use super::lakes::Shores;
-use super::noding::{Counted, noded};
+use super::levels::Levels;
+use super::noding::{ByRow, noded};
+use super::outlines::Outlines;
 use super::pieces::Piece;
+use super::rowed::Rowed;
+use super::words::{self, ROW_OF_PLACE, spot, word};
 use super::{Spot, places};
+use crate::base::control::CancelToken;
+use crate::base::external::{Scratch, ScratchError, Sorter};
 use crate::base::features::FeatureSet;
 use crate::base::{LineKind, LineSet};
 use crate::verify::VerifyError;
-use crate::verify::exact::rational;
 
 /// Sets of lines by their numbers, as bits.
 pub(super) type SetBits = u16;
 
+/// A segment, its first place by rows first, and the sets that it is of.
+pub(super) type Segment = ([Spot; 2], SetBits);
+
+/// Bytes of the sort of pieces; tests go to the file.
+const PIECE_BYTES: usize = if cfg!(test) { 1 << 10 } else { 16 << 20 };
+
 /// All lines that a mesh is to have as edges, on the lattice of the raster.
+///
+/// Memory: 16 MiB, or 24 where lines have heights; more is in temporary files, some 130 bytes for each segment while they are joined, then 16.
+/// Outlines that have an inside take some 250 bytes of memory for each of their segments.
 #[derive(Debug)]
 pub struct RequiredLines {
     pub(super) sets: Vec<Set>,
     features: FeatureSet,
-    /// Each once, with the sets that it is of.
-    pub(super) segments: Vec<([Spot; 2], SetBits)>,
+    /// Each once: its first place, and how far it is to the other, with the sets that it is of.
+    segments: Rowed<2>,
     /// Heights of lines' own, by place.
-    pub(super) levels: BTreeMap<Spot, f64>,
-    /// Samples beside lines with heights, by row and column, with the least and the largest of these heights.
-    near: Vec<((i64, i64), [f64; 2])>,
+    levels: Rowed<2>,
+    /// Samples beside lines with heights, with the least and the largest of these heights.
+    near: Rowed<3>,
     pub(super) shores: Shores,
     inside: Option<Inside>,
 }
@@ -41,28 +54,52 @@ pub(super) struct Set {
 }
 
 impl RequiredLines {
-    /// Lines over a raster of this many samples, at the tolerance that the mesh is judged by: lines that meet have one height there, within it.
+    /// Lines over a raster of this many samples, at the tolerance that the mesh is judged by: lines that meet have one height there, within
+    /// it. Temporary files are made in a folder, or else in the system's place for them.
     ///
     /// # Errors
-    /// The kind of the lines, and [`VerifyError`]: they are too far away or too many, or have two heights at a place.
+    /// The kind of the lines, and [`VerifyError`]: they are too far away or too many, or have two heights at a place; temporary files
+    /// fail, or the caller asked to stop.
     pub fn new(
         sets: &[LineSet],
         (width, height): (usize, usize),
         tolerance: f64,
+        temp_dir: Option<&Path>,
+        cancel: &CancelToken,
     ) -> Result<RequiredLines, (LineKind, VerifyError)> {
+        let scratch = Scratch::new(temp_dir, cancel.clone());
         let size = (width as i64, height as i64);
-        let mut pieces = Vec::new();
+        let first_kind = sets.first().map_or(LineKind::Breaklines, |set| set.kind);
+        let of_all = |error: ScratchError| (first_kind, VerifyError::from(error));
+        words::check(size).map_err(|error| (first_kind, error))?;
+        let mut sorter = Sorter::new(&scratch, PIECE_BYTES);
         for (number, set) in sets.iter().enumerate() {
-            places::cut((number, set), size, &mut pieces).map_err(|error| (set.kind, error))?;
+            let mut take = |piece: Piece| Ok(sorter.push(piece.record(1))?);
+            places::cut((number, set), size, &mut take).map_err(|error| (set.kind, error))?;
         }
-        let mut pieces = noded(pieces);
-        let shores = shores(&mut pieces, sets).map_err(|error| (LineKind::Lakes, error))?;
-        let inside = inside(&mut pieces, sets, size);
-        let bits = |of: &[Counted]| of.iter().fold(0, |bits, (piece, _)| bits | 1 << piece.set);
-        let of_segments = pieces.chunk_by(|a, b| a.0.ends == b.0.ends);
-        let segments = of_segments.map(|of| (of[0].0.ends, bits(of))).collect();
-        let levels = levels(pieces.iter().map(|(piece, _)| piece), sets, &shores, tolerance)?;
-        let near = near(&levels, size);
+        let noded = noded(sorter.finish().map_err(of_all)?, size.1, &scratch).map_err(of_all)?;
+        let (outlines, noded) = Outlines::of(noded, sets, &scratch).map_err(of_all)?;
+        let shores = outlines.shores(sets).map_err(|error| (LineKind::Lakes, error))?;
+        let inside = outlines.inside(sets, size);
+        // What is inside of a cutline bounds nothing, nor does the raster's rim.
+        let bounds = |piece: &Piece| {
+            let is_border = || inside.as_ref().is_none_or(|inside| inside.is_border(piece.ends));
+            outlines.have(piece) && (sets[piece.set].kind != LineKind::Cutline || is_border())
+        };
+        let mut segments = Rowed::new(&scratch, ROW_OF_PLACE);
+        let mut levels = Levels::new((sets, &shores), tolerance, size, &scratch);
+        let mut by_row = ByRow::new(noded.into_records());
+        for row in 0..size.1 {
+            let mut pieces = by_row.pieces(row).map_err(of_all)?;
+            pieces.retain(|(piece, _)| bounds(piece));
+            for of in pieces.chunk_by(|a, b| a.0.ends == b.0.ends) {
+                let bits = of.iter().fold(0, |bits, (piece, _)| bits | 1 << piece.set);
+                segments.push(record((of[0].0.ends, bits))).map_err(of_all)?;
+            }
+            levels.take(row, &pieces)?;
+        }
+        segments.finish().map_err(of_all)?;
+        let (levels, near) = levels.finish().map_err(of_all)?;
         let features = LineSet::features(sets.iter().map(|set| (set.kind, set.lines.have_heights())));
         let sets = sets.iter().map(|set| Set { shift: set.shift, has_heights: set.lines.have_heights() });
         Ok(RequiredLines { sets: sets.collect(), features, segments, levels, near, shores, inside })
@@ -85,125 +122,59 @@ impl RequiredLines {
 
     /// Whether lines have heights of their own.
     pub(in crate::verify) fn have_heights(&self) -> bool {
-        !self.levels.is_empty()
+        self.levels.count() > 0
     }
 
     /// The samples of some rows that are in lakes: row, columns, height. Some may be there twice.
-    pub(in crate::verify) fn flooded(
-        &self,
-        rows: std::ops::Range<i64>,
-    ) -> impl Iterator<Item = (i64, std::ops::Range<i64>, f64)> {
+    pub(in crate::verify) fn flooded(&self, rows: Range<i64>) -> impl Iterator<Item = (i64, Range<i64>, f64)> {
         self.shores.samples(rows)
     }
 
     /// The samples of some rows that are beside lines with heights: row, column, and the least and the largest of these.
-    pub(in crate::verify) fn near(&self, rows: std::ops::Range<i64>) -> &[((i64, i64), [f64; 2])] {
-        let before = |row: i64| self.near.partition_point(|((at, _), _)| *at < row);
-        &self.near[before(rows.start)..before(rows.end)]
-    }
-}
-
-/// The lakes of all sets; each feature is one. Takes away what an outline runs over an even number of times: it bounds nothing.
-fn shores(pieces: &mut Vec<Counted>, sets: &[LineSet]) -> Result<Shores, VerifyError> {
-    let Some(number) = sets.iter().position(|set| set.kind == LineKind::Lakes) else { return Ok(Shores::default()) };
-    let lines = &sets[number].lines;
-    let mut lakes: Vec<(u64, f64)> = Vec::new();
-    let mut of_line = Vec::new();
-    for line in 0..lines.lines().len() {
-        let level = lines.heights().and_then(|heights| heights[line].first().copied());
-        match lakes.last() {
-            Some((feature, _)) if *feature == lines.feature(line) => {}
-            _ => lakes.push((lines.feature(line), level.unwrap_or(0.0))),
-        }
-        of_line.push(lakes.len() - 1);
-    }
-    let mut times: BTreeMap<([Spot; 2], usize), u32> = BTreeMap::new();
-    for (piece, more) in pieces.iter().filter(|(piece, _)| piece.set == number) {
-        *times.entry((piece.ends, of_line[piece.line])).or_default() += more;
-    }
-    times.retain(|_, times| *times % 2 == 1);
-    pieces.retain(|(piece, _)| piece.set != number || times.contains_key(&(piece.ends, of_line[piece.line])));
-    Shores::new(lakes, times.into_keys())
-}
-
-/// The inside of the outlines that the mesh is to end at; each feature is a polygon. Takes away what of them is not on its border, and what
-/// is on the raster's rim.
-fn inside(pieces: &mut Vec<Counted>, sets: &[LineSet], (width, height): (i64, i64)) -> Option<Inside> {
-    let number = sets.iter().position(|set| set.kind == LineKind::Cutline)?;
-    let features: BTreeMap<u64, usize> = {
-        let lines = &sets[number].lines;
-        let all: std::collections::BTreeSet<u64> = (0..lines.lines().len()).map(|line| lines.feature(line)).collect();
-        all.into_iter().zip(0..).collect()
-    };
-    let mut times: BTreeMap<([Spot; 2], usize), u32> = BTreeMap::new();
-    for (piece, more) in pieces.iter().filter(|(piece, _)| piece.set == number) {
-        *times.entry((piece.ends, features[&sets[number].lines.feature(piece.line)])).or_default() += more;
-    }
-    let odd: Vec<_> = times.into_iter().filter(|(_, times)| times % 2 == 1).map(|(side, _)| side).collect();
-    let inside = Inside::new(&odd, (width - 1, height - 1));
-    let ends: std::collections::BTreeSet<[Spot; 2]> = odd.into_iter().map(|(ends, _)| ends).collect();
-    pieces.retain(|(piece, _)| piece.set != number || ends.contains(&piece.ends) && inside.is_border(piece.ends));
-    Some(inside)
-}
-
-/// A height at a place, and the line or the lake that has it.
-type Owned = (f64, (LineKind, u64));
-
-/// The heights at all places of lines that have some: where there are several, the middle of the least and the largest. All places of
-/// any line that are in lakes have theirs.
-fn levels<'p>(
-    pieces: impl Iterator<Item = &'p Piece>,
-    sets: &[LineSet],
-    shores: &Shores,
-    tolerance: f64,
-) -> Result<BTreeMap<Spot, f64>, (LineKind, VerifyError)> {
-    // By rows, then by columns, so that it is always the same place that is told of.
-    let mut found: BTreeMap<(i64, i64), (Vec<Owned>, Vec<Owned>)> = BTreeMap::new();
-    for piece in pieces {
-        let set = &sets[piece.set];
-        for ((x, y), height) in piece.ends.into_iter().zip(piece.heights()) {
-            let flooded: Vec<Owned> =
-                shores.at((x, y)).map(|lake| shores.lake(lake)).map(|(f, h)| (h, (LineKind::Lakes, f))).collect();
-            let own = set.lines.have_heights();
-            if own || !flooded.is_empty() {
-                let (lines, lakes) = found.entry((y, x)).or_default();
-                lines.extend(own.then(|| (height, (set.kind, set.lines.feature(piece.line)))));
-                lakes.extend(flooded);
-            }
-        }
-    }
-    let one = |((y, x), (lines, lakes)): ((i64, i64), (Vec<Owned>, Vec<Owned>))| {
-        let order = |a: &&Owned, b: &&Owned| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-        let all = || lines.iter().chain(&lakes);
-        let (Some(&(low, of_low)), Some(&(high, of_high))) = (all().min_by(order), all().max_by(order)) else {
-            unreachable!("a place with a height");
+    pub(in crate::verify) fn near(
+        &self,
+        rows: Range<i64>,
+    ) -> Result<impl Iterator<Item = ((i64, i64), [f64; 2])> + use<>, ScratchError> {
+        let of = |[sample, low, high]: [u64; 3]| {
+            let (column, row) = spot(sample);
+            ((row, column), [low, high].map(f64::from_bits))
         };
-        let apart: BigRational = rational(high) - rational(low);
-        let is_level = lakes.iter().all(|(height, _)| *height == lakes[0].0);
-        if apart > rational(tolerance) || !is_level {
-            let (column, row) = (x as f64 / 4.0, y as f64 / 4.0);
-            let (heights, features, kinds) = ([low, high], [of_low.1, of_high.1], [of_low.0, of_high.0]);
-            return Err((kinds[0], VerifyError::TwoHeights { column, row, heights, features, kinds }));
-        }
-        Ok(((x, y), lakes.first().map_or(low + (high - low) / 2.0, |lake| lake.0)))
-    };
-    found.into_iter().map(one).collect()
+        Ok(self.near.of(rows)?.into_iter().map(of))
+    }
+
+    /// How many segments there are.
+    pub(super) fn segment_count(&self) -> u64 {
+        self.segments.count()
+    }
+
+    /// The segments whose first places are in some rows of cells.
+    pub(super) fn segments(&self, rows: Range<i64>) -> Result<impl Iterator<Item = Segment> + use<>, ScratchError> {
+        Ok(self.segments.of(rows)?.into_iter().map(segment))
+    }
+
+    /// Rows of cells from the first of some on, so few that they have no more than a number of segments, or else a few.
+    pub(super) fn strip(&self, rows: Range<i64>, most: usize) -> Range<i64> {
+        self.segments.some(rows, most)
+    }
+
+    /// The heights at places of lines in some rows of cells, by place.
+    pub(super) fn levels(&self, rows: Range<i64>) -> Result<Vec<(u64, f64)>, ScratchError> {
+        Ok(self.levels.of(rows)?.into_iter().map(|[place, height]| (place, f64::from_bits(height))).collect())
+    }
+
+    /// Where temporary files are made.
+    pub(super) fn scratch(&self) -> &Scratch {
+        self.segments.scratch()
+    }
 }
 
-/// The samples with a place no farther than a cell away, across or down.
-fn near(levels: &BTreeMap<Spot, f64>, (width, height): (i64, i64)) -> Vec<((i64, i64), [f64; 2])> {
-    let around = |quarters: i64, count: i64| {
-        let first = (quarters - 4).div_euclid(4);
-        (first..=first + 2).filter(move |at| (4 * at - quarters).abs() <= 4 && (0..count).contains(at))
-    };
-    let mut samples: BTreeMap<(i64, i64), [f64; 2]> = BTreeMap::new();
-    for (&(x, y), &level) in levels {
-        for row in around(y, height) {
-            for column in around(x, width) {
-                let [low, high] = samples.entry((row, column)).or_insert([level; 2]);
-                (*low, *high) = (low.min(level), high.max(level));
-            }
-        }
-    }
-    samples.into_iter().collect()
+/// Bits for the sets of a segment.
+const SETS: u32 = SetBits::BITS;
+
+fn record(([a, b], sets): Segment) -> [u64; 2] {
+    [word(a), (word(b) - word(a)) << SETS | u64::from(sets)]
+}
+
+fn segment([first, other]: [u64; 2]) -> Segment {
+    ([spot(first), spot(first + (other >> SETS))], other as SetBits)
 }

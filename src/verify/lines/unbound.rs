@@ -1,8 +1,11 @@
 //! Cells beside lines, where the surface may stray as far as it likes.
 
-use super::{RequiredLines, Spot};
+use std::ops::Range;
 
-/// The cells that lines run in, and how far around them no limit on straying holds: as many cells as edges may be from lines, rounded up,
+use super::{RequiredLines, Spot};
+use crate::base::external::ScratchError;
+
+/// The cells that lines run in, near some rows, and how far around them no limit on straying holds: as many cells as edges may be from lines, rounded up,
 /// and at the least one where lines have heights of their own.
 ///
 /// Memory: 16 bytes for each cell that a line runs in.
@@ -14,14 +17,17 @@ pub(in crate::verify) struct Unbound {
 }
 
 impl Unbound {
-    pub(in crate::verify) fn new(lines: &RequiredLines) -> Unbound {
+    /// Those that tell of the cells of some rows.
+    pub(in crate::verify) fn near(lines: &RequiredLines, rows: Range<i64>) -> Result<Unbound, ScratchError> {
         let reach = |shift: f64, has_heights: bool| if has_heights { shift.max(1.0) } else { shift };
         let reach = lines.sets.iter().map(|set| reach(set.shift, set.has_heights)).fold(0.0, f64::max).ceil() as i64;
-        let spots = lines.segments.iter().flat_map(|(ends, _)| *ends);
+        // A segment touches the rows next to its own.
+        let near = lines.segments(rows.start - reach - 1..rows.end + reach + 1)?;
+        let spots = near.flat_map(|(ends, _)| ends);
         let mut cells: Vec<(i64, i64)> = spots.flat_map(around).collect();
         cells.sort_unstable();
         cells.dedup();
-        Unbound { cells, reach }
+        Ok(Unbound { cells, reach })
     }
 
     /// Whether a cell, by the column and the row of its first sample, is one of them.
