@@ -265,13 +265,17 @@ fn a_field_says_whose_heights_count() {
         assert_eq!(meshes[0], meshes[1]);
     }
     let odd = layer("odd.geojson", [json!("line"), json!("both")]);
+    scene.simplify(&odd, &field).fails(
+        1,
+        &["expected the text raster or line in field z_from of feature 1, found the text \"both\"", "--breakline-z"],
+    );
+    scene.simplify(&both, &["--breakline-z", "field:width"]).fails(
+        1,
+        &["expected the text raster or line in field width of feature 0, found no text, but", "--breakline-z"],
+    );
     scene
-        .simplify(&odd, &field)
-        .fails(1, &["found the text \"both\" in field z_from", "raster or line", "--breakline-z"]);
-    scene
-        .simplify(&both, &["--breakline-z", "field:width"])
-        .fails(1, &["a field width of numbers, not of text", "--breakline-z"]);
-    scene.simplify(&both, &["--breakline-z", "field:level"]).fails(1, &["no field level among width, z_from"]);
+        .simplify(&both, &["--breakline-z", "field:level"])
+        .fails(1, &["in field level of feature 0, found no such field among width, z_from"]);
     scene.simplify(&both, &["--breakline-z", "feet"]).fails(2, &["expected raster, line or field:NAME"]);
 }
 

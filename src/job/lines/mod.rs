@@ -15,7 +15,7 @@ use crate::base::lattice::STEPS;
 use crate::base::tiling::TileGrid;
 use crate::base::{LineKind, LineSet, Polylines, Window};
 use crate::kernel::breaklines::strips::{Cutting, LONGEST, PieceRecord, Summary};
-use crate::kernel::breaklines::{Breaklines, Inside, LineCounts, LinesError, TwoHeights};
+use crate::kernel::breaklines::{Breaklines, Inside, LineCounts, LinesError, SetBits, TwoHeights};
 use shelved::{Shelved, Sorting};
 
 pub(crate) use error::LinesFailure;
@@ -113,6 +113,16 @@ impl Lines {
     /// How many sets of lines there are.
     pub(super) fn set_count(&self) -> usize {
         self.told().set_count()
+    }
+
+    /// See [`Breaklines::counting`].
+    pub(super) fn counting(&self, bits: SetBits) -> SetBits {
+        self.told().counting(bits)
+    }
+
+    /// The sets whose lines are soft.
+    pub(super) fn soft_sets(&self) -> SetBits {
+        self.told().soft_sets()
     }
 
     /// What they ask of a run.

@@ -2,6 +2,8 @@
 
 mod along;
 
+pub(crate) use along::type_of;
+
 use std::sync::Arc;
 
 use super::{ChainEdge, Inside, Place, SetBits};
@@ -15,7 +17,7 @@ pub type End = (Place, f64);
 /// What became of the chains of lines.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct ChainCounts {
-    /// Edges of the mesh that follow lines.
+    /// Edges of the mesh that follow lines; those that lines of several sets of a kind share count in the first.
     pub edges: u64,
     /// Segments of lines that have none, since they lie in no cell with four heights.
     pub off_ground: u64,
