@@ -147,6 +147,9 @@ impl Params {
         passes::passes_over(grid, passes::polishes_seams(self.quality, self.straying(self.features()))).len() as u64
     }
 
+    /// What the pieces of breaklines are called among what is [named](Params::named).
+    pub(super) const SEGMENTS: &str = "segments of lines";
+
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
     pub fn named(&self) -> Vec<(&'static str, String)> {
         let feasibility = match self.feasibility {
@@ -191,7 +194,9 @@ impl Params {
             named.push(("points", format!("{} samples with the checksum {:08x}", points.len(), points.checksum())));
         }
         if let Some(lines) = &self.breaklines {
-            named.push(("breaklines", lines.named()));
+            let [sets, segments] = lines.named();
+            named.push(("breaklines", sets));
+            named.push((Params::SEGMENTS, segments));
         }
         named
     }

@@ -230,21 +230,6 @@ pub fn check_shards(features: FeatureSet) -> Result<(), NotInShards> {
     }
 }
 
-/// A feature that a run which takes over tiles of an earlier one has to do without.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "with {0} nothing can be taken over from an earlier run: where rings have their ends depends on more than a tile's samples"
-)]
-pub struct NotTakenOver(pub Feature);
-
-/// Makes sure that a run with these features can take over tiles of an earlier one.
-///
-/// # Errors
-/// [`NotTakenOver`].
-pub fn check_taking_over(features: FeatureSet) -> Result<(), NotTakenOver> {
-    features.among(EDGES).first().map_or(Ok(()), |&lines| Err(NotTakenOver(lines)))
-}
-
 impl Rule {
     /// How `features` break this rule, if they do.
     fn broken_by(&'static self, features: FeatureSet) -> Option<Conflict> {

@@ -43,6 +43,7 @@ mod synth_bad_input;
 mod tiles;
 mod tiles_resume;
 mod trim;
+mod update_lines;
 mod usage;
 mod util;
 mod verify;

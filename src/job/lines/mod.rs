@@ -171,8 +171,8 @@ impl Lines {
         self.told().in_lakes()
     }
 
-    /// What of them decides a mesh, the same on every machine and wherever they are held.
-    pub fn named(&self) -> String {
+    /// What of them decides a mesh, the same on every machine and wherever they are held: see [`Breaklines::named`].
+    pub fn named(&self) -> [String; 2] {
         match &self.0 {
             Held::Memory(lines) => lines.named(),
             Held::Shelved(_, summary) => summary.named.clone(),

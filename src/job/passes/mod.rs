@@ -442,7 +442,7 @@ impl Run<'_> {
             self.clocks.spool.time(|| out.append(chunk, encoded))?;
         } else if out.check_samples() {
             // The raster may have changed since.
-            shared.check_samples(self.job.field, self.job.params, place.window)?;
+            shared.check_samples(self.job, place.window)?;
         }
         let samples = place.owned_samples();
         let shape = maker.shared().chunk.errors.shape.as_ref().filter(|_| self.later.is_empty());

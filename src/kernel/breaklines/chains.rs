@@ -167,6 +167,19 @@ impl TileChains {
         edges
     }
 
+    /// Adds all that a mesh depends on to a checksum; nothing where there are no ends of edges.
+    pub(crate) fn hash(&self, hasher: &mut crc32fast::Hasher) {
+        let edges = self.edges.iter().chain(&self.border).flatten();
+        for Vertex { at, height } in edges.chain(&self.vertices) {
+            hasher.update(bytemuck::cast_slice(&[at.x, at.y]));
+            hasher.update(&height.to_ne_bytes());
+        }
+        let counts = [self.edges.len(), self.border.len()].map(|count| count as u64);
+        if !self.vertices.is_empty() {
+            hasher.update(bytemuck::cast_slice(&counts));
+        }
+    }
+
     fn find(&self, at: Point) -> Result<usize, usize> {
         self.vertices.binary_search_by_key(&(at.y, at.x), |v| (v.at.y, v.at.x))
     }

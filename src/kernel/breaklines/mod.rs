@@ -336,8 +336,8 @@ impl Breaklines {
         self.segments.len() as u64 * PER_SEGMENT + self.levels.bytes() + self.beside.bytes() + inside
     }
 
-    /// What of them decides a mesh, the same on every machine.
-    pub fn named(&self) -> String {
+    /// What of them decides a mesh, the same on every machine: what sets there are, and what is in them.
+    pub fn named(&self) -> [String; 2] {
         let mut hasher = crc32fast::Hasher::new();
         self.segments.iter().flatten().for_each(|place| hash_place(&mut hasher, *place));
         self.of.iter().for_each(|bits| hasher.update(&[*bits]));
@@ -345,13 +345,13 @@ impl Breaklines {
         self.named_as(self.segments.len() as u64, hasher.finalize())
     }
 
-    fn named_as(&self, segments: u64, checksum: u32) -> String {
+    fn named_as(&self, segments: u64, checksum: u32) -> [String; 2] {
         let named = |set: &Set| {
             let soft = if set.line_type == LineType::Soft { "soft " } else { "" };
-            format!(", {soft}{} with shift {}/{FINE}", set.kind.name(), set.shift)
+            format!("{soft}{} with shift {}/{FINE}", set.kind.name(), set.shift)
         };
-        let sets = self.sets.iter().map(named).collect::<String>();
-        format!("{segments} segments with checksum {checksum:08x}{sets}")
+        let sets: Vec<String> = self.sets.iter().map(named).collect();
+        [sets.join(", "), format!("{segments} with checksum {checksum:08x}")]
     }
 }
 

@@ -211,5 +211,5 @@ pub(crate) struct Summary {
     /// As [`Breaklines::height_range`].
     pub(crate) range: Option<[f64; 2]>,
     /// As [`Breaklines::named`].
-    pub(crate) named: String,
+    pub(crate) named: [String; 2],
 }
