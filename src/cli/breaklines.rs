@@ -189,10 +189,10 @@ fn one_height(kinds: [LineKind; 2]) -> &'static str {
     match kinds.map(|kind| kind == LineKind::Lakes) {
         [true, true] => "make one feature of them, or give both one height with --lake-z field:NAME",
         [false, false] => {
-            "change the z of one of them there, choose a larger --max-error, or take heights from the raster with --breakline-z raster"
+            "change the z of one of them there, choose a larger --max-error (under a budget they must be the same), or take heights from the raster with --breakline-z raster"
         }
         _ => {
-            "change the z of the line or the height of the lake, choose a larger --max-error, or take heights of lines from the raster with --breakline-z raster"
+            "change the z of the line or the height of the lake, choose a larger --max-error (under a budget they must be the same), or take heights of lines from the raster with --breakline-z raster"
         }
     }
 }

@@ -10,6 +10,7 @@ use crate::base::tiling::TileGrid;
 use crate::base::{PointSet, Tolerance, exact_double};
 use crate::field::Field;
 use crate::kernel::boundary::MAX_CELLS;
+use crate::kernel::breaklines::TwoHeights;
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
 
@@ -118,6 +119,16 @@ impl Params {
             schedule.check()?;
         }
         Ok(rules::check(self.features().and(FeatureSet::of_field(field)))?)
+    }
+
+    /// Makes sure that lines which meet have one height there: within the tolerance of each other, or the same where there is a goal, as
+    /// the tolerance is not known then.
+    ///
+    /// # Errors
+    /// [`TwoHeights`].
+    pub fn check_lines(&self) -> Result<(), TwoHeights> {
+        let difference = if self.goal.is_none() { self.tolerance.kept() } else { 0.0 };
+        self.breaklines.as_ref().map_or(Ok(()), |lines| lines.check_heights(difference))
     }
 
     /// Whether a tolerance is looked for whose mesh meets the goal, as insertion by itself cannot stop at it in order; with

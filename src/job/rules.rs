@@ -58,9 +58,6 @@ const LINES: &[Feature] =
 /// Lines that become edges, of any kind.
 const EDGES: &[Feature] = &[Feature::Breaklines, Feature::Lakes, Feature::Footprints, Feature::ExactCutline];
 
-/// Lines with heights of their own.
-const LEVELS: &[Feature] = &[Feature::Lakes, Feature::LineHeights];
-
 /// What is part of polishing, and means nothing without it.
 const OF_POLISHING: &[Feature] = &[
     Feature::FittedHeights,
@@ -171,11 +168,6 @@ pub const RULES: &[Rule] = &[
         "it is the outlines of its polygons that the mesh ends at",
     )),
     everywhere(require(&[Feature::LineHeights], Feature::Breaklines, "it is the heights of these lines that count")),
-    exclude(
-        LEVELS,
-        GOALS,
-        "whether lines that meet have one height there depends on the tolerance, which a goal leaves open",
-    ),
     exclude(EDGES, HITTING_SETS, "squares take no given edges"),
     exclude(OF_INSERTION, CUTS, "greedy cuts have no edges to swap and no candidates to select"),
     exclude(CUTS, HITTING_SETS, "a tile is triangulated by one engine"),

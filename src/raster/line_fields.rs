@@ -27,17 +27,18 @@ pub(super) fn has_own_heights(said: &Said<bool>, (id, feature): (u64, &Feature<'
         "line" => Some(true),
         _ => None,
     };
-    of_feature(said, ("raster or line", &words), (id, feature))
+    of_feature(said, "raster or line", words, (id, feature))
 }
 
 /// The type of a feature.
 pub(super) fn type_of(said: &Said<LineType>, (id, feature): (u64, &Feature<'_>)) -> Result<LineType, Wrong> {
-    of_feature(said, ("hard or soft", &LineType::from_name), (id, feature))
+    of_feature(said, "hard or soft", LineType::from_name, (id, feature))
 }
 
 fn of_feature<T: Copy>(
     said: &Said<T>,
-    (expected, words): (&str, &dyn Fn(&str) -> Option<T>),
+    expected: &str,
+    words: impl Fn(&str) -> Option<T>,
     (id, feature): (u64, &Feature<'_>),
 ) -> Result<T, Wrong> {
     let field = match said {

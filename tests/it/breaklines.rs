@@ -152,7 +152,7 @@ fn killed_continued_and_in_shards(options: &[&str]) {
         scene.command("simplify", &[&usual, options].concat())
     };
     assert_eq!(terrabite_with_fault("kill:vertices:1", command(&lines)).code, None);
-    terrabite(command(&other)).fails(1, &["another job", "breaklines: expected"]);
+    terrabite(command(&other)).fails(1, &["another job", "segments of lines: expected"]);
     terrabite(command(&lines)).succeeds();
     assert!(scene.written() == expected);
 
@@ -220,9 +220,19 @@ fn lines_without_one_height_at_every_place_are_refused_by_name() {
     scene.verify(&two, &own).fails(1, &expected);
     let loose = scene.command("simplify", &["--breaklines", &two, "--breakline-z", "line", "--overwrite"]);
     terrabite(loose.into_iter().map(|word| if word == "3" { "6".to_string() } else { word })).succeeds();
-    scene
-        .simplify(&two, &[&own[..], &["--max-triangles", "900"]].concat())
-        .fails(2, &["--breakline-z line", "--max-error"]);
+    // The tolerance is found later: heights must be the same.
+    let budget = ["simplify", &scene.dem, &scene.folder.at("tin.ply"), "--overwrite", "--tile", "16", "--breaklines"];
+    let of_budget = |lines: &str, goal: [&str; 2]| terrabite([&budget[..], &[lines, "--json"], &own, &goal].concat());
+    of_budget(&two, ["--max-triangles", "900"]).fails(1, &["expected one height at column 9, row 9", "under a budget"]);
+    let agreeing = scene.layer("agreeing.geojson", &LINES);
+    for goal in [["--max-triangles", "900"], ["--max-rms", "0.4"], ["--max-points", "400"]] {
+        let told = of_budget(&agreeing, goal).succeeds().json();
+        let found = told["tolerance"].to_string();
+        let verdict =
+            ["verify", &scene.dem, &scene.folder.at("tin.ply"), "--max-error", &found, "--breaklines", &agreeing];
+        terrabite(verdict.iter().chain(&own)).succeeds();
+        assert!(told["triangles"].as_u64() <= Some(900) || goal[0] == "--max-rms", "{told}");
+    }
     terrabite(scene.command("simplify", &own)).fails(2, &["--breakline-z line requires --breaklines"]);
 }
 

@@ -137,7 +137,6 @@ fn types_of_lines_are_marked_and_change_no_verdict() {
         terrabite(["convert", &at(from), &at(to)]).succeeds();
         assert_eq!(edges(&at(to)), expected, "{to}");
     }
-    assert_eq!(std::fs::read(at("3.ply")).unwrap(), scene.written());
     scene.simplify(&mixed, &[&by_field[..], &["--breakline-z", "line"]].concat()).succeeds();
     scene.verify(&mixed, &["--breakline-z", "line"]).succeeds();
     assert!(edges(&at("tin.ply")).iter().any(|edge| edge.line_type == LineType::Soft));

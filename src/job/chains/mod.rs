@@ -70,7 +70,6 @@ pub(super) fn in_bands(grid: &TileGrid, rows: i64, segments: &[u64]) -> Vec<u64>
 /// above and below it.
 pub(super) fn find(job: &Job<'_>) -> Result<Option<ChainStore>, Error> {
     let Some(lines) = &job.params.breaklines else { return Ok(None) };
-    lines.check_heights(job.params.tolerance.kept())?;
     let bands = Band::of(&job.grid);
     let scratch = Scratch::new(Some(&job.params.temp_dir), job.control.cancel.clone());
     let mut store = ChainStore::new(job.grid, bands.clone(), lines, scratch);
