@@ -23,7 +23,7 @@ const VERTICES_IN_MEMORY: usize = 1 << 20;
 /// Lines of one kind that become edges of the mesh.
 #[derive(Debug, Clone)]
 pub struct LineInput {
-    /// What they are. A run has one set of each kind at the most.
+    /// What they are. A run has one input of each kind at the most.
     pub kind: LineKind,
     /// Where they come from.
     pub from: Lines,
