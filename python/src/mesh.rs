@@ -25,6 +25,7 @@ pub(crate) struct PyMesh {
     vertices: Py<PyArray2<f64>>,
     triangles: Py<PyArray2<u32>>,
     edges: Py<PyArray2<u32>>,
+    soft_edges: Py<PyArray1<bool>>,
     attributes: Vec<(Channel, Py<PyArray1<f64>>)>,
     header: Header,
     report: String,
@@ -38,18 +39,22 @@ fn in_rows<T: Element>(py: Python<'_>, columns: usize, numbers: Vec<T>) -> PyRes
     Ok(array.unbind())
 }
 
+/// An array over values that it takes, read-only.
+fn in_a_row<T: Element>(py: Python<'_>, values: Vec<T>) -> PyResult<Py<PyArray1<T>>> {
+    let array = values.into_pyarray(py);
+    array.try_readwrite().map_err(|e| PyValueError::new_err(e.to_string()))?.make_nonwriteable();
+    Ok(array.unbind())
+}
+
 impl PyMesh {
     fn new(py: Python<'_>, InMemory { arrays, header, report }: InMemory) -> PyResult<PyMesh> {
         let report = serde_json::to_string(&report).map_err(|e| PyValueError::new_err(e.to_string()))?;
-        let kept = |(channel, values): (Channel, Vec<f64>)| {
-            let array = values.into_pyarray(py);
-            array.try_readwrite().map_err(|e| PyValueError::new_err(e.to_string()))?.make_nonwriteable();
-            Ok((channel, array.unbind()))
-        };
+        let kept = |(channel, values): (Channel, Vec<f64>)| Ok((channel, in_a_row(py, values)?));
         Ok(PyMesh {
             vertices: in_rows(py, 3, arrays.vertices)?,
             triangles: in_rows(py, 3, arrays.triangles)?,
             edges: in_rows(py, 2, arrays.edges)?,
+            soft_edges: in_a_row(py, arrays.soft_edges)?,
             attributes: arrays.attributes.into_iter().map(kept).collect::<PyResult<_>>()?,
             header,
             report,
@@ -68,7 +73,8 @@ impl PyMesh {
         let vertices = self.vertices.bind(py).try_readonly().map_err(lent)?;
         let triangles = self.triangles.bind(py).try_readonly().map_err(lent)?;
         let edges = self.edges.bind(py).try_readonly().map_err(lent)?;
-        let edges = edges.as_slice().map_err(failed)?;
+        let soft_edges = self.soft_edges.bind(py).try_readonly().map_err(lent)?;
+        let (edges, soft_edges) = (edges.as_slice().map_err(failed)?, soft_edges.as_slice().map_err(failed)?);
         let values = self.attributes.iter().map(|(_, values)| values.bind(py).try_readonly());
         let values: Vec<PyReadonlyArray1<'_, f64>> = values.collect::<Result<_, _>>().map_err(lent)?;
         let arrays = (vertices.as_slice().map_err(failed)?, triangles.as_slice().map_err(failed)?);
@@ -78,7 +84,7 @@ impl PyMesh {
         let header = self.header.clone();
         run(py, watch, move |control| {
             let mesh = ArrayReader::new("the mesh", header, arrays, attributes, control.cancel.clone());
-            let mesh = mesh.and_then(|mesh| mesh.with_edges(edges));
+            let mesh = mesh.and_then(|mesh| mesh.with_edges(edges, soft_edges));
             work(&mut mesh.map_err(|e| ReadError::Damaged(e.into()))?, control)
         })
     }
@@ -99,6 +105,12 @@ impl PyMesh {
     #[getter]
     fn edges(&self, py: Python<'_>) -> Py<PyArray2<u32>> {
         self.edges.clone_ref(py)
+    }
+
+    /// Whether each of these follows soft lines alone.
+    #[getter]
+    fn soft_edges(&self, py: Python<'_>) -> Py<PyArray1<bool>> {
+        self.soft_edges.clone_ref(py)
     }
 
     /// Names and values.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use terrabite::base::features::{Feature, FeatureSet};
-use terrabite::base::{Band, LineKind, Polylines};
+use terrabite::base::{Band, LineKind, LineType, Polylines};
 use terrabite::field::Choice;
 use terrabite::job::normals::Normals;
 use terrabite::job::rules::{self, default_engine, default_quality};
@@ -18,7 +18,8 @@ use terrabite::kernel::triangulate::insertion::{
     DataDependent, Fit, GreedyInsertion, InsertionOptions, Measure, Selection, Shape, Swap,
 };
 use terrabite::run::{
-    AttributeBands, Attributes, HeightSource, Input, LakeHeight, LineInput, Lines, PointInput, Request, VerifyRequest,
+    AttributeBands, Attributes, HeightSource, Input, LakeHeight, LineInput, LineTypes, Lines, PointInput, Request,
+    VerifyRequest,
 };
 
 use crate::band::PyBand;
@@ -68,6 +69,7 @@ pub(crate) struct Options<'py> {
     lake_z: LakeZ,
     breakline_shift: f64,
     breakline_z: String,
+    breakline_type: LineTypeOf,
     engine: Option<String>,
     cuts: Option<String>,
     swap: Option<String>,
@@ -191,12 +193,13 @@ impl Options<'_> {
         if let Some(dir) = &self.temp_dir {
             params.temp_dir.clone_from(dir);
         }
+        let types = line_types(&self.breakline_type, self.breaklines.as_ref().map(Vec::len))?;
         Ok(Request {
             params,
             attributes: attributes(self.attributes.as_ref(), self.attribute_weight, self.image)?,
             importance: self.importance.as_ref().map(|band| Input::Band(band.get().band.clone())),
             points: self.points.as_ref().map(|places| PointInput::Places(places.as_slice().into())),
-            lines: lines(&asked_lines!(self))?,
+            lines: lines(&asked_lines!(self))?.into_iter().map(|input| input.of_types(&types)).collect(),
             fill_voids: self.fill_holes,
             access: choose(
                 "access",
@@ -353,6 +356,34 @@ enum LakeZ {
     Each(Vec<f64>),
 }
 
+/// Types of lines: one word for all, or one for each.
+#[derive(FromPyObject)]
+enum LineTypeOf {
+    All(String),
+    Each(Vec<String>),
+}
+
+/// Of what type the lines of a call are, where there are so many.
+fn line_types(types: &LineTypeOf, breaklines: Option<usize>) -> PyResult<LineTypes> {
+    let line_type = |word: &String| {
+        choose("breakline_type", word, &[LineType::Hard, LineType::Soft].map(|line_type| (line_type.name(), line_type)))
+    };
+    let found = match types {
+        LineTypeOf::All(word) => LineTypes::All(line_type(word)?),
+        LineTypeOf::Each(words) => {
+            if let Some(lines) = breaklines.filter(|lines| *lines != words.len()) {
+                let message = format!("breakline_type: expected {lines} types, found {}", words.len());
+                return Err(PyValueError::new_err(message));
+            }
+            LineTypes::Each(words.iter().map(line_type).collect::<PyResult<_>>()?)
+        }
+    };
+    if breaklines.is_none() && found != LineTypes::default() {
+        return Err(PyValueError::new_err("breakline_type: expected breaklines, whose type it is, found none"));
+    }
+    Ok(found)
+}
+
 /// The lines that a call names.
 struct AskedLines<'a> {
     breaklines: Option<&'a Vertices>,
@@ -372,7 +403,13 @@ fn lines(asked: &AskedLines<'_>) -> PyResult<Vec<LineInput>> {
     if breaklines.is_none() && is_own {
         return Err(PyValueError::new_err("breakline_z: expected breaklines, whose heights these are, found none"));
     }
-    let input = |kind, lines, shift, heights| LineInput { kind, from: Lines::Places(lines), shift, heights };
+    let input = |kind, lines, shift, heights| LineInput {
+        kind,
+        from: Lines::Places(lines),
+        shift,
+        heights,
+        types: LineTypes::default(),
+    };
     let breaklines = breaklines.map(|lines| {
         let heights = if is_own { HeightSource::Own } else { HeightSource::Raster };
         Ok::<_, PyErr>(input(LineKind::Breaklines, polylines(lines)?, shift, heights))

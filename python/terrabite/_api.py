@@ -109,6 +109,7 @@ def simplify(
     footprints: Any = None,
     breakline_shift: float = 0.5,
     breakline_z: Literal["raster", "line"] = "raster",
+    breakline_type: Literal["hard", "soft"] | Sequence[str] = "hard",
     engine: Literal["greedy-cuts", "greedy-insertion", "hitting-set"] | None = None,
     cuts: Literal["plain", "improved"] | None = None,
     swap: Literal["delaunay", "data-dependent"] | None = None,
@@ -188,6 +189,8 @@ def simplify(
         footprints: Polygons, as for ``cutline``: edges of the mesh follow their outlines.
         breakline_shift: How far edges may be from lines and outlines, in cells.
         breakline_z: Which heights edges of breaklines have: ``"line"`` takes those of lines of shape (n, 3).
+        breakline_type: How edges of breaklines are marked: ``"hard"`` where the slope breaks, ``"soft"`` where it need not, or one
+            of these for each line. :func:`verify` does not ask.
         engine: How tiles are triangulated.
         cuts: The order of greedy cuts.
         swap: By what edges of greedy insertion are swapped.
@@ -261,6 +264,7 @@ def simplify(
         "cutline_exact": outlines,
         "breakline_shift": breakline_shift,
         "breakline_z": breakline_z,
+        "breakline_type": breakline_type if isinstance(breakline_type, str) else list(breakline_type),
         "engine": engine,
         "cuts": cuts,
         "swap": swap,

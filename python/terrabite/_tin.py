@@ -6,10 +6,11 @@ import json
 import os
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
+import numpy as np
+
 from . import _terrabite
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     Format = Literal["ply", "obj", "glb", "stl", "landxml", "ugrid", "vtp", "2dm"]
@@ -62,6 +63,11 @@ class TIN:
     def breakline_edges(self) -> NDArray[np.uint32]:
         """The two vertices of each edge that follows a line of ``breaklines``: uint32 of shape (k, 2), line by line."""
         return self._mesh.edges
+
+    @property
+    def breakline_types(self) -> NDArray[np.str_]:
+        """The type of each of ``breakline_edges``, ``"hard"`` or ``"soft"``: shape (k,). Edges of outlines are hard."""
+        return np.where(self._mesh.soft_edges, "soft", "hard")
 
     @property
     def attributes(self) -> dict[str, NDArray[np.float64]]:

@@ -34,6 +34,19 @@ def test_edges_that_follow_breaklines_are_there_and_are_written(tmp_path, dem):
     assert tin.write(tmp_path / "a.ply")["edges"] == len(edges)
     assert f"\nelement edge {len(edges)}\n".encode() in (tmp_path / "a.ply").read_bytes()
     assert tb.simplify(dem, 2).breakline_edges.shape == (0, 2)
+    assert tin.breakline_types.tolist() == ["hard"] * len(edges)
+    soft = tb.simplify(dem, 2, breaklines=[line, line[::-1] * [1, 0.5]], breakline_type=["hard", "soft"])
+    types = soft.breakline_types
+    assert types.shape == soft.breakline_edges.shape[:1] and set(types) == {"hard", "soft"}
+    assert (types == "soft").sum() == soft.report["breaklines"]["soft_edges"]
+    soft.write(tmp_path / "b.ply")
+    assert b"property uchar soft" in (tmp_path / "b.ply").read_bytes()
+    assert tb.verify(dem, soft, 2, breaklines=[line, line[::-1] * [1, 0.5]]).passed
+    for wrong in ("firm", ["hard"], ["hard", "firm"]):
+        with pytest.raises(ValueError, match="breakline_type"):
+            tb.simplify(dem, 2, breaklines=[line, line], breakline_type=wrong)
+    with pytest.raises(ValueError, match="breakline_type"):
+        tb.simplify(dem, 2, breakline_type="soft")
 
 
 def test_single_precision_adds_its_loss_to_the_bound(tmp_path, dem):

@@ -19,6 +19,7 @@ mod georef;
 pub(crate) mod handed_over;
 mod identity;
 pub mod lattice;
+mod line_type;
 mod memory;
 pub mod mesh;
 mod naming;
@@ -47,6 +48,7 @@ pub use cutline::{Cutline, Polygon};
 pub use files::{FileState, Files, Watch};
 pub use georef::{CrsFacts, GeoTransform, Metres, Reference, metres_in};
 pub use identity::{SOME_SAMPLES, exact_double, identity, said};
+pub use line_type::{LineEdge, LineType};
 pub use naming::channels_of;
 #[cfg(feature = "gdal")]
 pub(crate) use points::key;

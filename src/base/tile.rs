@@ -275,8 +275,8 @@ impl Tile {
         self.validity.cut(cut);
     }
 
-    /// A checksum of heights, their validity, weights and channels, bit for bit: equal tiles have equal ones on every machine of one byte
-    /// order.
+    /// A checksum of heights, their validity, weights and channels, and of what is eased and unbound beside lines, bit for bit: equal
+    /// tiles have equal ones on every machine of one byte order.
     pub fn checksum(&self) -> u32 {
         let len = self.width * self.height;
         let mut hasher = crc32fast::Hasher::new();
@@ -289,6 +289,11 @@ impl Tile {
             hasher.update(bytemuck::cast_slice(&self.weights[..len]));
         }
         self.validity.bytes().iter().for_each(|bytes| hasher.update(bytes));
+        for EasedSample { sample, height, low, high } in &self.eased {
+            hasher.update(&sample.to_ne_bytes());
+            hasher.update(bytemuck::cast_slice(&[*height, *low, *high]));
+        }
+        hasher.update(bytemuck::cast_slice(&self.unbound));
         hasher.finalize()
     }
 

@@ -8,10 +8,10 @@ use super::combinations::{Asked, option};
 use super::failure::{Failure, of_shapes};
 use super::values;
 use crate::base::features::Feature;
-use crate::base::{LineKind, Polylines};
+use crate::base::{LineKind, LineType, Polylines};
 use crate::kernel::breaklines::LinesError;
 use crate::raster::{CutlineSource, LineSource, ShapesError, View};
-use crate::run::{HeightSource, LakeHeight, LineInput, Lines, UnusableLines};
+use crate::run::{HeightSource, LakeHeight, LineInput, LineTypes, Lines, UnusableLines};
 use crate::verify::VerifyError;
 
 /// Lines that edges of the mesh follow.
@@ -59,6 +59,24 @@ pub(crate) struct BreaklineArgs {
     breakline_z: HeightSource,
 }
 
+/// What lines are for those who read the mesh: `verify` does not look at it.
+#[derive(Debug, clap::Args)]
+pub(crate) struct BreaklineTypeArgs {
+    /// Of what type the edges along --breaklines are marked, in formats that mark them: `hard` where the slope breaks, `soft` where it
+    /// need not, or `field:NAME` for what each feature says in a text field, hard or soft. Both are followed in the same way. Where lines
+    /// of both types share a stretch it is hard
+    #[arg(long, help_heading = "Mesh", hide_short_help = true, value_name = "TYPE", requires = "breaklines", value_parser = line_types,
+        default_value = "hard")]
+    breakline_type: LineTypes,
+}
+
+impl BreaklineTypeArgs {
+    /// Lines of these types.
+    pub(super) fn of(&self, lines: Vec<LineInput>) -> Vec<LineInput> {
+        lines.into_iter().map(|input| input.of_types(&self.breakline_type)).collect()
+    }
+}
+
 impl BreaklineArgs {
     pub(super) fn ask(&self, asked: &mut Asked) {
         asked.add(Feature::Breaklines, self.breaklines.is_some());
@@ -79,13 +97,14 @@ impl BreaklineArgs {
             let from = Lines::Layer(LineSource { path: path.clone()?, layer: layer.clone() });
             // Lakes keep their outlines as they are on the lattice: so it is known what is inside.
             let shift = if kind == LineKind::Lakes { 0.0 } else { self.breakline_shift };
-            Some(LineInput { kind, from, shift, heights })
+            Some(LineInput { kind, from, shift, heights, types: LineTypes::default() })
         };
         let cutline = view.cutline.take_if(|_| self.cutline_exact).map(|CutlineSource { path, layer }| LineInput {
             kind: LineKind::Cutline,
             from: Lines::Layer(LineSource { path, layer }),
             shift: 0.0,
             heights: HeightSource::Raster,
+            types: LineTypes::default(),
         });
         layers.into_iter().filter_map(input).chain(cutline).collect()
     }
@@ -110,6 +129,14 @@ fn line_heights(word: &str) -> Result<HeightSource, String> {
     }
 }
 
+fn line_types(word: &str) -> Result<LineTypes, String> {
+    match (LineType::from_name(word), word.strip_prefix("field:")) {
+        (Some(line_type), _) => Ok(LineTypes::All(line_type)),
+        (None, Some(name)) if !name.is_empty() => Ok(LineTypes::Field(name.to_string())),
+        _ => Err("expected hard, soft or field:NAME".to_string()),
+    }
+}
+
 fn lake_height(word: &str) -> Result<LakeHeight, String> {
     match (word, word.strip_prefix("field:")) {
         ("min", _) => Ok(LakeHeight::Min),
@@ -121,21 +148,29 @@ fn lake_height(word: &str) -> Result<LakeHeight, String> {
 
 /// Why a layer of lines cannot be used.
 pub(super) fn of_layer(kind: LineKind, error: ShapesError) -> Failure {
-    let lacks_heights = matches!(&error, ShapesError::Layer { found, .. } if found.contains("without heights"));
-    if lacks_heights {
-        let hint = "--breakline-z raster takes heights from the raster, and so does the text raster in a field for one feature";
-        return Failure::new(error).hint(hint);
+    let expected = match &error {
+        ShapesError::Layer { expected, .. } => expected.as_str(),
+        _ => "",
+    };
+    let mended = [
+        (
+            "with heights",
+            "--breakline-z raster takes heights from the raster, and so does the text raster in a field for one feature",
+        ),
+        (
+            "raster or line in field",
+            "--breakline-z names a text field of the layer; raster and line hold for all features",
+        ),
+        (
+            "hard or soft in field",
+            "--breakline-type names a text field of the layer; hard and soft hold for all features",
+        ),
+        ("a number in field", "--lake-z names a field of the layer; min and median take heights from the raster"),
+    ];
+    match mended.into_iter().find(|(words, _)| expected.contains(words)) {
+        Some((_, hint)) => Failure::new(error).hint(hint),
+        None => of_shapes(error, layer_option(kind)),
     }
-    let lacks_number = matches!(&error, ShapesError::Layer { found, .. } if found.contains(" field "));
-    if lacks_number {
-        return Failure::new(error).hint(match kind {
-            LineKind::Breaklines => {
-                "--breakline-z names a text field of the layer; raster and line hold for all features"
-            }
-            _ => "--lake-z names a field of the layer; min and median take heights from the raster",
-        });
-    }
-    of_shapes(error, layer_option(kind))
 }
 
 /// The option that names the layer of lines of a kind.
@@ -154,10 +189,10 @@ fn one_height(kinds: [LineKind; 2]) -> &'static str {
     match kinds.map(|kind| kind == LineKind::Lakes) {
         [true, true] => "make one feature of them, or give both one height with --lake-z field:NAME",
         [false, false] => {
-            "change the z of one of them there, choose a larger --max-error, or take heights from the raster with --breakline-z raster"
+            "change the z of one of them there, choose a larger --max-error (under a budget they must be the same), or take heights from the raster with --breakline-z raster"
         }
         _ => {
-            "change the z of the line or the height of the lake, choose a larger --max-error, or take heights of lines from the raster with --breakline-z raster"
+            "change the z of the line or the height of the lake, choose a larger --max-error (under a budget they must be the same), or take heights of lines from the raster with --breakline-z raster"
         }
     }
 }

@@ -201,7 +201,6 @@ impl From<RunError> for Failure {
             RunError::Points(error) => error.into(),
             RunError::Shapes { kind, error } => breaklines::of_layer(kind, error),
             RunError::Lines(error) => breaklines::of_lines(&error, failure),
-            RunError::NotTakenOver(_) => Failure { code: 2, ..failure }.hint("remove --breaklines, --footprints and --cutline-exact, or lay out without an earlier run"),
             RunError::Texture(DrapeError::Place { .. }) => failure.hint("gdal_translate -a_srs -a_ullr gives it one"),
             RunError::Texture(DrapeError::Elsewhere { .. }) => failure.hint("gdalinfo shows where it lies"),
             RunError::Texture(_) => failure,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 
 use super::attributes::AttributeArgs;
-use super::breaklines::BreaklineArgs;
+use super::breaklines::{BreaklineArgs, BreaklineTypeArgs};
 use super::combinations::Asked;
 use super::coordinates::CoordinateArgs;
 use super::engine::EngineArgs;
@@ -88,6 +88,8 @@ pub(crate) struct MeshArgs {
     points_layer: Option<String>,
     #[command(flatten)]
     pub(super) breaklines: BreaklineArgs,
+    #[command(flatten)]
+    breakline_types: BreaklineTypeArgs,
     #[command(flatten)]
     machine: MachineArgs,
     /// Print nothing but errors
@@ -233,7 +235,7 @@ impl MeshArgs {
     /// The run that is asked for, to an output. Its features go together.
     pub(super) fn request(&self, features: FeatureSet, format: &'static Format, output: &Path) -> Request<'static> {
         let mut view = self.input_args.view();
-        let lines = self.breaklines.inputs(&mut view);
+        let lines = self.breakline_types.of(self.breaklines.inputs(&mut view));
         let input = Input::Raster { path: self.input.clone(), view };
         let layer = self.points_layer.clone();
         let mut request = Request {

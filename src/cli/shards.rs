@@ -29,8 +29,8 @@ pub(crate) struct PlanArgs {
     /// The folder of the run: new, empty, or that of an earlier run with the same options
     #[arg(value_name = "WORK", index = 2)]
     work: PathBuf,
-    /// The folder of an earlier run with the same options, when the raster had other samples in places: tiles that no change
-    /// concerns are taken over. `merge --keep-work-dir` keeps such a folder
+    /// The folder of an earlier run with the same options, when the raster had other samples in places, or lines were others: tiles that
+    /// no change concerns are taken over. `merge --keep-work-dir` keeps such a folder
     #[arg(long, help_heading = "Run", value_name = "OLD_WORK")]
     update: Option<PathBuf>,
     #[command(flatten)]

@@ -6,7 +6,7 @@ use proptest::sample::select;
 
 use super::{Crs, Header, Heights, OptionName, RunOption};
 use crate::base::channels::{Channel, Number};
-use crate::base::{CoordinateFrame, Window};
+use crate::base::{CoordinateFrame, LineEdge, LineType, Window};
 
 /// A mesh as a sink is given it.
 #[derive(Debug, Clone)]
@@ -16,9 +16,16 @@ pub(super) struct Given {
     pub(super) triangles: Vec<[u64; 3]>,
     pub(super) attributes: Vec<(Channel, Vec<f64>)>,
     /// Sides of triangles.
-    pub(super) edges: Vec<[u64; 2]>,
+    pub(super) edges: Vec<LineEdge<u64>>,
     /// How many vertices or triangles come at a time.
     pub(super) batch: usize,
+}
+
+impl Given {
+    /// Whether some edges are soft.
+    pub(super) fn edges_have_types(&self) -> bool {
+        self.edges.iter().any(|edge| edge.line_type == LineType::Soft)
+    }
 }
 
 fn text() -> impl Strategy<Value = String> {
@@ -107,14 +114,15 @@ pub(super) fn given() -> impl Strategy<Value = Given> {
                 vec([number(), number(), number()], vertices),
                 vec([corner.clone(), corner.clone(), corner], triangles),
                 vec(attribute(vertices), attributes),
-                vec((any::<prop::sample::Index>(), 0..3usize), 0..9),
+                vec((any::<prop::sample::Index>(), 0..3usize, any::<bool>()), 0..9),
                 Just(batch),
             )
         })
         .prop_map(|(header, vertices, triangles, attributes, sides, batch)| {
-            let side = |(triangle, from): (prop::sample::Index, usize)| {
+            let side = |(triangle, from, is_soft): (prop::sample::Index, usize, bool)| {
                 let corners: [u64; 3] = *triangle.get(&triangles);
-                [corners[from], corners[(from + 1) % 3]]
+                let line_type = if is_soft { LineType::Soft } else { LineType::Hard };
+                LineEdge { ends: [corners[from], corners[(from + 1) % 3]], line_type }
             };
             let edges = sides.into_iter().map(side).collect();
             let name = |i: usize| ["red", "band_7", "_heat", "Z9"][i].to_string();

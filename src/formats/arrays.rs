@@ -7,8 +7,9 @@ use super::reader::{EdgeVisitor, FaceVisitor, VertexVisitor};
 use super::{Contents, Header, Marks, MeshReader, Needs, ReadError, Sink, SinkError};
 use crate::base::channels::Channel;
 use crate::base::control::CancelToken;
+use crate::base::{LineEdge, LineType};
 
-/// A mesh in memory. Memory: 24 bytes a vertex, 8 for each of its attributes, 12 a triangle, 8 an edge of a line.
+/// A mesh in memory. Memory: 24 bytes a vertex, 8 for each of its attributes, 12 a triangle, 9 an edge of a line.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Arrays {
     /// x, y on the map and height, vertex by vertex.
@@ -19,6 +20,8 @@ pub struct Arrays {
     pub attributes: Vec<(Channel, Vec<f64>)>,
     /// Two numbers of vertices for each edge that follows a line.
     pub edges: Vec<u32>,
+    /// Whether each of these follows soft lines alone.
+    pub soft_edges: Vec<bool>,
 }
 
 /// Fills [`Arrays`].
@@ -53,6 +56,7 @@ impl Sink for ArraySink<'_> {
         self.into.vertices.reserve_exact(3 * vertices as usize);
         self.into.triangles.reserve_exact(3 * triangles as usize);
         self.into.edges.reserve_exact(2 * contents.edges as usize);
+        self.into.soft_edges.reserve_exact(contents.edges as usize);
         let named = |channel: &Channel| (channel.clone(), Vec::with_capacity(vertices as usize));
         self.into.attributes = contents.attributes.iter().map(named).collect();
         Ok(())
@@ -69,8 +73,9 @@ impl Sink for ArraySink<'_> {
         Ok(())
     }
 
-    fn edges(&mut self, edges: &[[u64; 2]]) -> Result<(), SinkError> {
-        self.into.edges.extend(edges.as_flattened().iter().map(|&vertex| vertex as u32));
+    fn edges(&mut self, edges: &[LineEdge<u64>]) -> Result<(), SinkError> {
+        self.into.edges.extend(edges.iter().flat_map(|edge| edge.ends).map(|vertex| vertex as u32));
+        self.into.soft_edges.extend(edges.iter().map(|edge| edge.line_type == LineType::Soft));
         Ok(())
     }
 
@@ -89,6 +94,7 @@ pub struct ArrayReader<'a> {
     channels: Vec<Channel>,
     values: Vec<&'a [f64]>,
     edges: &'a [[u32; 2]],
+    soft_edges: &'a [bool],
     cancel: CancelToken,
 }
 
@@ -120,20 +126,30 @@ impl<'a> ArrayReader<'a> {
             return Err(format!("expected {} values of {name}, as many as vertices, found {found}", vertices.len()));
         }
         let (channels, values) = attributes.into_iter().unzip();
-        Ok(ArrayReader { name: name.into(), header, vertices, triangles, channels, values, edges: &[], cancel })
+        Ok(ArrayReader {
+            name: name.into(),
+            header,
+            vertices,
+            triangles,
+            channels,
+            values,
+            edges: &[],
+            soft_edges: &[],
+            cancel,
+        })
     }
 
-    /// The same mesh with edges that follow lines, two numbers of vertices for each.
+    /// The same mesh with edges that follow lines, two numbers of vertices for each, and whether each is soft.
     ///
     /// # Errors
-    /// A sentence if there is an odd one, or one that is no vertex's.
-    pub fn with_edges(self, edges: &'a [u32]) -> Result<ArrayReader<'a>, String> {
+    /// A sentence if there is an odd one, or one that is no vertex's, or not a type for each.
+    pub fn with_edges(self, edges: &'a [u32], soft_edges: &'a [bool]) -> Result<ArrayReader<'a>, String> {
         let (edges, rest) = edges.as_chunks::<2>();
-        if !rest.is_empty() {
-            return Err("expected two vertices for each edge".to_string());
+        if !rest.is_empty() || soft_edges.len() != edges.len() {
+            return Err("expected two vertices and a type for each edge".to_string());
         }
         match edges.as_flattened().iter().find(|&&vertex| vertex as usize >= self.vertices.len()) {
-            None => Ok(ArrayReader { edges, ..self }),
+            None => Ok(ArrayReader { edges, soft_edges, ..self }),
             Some(beyond) => {
                 let vertices = self.vertices.len();
                 Err(format!("expected vertices below {vertices}, found vertex {beyond} in an edge"))
@@ -196,12 +212,17 @@ impl MeshReader for ArrayReader<'_> {
         self.edges.len() as u64
     }
 
+    fn edges_have_types(&self) -> bool {
+        self.soft_edges.contains(&true)
+    }
+
     fn edges(&mut self, visit: &mut EdgeVisitor<'_>) -> Result<(), ReadError> {
-        for (index, edge) in self.edges.iter().enumerate() {
+        for (index, (edge, is_soft)) in self.edges.iter().zip(self.soft_edges).enumerate() {
             if index % AT_A_TIME == 0 {
                 self.cancel.check()?;
             }
-            if visit(index as u64, edge.map(u64::from)).is_break() {
+            let line_type = if *is_soft { LineType::Soft } else { LineType::Hard };
+            if visit(index as u64, LineEdge { ends: edge.map(u64::from), line_type }).is_break() {
                 break;
             }
         }
@@ -228,15 +249,15 @@ mod tests {
         sink.vertices(&[[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]], &[&[7.0, 8.0]]).expect("vertices");
         sink.vertices(&[[6.0, 7.0, 8.0]], &[&[9.0]]).expect("vertices");
         sink.triangles(&[[2, 0, 1]], &[]).expect("triangles");
-        sink.edges(&[[2, 1]]).expect("edges");
+        sink.edges(&[LineEdge { ends: [2, 1], line_type: LineType::Soft }]).expect("edges");
         sink.finish().expect("a mesh");
         let values = arrays.attributes.iter().map(|(channel, values)| (channel.clone(), values.as_slice())).collect();
         let slices = (arrays.vertices.as_slice(), arrays.triangles.as_slice());
         let cancel = CancelToken::default();
         let reader = ArrayReader::new("arrays", Header::default(), slices, values, cancel.clone()).expect("a mesh");
         assert!(reader.edges.is_empty());
-        let mut reader = reader.with_edges(&arrays.edges).expect("edges");
-        assert_eq!(reader.edges, [[2, 1]]);
+        let mut reader = reader.with_edges(&arrays.edges, &arrays.soft_edges).expect("edges");
+        assert_eq!((reader.edges, reader.edges_have_types()), (&[[2, 1]][..], true));
         let reader: &mut dyn MeshReader = &mut reader;
         let mut read = Vec::new();
         let visit = |_, [_, _, z]: [f64; 3], values: &[f64]| -> Result<(), ReadError> {
@@ -270,12 +291,13 @@ mod tests {
         assert!(refused(&[0.0; 3], &[0, 0, 1], &[0.0]).contains("found vertex 1"));
         assert!(refused(&[0.0; 3], &[0, 0, 0], &[]).contains("slope"));
         assert_eq!(refused(&[0.0; 3], &[0, 0, 0], &[0.0]), "");
-        let edges = |edges: &[u32]| {
+        let edges = |edges: &[u32], soft: &[bool]| {
             let mesh = ArrayReader::new("a", Header::default(), (&[0.0; 6], &[]), Vec::new(), CancelToken::default());
-            mesh.expect("two vertices").with_edges(edges).err().unwrap_or_default()
+            mesh.expect("two vertices").with_edges(edges, soft).err().unwrap_or_default()
         };
-        assert!(edges(&[0, 1, 1]).contains("two vertices for each edge"));
-        assert!(edges(&[0, 1, 1, 2]).contains("found vertex 2 in an edge"));
-        assert_eq!(edges(&[0, 1, 1, 0]), "");
+        assert!(edges(&[0, 1, 1], &[false]).contains("two vertices and a type for each edge"));
+        assert!(edges(&[0, 1], &[]).contains("two vertices and a type for each edge"));
+        assert!(edges(&[0, 1, 1, 2], &[false; 2]).contains("found vertex 2 in an edge"));
+        assert_eq!(edges(&[0, 1, 1, 0], &[false, true]), "");
     }
 }

@@ -8,10 +8,10 @@ use proptest::sample::Index;
 
 use super::any_mesh::{Given, given};
 use super::*;
-use crate::base::CoordinateFrame;
 use crate::base::channels::{Channel, Number};
 use crate::base::control::CancelToken;
 use crate::base::staged::StagedFile;
+use crate::base::{CoordinateFrame, LineEdge, LineType};
 use crate::testing;
 
 /// A mesh as a reader gives it.
@@ -21,7 +21,8 @@ struct Read {
     vertices: Vec<[u64; 3]>,
     triangles: Vec<[u64; 3]>,
     attributes: Vec<(Channel, Vec<u64>)>,
-    edges: Vec<[u64; 2]>,
+    edges: Vec<LineEdge<u64>>,
+    edges_have_types: bool,
 }
 
 fn write(format: &Format, path: &Path, given: &Given) -> Result<(), SinkError> {
@@ -55,13 +56,14 @@ fn feed(sink: &mut dyn Sink, given: &Given, calls: usize) -> Result<(), SinkErro
         tolerance: given.header.tolerance,
         bounds: needs.bounds.then_some(bounds),
         edges: if needs.edges == Marks::None { 0 } else { given.edges.len() as u64 },
+        edges_have_types: needs.edges != Marks::None && given.edges_have_types(),
     })?;
     for batch in given.edges.chunks(given.batch).filter(|_| needs.edges == Marks::Places) {
         if calls.next().is_none() {
             return Ok(());
         }
         let ends = batch.iter().map(|edge| edge.map(|v| given.vertices[v as usize]));
-        sink.lines(&ends.collect::<Vec<[[f64; 3]; 2]>>())?;
+        sink.lines(&ends.collect::<Vec<LineEdge<[f64; 3]>>>())?;
     }
     for (first, batch) in (0..).step_by(given.batch).zip(given.vertices.chunks(given.batch)) {
         if calls.next().is_none() {
@@ -102,7 +104,7 @@ fn read(path: &Path) -> Result<Read, ReadError> {
     })?;
     let mut edges = Vec::new();
     reader.for_each_edge(|index, edge| {
-        assert!(index == edges.len() as u64 && edge.iter().all(|v| *v < count));
+        assert!(index == edges.len() as u64 && edge.ends.iter().all(|v| *v < count));
         edges.push(edge);
         Ok::<(), ReadError>(())
     })?;
@@ -124,6 +126,7 @@ fn read(path: &Path) -> Result<Read, ReadError> {
         triangles,
         attributes: channels.into_iter().zip(values).collect(),
         edges,
+        edges_have_types: reader.edges_have_types(),
     })
 }
 
@@ -205,6 +208,7 @@ fn promised(format: &Format, given: &Given) -> Read {
         header: kept(format, &given.header),
         triangles: given.triangles.clone(),
         attributes: attributes.iter().map(attribute).collect(),
+        edges_have_types: marks(format) != Marks::None && given.edges_have_types(),
         vertices,
         edges,
     }
@@ -312,7 +316,10 @@ fn triangle() -> Given {
         vertices: vec![[0.0; 3], [1.0, 0.0, 0.5], [0.0, 1.0, 0.25]],
         triangles: vec![[0, 1, 2]],
         attributes: Vec::new(),
-        edges: vec![[0, 1], [1, 2]],
+        edges: vec![
+            LineEdge { ends: [0, 1], line_type: LineType::Hard },
+            LineEdge { ends: [1, 2], line_type: LineType::Soft },
+        ],
         batch: 8,
     }
 }

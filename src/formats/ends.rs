@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{EdgeVisitor, ReadError};
 use crate::base::external::{Scratch, ScratchError, Sorter};
+use crate::base::{LineEdge, LineType};
 
 /// Bytes of each of the two sorts.
 const SORT_BYTES: usize = 16 << 20;
@@ -16,7 +17,7 @@ const NONE: u64 = u64::MAX;
 /// Memory: two sorts of 16 MiB. Temporary files: at most 80 bytes for each vertex and 100 for each end.
 pub(super) struct Ends<'s> {
     scratch: &'s Scratch,
-    /// Places, whether it is an end, and its number.
+    /// Places, whether it is an end, and its number; for an end twice that, and 1 where its edge is soft.
     places: Sorter<'s, 5>,
     ends: u64,
 }
@@ -32,11 +33,12 @@ impl<'s> Ends<'s> {
         self.places.push([x, y, z, 0, number])
     }
 
-    /// The next points of a line: every two that follow each other are an edge.
-    pub(super) fn line(&mut self, points: &[[f64; 3]]) -> Result<(), ScratchError> {
+    /// The next points of a line of a type: every two that follow each other are an edge.
+    pub(super) fn line(&mut self, points: &[[f64; 3]], line_type: LineType) -> Result<(), ScratchError> {
+        let soft = u64::from(line_type == LineType::Soft);
         for place in points.windows(2).flatten() {
             let [x, y, z] = place.map(f64::to_bits);
-            self.places.push([x, y, z, 1, self.ends])?;
+            self.places.push([x, y, z, 1, self.ends << 1 | soft])?;
             self.ends += 1;
         }
         Ok(())
@@ -55,14 +57,15 @@ impl<'s> Ends<'s> {
                 (_, found) => vertices.push([number, found.map_or(NONE, |(_, vertex)| vertex)])?,
             }
         }
-        let mut vertices = vertices.finish()?.map(|record| record.map(|[_, vertex]| vertex));
+        let mut vertices = vertices.finish()?;
         let mut edge = 0;
         while let (Some(from), Some(to)) = (vertices.next(), vertices.next()) {
-            let ends = [from?, to?];
-            if ends.contains(&NONE) {
+            let ([number, from], [_, to]) = (from?, to?);
+            if from == NONE || to == NONE {
                 return Err(ReadError::EdgeEnd { path: path.to_path_buf(), edge, found: "place" });
             }
-            if visit(edge, ends).is_break() {
+            let line_type = if number & 1 == 0 { LineType::Hard } else { LineType::Soft };
+            if visit(edge, LineEdge { ends: [from, to], line_type }).is_break() {
                 return Ok(());
             }
             edge += 1;
@@ -85,7 +88,8 @@ mod tests {
             for (number, x) in (0..).zip([5.0, 0.0, 3.0, -0.0, 3.0]) {
                 ends.vertex(number, [x, 1.0, 2.0]).expect("taken");
             }
-            lines.iter().try_for_each(|line| ends.line(line)).expect("taken");
+            let types = [LineType::Hard, LineType::Soft];
+            lines.iter().zip(types).try_for_each(|(line, line_type)| ends.line(line, line_type)).expect("taken");
             let mut found = Vec::new();
             let visited = ends.visit(Path::new("tin"), &mut |index, edge| {
                 assert_eq!(index, found.len() as u64);
@@ -96,7 +100,9 @@ mod tests {
         };
         let [five, zero, three, less] = [5.0, 0.0, 3.0, -0.0].map(|x: f64| [x, 1.0, 2.0]);
         let found = of(&[&[three, five, less], &[zero, three]]).expect("vertices");
-        assert_eq!(found, [[2, 0], [0, 3], [1, 2]]);
+        let edge = |ends, line_type| LineEdge { ends, line_type };
+        let [hard, soft] = [LineType::Hard, LineType::Soft];
+        assert_eq!(found, [edge([2, 0], hard), edge([0, 3], hard), edge([1, 2], soft)]);
         assert!(of(&[]).expect("none").is_empty());
         let error = of(&[&[three, five], &[zero, [3.0, 1.0, 2.5]]]).expect_err("no vertex").to_string();
         assert_eq!(error, "tin: edge 1: expected two vertices, found another place");

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::{Header, ReadError};
+use crate::base::LineEdge;
 use crate::base::channels::Channel;
 
 /// Is handed a vertex: its index, x, y and z as the file has them, and the attributes that were asked for.
@@ -12,8 +13,8 @@ pub type VertexVisitor<'a> = dyn FnMut(u64, [f64; 3], &[f64]) -> ControlFlow<()>
 /// Is handed a face: its index and its three vertices.
 pub type FaceVisitor<'a> = dyn FnMut(u64, [u64; 3]) -> ControlFlow<()> + 'a;
 
-/// Is handed an edge that follows a line: its index and its two vertices.
-pub type EdgeVisitor<'a> = dyn FnMut(u64, [u64; 2]) -> ControlFlow<()> + 'a;
+/// Is handed an edge that follows a line: its index, and its two vertices.
+pub type EdgeVisitor<'a> = dyn FnMut(u64, LineEdge<u64>) -> ControlFlow<()> + 'a;
 
 /// A mesh file, open for reading.
 ///
@@ -53,6 +54,11 @@ pub trait MeshReader: Send {
     /// How many edges are marked as following lines.
     fn edge_count(&self) -> u64 {
         0
+    }
+
+    /// Whether their types are marked; otherwise all of them are hard.
+    fn edges_have_types(&self) -> bool {
+        false
     }
 
     /// Hands every such edge to `visit`, in order, until it breaks: each vertex is below [`MeshReader::vertex_count`]. Nobody makes
@@ -124,7 +130,7 @@ impl dyn MeshReader + '_ {
     /// [`ReadError`], or what `visit` returns.
     pub fn for_each_edge<E: From<ReadError>>(
         &mut self,
-        mut visit: impl FnMut(u64, [u64; 2]) -> Result<(), E>,
+        mut visit: impl FnMut(u64, LineEdge<u64>) -> Result<(), E>,
     ) -> Result<(), E> {
         let mut failed = None;
         self.edges(&mut |index, edge| kept(&mut failed, visit(index, edge)))?;

@@ -4,6 +4,7 @@
 //! asked to finish; dropped before that, at whatever point, it leaves nothing under the final name.
 
 use super::SinkError;
+use crate::base::LineEdge;
 use crate::base::channels::Channel;
 
 /// What a mesh consists of.
@@ -23,6 +24,8 @@ pub struct Contents<'a> {
     pub bounds: Option<Bounds>,
     /// How many edges of the mesh follow lines; 0 unless asked for ([`Needs::edges`]).
     pub edges: u64,
+    /// Whether the types of these are marked: some of them follow soft lines alone.
+    pub edges_have_types: bool,
 }
 
 /// The least and the largest x, y on the map and height of vertices.
@@ -106,7 +109,7 @@ pub trait Sink {
     ///
     /// # Errors
     /// [`SinkError`] if they cannot be written.
-    fn edges(&mut self, edges: &[[u64; 2]]) -> Result<(), SinkError> {
+    fn edges(&mut self, edges: &[LineEdge<u64>]) -> Result<(), SinkError> {
         let _ = edges;
         Ok(())
     }
@@ -115,7 +118,7 @@ pub trait Sink {
     ///
     /// # Errors
     /// [`SinkError`] if they cannot be written.
-    fn lines(&mut self, edges: &[[[f64; 3]; 2]]) -> Result<(), SinkError> {
+    fn lines(&mut self, edges: &[LineEdge<[f64; 3]>]) -> Result<(), SinkError> {
         let _ = edges;
         Ok(())
     }

@@ -107,7 +107,7 @@ fn read_all(path: &Path, folder: &Path) {
         assert!(all.is_err() || found == faces, "{found} of {faces} faces");
         let mut found = 0;
         let all = mesh.for_each_edge(|index, edge| {
-            assert!(index == found && edge.iter().all(|vertex| *vertex < vertices), "{edge:?}");
+            assert!(index == found && edge.ends.iter().all(|vertex| *vertex < vertices), "{edge:?}");
             found += 1;
             Ok::<(), ReadError>(())
         });

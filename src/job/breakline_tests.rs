@@ -164,7 +164,8 @@ fn marked(mesh: &mut dyn MeshReader) -> u64 {
         Ok::<(), ReadError>(())
     })
     .expect("faces");
-    mesh.for_each_edge(|index, [a, b]| {
+    mesh.for_each_edge(|index, edge| {
+        let [a, b] = edge.ends;
         assert!(sides.contains(&either(a, b)) && edges.insert(either(a, b)), "edge {index}");
         Ok::<(), ReadError>(())
     })

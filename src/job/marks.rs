@@ -2,10 +2,10 @@
 
 use super::Error;
 use super::chains::ChainStore;
-use crate::base::Window;
 use crate::base::external::{Sorted, Sorter};
 use crate::base::lattice::STEPS;
 use crate::base::mesh::Vertex;
+use crate::base::{LineEdge, Window};
 use crate::formats::{Marks, Sink};
 use crate::kernel::breaklines::{Chains, Place};
 
@@ -39,6 +39,11 @@ impl<'a> Marked<'a> {
         self.chains.distinct()
     }
 
+    /// Whether some of them follow soft lines alone.
+    pub(super) fn have_types(&self) -> bool {
+        self.chains.soft() > 0
+    }
+
     /// The next vertices that are written, with places of a window.
     pub(super) fn number(&mut self, window: Window, vertices: &[Vertex]) -> Result<(), Error> {
         if self.marks == Marks::Numbers {
@@ -70,9 +75,9 @@ impl<'a> Marked<'a> {
                 let (place, height) = chains.ends()[number as usize];
                 on_the_map(place, height)
             };
-            for edges in chains.along_lines().chunks(AT_A_TIME) {
-                let ends: Vec<[[f64; 3]; 2]> = edges.iter().map(|edge| edge.map(end)).collect();
-                sink.lines(&ends)?;
+            for edges in self.chains.along_lines(&chains).chunks(AT_A_TIME) {
+                let placed: Vec<LineEdge<[f64; 3]>> = edges.iter().map(|edge| edge.map(end)).collect();
+                sink.lines(&placed)?;
             }
         }
         Ok(())
@@ -87,9 +92,9 @@ impl<'a> Marked<'a> {
         for chains in self.chains.by_band() {
             let chains = chains?;
             let numbers = numbered.of(&chains)?;
-            for edges in chains.along_lines().chunks(AT_A_TIME) {
-                let numbers: Vec<[u64; 2]> = edges.iter().map(|edge| edge.map(|end| numbers[end as usize])).collect();
-                sink.edges(&numbers)?;
+            for edges in self.chains.along_lines(&chains).chunks(AT_A_TIME) {
+                let of_numbers = |edge: &LineEdge<u32>| edge.map(|end| numbers[end as usize]);
+                sink.edges(&edges.iter().map(of_numbers).collect::<Vec<_>>())?;
             }
         }
         Ok(())

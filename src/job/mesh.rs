@@ -116,6 +116,11 @@ impl Mesh {
         self.chains.as_deref().map_or(&[], ChainStore::counts)
     }
 
+    /// How many edges follow soft lines alone.
+    pub fn soft_edges(&self) -> u64 {
+        self.chains.as_deref().map_or(0, ChainStore::soft)
+    }
+
     /// Where the time of the tiles went.
     pub fn times(&self) -> TileTimes {
         self.times
@@ -177,7 +182,16 @@ impl Mesh {
         let tolerance = Some(self.tolerance.asked()).filter(|asked| asked.is_finite());
         let mut marked = Marked::new(self.chains.as_deref(), needs.edges);
         let edges = marked.as_ref().map_or(0, Marked::count);
-        sink.begin(&Contents { vertices, triangles, attributes: &attributes, has_normals, tolerance, bounds, edges })?;
+        sink.begin(&Contents {
+            vertices,
+            triangles,
+            attributes: &attributes,
+            has_normals,
+            tolerance,
+            bounds,
+            edges,
+            edges_have_types: marked.as_ref().is_some_and(Marked::have_types),
+        })?;
         if let Some(marked) = &marked {
             marked.write_places(sink.as_mut(), |place, height| self.placed(place.x, place.y, height))?;
         }

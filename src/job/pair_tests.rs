@@ -163,7 +163,7 @@ impl Scene {
 
 /// A line over voids and seams, and one along a seam, with heights of their own that agree where they meet; a lake, and an outline across.
 fn lines(set: FeatureSet) -> Vec<LineSet> {
-    let lines = vec![vec![(0.2, 1.1), (20.8, 15.3)], vec![(12.0, 3.5), (12.0, 16.2)]];
+    let lines = vec![vec![(0.2, 1.1), (12.0, 9.25), (20.8, 15.3)], vec![(12.0, 3.5), (12.0, 16.2)]];
     let heights = lines.iter().map(|line| line.iter().map(|(x, _)| 40.0 + x / 4.0).collect()).collect();
     let lines = Polylines::new(lines);
     let lines = if set.has(Feature::LineHeights) { lines.with_heights(heights) } else { lines };

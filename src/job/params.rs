@@ -10,6 +10,7 @@ use crate::base::tiling::TileGrid;
 use crate::base::{PointSet, Tolerance, exact_double};
 use crate::field::Field;
 use crate::kernel::boundary::MAX_CELLS;
+use crate::kernel::breaklines::TwoHeights;
 use crate::kernel::polish::{Schedule, Tuning};
 use crate::kernel::triangulate::Feasibility;
 
@@ -120,6 +121,16 @@ impl Params {
         Ok(rules::check(self.features().and(FeatureSet::of_field(field)))?)
     }
 
+    /// Makes sure that lines which meet have one height there: within the tolerance of each other, or the same where there is a goal, as
+    /// the tolerance is not known then.
+    ///
+    /// # Errors
+    /// [`TwoHeights`].
+    pub fn check_lines(&self) -> Result<(), TwoHeights> {
+        let difference = if self.goal.is_none() { self.tolerance.kept() } else { 0.0 };
+        self.breaklines.as_ref().map_or(Ok(()), |lines| lines.check_heights(difference))
+    }
+
     /// Whether a tolerance is looked for whose mesh meets the goal, as insertion by itself cannot stop at it in order; with
     /// the features of a field ([`FeatureSet::of_field`]).
     pub fn is_searched(&self, field: FeatureSet) -> bool {
@@ -146,6 +157,9 @@ impl Params {
     pub fn passes(&self, grid: TileGrid) -> u64 {
         passes::passes_over(grid, passes::polishes_seams(self.quality, self.straying(self.features()))).len() as u64
     }
+
+    /// What the pieces of breaklines are called among what is [named](Params::named).
+    pub(super) const SEGMENTS: &str = "segments of lines";
 
     /// What of this decides the bytes of a tile, by name, equal exactly if the bytes are.
     pub fn named(&self) -> Vec<(&'static str, String)> {
@@ -191,7 +205,9 @@ impl Params {
             named.push(("points", format!("{} samples with the checksum {:08x}", points.len(), points.checksum())));
         }
         if let Some(lines) = &self.breaklines {
-            named.push(("breaklines", lines.named()));
+            let [sets, segments] = lines.named();
+            named.push(("breaklines", sets));
+            named.push((Params::SEGMENTS, segments));
         }
         named
     }

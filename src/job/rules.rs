@@ -58,9 +58,6 @@ const LINES: &[Feature] =
 /// Lines that become edges, of any kind.
 const EDGES: &[Feature] = &[Feature::Breaklines, Feature::Lakes, Feature::Footprints, Feature::ExactCutline];
 
-/// Lines with heights of their own.
-const LEVELS: &[Feature] = &[Feature::Lakes, Feature::LineHeights];
-
 /// What is part of polishing, and means nothing without it.
 const OF_POLISHING: &[Feature] = &[
     Feature::FittedHeights,
@@ -171,11 +168,6 @@ pub const RULES: &[Rule] = &[
         "it is the outlines of its polygons that the mesh ends at",
     )),
     everywhere(require(&[Feature::LineHeights], Feature::Breaklines, "it is the heights of these lines that count")),
-    exclude(
-        LEVELS,
-        GOALS,
-        "whether lines that meet have one height there depends on the tolerance, which a goal leaves open",
-    ),
     exclude(EDGES, HITTING_SETS, "squares take no given edges"),
     exclude(OF_INSERTION, CUTS, "greedy cuts have no edges to swap and no candidates to select"),
     exclude(CUTS, HITTING_SETS, "a tile is triangulated by one engine"),
@@ -228,21 +220,6 @@ pub fn check_shards(features: FeatureSet) -> Result<(), NotInShards> {
         Some(&goal) if stops_in_order(features) => Err(NotInShards(goal)),
         _ => Ok(()),
     }
-}
-
-/// A feature that a run which takes over tiles of an earlier one has to do without.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "with {0} nothing can be taken over from an earlier run: where rings have their ends depends on more than a tile's samples"
-)]
-pub struct NotTakenOver(pub Feature);
-
-/// Makes sure that a run with these features can take over tiles of an earlier one.
-///
-/// # Errors
-/// [`NotTakenOver`].
-pub fn check_taking_over(features: FeatureSet) -> Result<(), NotTakenOver> {
-    features.among(EDGES).first().map_or(Ok(()), |&lines| Err(NotTakenOver(lines)))
 }
 
 impl Rule {

@@ -4,6 +4,9 @@
 //! if its samples and those of its neighbours are the same. A tile of a later pass depends on its samples and on the chunks that it
 //! needs: it is taken over if its samples are the same and all of those were. Samples are compared by their checksum
 //! ([`crate::base::Tile::checksum`]), 32 bits a tile.
+//!
+//! Lines may be others, too. What a tile has of them is in the checksum: samples that are eased, cells that are unbound, ground that is cut
+//! away, and the chains that lie in it or end there. These depend on more than the tile's samples, so they are found anew, and compared.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -44,7 +47,8 @@ impl Bits {
     }
 }
 
-/// Takes over what holds of an earlier run of the same job on another state of the raster: copies those chunks. `old` and `new` give
+/// Takes over what holds of an earlier run of the same job on another state of the raster, or with other lines: copies those chunks.
+/// The job's chains are found ([`Job::surveyed`]), where it has lines. `old` and `new` give
 /// the spools of a pass.
 ///
 /// Loads every tile of every pass, on the threads of the current rayon pool. Memory: a tile and a chunk for each busy thread, and

@@ -1,15 +1,17 @@
 //! Lines of a vector layer, in columns and rows of a raster.
 
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 
-use gdal::vector::{Feature, FieldValue, Geometry, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z};
+use gdal::vector::{Feature, Geometry, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z};
 
 use super::Raster;
-use super::shapes::{Placer, ShapesError, for_each_geometry};
+use super::line_fields::{Said, has_own_heights, number, type_of};
+use super::shapes::{Placer, ShapesError, Wrong, for_each_geometry};
 use crate::base::control::CancelToken;
 use crate::base::external::Scratch;
 use crate::base::plainly::Plainly;
-use crate::base::{LineWriter, Polylines};
+use crate::base::{LineType, LineWriter, Polylines};
 
 /// Where lines come from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,9 +22,18 @@ pub struct LineSource {
     pub layer: Option<String>,
 }
 
-/// Reads a layer of lines (LineString or MultiLineString; m is ignored, and z, unless lines are to be `with_heights`) and brings them to
-/// the samples of `raster`, or of the window of it that is looked at. An empty line is one without vertices; features without geometry
-/// are counted.
+/// What is asked of the features of a layer of lines.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LineAsk {
+    /// Whether lines are to have heights of their own, which they then need.
+    pub with_heights: Said<bool>,
+    /// Of what type lines are.
+    pub types: Said<LineType>,
+}
+
+/// Reads a layer of lines (LineString or MultiLineString; m is ignored, and z of lines without heights of their own) and brings them to
+/// the samples of `raster`, or of the window of it that is looked at. Gives those of each type, with heights of their own and without, as
+/// far as there are some: at least one. An empty line is one without vertices; features without geometry are counted, with the first.
 ///
 /// Vertices are transformed to the raster's CRS where both have one, and lines that are bent there are given further ones, a tenth
 /// of a cell exact; where one has none, coordinates are taken as they are. Heights always are.
@@ -30,71 +41,44 @@ pub struct LineSource {
 /// Memory: 32 bytes per vertex of a line, and of all that are held `in_memory`; and what OGR's driver takes.
 ///
 /// # Errors
-/// [`ShapesError`]: nothing to open, no such layer, a feature that is no line, or has no heights where there should be some, a CRS there
-/// is no way from.
+/// [`ShapesError`]: nothing to open, no such layer, a feature that is no line, or has no heights where there should be some, or nothing
+/// of what is expected in a field; a CRS there is no way from.
 pub fn read_lines(
     raster: &Raster,
     source: &LineSource,
-    with_heights: bool,
+    ask: &LineAsk,
     in_memory: &LineMemory,
     cancel: &CancelToken,
-) -> Result<Polylines, ShapesError> {
+) -> Result<Vec<Polylines>, ShapesError> {
     let from = (source.path.as_path(), source.layer.as_deref());
-    let what = if with_heights { ("lines", "a line or lines with heights") } else { ("lines", "a line or lines") };
-    let take = |placer: &Placer, geometry: &Geometry, (id, _): (u64, &Feature<'_>), found: &mut Vec<Line>| {
-        lines(placer, geometry, id, with_heights, found)
-    };
-    read(raster, from, what, (with_heights, in_memory), cancel, take)
-}
-
-/// Reads a layer of lines as [`read_lines`] does, each feature of which says in a text field whether its heights count: `raster` or
-/// `line`. Gives those of which they do not, then those of which they do.
-///
-/// # Errors
-/// [`ShapesError`], as [`read_lines`]; and a feature that has something else in the field, or no such field.
-pub fn read_lines_by_field(
-    raster: &Raster,
-    source: &LineSource,
-    field: &str,
-    in_memory: &LineMemory,
-    cancel: &CancelToken,
-) -> Result<[Polylines; 2], ShapesError> {
-    let from = (source.path.as_path(), source.layer.as_deref());
-    let one = format!("a line or lines with the text raster or line in field {field}");
-    let take = |placer: &Placer, geometry: &Geometry, (id, feature): (u64, &Feature<'_>), found: &mut Vec<Line>| {
-        lines(placer, geometry, id, has_own_heights(feature, field)?, found)
+    let take = |placer: &Placer, geometry: &Geometry, of: (u64, &Feature<'_>), found: &mut Vec<Line>| {
+        let of_lines = OfLines {
+            feature: of.0,
+            with_heights: has_own_heights(&ask.with_heights, of)?,
+            line_type: type_of(&ask.types, of)?,
+            says_line: match &ask.with_heights {
+                Said::Of(_) => None,
+                Said::Field(name) => Some(name),
+            },
+        };
+        lines(placer, geometry, of_lines, found)
     };
     let scratch = Scratch::new(in_memory.temp_dir.as_deref(), cancel.clone());
-    let mut writers =
-        [false, true].map(|with_heights| LineWriter::new(scratch.clone(), with_heights, in_memory.vertices / 2));
+    let groups = [ask.with_heights.is_of_each(), ask.types.is_of_each()].map(|is_of_each| 1 + usize::from(is_of_each));
+    let most = in_memory.vertices / groups.iter().product::<usize>();
+    let mut writers: BTreeMap<(LineType, bool), LineWriter> = BTreeMap::new();
     let keep = |line: Line| {
-        let writer = &mut writers[usize::from(line.with_heights)];
+        let new = || LineWriter::new(scratch.clone(), line.with_heights, most);
+        let writer = writers.entry((line.line_type, line.with_heights)).or_insert_with(new);
         Ok(writer.push(line.feature, line.vertices, line.heights)?)
     };
-    let without_geometry = for_each_geometry(raster, from, ("lines", &one), cancel, take, keep)?;
-    let [of_raster, own] = writers;
-    Ok([of_raster.finish()?.beside(without_geometry), own.finish()?])
-}
-
-/// Whether a feature says that its own heights count.
-fn has_own_heights(feature: &Feature<'_>, field: &str) -> Result<bool, String> {
-    match value(feature, field)? {
-        Some(FieldValue::StringValue(text)) if text == "raster" => Ok(false),
-        Some(FieldValue::StringValue(text)) if text == "line" => Ok(true),
-        Some(FieldValue::StringValue(text)) => Err(format!("the text {text:?} in field {field}")),
-        None => Err(format!("nothing in field {field}")),
-        Some(_) => Err(format!("a field {field} of numbers, not of text")),
+    let without_geometry = for_each_geometry(raster, from, ("lines", "a line or lines"), cancel, take, keep)?;
+    let finish = |((line_type, _), writer): ((LineType, bool), LineWriter)| Ok(writer.finish()?.of_type(line_type));
+    let mut all = writers.into_iter().map(finish).collect::<Result<Vec<Polylines>, ShapesError>>()?;
+    if let Some(first) = all.first_mut() {
+        *first = std::mem::take(first).beside(without_geometry);
     }
-}
-
-/// What a feature has in a field.
-fn value(feature: &Feature<'_>, field: &str) -> Result<Option<FieldValue>, String> {
-    let index = feature.field_index(field).map_err(|_| {
-        let mut names: Vec<String> = feature.fields().map(|(name, _)| name).collect();
-        names.sort_unstable();
-        format!("no field {field} among {}", if names.is_empty() { "none".to_string() } else { names.join(", ") })
-    })?;
-    feature.field(index).map_err(|_| format!("nothing that can be read in field {field}"))
+    Ok(all)
 }
 
 /// Reads the outlines of a layer of polygons (Polygon or MultiPolygon; z and m are ignored), holes among them, as [`read_lines`] reads
@@ -111,26 +95,15 @@ pub fn read_outlines(
     cancel: &CancelToken,
 ) -> Result<Polylines, ShapesError> {
     let from = (source.path.as_path(), source.layer.as_deref());
-    let take = |placer: &Placer, geometry: &Geometry, (id, feature): (u64, &Feature<'_>), found: &mut Vec<Line>| {
-        let height = field.map_or(Ok(0.0), |field| number(feature, field))?;
-        outlines(placer, geometry, (id, height), found)
+    let take = |placer: &Placer, geometry: &Geometry, of: (u64, &Feature<'_>), found: &mut Vec<Line>| {
+        let height = field.map_or(Ok(0.0), |field| number(field, of))?;
+        Ok::<(), Wrong>(outlines(placer, geometry, (of.0, height), found)?)
     };
-    let one =
-        field.map_or("a polygon or polygons".to_string(), |field| format!("polygons with numbers in field {field}"));
-    read(raster, from, ("polygons", &one), (field.is_some(), in_memory), cancel, take)
-}
-
-/// The number that a feature has in a field.
-fn number(feature: &Feature<'_>, field: &str) -> Result<f64, String> {
-    match value(feature, field)? {
-        Some(FieldValue::IntegerValue(whole)) => Ok(f64::from(whole)),
-        Some(FieldValue::Integer64Value(whole)) => Ok(whole as f64),
-        Some(FieldValue::RealValue(number)) if number.is_finite() => Ok(number),
-        Some(FieldValue::RealValue(number)) => Err(format!("{number} in field {field}")),
-        Some(FieldValue::StringValue(text)) => Err(format!("the text {text:?} in field {field}")),
-        None => Err(format!("nothing in field {field}")),
-        Some(_) => Err(format!("no number in field {field}")),
-    }
+    let scratch = Scratch::new(in_memory.temp_dir.as_deref(), cancel.clone());
+    let mut writer = LineWriter::new(scratch, field.is_some(), in_memory.vertices);
+    let keep = |line: Line| Ok(writer.push(line.feature, line.vertices, line.heights)?);
+    let without_geometry = for_each_geometry(raster, from, ("polygons", "a polygon or polygons"), cancel, take, keep)?;
+    Ok(writer.finish()?.beside(without_geometry))
 }
 
 fn outlines(
@@ -150,7 +123,7 @@ fn outlines(
                 vertices.push(first);
             }
             let heights = vec![height; vertices.len()];
-            found.push(Line { feature, vertices, heights, with_heights: true });
+            found.push(Line { feature, vertices, heights, with_heights: true, line_type: LineType::Hard });
             Ok(())
         }),
         _ => Err(geometry.geometry_name()),
@@ -165,6 +138,7 @@ struct Line {
     heights: Vec<f64>,
     /// Whether its heights count.
     with_heights: bool,
+    line_type: LineType,
 }
 
 /// What holds lines in memory up to a number of vertices, and in a temporary file beyond that.
@@ -176,44 +150,42 @@ pub struct LineMemory {
     pub vertices: usize,
 }
 
-fn read(
-    raster: &Raster,
-    from: (&Path, Option<&str>),
-    what: (&'static str, &str),
-    (with_heights, memory): (bool, &LineMemory),
-    cancel: &CancelToken,
-    take: impl Fn(&Placer, &Geometry, (u64, &Feature<'_>), &mut Vec<Line>) -> Result<(), String>,
-) -> Result<Polylines, ShapesError> {
-    let scratch = Scratch::new(memory.temp_dir.as_deref(), cancel.clone());
-    let mut writer = LineWriter::new(scratch, with_heights, memory.vertices);
-    let keep = |line: Line| Ok(writer.push(line.feature, line.vertices, line.heights)?);
-    let without_geometry = for_each_geometry(raster, from, what, cancel, take, keep)?;
-    Ok(writer.finish()?.beside(without_geometry))
-}
-
-fn lines(
-    placer: &Placer,
-    geometry: &Geometry,
+/// What is known of the lines of a feature.
+#[derive(Clone, Copy)]
+struct OfLines<'a> {
     feature: u64,
     with_heights: bool,
-    found: &mut Vec<Line>,
-) -> Result<(), String> {
+    line_type: LineType,
+    /// The field that says so of its heights, if it is one.
+    says_line: Option<&'a str>,
+}
+
+impl OfLines<'_> {
+    /// Heights are expected.
+    fn without_heights(&self, found: String) -> Wrong {
+        let says = self.says_line.map_or(String::new(), |field| format!(", whose field {field} says line"));
+        Wrong::new(format!("a line or lines with heights in feature {}{says}", self.feature), found)
+    }
+}
+
+fn lines(placer: &Placer, geometry: &Geometry, of: OfLines<'_>, found: &mut Vec<Line>) -> Result<(), Wrong> {
     let kind = geometry.geometry_type();
     let flat = geometry_type_flatten(kind);
     if flat == OGRwkbGeometryType::wkbMultiLineString {
         let mut parts = (0..geometry.geometry_count()).map(|i| geometry.get_geometry(i));
-        return parts.try_for_each(|part| lines(placer, &part, feature, with_heights, found));
+        return parts.try_for_each(|part| lines(placer, &part, of, found));
     }
     if flat != OGRwkbGeometryType::wkbLineString {
-        return Err(geometry.geometry_name());
+        return Err(geometry.geometry_name().into());
     }
+    let OfLines { feature, with_heights, line_type, .. } = of;
     if with_heights && !geometry_type_has_z(kind) && !geometry.is_empty() {
-        return Err(format!("{} without heights (2-D)", geometry.geometry_name()));
+        return Err(of.without_heights(format!("{} without heights (2-D)", geometry.geometry_name())));
     }
     let (vertices, heights) = placer.vertices_with_heights(geometry)?;
     if let Some(height) = heights.iter().find(|height| with_heights && !height.is_finite()) {
-        return Err(format!("a vertex with the height {}", Plainly(*height)));
+        return Err(of.without_heights(format!("a vertex with the height {}", Plainly(*height))));
     }
-    found.push(Line { feature, vertices, heights, with_heights });
+    found.push(Line { feature, vertices, heights, with_heights, line_type });
     Ok(())
 }

@@ -284,7 +284,17 @@ impl Conversion {
             self.tell_of_edges(reader.edge_count(), warned);
         }
         let attributes = &self.kept;
-        sink.begin(&Contents { vertices, triangles, attributes, has_normals, tolerance: None, bounds, edges })?;
+        let (tolerance, edges_have_types) = (None, edges > 0 && reader.edges_have_types());
+        sink.begin(&Contents {
+            vertices,
+            triangles,
+            attributes,
+            has_normals,
+            tolerance,
+            bounds,
+            edges,
+            edges_have_types,
+        })?;
         let scratch = Scratch::new(request.temp_dir.as_deref(), control.cancel.clone());
         let step = Step { from: self.source_frame, to: self.frame };
         if needs.edges == Marks::Places && edges > 0 {

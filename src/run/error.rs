@@ -11,7 +11,7 @@ use crate::base::external::ScratchError;
 use crate::base::staged::OutputError;
 use crate::field::FieldError;
 use crate::formats::{ReadError, SinkError, SinkOption};
-use crate::job::rules::{Incompatible, NotInShards, NotTakenOver};
+use crate::job::rules::{Incompatible, NotInShards};
 use crate::job::work_dir::WorkDirError;
 use crate::job::{BudgetTooSmall, Error};
 #[cfg(feature = "gdal")]
@@ -54,9 +54,6 @@ pub enum RunError {
     /// Lines that become edges.
     #[error(transparent)]
     Lines(#[from] UnusableLines),
-    /// An earlier run is of no use to this one.
-    #[error(transparent)]
-    NotTakenOver(#[from] NotTakenOver),
     /// The image that is to lie over the mesh.
     #[cfg(feature = "gdal")]
     #[error(transparent)]

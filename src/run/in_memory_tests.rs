@@ -4,11 +4,11 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 
 use super::{
-    ConvertRequest, HeightSource, InMemory, LineInput, Lines, PointInput, Request, RunError, VerifyRequest,
+    ConvertRequest, HeightSource, InMemory, LineInput, LineTypes, Lines, PointInput, Request, RunError, VerifyRequest,
     convert_mesh, simplify, simplify_in_memory, verify_mesh,
 };
 use crate::base::control::{CancelToken, Control, Progress, Stage};
-use crate::base::{Band, LineKind, PointCounts, Polylines};
+use crate::base::{Band, LineKind, LineType, PointCounts, Polylines};
 use crate::formats::{ArrayReader, SinkOptions};
 use crate::job::Params;
 
@@ -24,7 +24,7 @@ fn made(request: &Request<'_>) -> InMemory {
 fn reader(mesh: &InMemory) -> ArrayReader<'_> {
     let arrays = (mesh.arrays.vertices.as_slice(), mesh.arrays.triangles.as_slice());
     let mesh_in_it = ArrayReader::new("arrays", mesh.header.clone(), arrays, Vec::new(), CancelToken::default());
-    mesh_in_it.and_then(|found| found.with_edges(&mesh.arrays.edges)).expect("a mesh")
+    mesh_in_it.and_then(|found| found.with_edges(&mesh.arrays.edges, &mesh.arrays.soft_edges)).expect("a mesh")
 }
 
 fn request(output: &Path) -> Request<'static> {
@@ -56,12 +56,26 @@ fn the_same_bytes_as_a_file_and_the_same_verdict() {
 fn edges_that_follow_breaklines_go_with_arrays() {
     let folder = tempfile::tempdir().expect("a folder");
     let (file, copy) = (folder.path().join("file.ply"), folder.path().join("copy.ply"));
-    let lines = Polylines::new(vec![vec![(2.3, -4.1), (33.2, -20.7), (36.0, -3.0)]]);
+    // The last line goes on from the first, and shares a stretch with it.
+    let [bend, end] = [(33.2, -20.7), (36.0, -3.0)];
+    let lines = Polylines::new(vec![
+        vec![(2.3, -4.1), bend, end],
+        vec![(6.0, -22.0), (12.0, -20.0)],
+        vec![bend, end, (38.0, -2.0)],
+    ]);
     let (kind, heights) = (LineKind::Breaklines, HeightSource::Raster);
-    let lines = vec![LineInput { kind, from: Lines::Places(lines), shift: 0.5, heights }];
+    let types = LineTypes::Each(vec![LineType::Hard, LineType::Soft, LineType::Soft]);
+    let lines = vec![LineInput { kind, from: Lines::Places(lines), shift: 0.5, heights, types }];
     let request = Request { lines, ..request(&file) };
     let chains = simplify(&request, &Control::default()).expect("a file").breaklines.expect("lines").chains;
     let mesh = made(&request);
+    let soft = |(edge, is_soft): (&[u32], &bool)| {
+        let middle =
+            |axis: usize| edge.iter().map(|&end| mesh.arrays.vertices[3 * end as usize + axis]).sum::<f64>() / 2.0;
+        assert_eq!(*is_soft, middle(0) > 36.0 || middle(0) < 13.0 && middle(1) < -15.0);
+    };
+    mesh.arrays.edges.chunks(2).zip(&mesh.arrays.soft_edges).for_each(soft);
+    assert!(mesh.arrays.soft_edges.iter().filter(|is_soft| **is_soft).count() > 1);
     assert!(chains.edges > 2 && mesh.arrays.edges.len() as u64 == 2 * chains.edges, "{chains:?}");
     let written = convert_mesh(&mut reader(&mesh), &ConvertRequest::new("arrays", &copy), &Control::default());
     assert_eq!(written.expect("a file").edges, chains.edges);

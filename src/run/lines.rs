@@ -9,11 +9,11 @@ use crate::base::control::CancelToken;
 use crate::base::external::Scratch;
 use crate::base::features::FeatureSet;
 use crate::base::warning::Warning;
-use crate::base::{Band, LineKind, LineSet, Polylines};
+use crate::base::{Band, LineKind, LineSet, LineType, Polylines};
 use crate::job::lines::{Lines as Held, LinesFailure};
 use crate::kernel::breaklines::{LinesError, TwoHeights};
 #[cfg(feature = "gdal")]
-use crate::raster::{LineMemory, LineSource, ShapesError, read_lines, read_lines_by_field, read_outlines};
+use crate::raster::{LineAsk, LineMemory, LineSource, Said, ShapesError, read_lines, read_outlines};
 use crate::verify::VerifyError;
 
 /// The most vertices of a layer that are held in memory, but for what has an inside.
@@ -23,7 +23,7 @@ const VERTICES_IN_MEMORY: usize = 1 << 20;
 /// Lines of one kind that become edges of the mesh.
 #[derive(Debug, Clone)]
 pub struct LineInput {
-    /// What they are. A run has one set of each kind at the most.
+    /// What they are. A run has one input of each kind at the most.
     pub kind: LineKind,
     /// Where they come from.
     pub from: Lines,
@@ -31,6 +31,8 @@ pub struct LineInput {
     pub shift: f64,
     /// Which heights edges have; footprints and cutlines have the raster's.
     pub heights: HeightSource,
+    /// Of what type they are; outlines are hard. Who judges a mesh does not look at types.
+    pub types: LineTypes,
 }
 
 /// The lines of a [`LineInput`].
@@ -57,6 +59,34 @@ pub enum HeightSource {
     Lake(LakeHeight),
 }
 
+/// Of what type breaklines are.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LineTypes {
+    /// All of one.
+    All(LineType),
+    /// What the feature says in this text field, hard or soft; for those of a layer.
+    Field(String),
+    /// Each of its own; for those that are given as places.
+    Each(Vec<LineType>),
+}
+
+impl Default for LineTypes {
+    fn default() -> LineTypes {
+        LineTypes::All(LineType::Hard)
+    }
+}
+
+impl LineTypes {
+    /// What they are called.
+    pub fn name(&self) -> String {
+        match self {
+            LineTypes::All(line_type) => line_type.name().to_string(),
+            LineTypes::Field(name) => format!("field:{name}"),
+            LineTypes::Each(_) => "each".to_string(),
+        }
+    }
+}
+
 impl HeightSource {
     /// What it is called.
     pub fn name(&self) -> String {
@@ -70,6 +100,15 @@ impl HeightSource {
 }
 
 impl LineInput {
+    /// The same lines, of these types if they are breaklines.
+    #[must_use]
+    pub fn of_types(self, types: &LineTypes) -> LineInput {
+        match self.kind {
+            LineKind::Breaklines => LineInput { types: types.clone(), ..self },
+            LineKind::Lakes | LineKind::Footprints | LineKind::Cutline => self,
+        }
+    }
+
     /// The file of the layer, if they come from one.
     pub(super) fn file(&self) -> Option<&Path> {
         match &self.from {
@@ -188,14 +227,14 @@ impl Opened {
         Ok(inputs.iter().map(read).collect::<Result<Vec<_>, RunError>>()?.concat())
     }
 
-    /// The lines of an input: more than one set where some have heights of their own and others do not.
+    /// The lines of an input: more than one set where some have heights of their own and others do not, or are of another type.
     fn line_sets(
         &self,
         input: &LineInput,
         temp_dir: Option<&Path>,
         cancel: &CancelToken,
     ) -> Result<Vec<LineSet>, RunError> {
-        let &LineInput { kind, ref from, shift, ref heights } = input;
+        let &LineInput { kind, ref from, shift, ref heights, ref types } = input;
         let wants_heights = *heights == HeightSource::Own;
         let lines = match from {
             #[cfg(feature = "gdal")]
@@ -203,26 +242,22 @@ impl Opened {
                 let shapes = |error| RunError::Shapes { kind, error };
                 let nowhere = || shapes(ShapesError::NoRaster { path: source.path.clone() });
                 let raster = self.raster.as_ref().ok_or_else(nowhere)?;
-                if let (LineKind::Breaklines, HeightSource::Field(name)) = (kind, heights) {
-                    let memory = LineMemory { temp_dir: temp_dir.map(Path::to_path_buf), vertices: VERTICES_IN_MEMORY };
-                    let both = read_lines_by_field(raster, source, name, &memory, cancel).map_err(shapes)?;
-                    let sets = both.into_iter().map(|lines| LineSet { kind, lines, shift });
-                    return Ok(sets.filter(|set| set.lines.count() > 0).collect());
-                }
                 // What has an inside is held in memory.
                 let vertices = if kind.has_inside() { usize::MAX } else { VERTICES_IN_MEMORY };
                 let memory = LineMemory { temp_dir: temp_dir.map(Path::to_path_buf), vertices };
-                let read = match kind {
-                    LineKind::Breaklines => read_lines(raster, source, wants_heights, &memory, cancel),
+                match kind {
+                    LineKind::Breaklines => {
+                        let sets = read_lines(raster, source, &ask(heights, types), &memory, cancel);
+                        sets.map_err(shapes)?
+                    }
                     LineKind::Lakes | LineKind::Footprints | LineKind::Cutline => {
                         let field = match heights {
                             HeightSource::Lake(LakeHeight::Field(name)) => Some(name.as_str()),
                             _ => None,
                         };
-                        read_outlines(raster, source, field, &memory, cancel)
+                        vec![read_outlines(raster, source, field, &memory, cancel).map_err(shapes)?]
                     }
-                };
-                read.map_err(shapes)?
+                }
             }
             Lines::Places(lines) => {
                 let _ = (temp_dir, cancel);
@@ -243,18 +278,48 @@ impl Opened {
                     let error = LinesError::TooFar { column, row };
                     return Err(UnusableLines::Lattice { path, kind, error }.into());
                 }
-                placed
+                by_type(placed, types)
             }
         };
-        let lines = match heights {
+        let with_level = |lines| match heights {
             HeightSource::Lake(height) => {
                 let path = input.file().unwrap_or(self.band.path());
-                with_levels(lines, height, (&self.band, path), cancel)?
+                with_levels(lines, height, (&self.band, path), cancel)
             }
-            HeightSource::Raster | HeightSource::Own | HeightSource::Field(_) => lines,
+            HeightSource::Raster | HeightSource::Own | HeightSource::Field(_) => Ok(lines),
         };
-        Ok(vec![LineSet { kind, lines, shift }])
+        lines.into_iter().map(|lines| Ok(LineSet { kind, lines: with_level(lines)?, shift })).collect()
     }
+}
+
+/// What is asked of a layer of breaklines.
+#[cfg(feature = "gdal")]
+fn ask(heights: &HeightSource, types: &LineTypes) -> LineAsk {
+    let with_heights = match heights {
+        HeightSource::Field(name) => Said::Field(name.clone()),
+        heights => Said::Of(*heights == HeightSource::Own),
+    };
+    let types = match types {
+        LineTypes::Field(name) => Said::Field(name.clone()),
+        LineTypes::All(line_type) => Said::Of(*line_type),
+        // These are of lines that are no layer's.
+        LineTypes::Each(_) => Said::Of(LineType::Hard),
+    };
+    LineAsk { with_heights, types }
+}
+
+/// Lines in memory, those of each type for themselves.
+fn by_type(lines: Polylines, types: &LineTypes) -> Vec<Polylines> {
+    let each = match types {
+        LineTypes::All(line_type) => return vec![lines.of_type(*line_type)],
+        // No field says anything of them.
+        LineTypes::Field(_) => return vec![lines],
+        LineTypes::Each(each) => each,
+    };
+    let of = |line_type| lines.only(|line| each.get(line) == Some(&line_type)).of_type(line_type);
+    let sets: Vec<Polylines> =
+        [LineType::Hard, LineType::Soft].map(of).into_iter().filter(|set| set.count() > 0).collect();
+    if sets.is_empty() { vec![lines] } else { sets }
 }
 
 /// All lines on the lattice of the heights; `None` where there are none.

@@ -41,7 +41,7 @@ pub use extras::Extras;
 pub use info::{Description, Info, describe};
 pub use judge::{VerifyReport, VerifyRequest, verify, verify_mesh};
 pub use lakes::LakeHeight;
-pub use lines::{HeightSource, LineInput, Lines, UnusableLines};
+pub use lines::{HeightSource, LineInput, LineTypes, Lines, UnusableLines};
 pub use look::{Found, Look, LookError, look};
 pub use report::{Needs, Report};
 #[cfg(feature = "gdal")]

@@ -172,12 +172,6 @@ impl<'a> Run<'a> {
         let lines_range = breaklines.as_ref().and_then(Lines::height_range);
         let found = || Written::find(request, format, (band, importance.as_ref(), lines_range), is_flat, control);
         let written = pool.install(found)?;
-        if let Some(lines) = &breaklines {
-            let of = |error: TwoHeights| {
-                RunError::from(UnusableLines::TwoHeights { path: path(&request.lines, error.of[0].0, band), error })
-            };
-            lines.check_heights(written.tolerance.kept()).map_err(of)?;
-        }
         let params = Params {
             tolerance: written.tolerance,
             goal: written.goal,
@@ -185,6 +179,9 @@ impl<'a> Run<'a> {
             breaklines: breaklines.map(Arc::new),
             ..request.params.clone()
         };
+        params.check_lines().map_err(|error: TwoHeights| {
+            RunError::from(UnusableLines::TwoHeights { path: path(&request.lines, error.of[0].0, band), error })
+        })?;
         if purpose.writes() {
             check_floor(request, band, control)?;
         }

@@ -100,8 +100,8 @@ fn name(pass: PassName) -> &'static str {
 /// [`Request::output`] gives the format alone. Laid out again, it keeps the tiles that are there. `words` are those of the command
 /// that asks for it, after the program's name, with names of files relative to the current folder: other processes follow them.
 ///
-/// `earlier` is the work dir of an earlier run with the same parameters, when the raster had other samples in places: tiles are
-/// taken over from it that no change concerns ([`crate::job::update`]). That reads all samples, once for each pass.
+/// `earlier` is the work dir of an earlier run with the same parameters, when the raster had other samples in places, or lines were others:
+/// tiles are taken over from it that no change concerns ([`crate::job::update`]). That reads all samples, once for each pass.
 ///
 /// Under a goal that a tolerance is looked for a few tiles are tried, so that the first run is made near it.
 ///
@@ -114,9 +114,6 @@ pub fn lay_out(
     control: &Control<'_>,
 ) -> Result<Layout, RunError> {
     let dir = check(request)?;
-    if earlier.is_some() {
-        rules::check_taking_over(request.features())?;
-    }
     let warned = Warned::new(control);
     let run = Run::prepare(request, Purpose::Share, &warned, control)?;
     let passes = passes(run.band().width(), run.band().height(), &run.params)?;
@@ -196,6 +193,8 @@ impl Run<'_> {
         let earlier = kept.dir().earlier(earlier)?;
         let field = self.field(ranged, &kept.path().join("nothing"))?;
         let job = Job::new(&field, &self.params, self.control)?;
+        // Of a search there is nothing to be taken over: each of its runs has a tolerance of its own.
+        let job = if self.is_searched() { job } else { job.surveyed()? };
         Ok(take_over(&job, &|pass| earlier.spool(pass), &|pass| kept.spool(pass))?)
     }
 

@@ -152,7 +152,7 @@ fn killed_continued_and_in_shards(options: &[&str]) {
         scene.command("simplify", &[&usual, options].concat())
     };
     assert_eq!(terrabite_with_fault("kill:vertices:1", command(&lines)).code, None);
-    terrabite(command(&other)).fails(1, &["another job", "breaklines: expected"]);
+    terrabite(command(&other)).fails(1, &["another job", "segments of lines: expected"]);
     terrabite(command(&lines)).succeeds();
     assert!(scene.written() == expected);
 
@@ -220,9 +220,19 @@ fn lines_without_one_height_at_every_place_are_refused_by_name() {
     scene.verify(&two, &own).fails(1, &expected);
     let loose = scene.command("simplify", &["--breaklines", &two, "--breakline-z", "line", "--overwrite"]);
     terrabite(loose.into_iter().map(|word| if word == "3" { "6".to_string() } else { word })).succeeds();
-    scene
-        .simplify(&two, &[&own[..], &["--max-triangles", "900"]].concat())
-        .fails(2, &["--breakline-z line", "--max-error"]);
+    // The tolerance is found later: heights must be the same.
+    let budget = ["simplify", &scene.dem, &scene.folder.at("tin.ply"), "--overwrite", "--tile", "16", "--breaklines"];
+    let of_budget = |lines: &str, goal: [&str; 2]| terrabite([&budget[..], &[lines, "--json"], &own, &goal].concat());
+    of_budget(&two, ["--max-triangles", "900"]).fails(1, &["expected one height at column 9, row 9", "under a budget"]);
+    let agreeing = scene.layer("agreeing.geojson", &LINES);
+    for goal in [["--max-triangles", "900"], ["--max-rms", "0.4"], ["--max-points", "400"]] {
+        let told = of_budget(&agreeing, goal).succeeds().json();
+        let found = told["tolerance"].to_string();
+        let verdict =
+            ["verify", &scene.dem, &scene.folder.at("tin.ply"), "--max-error", &found, "--breaklines", &agreeing];
+        terrabite(verdict.iter().chain(&own)).succeeds();
+        assert!(told["triangles"].as_u64() <= Some(900) || goal[0] == "--max-rms", "{told}");
+    }
     terrabite(scene.command("simplify", &own)).fails(2, &["--breakline-z line requires --breaklines"]);
 }
 
@@ -265,13 +275,17 @@ fn a_field_says_whose_heights_count() {
         assert_eq!(meshes[0], meshes[1]);
     }
     let odd = layer("odd.geojson", [json!("line"), json!("both")]);
+    scene.simplify(&odd, &field).fails(
+        1,
+        &["expected the text raster or line in field z_from of feature 1, found the text \"both\"", "--breakline-z"],
+    );
+    scene.simplify(&both, &["--breakline-z", "field:width"]).fails(
+        1,
+        &["expected the text raster or line in field width of feature 0, found no text, but", "--breakline-z"],
+    );
     scene
-        .simplify(&odd, &field)
-        .fails(1, &["found the text \"both\" in field z_from", "raster or line", "--breakline-z"]);
-    scene
-        .simplify(&both, &["--breakline-z", "field:width"])
-        .fails(1, &["a field width of numbers, not of text", "--breakline-z"]);
-    scene.simplify(&both, &["--breakline-z", "field:level"]).fails(1, &["no field level among width, z_from"]);
+        .simplify(&both, &["--breakline-z", "field:level"])
+        .fails(1, &["in field level of feature 0, found no such field among width, z_from"]);
     scene.simplify(&both, &["--breakline-z", "feet"]).fails(2, &["expected raster, line or field:NAME"]);
 }
 

@@ -60,7 +60,7 @@ fn lakes_that_cannot_be_level_are_refused_by_name() {
         &with("field:depth"),
         1,
         &[
-            "lakes.geojson: layer lakes: expected polygons with numbers in field depth in feature 0, found no field depth among ",
+            "lakes.geojson: layer lakes: expected a number in field depth of feature 0, found no such field among ",
             "--lake-z",
         ],
     );

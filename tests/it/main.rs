@@ -44,6 +44,7 @@ mod tiles;
 mod tiles_memory;
 mod tiles_resume;
 mod trim;
+mod update_lines;
 mod usage;
 mod util;
 mod verify;

@@ -6,6 +6,7 @@ mod filed;
 
 use std::sync::Arc;
 
+use super::LineType;
 use super::external::ScratchError;
 use super::features::{Feature, FeatureSet};
 use filed::Filed;
@@ -27,6 +28,7 @@ pub struct Polylines {
     features: Option<Arc<Vec<u64>>>,
     /// Where the lines are, if they are not in memory.
     filed: Option<Arc<Filed>>,
+    line_type: LineType,
 }
 
 impl Polylines {
@@ -80,6 +82,28 @@ impl Polylines {
     pub fn of_features(self, features: Vec<u64>) -> Polylines {
         assert_eq!(features.len(), self.lines.len(), "features of lines");
         Polylines { features: Some(Arc::new(features)), ..self }
+    }
+
+    /// The same lines, all of a type.
+    pub fn of_type(self, line_type: LineType) -> Polylines {
+        Polylines { line_type, ..self }
+    }
+
+    /// Their type.
+    pub fn line_type(&self) -> LineType {
+        self.line_type
+    }
+
+    /// Those of the lines, which are in memory, that are `wanted`, by number; each keeps that of its feature.
+    pub fn only(&self, wanted: impl Fn(usize) -> bool) -> Polylines {
+        let numbers: Vec<usize> = (0..self.lines.len()).filter(|line| wanted(*line)).collect();
+        let of = |all: &[Vec<f64>]| numbers.iter().map(|&line| all[line].clone()).collect();
+        Polylines {
+            lines: Arc::new(numbers.iter().map(|&line| self.lines[line].clone()).collect()),
+            heights: self.heights().map(|all| Arc::new(of(all))),
+            features: Some(Arc::new(numbers.iter().map(|&line| self.feature(line)).collect())),
+            ..self.clone()
+        }
     }
 
     /// How many lines there are.

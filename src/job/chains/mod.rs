@@ -70,10 +70,9 @@ pub(super) fn in_bands(grid: &TileGrid, rows: i64, segments: &[u64]) -> Vec<u64>
 /// above and below it.
 pub(super) fn find(job: &Job<'_>) -> Result<Option<ChainStore>, Error> {
     let Some(lines) = &job.params.breaklines else { return Ok(None) };
-    lines.check_heights(job.params.tolerance.kept())?;
     let bands = Band::of(&job.grid);
     let scratch = Scratch::new(Some(&job.params.temp_dir), job.control.cancel.clone());
-    let mut store = ChainStore::new(job.grid, bands.clone(), lines.set_count(), lines.inside().cloned(), scratch);
+    let mut store = ChainStore::new(job.grid, bands.clone(), lines, scratch);
     let mut above = OnGround::default();
     let mut here = on_ground(job, &*lines.in_rows(&bands[0].places)?, &bands[0])?;
     for (number, band) in bands.iter().enumerate() {
@@ -81,7 +80,7 @@ pub(super) fn find(job: &Job<'_>) -> Result<Option<ChainStore>, Error> {
         let below = below.transpose()?.unwrap_or_default();
         let touching = here.with_touching(&above, &below, &band.places);
         let made = in_band(job, &*lines.in_rows(&band.places)?, band, &touching)?;
-        store.put(number, &made, &here.off_ground)?;
+        store.put(number, &made, lines, &here.off_ground)?;
         above = std::mem::replace(&mut here, below);
     }
     Ok(Some(store))
@@ -187,7 +186,7 @@ fn on_ground(job: &Job<'_>, lines: &Breaklines, band: &Band) -> Result<OnGround,
         found.at_voids.dedup();
     }
     for segment in all.iter().filter(|segment| found.segments.binary_search(segment).is_err()) {
-        let bits = lines.sets_of(*segment);
+        let bits = lines.counting(lines.sets_of(*segment));
         (0..).zip(&mut found.off_ground).for_each(|(set, count)| *count += u64::from(bits >> set & 1));
     }
     Ok(found)

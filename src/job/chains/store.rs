@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use super::Band;
-use crate::base::Window;
 use crate::base::external::{Scratch, ScratchError, Shelves};
 use crate::base::lattice::STEPS;
 use crate::base::tiling::TileGrid;
-use crate::kernel::breaklines::{ChainCounts, Chains, End, Inside, Place, PlacedEdge, TileChains};
+use crate::base::{LineEdge, LineType, Window};
+use crate::job::lines::Lines;
+use crate::kernel::breaklines::{ChainCounts, Chains, End, Inside, Place, PlacedEdge, SetBits, TileChains, type_of};
 
 /// The edges of all chains. Those of a band lie in lists by their lower ends, as many columns in each, and so do the ends.
 ///
@@ -20,8 +21,12 @@ pub(in crate::job) struct ChainStore {
     ends: Shelves<3>,
     /// For each set of lines.
     counts: Vec<ChainCounts>,
+    /// The sets whose lines are soft.
+    soft: SetBits,
     /// How many edges there are, each once.
     distinct: u64,
+    /// How many of them follow soft lines alone.
+    soft_edges: u64,
     /// Where the mesh is to be, if that is not all of the ground.
     inside: Option<Arc<Inside>>,
     /// The ends on the line to the next band.
@@ -35,33 +40,36 @@ impl ChainStore {
     /// How many bytes of edges are held in memory; tests go to the file.
     const IN_MEMORY: usize = if cfg!(test) { 4 << 10 } else { 8 << 20 };
 
-    pub(super) fn new(
-        grid: TileGrid,
-        bands: Vec<Band>,
-        sets: usize,
-        inside: Option<Arc<Inside>>,
-        scratch: Scratch,
-    ) -> ChainStore {
+    pub(super) fn new(grid: TileGrid, bands: Vec<Band>, lines: &Lines, scratch: Scratch) -> ChainStore {
         ChainStore {
             grid,
             bands,
             edges: Shelves::new(scratch.clone(), Self::IN_MEMORY * 7 / 10),
             ends: Shelves::new(scratch, Self::IN_MEMORY * 3 / 10),
-            counts: vec![ChainCounts::default(); sets],
+            counts: vec![ChainCounts::default(); lines.set_count()],
+            soft: lines.soft_sets(),
             distinct: 0,
-            inside,
+            soft_edges: 0,
+            inside: lines.inside().cloned(),
             on_line: Vec::new(),
         }
     }
 
     /// Puts the chains of a band away; bands come in their order.
-    pub(super) fn put(&mut self, band: usize, chains: &Chains, off_ground: &[u64]) -> Result<(), ScratchError> {
-        for ((set, count), off_ground) in (0..).zip(&mut self.counts).zip(off_ground) {
-            count.edges += chains.edges().iter().filter(|edge| edge.sets & 1 << set != 0).count() as u64;
-            count.off_ground += off_ground;
+    pub(super) fn put(
+        &mut self,
+        band: usize,
+        chains: &Chains,
+        lines: &Lines,
+        off_ground: &[u64],
+    ) -> Result<(), ScratchError> {
+        self.counts.iter_mut().zip(off_ground).for_each(|(count, off_ground)| count.off_ground += off_ground);
+        for (_, sets) in chains.distinct() {
+            let counting = lines.counting(sets);
+            (0..).zip(&mut self.counts).for_each(|(set, count)| count.edges += u64::from(counting >> set & 1));
+            self.distinct += 1;
+            self.soft_edges += u64::from(type_of(sets, self.soft) == LineType::Soft);
         }
-        let places = |edge: &PlacedEdge| edge.ends.map(|end| end.0);
-        self.distinct += chains.edges().chunk_by(|a, b| places(a) == places(b)).count() as u64;
         let list = |place: Place| (band as u32, (place.x / COLUMNS) as u32);
         let mut edges: Vec<_> = chains.edges().iter().map(|edge| (list(edge.ends[0].0), edge_record(edge))).collect();
         // Lists keep their order.
@@ -87,6 +95,16 @@ impl ChainStore {
     /// How many edges there are, each once.
     pub(in crate::job) fn distinct(&self) -> u64 {
         self.distinct
+    }
+
+    /// How many of these follow soft lines alone.
+    pub(in crate::job) fn soft(&self) -> u64 {
+        self.soft_edges
+    }
+
+    /// The edges of a band along lines, each once ([`Chains::along_lines`]).
+    pub(in crate::job) fn along_lines(&self, chains: &Chains) -> Vec<LineEdge<u32>> {
+        chains.along_lines(self.soft)
     }
 
     /// Where temporary files are made.

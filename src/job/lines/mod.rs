@@ -15,7 +15,7 @@ use crate::base::lattice::STEPS;
 use crate::base::tiling::TileGrid;
 use crate::base::{LineKind, LineSet, Polylines, Window};
 use crate::kernel::breaklines::strips::{Cutting, LONGEST, PieceRecord, Summary};
-use crate::kernel::breaklines::{Breaklines, Inside, LineCounts, LinesError, TwoHeights};
+use crate::kernel::breaklines::{Breaklines, Inside, LineCounts, LinesError, SetBits, TwoHeights};
 use shelved::{Shelved, Sorting};
 
 pub(crate) use error::LinesFailure;
@@ -115,6 +115,16 @@ impl Lines {
         self.told().set_count()
     }
 
+    /// See [`Breaklines::counting`].
+    pub(super) fn counting(&self, bits: SetBits) -> SetBits {
+        self.told().counting(bits)
+    }
+
+    /// The sets whose lines are soft.
+    pub(super) fn soft_sets(&self) -> SetBits {
+        self.told().soft_sets()
+    }
+
     /// What they ask of a run.
     pub fn features(&self) -> FeatureSet {
         self.told().features()
@@ -161,8 +171,8 @@ impl Lines {
         self.told().in_lakes()
     }
 
-    /// What of them decides a mesh, the same on every machine and wherever they are held.
-    pub fn named(&self) -> String {
+    /// What of them decides a mesh, the same on every machine and wherever they are held: see [`Breaklines::named`].
+    pub fn named(&self) -> [String; 2] {
         match &self.0 {
             Held::Memory(lines) => lines.named(),
             Held::Shelved(_, summary) => summary.named.clone(),

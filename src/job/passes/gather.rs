@@ -57,8 +57,8 @@ pub(in crate::job) fn same_samples(
         let place = pass.grid.place(tile);
         workspaces.with(|shared: &mut Workspace| {
             if is_asked(tile) && spool.find(tile, &mut shared.chunk, &mut shared.encoded)? {
-                shared.load(field, job.params, place.window)?;
-                if shared.chunk.samples_checksum == shared.tile.checksum() {
+                let [then, now] = shared.compare(job, place.window)?;
+                if then == now {
                     tell(tile);
                 }
                 shared.hand_over();
@@ -87,7 +87,7 @@ pub(in crate::job) fn must_be_of_samples(
         job.control.cancel.check()?;
         workspaces.with(|shared: &mut Workspace| {
             spool.read(tile, &mut shared.chunk, &mut shared.encoded)?;
-            shared.check_samples(job.field, job.params, pass.grid.place(tile).window)?;
+            shared.check_samples(job, pass.grid.place(tile).window)?;
             shared.hand_over();
             Ok::<(), Error>(())
         })
@@ -112,7 +112,7 @@ pub(in crate::job) fn gather(job: &Job<'_>, pass: &Pass, spool: &Spool) -> Resul
                 return Ok(Gathered { missing: 1, first_missing: vec![tile], ..Gathered::default() });
             }
             if spool.check_samples() {
-                shared.check_samples(field, job.params, place.window)?;
+                shared.check_samples(job, place.window)?;
             }
             let errors = &shared.chunk.errors;
             let astray = errors.shape.as_ref().map_or(0, |shape| shape.astray);

@@ -252,6 +252,7 @@ impl<'a> Job<'a> {
     /// [`Error`]: parameters that do not go with the field, or with each other.
     pub fn new(field: &'a Field, params: &'a Params, control: &'a Control<'a>) -> Result<Job<'a>, Error> {
         params.check(field)?;
+        params.check_lines()?;
         let grid = grid(field.width(), field.height(), params)?;
         let max_stray = params.straying(params.features().and(FeatureSet::of_field(field)));
         let polishes_seams = polishes_seams(params.quality, max_stray);
@@ -442,7 +443,7 @@ impl Run<'_> {
             self.clocks.spool.time(|| out.append(chunk, encoded))?;
         } else if out.check_samples() {
             // The raster may have changed since.
-            shared.check_samples(self.job.field, self.job.params, place.window)?;
+            shared.check_samples(self.job, place.window)?;
         }
         let samples = place.owned_samples();
         let shape = maker.shared().chunk.errors.shape.as_ref().filter(|_| self.later.is_empty());

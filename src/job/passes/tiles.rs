@@ -70,8 +70,9 @@ impl Maker for TileMaker {
         };
         let errors = clocks.measure.time(|| self.measure(run, place, bound));
         clocks.spool.time(|| {
+            let checksum = self.shared.checksum();
             let Workspace { tile, chunk, .. } = &mut self.shared;
-            chunk.fill(place.index, &rim, &mut self.mesh, errors, tile.checksum());
+            chunk.fill(place.index, &rim, &mut self.mesh, errors, checksum);
             run.set_attributes(chunk, tile);
         });
         Ok(())

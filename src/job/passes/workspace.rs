@@ -55,14 +55,32 @@ impl Workspace {
         Ok(())
     }
 
-    /// Loads the samples of a window and compares them with those that the chunk was made from.
-    pub(super) fn check_samples(&mut self, field: &Field, params: &Params, window: Window) -> Result<(), Error> {
-        self.load(field, params, window)?;
-        let (expected, found) = (self.chunk.samples_checksum, self.tile.checksum());
+    /// The checksum of what is loaded and found: of the samples, and of the chains of breaklines.
+    pub(super) fn checksum(&self) -> u32 {
+        let samples = self.tile.checksum();
+        if self.chains.vertices().is_empty() {
+            return samples;
+        }
+        let mut hasher = crc32fast::Hasher::new_with_initial(samples);
+        self.chains.hash(&mut hasher);
+        hasher.finalize()
+    }
+
+    /// Loads the samples of a window, finds its features, and tells whether the chunk was made from the same. Gives both checksums.
+    pub(super) fn compare(&mut self, job: &Job<'_>, window: Window) -> Result<[u32; 2], Error> {
+        self.load(job.field, job.params, window)?;
+        self.find_features(job, window)?;
+        Ok([self.chunk.samples_checksum, self.checksum()])
+    }
+
+    /// Makes sure that the chunk was made from the samples that a window has now.
+    pub(super) fn check_samples(&mut self, job: &Job<'_>, window: Window) -> Result<(), Error> {
+        let [expected, found] = self.compare(job, window)?;
         if expected == found {
             return Ok(());
         }
         let Window { column, row, width, height } = window;
+        let field = job.field;
         let samples = if field.importance().is_some() { "samples and weights" } else { "samples" };
         let what = format!("{width} × {height} {samples} at column {column}, row {row} with the checksum");
         let [expected, found] = [expected, found].map(|checksum| format!("{checksum:08x}"));

@@ -46,7 +46,10 @@ impl Sample {
         // Tiles without ground were looked at, and have nothing.
         let whole = (job.field.width() as f64 - 1.0) * (job.field.height() as f64 - 1.0) / cells(&all);
         let times = [whole * (cells(&many) / cells(&few).max(1.0)), whole];
-        let span = looked.iter().filter_map(|looked| looked.span).fold(0.0, f64::max);
+        let of_tiles = looked.iter().filter_map(|looked| looked.span).fold(0.0, f64::max);
+        // Samples beside a line with heights are eased halfway to it, at the least.
+        let of_lines = job.params.breaklines.as_ref().and_then(|lines| lines.height_range());
+        let span = of_lines.map_or(of_tiles, |[low, high]| 2.0 * of_tiles + (high - low));
         let step = looked.iter().all(|looked| looked.are_whole).then_some(1.0);
         Ok(Sample { few, many, times, span, step })
     }

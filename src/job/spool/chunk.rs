@@ -39,7 +39,7 @@ pub struct Chunk {
     pub errors: ErrorStats,
     /// Triangles whose strong feasibility was relaxed.
     pub relaxed: u64,
-    /// The checksum of the heights and weights it was made from ([`crate::base::Tile::checksum`]).
+    /// The checksum of what it was made from: of the heights and weights ([`crate::base::Tile::checksum`]), and of chains of breaklines.
     pub samples_checksum: u32,
 }
 

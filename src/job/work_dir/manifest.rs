@@ -11,6 +11,7 @@ use crate::base::durable;
 use crate::base::faults::{self, Point};
 use crate::base::private_file::PrivateFile;
 use crate::base::{Files, SOME_SAMPLES};
+use crate::job::Params;
 
 /// The form of the work dir.
 const FORMAT: u32 = 1;
@@ -84,11 +85,16 @@ impl Manifest {
         Err(WorkDirError::OtherJob { dir: dir.to_path_buf(), differences })
     }
 
-    /// Makes sure that `old`, the manifest of the work dir `dir`, is of the same job but for the samples of its raster.
+    /// Makes sure that `old`, the manifest of the work dir `dir`, is of the same job but for the samples of its raster, and for where its
+    /// breaklines are.
     pub(super) fn must_be_of_another_state(&self, dir: &Path, old: &Manifest) -> Result<(), WorkDirError> {
         let mut same = self.clone();
-        for (mine, theirs) in [(&mut same.raster, &old.raster), (&mut same.importance, &old.importance)] {
-            if let Some((mine, theirs)) = mine.get_mut(SOME_SAMPLES).zip(theirs.get(SOME_SAMPLES)) {
+        for (mine, theirs, name) in [
+            (&mut same.raster, &old.raster, SOME_SAMPLES),
+            (&mut same.importance, &old.importance, SOME_SAMPLES),
+            (&mut same.parameters, &old.parameters, Params::SEGMENTS),
+        ] {
+            if let Some((mine, theirs)) = mine.get_mut(name).zip(theirs.get(name)) {
                 mine.clone_from(theirs);
             }
         }

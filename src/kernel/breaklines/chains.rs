@@ -2,6 +2,8 @@
 
 mod along;
 
+pub(crate) use along::type_of;
+
 use std::sync::Arc;
 
 use super::{ChainEdge, Inside, Place, SetBits};
@@ -15,7 +17,7 @@ pub type End = (Place, f64);
 /// What became of the chains of lines.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct ChainCounts {
-    /// Edges of the mesh that follow lines.
+    /// Edges of the mesh that follow lines; those that lines of several sets of a kind share count in the first.
     pub edges: u64,
     /// Segments of lines that have none, since they lie in no cell with four heights.
     pub off_ground: u64,
@@ -163,6 +165,19 @@ impl TileChains {
         let mut edges: Vec<(u32, u32)> = known.map(|(a, b)| (a.min(b), a.max(b))).collect();
         edges.sort_unstable();
         edges
+    }
+
+    /// Adds all that a mesh depends on to a checksum; nothing where there are no ends of edges.
+    pub(crate) fn hash(&self, hasher: &mut crc32fast::Hasher) {
+        let edges = self.edges.iter().chain(&self.border).flatten();
+        for Vertex { at, height } in edges.chain(&self.vertices) {
+            hasher.update(bytemuck::cast_slice(&[at.x, at.y]));
+            hasher.update(&height.to_ne_bytes());
+        }
+        let counts = [self.edges.len(), self.border.len()].map(|count| count as u64);
+        if !self.vertices.is_empty() {
+            hasher.update(bytemuck::cast_slice(&counts));
+        }
     }
 
     fn find(&self, at: Point) -> Result<usize, usize> {

@@ -44,8 +44,9 @@ use self::outlines::{take_inside, take_lakes};
 use crate::base::features::FeatureSet;
 use crate::base::lattice::STEPS;
 use crate::base::plainly::Plainly;
-use crate::base::{LineKind, LineSet, PointSet, Polylines, Tile, Window};
+use crate::base::{LineKind, LineSet, LineType, PointSet, Polylines, Tile, Window};
 
+pub(crate) use chains::type_of;
 pub use chains::{ChainCounts, Chains, End, PlacedEdge, TileChains};
 pub use graph::{Pieces, Stretch, Surroundings, surroundings, tile_of};
 pub(crate) use inside::Inside;
@@ -82,7 +83,7 @@ pub struct LineCounts {
     pub lines: u64,
     /// Those of which nothing lies on the raster: outside of it, or without a length on the lattice.
     pub left_out: u64,
-    /// Their segments on the lattice.
+    /// Their segments on the lattice; those that lines of several sets of a kind share count in the first.
     pub segments: u64,
     /// The largest distance from a line to the place on the lattice that stands for it, before lines are joined to nodes, in cells.
     pub largest_rounding: f64,
@@ -109,6 +110,7 @@ pub type SetBits = u8;
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Set {
     kind: LineKind,
+    line_type: LineType,
     /// In parts of a cell ([`FINE`]).
     shift: i64,
     has_heights: bool,
@@ -123,7 +125,8 @@ impl Set {
         }
         let (kind, has_heights) = (set.kind, set.lines.have_heights());
         let counts = LineCounts { lines: set.lines.count() as u64, ..LineCounts::default() };
-        Ok(Set { kind, shift: (set.shift * FINE as f64).floor() as i64, has_heights, counts })
+        let line_type = set.lines.line_type();
+        Ok(Set { kind, line_type, shift: (set.shift * FINE as f64).floor() as i64, has_heights, counts })
     }
 }
 
@@ -161,7 +164,7 @@ pub enum LinesError {
 }
 
 impl Breaklines {
-    /// Lines over a raster of this many samples, one set of each kind at the most. Their chains may be a set's shift from their places;
+    /// Lines over a raster of this many samples, eight sets at the most. Their chains may be a set's shift from their places;
     /// parts of a cell below 1/65536 do not count.
     ///
     /// # Errors
@@ -182,9 +185,7 @@ impl Breaklines {
         let lakes = take_lakes(asked, &mut pieces).map_err(|error| (LineKind::Lakes, error))?;
         let inside = take_inside(asked, &mut pieces, size).map(Arc::new);
         let (segments, of) = noding::with_sets(&pieces);
-        for (number, set) in (0..).zip(&mut sets) {
-            set.counts.segments = of.iter().filter(|bits| **bits & 1 << number != 0).count() as u64;
-        }
+        of.iter().for_each(|bits| count(*bits, &mut sets));
         let levels = Levels::new(&pieces, &lakes, |piece| {
             let set = &asked[usize::from(piece.set)];
             let has_heights = sets[usize::from(piece.set)].has_heights;
@@ -234,6 +235,17 @@ impl Breaklines {
     pub fn segments_in(&self, rows: std::ops::Range<i64>) -> &[Segment] {
         let before = |row: i64| self.segments.partition_point(|[low, _]| low.y < row);
         &self.segments[before(rows.start)..before(rows.end)]
+    }
+
+    /// Which sets count what these have in common: the first of each kind.
+    pub fn counting(&self, bits: SetBits) -> SetBits {
+        counting(bits, &self.sets)
+    }
+
+    /// The sets whose lines are soft.
+    pub fn soft_sets(&self) -> SetBits {
+        let bits = (0..).zip(&self.sets).map(|(number, set)| u8::from(set.line_type == LineType::Soft) << number);
+        bits.fold(0, |all, bit| all | bit)
     }
 
     /// How many sets of lines there are.
@@ -324,8 +336,8 @@ impl Breaklines {
         self.segments.len() as u64 * PER_SEGMENT + self.levels.bytes() + self.beside.bytes() + inside
     }
 
-    /// What of them decides a mesh, the same on every machine.
-    pub fn named(&self) -> String {
+    /// What of them decides a mesh, the same on every machine: what sets there are, and what is in them.
+    pub fn named(&self) -> [String; 2] {
         let mut hasher = crc32fast::Hasher::new();
         self.segments.iter().flatten().for_each(|place| hash_place(&mut hasher, *place));
         self.of.iter().for_each(|bits| hasher.update(&[*bits]));
@@ -333,11 +345,27 @@ impl Breaklines {
         self.named_as(self.segments.len() as u64, hasher.finalize())
     }
 
-    fn named_as(&self, segments: u64, checksum: u32) -> String {
-        let sets = self.sets.iter().map(|set| format!(", {} with shift {}/{FINE}", set.kind.name(), set.shift));
-        let sets = sets.collect::<String>();
-        format!("{segments} segments with checksum {checksum:08x}{sets}")
+    fn named_as(&self, segments: u64, checksum: u32) -> [String; 2] {
+        let named = |set: &Set| {
+            let soft = if set.line_type == LineType::Soft { "soft " } else { "" };
+            format!("{soft}{} with shift {}/{FINE}", set.kind.name(), set.shift)
+        };
+        let sets: Vec<String> = self.sets.iter().map(named).collect();
+        [sets.join(", "), format!("{segments} with checksum {checksum:08x}")]
     }
+}
+
+/// Of sets that have something in common, the first of each kind.
+fn counting(bits: SetBits, sets: &[Set]) -> SetBits {
+    let has = |number: usize| bits >> number & 1 == 1;
+    let is_first = |&number: &usize| has(number) && !(0..number).any(|i| has(i) && sets[i].kind == sets[number].kind);
+    (0..sets.len()).filter(is_first).fold(0, |all, number| all | 1 << number)
+}
+
+/// Counts a segment of these sets.
+fn count(bits: SetBits, sets: &mut [Set]) {
+    let first = counting(bits, sets);
+    (0..).zip(sets).for_each(|(number, set)| set.counts.segments += u64::from(first >> number & 1));
 }
 
 /// The pieces of all sets, in no order.

@@ -176,9 +176,7 @@ impl Tally {
         for (segment, bits) in lines.segments[first..].iter().zip(&lines.of[first..]) {
             segment.iter().for_each(|place| super::hash_place(places, *place));
             of.update(&[*bits]);
-            for (number, set) in (0..).zip(&mut strips.sets) {
-                set.counts.segments += u64::from(bits >> number & 1);
-            }
+            super::count(*bits, &mut strips.sets);
         }
         self.segments += (lines.segments.len() - first) as u64;
         for (_, height) in lines.levels.all().iter().filter(|(place, _)| is_in(*place)) {
@@ -213,5 +211,5 @@ pub(crate) struct Summary {
     /// As [`Breaklines::height_range`].
     pub(crate) range: Option<[f64; 2]>,
     /// As [`Breaklines::named`].
-    pub(crate) named: String,
+    pub(crate) named: [String; 2],
 }

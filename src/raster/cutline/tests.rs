@@ -3,9 +3,10 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::base::LineType;
 use crate::base::control::CancelToken;
 use crate::base::{Polygon, Window};
-use crate::raster::{LineMemory, LineSource, Raster, ShapesError, read_lines};
+use crate::raster::{LineAsk, LineMemory, LineSource, Raster, Said, ShapesError, read_lines};
 
 const ALL: Window = Window { column: 0, row: 0, width: 20, height: 15 };
 
@@ -157,12 +158,12 @@ fn sides_that_are_bent_to_both_sides_are_bent() {
     let lines = read_lines(
         &raster,
         &source,
-        false,
+        &LineAsk { with_heights: Said::Of(false), types: Said::Of(LineType::Hard) },
         &LineMemory { temp_dir: None, vertices: usize::MAX },
         &CancelToken::default(),
     )
     .expect("a line");
-    let line = &lines.lines()[0];
+    let line = &lines[0].lines()[0];
     assert!(line.len() > 5, "{line:?}");
     let turned = |(column, row): (f64, f64)| (39.0 - column, 39.0 - row);
     for (&(column, row), &other) in line.iter().zip(line.iter().rev()) {

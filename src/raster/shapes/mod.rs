@@ -4,4 +4,4 @@ mod error;
 mod read;
 
 pub use error::ShapesError;
-pub(super) use read::{Placer, for_each_geometry};
+pub(super) use read::{Placer, Wrong, for_each_geometry};

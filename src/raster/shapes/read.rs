@@ -28,18 +28,38 @@ const HALVINGS: u32 = 12;
 /// Features between two looks at the cancellation token.
 const FEATURES_BETWEEN_CHECKS: u64 = 256;
 
+/// What is wrong with a feature.
+#[derive(Debug)]
+pub(in crate::raster) struct Wrong {
+    /// `None`: another kind of shape.
+    expected: Option<String>,
+    found: String,
+}
+
+impl Wrong {
+    pub(in crate::raster) fn new(expected: String, found: String) -> Wrong {
+        Wrong { expected: Some(expected), found }
+    }
+}
+
+impl From<String> for Wrong {
+    fn from(found: String) -> Wrong {
+        Wrong { expected: None, found }
+    }
+}
+
 /// Calls `take` with the geometry of every feature of a layer and the feature with its number, and with what brings its vertices to the samples of `raster`, or of the
 /// window of it that is looked at. `take` adds shapes to those of a feature, at least one in all, or says what it found in place of one; `keep`
 /// is given one after the other. The `shapes` are called `one` in a feature. Features without geometry are passed over; gives how many there are.
 ///
 /// # Errors
 /// [`ShapesError`]: nothing to open, no such layer, a feature of another kind, a CRS there is no way from.
-pub(in crate::raster) fn for_each_geometry<S>(
+pub(in crate::raster) fn for_each_geometry<S, W: Into<Wrong>>(
     raster: &Raster,
     (path, layer): (&Path, Option<&str>),
     (shapes, one): (&'static str, &str),
     cancel: &CancelToken,
-    take: impl Fn(&Placer, &Geometry, (u64, &Feature<'_>), &mut Vec<S>) -> Result<(), String>,
+    take: impl Fn(&Placer, &Geometry, (u64, &Feature<'_>), &mut Vec<S>) -> Result<(), W>,
     mut keep: impl FnMut(S) -> Result<(), ShapesError>,
 ) -> Result<u64, ShapesError> {
     let options = DatasetOptions {
@@ -90,8 +110,9 @@ pub(in crate::raster) fn for_each_geometry<S>(
         let id = feature.fid().unwrap_or(found);
         // Null, where a feature has no geometry.
         match feature.geometry_by_index(0) {
-            Ok(geometry) => take(&placer, geometry, (id, &feature), &mut shapes_of)
-                .map_err(|found| wrong(format!("{one} in feature {id}"), found))?,
+            Ok(geometry) => take(&placer, geometry, (id, &feature), &mut shapes_of).map_err(Into::into).map_err(
+                |Wrong { expected, found }| wrong(expected.unwrap_or(format!("{one} in feature {id}")), found),
+            )?,
             Err(_) => without_geometry += 1,
         }
         is_empty &= shapes_of.is_empty();

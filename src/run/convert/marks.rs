@@ -1,6 +1,7 @@
 //! Edges that follow lines, from one mesh to another.
 
 use super::BATCH;
+use crate::base::LineEdge;
 use crate::base::external::{Scratch, StoreWriter};
 use crate::formats::{MeshReader, Sink};
 use crate::run::RunError;
@@ -32,10 +33,10 @@ pub(super) fn write_places(
     let mut edges = Vec::new();
     reader.for_each_edge(|_, edge| {
         let mut ends = [[0.0; 3]; 2];
-        for (end, vertex) in ends.iter_mut().zip(edge) {
+        for (end, vertex) in ends.iter_mut().zip(edge.ends) {
             *end = vertices.get(vertex)?.map(f64::from_bits);
         }
-        edges.push(ends);
+        edges.push(LineEdge { ends, line_type: edge.line_type });
         if edges.len() == BATCH {
             sink.lines(&edges)?;
             edges.clear();

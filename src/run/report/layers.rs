@@ -29,9 +29,14 @@ pub struct LinesReport {
     pub file: String,
     /// Where their heights come from: raster, line or a field, for lakes min, median or a field.
     pub z: String,
+    /// Of what type they are: hard, soft or a field; each where a program gave lines with types of their own.
+    pub types: String,
     /// How far edges may be from lines, in cells.
     pub shift: f64,
-    /// What became of the lines. Where a field says where heights come from, those of either kind are counted for themselves.
+    /// How many edges of the mesh follow soft lines alone; 0 for outlines.
+    pub soft_edges: u64,
+    /// What became of the lines. Where fields say where heights come from, or what type lines are, those of either kind are counted for
+    /// themselves.
     #[serde(flatten)]
     pub counts: LineCounts,
     /// What became of them on the ground.
@@ -53,7 +58,7 @@ pub struct PointsReport {
 impl LinesReport {
     pub(super) fn new(kind: LineKind, request: &Request<'_>, params: &Params, mesh: &Mesh) -> Option<LinesReport> {
         let input = request.lines.iter().find(|input| input.kind == kind)?;
-        // Several sets of a kind where some lines have heights of their own.
+        // Several sets of a kind where some lines have heights of their own, or are soft.
         let of_kind = params.breaklines.as_ref()?.counts().zip(mesh.chains()).filter(|((of, _), _)| *of == kind);
         let (counts, chains) = of_kind.map(|((_, counts), chains)| (counts, *chains)).reduce(|(a, b), (c, d)| {
             let counts = LineCounts {
@@ -64,7 +69,15 @@ impl LinesReport {
             };
             (counts, ChainCounts { edges: b.edges + d.edges, off_ground: b.off_ground + d.off_ground })
         })?;
-        Some(LinesReport { file: shown(input.file()), z: input.heights.name(), shift: input.shift, counts, chains })
+        Some(LinesReport {
+            file: shown(input.file()),
+            z: input.heights.name(),
+            types: input.types.name(),
+            shift: input.shift,
+            soft_edges: if kind == LineKind::Breaklines { mesh.soft_edges() } else { 0 },
+            counts,
+            chains,
+        })
     }
 }
 

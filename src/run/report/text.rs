@@ -202,7 +202,9 @@ impl LinesReport {
         let outside =
             if left_out > 0 { format!(", {} of the lines outside", grouped(left_out)) } else { String::new() };
         let ChainCounts { edges, off_ground } = self.chains;
-        format!("{} follow {read}, {} of these off the ground{outside}", counted(edges, "edge"), grouped(off_ground))
+        let soft = if self.soft_edges > 0 { format!(" ({} soft)", grouped(self.soft_edges)) } else { String::new() };
+        let edges = counted(edges, "edge");
+        format!("{edges}{soft} follow {read}, {} of these off the ground{outside}", grouped(off_ground))
     }
 }
 

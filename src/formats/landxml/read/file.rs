@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::LandXmlError;
 use super::walk::{Item, Walk, Wanted};
+use crate::base::LineType;
 use crate::base::channels::Channel;
 use crate::base::control::CancelToken;
 use crate::base::external::Scratch;
@@ -30,6 +31,8 @@ pub struct LandXmlReader {
     /// Breaklines, and the edges that they are in a file of terrabite's; others need not be edges.
     lines: u64,
     edges: u64,
+    /// Whether one of them is soft.
+    has_soft: bool,
     ids: Ids,
     scratch: Scratch,
     cancel: CancelToken,
@@ -50,6 +53,7 @@ struct Found {
     points: u64,
     faces: u64,
     lines: u64,
+    has_soft: bool,
     first_id: u64,
     is_consecutive: bool,
     /// Surfaces: the first names, and how many with a definition there are.
@@ -84,9 +88,10 @@ impl LandXmlReader {
         found.check(path)?;
         let (header, ids) = (found.header(), Ids::From(found.first_id));
         let scratch = Scratch::new(options.temp_dir.as_deref(), cancel.clone());
-        let Found { points, faces, lines, is_consecutive, edges_told, .. } = found;
+        let Found { points, faces, lines, has_soft, is_consecutive, edges_told, .. } = found;
         let (path, edges) = (path.to_path_buf(), edges_told.unwrap_or(0));
-        let mut mesh = LandXmlReader { path, file, header, points, faces, lines, edges, ids, scratch, cancel };
+        let mut mesh =
+            LandXmlReader { path, file, header, points, faces, lines, edges, has_soft, ids, scratch, cancel };
         if !is_consecutive {
             mesh.ids = Ids::Sorted(mesh.sorted()?);
         }
@@ -138,7 +143,7 @@ impl LandXmlReader {
             let is_wanted = match item {
                 Item::Point(..) => wanted == Wanted::Points,
                 Item::Face(_) => wanted == Wanted::Faces,
-                Item::Line(_) => wanted == Wanted::Lines,
+                Item::Line(..) => wanted == Wanted::Lines,
                 _ => false,
             };
             if !is_wanted {
@@ -201,7 +206,10 @@ impl Found {
                 self.points += 1;
             }
             Item::Face(_) => self.faces += 1,
-            Item::Line(_) => self.lines += 1,
+            Item::Line(_, line_type) => {
+                self.lines += 1;
+                self.has_soft |= line_type == LineType::Soft;
+            }
             Item::Surface(name) if self.names.len() < NAMES_TOLD => self.names.push(name.chars().take(80).collect()),
             Item::Surface(_) => {}
             Item::Definition(kind) if kind.is_empty() || kind.eq_ignore_ascii_case("TIN") => self.definitions += 1,
@@ -316,6 +324,10 @@ impl MeshReader for LandXmlReader {
         self.edges
     }
 
+    fn edges_have_types(&self) -> bool {
+        self.edges > 0 && self.has_soft
+    }
+
     fn edges(&mut self, visit: &mut EdgeVisitor<'_>) -> Result<(), ReadError> {
         if self.edges == 0 {
             return Ok(());
@@ -323,9 +335,9 @@ impl MeshReader for LandXmlReader {
         let (path, expected) = (&self.path, self.edges);
         let (mut ends, mut found) = (Ends::new(&self.scratch), 0);
         self.for_each(Wanted::Lines, |item| {
-            if let Item::Line(points) = item {
+            if let Item::Line(points, line_type) = item {
                 found += points.len().saturating_sub(1) as u64;
-                ends.line(&points)?;
+                ends.line(&points, line_type)?;
             }
             Ok(ControlFlow::Continue(()))
         })?;

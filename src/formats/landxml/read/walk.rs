@@ -9,6 +9,7 @@ use quick_xml::{Reader, XmlVersion};
 
 use super::LandXmlError;
 use super::source::{EVENT_LIMIT, Source};
+use crate::base::LineType;
 use crate::base::control::CancelToken;
 
 /// Tags and texts between two looks at whether to stop; a power of two.
@@ -33,8 +34,8 @@ pub(super) enum Item {
     Point(u64, [f64; 3]),
     /// The ids of a face's corners. Zeros in a pass over points.
     Face([u64; 3]),
-    /// A breakline of the source data: its points, x, y, z. None in a pass over all.
-    Line(Vec<[f64; 3]>),
+    /// A breakline of the source data: its points, x, y, z, and its type. No points in a pass over all.
+    Line(Vec<[f64; 3]>, LineType),
     /// A surface with this name.
     Surface(String),
     /// The surface has a definition of this type.
@@ -69,8 +70,8 @@ enum Element {
     Face,
     Source,
     Breaklines,
-    Breakline,
-    Line,
+    Breakline(LineType),
+    Line(LineType),
     /// A face that is not to be seen.
     Hidden,
     /// The feature of terrabite's.
@@ -196,8 +197,11 @@ impl<'a> Walk<'a> {
             }
             (Some(Element::Surface), "SourceData") => Element::Source,
             (Some(Element::Source), "Breaklines") => Element::Breaklines,
-            (Some(Element::Breaklines), "Breakline") => Element::Breakline,
-            (Some(Element::Breakline), "PntList3D") => Element::Line,
+            (Some(Element::Breaklines), "Breakline") => match self.value(tag, "desc")?.as_deref() {
+                Some("soft") => Element::Breakline(LineType::Soft),
+                _ => Element::Breakline(LineType::Hard),
+            },
+            (Some(Element::Breakline(line_type)), "PntList3D") => Element::Line(line_type),
             (Some(Element::Definition), "Pnts") => Element::Points,
             (Some(Element::Definition), "Faces") => Element::Faces,
             (Some(Element::Points), "P") if matches!(self.wanted, Wanted::Faces | Wanted::Lines) => Element::Point(0),
@@ -233,14 +237,14 @@ impl<'a> Walk<'a> {
                 };
                 Ok(Some(Item::Face(ids)))
             }
-            Some(Element::Line) => {
+            Some(Element::Line(line_type)) => {
                 let points = match self.wanted {
                     Wanted::Lines => {
                         points(&self.numbers).ok_or_else(|| self.numbers_error("northings, eastings and elevations"))?
                     }
                     _ => Vec::new(),
                 };
-                Ok(Some(Item::Line(points)))
+                Ok(Some(Item::Line(points, line_type)))
             }
             _ => Ok(None),
         }
@@ -256,7 +260,7 @@ impl<'a> Walk<'a> {
                 let (path, what) = (self.path.to_path_buf(), "bytes of three numbers");
                 Err(LandXmlError::TooMuch { path, offset: self.offset(), what, limit: NUMBERS_LIMIT })
             }
-            Some(Element::Line) if self.wanted == Wanted::Lines => {
+            Some(Element::Line(_)) if self.wanted == Wanted::Lines => {
                 if self.numbers.len() + text.len() > LINE_LIMIT {
                     let (path, what) = (self.path.to_path_buf(), "bytes of a line");
                     return Err(LandXmlError::TooMuch { path, offset: self.offset(), what, limit: LINE_LIMIT });

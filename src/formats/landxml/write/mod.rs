@@ -5,7 +5,8 @@ mod text;
 
 use super::FORMAT;
 use crate::base::staged::StagedFile;
-use crate::formats::joiner::Joiner;
+use crate::base::{LineEdge, LineType};
+use crate::formats::joiner::{Joined, Joiner};
 use crate::formats::output::{Output, push_decimal, push_place};
 use crate::formats::wording::{Placer, facts};
 use crate::formats::{Contents, Header, Marks, Needs, Setup, Sink, SinkError};
@@ -13,7 +14,7 @@ use text::{attribute, fact};
 
 /// LandXML 1.2 with one surface: `<P id="1">northing easting elevation</P>` for each vertex, `<F>1 2 3</F>` for each triangle,
 /// counter-clockwise seen from above, numbered from 1. One blank between numbers, as some programs split there. Edges that follow
-/// lines are breaklines of the source data, from place to place, as far as one goes on from another.
+/// lines are breaklines of the source data, from place to place, as far as one goes on from another; soft ones are described as `soft`.
 ///
 /// Coordinates are the shortest decimals that are read again as the same doubles, in single precision as well. The CRS stands
 /// in `CoordinateSystem` where coordinates are those of the map, and nowhere else. All facts of the header, and how many
@@ -104,9 +105,13 @@ impl LandXmlSink {
 }
 
 /// A line as a breakline.
-fn push_line(output: &mut Output, points: &[[f64; 3]]) -> Result<(), SinkError> {
+fn push_line(output: &mut Output, (points, line_type): &Joined) -> Result<(), SinkError> {
     let text = output.buffer();
-    text.extend_from_slice(b"<Breakline brkType=\"standard\"><PntList3D>");
+    // The schema's types are standard, wall, proximity and nondestructive.
+    text.extend_from_slice(match line_type {
+        LineType::Hard => b"<Breakline brkType=\"standard\"><PntList3D>".as_slice(),
+        LineType::Soft => b"<Breakline brkType=\"standard\" desc=\"soft\"><PntList3D>",
+    });
     for (i, [x, y, z]) in points.iter().enumerate() {
         if i > 0 {
             text.push(b' ');
@@ -134,11 +139,11 @@ impl Sink for LandXmlSink {
         Ok(())
     }
 
-    fn lines(&mut self, edges: &[[[f64; 3]; 2]]) -> Result<(), SinkError> {
-        for [from, to] in edges {
+    fn lines(&mut self, edges: &[LineEdge<[f64; 3]>]) -> Result<(), SinkError> {
+        for LineEdge { ends: [from, to], line_type } in edges {
             let path = self.output.path();
-            let edge = [self.placer.place(path, *from)?, self.placer.place(path, *to)?];
-            if let Some(line) = self.lines.push(edge) {
+            let ends = [self.placer.place(path, *from)?, self.placer.place(path, *to)?];
+            if let Some(line) = self.lines.push(LineEdge { ends, line_type: *line_type }) {
                 push_line(&mut self.output, &line)?;
             }
         }

@@ -21,7 +21,7 @@ fn written(header: Header) -> String {
 #[test]
 fn edges_are_breaklines_of_the_source_data() {
     let folder = crate::testing::folder();
-    let with = |edges: &[[[f64; 3]; 2]]| {
+    let with = |edges: &[LineEdge<[f64; 3]>]| {
         let path = folder.path().join("tin.xml");
         let staged = StagedFile::create(&path, true, &[]).expect("staged");
         let mut sink = LandXmlSink::new(staged, Setup::default());
@@ -37,12 +37,15 @@ fn edges_are_breaklines_of_the_source_data() {
     let source = "<SourceData>\n<Breaklines>\n\
         <Breakline brkType=\"standard\"><PntList3D>-0.5 0.5 1.25 4 3 5</PntList3D></Breakline>\n\
         <Breakline brkType=\"standard\"><PntList3D>7 6 8 4 3 5 -0.5 0.5 1.25</PntList3D></Breakline>\n\
+        <Breakline brkType=\"standard\" desc=\"soft\"><PntList3D>-0.5 0.5 1.25 7 6 8</PntList3D></Breakline>\n\
         </Breaklines>\n</SourceData>\n<Definition surfType=\"TIN\">";
-    let (marked, plain) = (with(&[[a, b], [c, b], [b, a]]), with(&[]));
+    let hard = |from, to| LineEdge { ends: [from, to], line_type: LineType::Hard };
+    let soft = LineEdge { ends: [a, c], line_type: LineType::Soft };
+    let (marked, plain) = (with(&[hard(a, b), hard(c, b), hard(b, a), soft]), with(&[]));
     assert!(marked.contains(source), "{marked}");
-    assert!(marked.contains("<Property label=\"edges\" value=\"3\"/>\n"));
+    assert!(marked.contains("<Property label=\"edges\" value=\"4\"/>\n"));
     let without = marked.replace(source, "<Definition surfType=\"TIN\">");
-    assert_eq!(without.replace("<Property label=\"edges\" value=\"3\"/>\n", ""), plain);
+    assert_eq!(without.replace("<Property label=\"edges\" value=\"4\"/>\n", ""), plain);
 }
 
 fn named(definition: &str, unit: &str) -> Header {

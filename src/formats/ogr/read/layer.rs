@@ -10,6 +10,7 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
 use super::wkb::{self, Corners};
 use super::{OgrError, facts};
+use crate::base::LineType;
 use crate::base::channels::{Channel, Number};
 use crate::base::control::CancelToken;
 use crate::formats::{Crs, Header};
@@ -35,6 +36,9 @@ pub(super) struct MeshLayer {
 
 /// What terrabite calls that layer.
 const LINES: &str = "tin_breaklines";
+
+/// The field of it that says of what type lines are, where it is there.
+const TYPE: &str = "type";
 
 /// The drivers for a file without a mark: those that read nothing but the file.
 const DRIVERS: &[&str] =
@@ -138,23 +142,41 @@ impl MeshLayer {
         Ok(count)
     }
 
-    /// Hands the points of every line of the other layer to `visit`.
+    /// Whether lines of the other layer have types.
+    pub(super) fn lines_have_types(&self) -> bool {
+        let layer = self.lines.and_then(|lines| self.dataset.layer(lines).ok());
+        layer.is_some_and(|layer| layer.defn().field_index(TYPE).is_ok())
+    }
+
+    /// Hands the points of every line of the other layer, and its type, to `visit`.
     pub(super) fn for_each_line(
         &self,
-        mut visit: impl FnMut(&[[f64; 3]]) -> Result<(), OgrError>,
+        mut visit: impl FnMut(&[[f64; 3]], LineType) -> Result<(), OgrError>,
     ) -> Result<(), OgrError> {
         let Some(lines) = self.lines else { return Ok(()) };
         let _about = About::reading(&self.path);
         let failed = |e| OgrError::Open { path: self.path.clone(), reason: reason(&e) };
+        let have_types = self.lines_have_types();
         let mut layer = self.dataset.layer(lines).map_err(failed)?;
         for (index, feature) in (0..).zip(layer.features()) {
             if index % BETWEEN_CHECKS == 0 {
                 self.cancel.check()?;
             }
             let expected = "a line with heights";
-            visit(&self.parsed(&feature, index, expected, wkb::line)?)?;
+            let line_type = if have_types { self.line_type(&feature, index)? } else { LineType::Hard };
+            visit(&self.parsed(&feature, index, expected, wkb::line)?, line_type)?;
         }
         Ok(())
+    }
+
+    fn line_type(&self, feature: &Feature<'_>, index: u64) -> Result<LineType, OgrError> {
+        let text = feature.field_index(TYPE).and_then(|field| feature.field_as_string(field)).ok().flatten();
+        text.as_deref().and_then(LineType::from_name).ok_or_else(|| OgrError::Feature {
+            path: self.path.clone(),
+            feature: feature.fid().unwrap_or(index),
+            expected: format!("the text hard or soft in field {TYPE}"),
+            found: text.map_or("nothing".to_string(), |text| format!("the text {text:?}")),
+        })
     }
 
     fn triangles(&self, feature: &Feature<'_>, index: u64, triangles: &mut Vec<Corners>) -> Result<(), OgrError> {

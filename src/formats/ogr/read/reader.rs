@@ -166,8 +166,13 @@ impl MeshReader for OgrReader {
         }
         Ok(())
     }
+
     fn edge_count(&self) -> u64 {
         self.edges
+    }
+
+    fn edges_have_types(&self) -> bool {
+        self.edges > 0 && self.layer.lines_have_types()
     }
 
     fn edges(&mut self, visit: &mut EdgeVisitor<'_>) -> Result<(), ReadError> {
@@ -175,9 +180,9 @@ impl MeshReader for OgrReader {
             return Ok(());
         }
         let (mut ends, mut found) = (Ends::new(&self.scratch), 0);
-        self.layer.for_each_line(|points| {
+        self.layer.for_each_line(|points, line_type| {
             found += points.len().saturating_sub(1) as u64;
-            Ok(ends.line(points)?)
+            Ok(ends.line(points, line_type)?)
         })?;
         let (path, expected) = (self.layer.path(), self.edges);
         if found != expected {

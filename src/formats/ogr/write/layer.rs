@@ -11,6 +11,7 @@ use super::driver::{Driver, Settings};
 use super::link::Link;
 use super::wkb;
 use crate::base::channels::{Channel, Number};
+use crate::formats::joiner::Joined;
 use crate::formats::{OgrGeometry, SinkError};
 use crate::raster::{About, reason};
 
@@ -19,6 +20,9 @@ const LAYER: &str = "tin";
 
 /// The name of the layer of edges that follow lines, the second one.
 const LINES: &str = "tin_breaklines";
+
+/// Its field for types, where these are marked.
+const TYPE: &str = "type";
 
 /// The number of no layer.
 const NO_LAYER: usize = 1 << 20;
@@ -41,6 +45,8 @@ pub(super) struct Plan<'a> {
     pub(super) header: String,
     /// Whether there are edges that follow lines.
     pub(super) has_lines: bool,
+    /// Whether these have a field that says of what type they are.
+    pub(super) lines_have_types: bool,
 }
 
 /// The file that GDAL has open. Dropped, it is closed, complete or not.
@@ -56,6 +62,7 @@ pub(super) struct TinLayer {
     features: u64,
     /// `None` without a layer for them.
     lines: Option<u64>,
+    lines_have_types: bool,
     wkb: Vec<u8>,
 }
 
@@ -79,6 +86,7 @@ impl TinLayer {
             numbers,
             features: 0,
             lines: plan.has_lines.then_some(0),
+            lines_have_types: plan.lines_have_types,
             wkb: Vec::new(),
         })
     }
@@ -110,15 +118,18 @@ impl TinLayer {
     }
 
     /// Writes lines, each a feature of the second layer.
-    pub(super) fn write_lines(&mut self, lines: &[Vec<[f64; 3]>]) -> Result<(), SinkError> {
+    pub(super) fn write_lines(&mut self, lines: &[Joined]) -> Result<(), SinkError> {
         let _about = About::reading(&self.path);
         let _settings = Settings::of(self.driver);
         let wkb = &mut self.wkb;
         let written = self.dataset.start_transaction().and_then(|transaction| {
             let layer = transaction.layer(1)?;
-            for line in lines {
+            for (points, line_type) in lines {
                 let mut feature = Feature::new(layer.defn())?;
-                wkb::line(wkb, line);
+                if self.lines_have_types {
+                    feature.set_field_string(0, line_type.name())?;
+                }
+                wkb::line(wkb, points);
                 feature.set_geometry(Geometry::from_wkb(wkb)?)?;
                 feature.create(&layer)?;
             }
@@ -177,12 +188,15 @@ fn fill_in(dataset: &mut Dataset, plan: &Plan<'_>) -> gdal::errors::Result<()> {
     if plan.has_lines {
         // GDAL makes tables where they are needed first: that of the triangles is to come before the other.
         dataset.flush_cache()?;
-        dataset.create_layer(LayerOptions {
+        let lines = dataset.create_layer(LayerOptions {
             name: LINES,
             srs: srs.as_ref(),
             ty: OGRwkbGeometryType::wkbLineString25D,
             options: Some(plan.driver.layer_options),
         })?;
+        if plan.lines_have_types {
+            FieldDefn::new(TYPE, OGRFieldType::OFTString)?.add_to_layer(&lines)?;
+        }
     }
     Ok(())
 }

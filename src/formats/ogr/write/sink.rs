@@ -8,9 +8,9 @@ use super::driver::Driver;
 use super::layer::{Plan, TinLayer};
 use super::link::Link;
 use super::values::Values;
-use crate::base::CoordinateFrame;
 use crate::base::channels::Channel;
 use crate::base::staged::StagedFile;
+use crate::base::{CoordinateFrame, LineEdge};
 use crate::formats::joiner::Joiner;
 use crate::formats::ogr::FORMAT;
 use crate::formats::wording::{Placer, facts};
@@ -150,6 +150,7 @@ impl Sink for OgrSink {
             crs: header.crs.definition.as_deref().filter(|_| !header.frame.is_local()),
             header: self::header(&self.setup, contents),
             has_lines: contents.edges > 0,
+            lines_have_types: contents.edges_have_types,
         };
         self.has_lines = plan.has_lines;
         self.layer = Some(TinLayer::create(link, self.staged.path(), &plan)?);
@@ -157,13 +158,13 @@ impl Sink for OgrSink {
         Ok(())
     }
 
-    fn lines(&mut self, edges: &[[[f64; 3]; 2]]) -> Result<(), SinkError> {
+    fn lines(&mut self, edges: &[LineEdge<[f64; 3]>]) -> Result<(), SinkError> {
         let placer = Placer::of(&self.setup);
         let mut lines = Vec::new();
-        for [from, to] in edges {
+        for LineEdge { ends: [from, to], line_type } in edges {
             let path = self.staged.path();
-            let edge = [placer.place(path, *from)?, placer.place(path, *to)?];
-            lines.extend(self.lines.push(edge));
+            let ends = [placer.place(path, *from)?, placer.place(path, *to)?];
+            lines.extend(self.lines.push(LineEdge { ends, line_type: *line_type }));
         }
         self.layer.as_mut().expect("begun").write_lines(&lines)
     }

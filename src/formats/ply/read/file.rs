@@ -8,6 +8,7 @@ use super::header::{Element, Header, Property, read_header};
 use super::values::{ValueError, Values};
 use super::{Encoding, PlyError, ScalarType};
 use crate::base::control::CancelToken;
+use crate::base::{LineEdge, LineType};
 
 /// Bytes of the one buffer that a pass reads through.
 const BUFFER_BYTES: usize = 256 << 10;
@@ -48,11 +49,12 @@ pub struct PlyFile {
     cancel: CancelToken,
 }
 
-/// The element of edges, and which properties are their two vertices.
+/// The element of edges, and which properties are their two vertices, and their type where they have one.
 #[derive(Debug, Clone, Copy)]
 struct Edges {
     element: usize,
     ends: [usize; 2],
+    soft: Option<usize>,
 }
 
 impl PlyFile {
@@ -91,7 +93,7 @@ impl PlyFile {
             let edge = &header.elements[element];
             let whole = |p: &usize| edge.properties[*p].length.is_none() && edge.properties[*p].value.is_integer();
             let end = |name| edge.position(name).filter(whole);
-            Some(Edges { element, ends: [end("vertex1")?, end("vertex2")?] })
+            Some(Edges { element, ends: [end("vertex1")?, end("vertex2")?], soft: end("soft") })
         });
         let (path, cancel) = (path.to_path_buf(), CancelToken::default());
         Ok(PlyFile { path, file, header, vertices, coordinates, faces, corners, edges, cancel })
@@ -120,6 +122,11 @@ impl PlyFile {
     /// How many edges there are (`edge` with `vertex1` and `vertex2`); never more than the file's length has room for.
     pub fn edge_count(&self) -> u64 {
         self.edges.map_or(0, |edges| self.header.elements[edges.element].count)
+    }
+
+    /// Whether edges have a property `soft`.
+    pub fn edges_have_types(&self) -> bool {
+        self.edges.is_some_and(|edges| edges.soft.is_some())
     }
 
     /// The header's comments in order, without the keyword and the blanks around them.
@@ -229,31 +236,33 @@ impl PlyFile {
         Ok(())
     }
 
-    /// Hands every edge to `visit`: its index and its two vertices, as numbers of any size. Stops at the first error, the visitor's
-    /// own included.
+    /// Hands every edge to `visit`: its index, and its two vertices as numbers of any size; it is soft where it has a property `soft`
+    /// other than 0. Stops at the first error, the visitor's own included.
     ///
     /// # Errors
     /// [`PlyError`], or what `visit` returns.
     pub fn for_each_edge<E: From<PlyError>>(
         &mut self,
-        mut visit: impl FnMut(u64, [i128; 2]) -> Result<(), E>,
+        mut visit: impl FnMut(u64, LineEdge<i128>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let Some(Edges { element, ends }) = self.edges else { return Ok(()) };
+        let Some(Edges { element, ends, soft }) = self.edges else { return Ok(()) };
         let mut values = self.seek_to(element)?;
         let element = &self.header.elements[element];
         for index in 0..element.count {
             self.pace(index)?;
-            let mut edge = [0; 2];
+            let mut numbers = [0; 3];
             for (place, property) in element.properties.iter().enumerate() {
-                match ends.iter().position(|end| *end == place) {
+                match ends.into_iter().map(Some).chain([soft]).position(|role| role == Some(place)) {
                     None => self.skip(&mut values, element, index, property)?,
-                    Some(end) => {
+                    Some(role) => {
                         let read = values.integer(property.value);
-                        edge[end] = read.map_err(|e| self.value_error(e, element, index, property))?;
+                        numbers[role] = read.map_err(|e| self.value_error(e, element, index, property))?;
                     }
                 }
             }
-            visit(index, edge)?;
+            let [from, to, soft] = numbers;
+            let line_type = if soft == 0 { LineType::Hard } else { LineType::Soft };
+            visit(index, LineEdge { ends: [from, to], line_type })?;
         }
         Ok(())
     }

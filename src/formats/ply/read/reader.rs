@@ -5,9 +5,9 @@ use std::path::Path;
 
 use super::file::ENDED;
 use super::{PlyError, PlyFile, ScalarType};
-use crate::base::CoordinateFrame;
 use crate::base::channels::{Channel, Number};
 use crate::base::control::CancelToken;
+use crate::base::{CoordinateFrame, LineEdge};
 use crate::formats::{EdgeVisitor, FaceVisitor, Header, MeshReader, ReadError, VertexVisitor, lines};
 
 /// A [`PlyFile`] as a [`MeshReader`]. What terrabite writes in comments is its header; coordinates are single where x and y
@@ -121,12 +121,16 @@ impl MeshReader for PlyReader {
         self.file.edge_count()
     }
 
+    fn edges_have_types(&self) -> bool {
+        self.file.edges_have_types()
+    }
+
     fn edges(&mut self, visit: &mut EdgeVisitor<'_>) -> Result<(), ReadError> {
         let (path, vertices) = (self.file.path().to_path_buf(), self.file.vertex_count());
         ended(self.file.for_each_edge(|index, edge| {
-            let [from, to] = edge.map(|end| u64::try_from(end).ok().filter(|end| *end < vertices));
-            match from.zip(to) {
-                Some((from, to)) => go_on(visit(index, [from, to])),
+            let LineEdge { ends, line_type } = edge.map(|end| u64::try_from(end).ok().filter(|end| *end < vertices));
+            match ends[0].zip(ends[1]) {
+                Some((from, to)) => go_on(visit(index, LineEdge { ends: [from, to], line_type })),
                 None => Err(End::Damaged(ReadError::EdgeEnd { path: path.clone(), edge: index, found: "number" })),
             }
         }))

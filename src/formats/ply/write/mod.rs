@@ -8,6 +8,7 @@ use super::FORMAT;
 use crate::base::channels::{Channel, Number};
 use crate::base::decimal::Decimal;
 use crate::base::staged::StagedFile;
+use crate::base::{LineEdge, LineType};
 use crate::formats::output::{Output, push_decimal, push_place};
 use crate::formats::wording::{Placer, frame_lines, one_line, run_lines};
 use crate::formats::{Contents, Header, Marks, Needs, Setup, Sink, SinkError};
@@ -15,7 +16,8 @@ use comment::pieces;
 
 /// PLY, binary little-endian or text: vertices as x, y, z (`double`, or `float`, as the header's frame says) and a number for
 /// every attribute (`uchar`, `float` or `double`), faces as lists of three 32-bit numbers; edges that follow lines, if there are
-/// some, as pairs of such numbers in an element `edge`. The header's facts are comments.
+/// some, as pairs of such numbers in an element `edge`, and a third one, `soft`, where their types are marked: 1 for soft ones, else 0.
+/// The header's facts are comments.
 ///
 /// In text, numbers are the shortest decimals that are read again as the same doubles, in single precision as well; a comment
 /// says that the last line is ended, so that readers that know notice when a digit is missing.
@@ -32,6 +34,7 @@ pub struct PlySink {
     placer: Placer,
     is_text: bool,
     numbers: Vec<Number>,
+    edges_have_types: bool,
 }
 
 /// Bytes of one triangle in the file.
@@ -61,7 +64,14 @@ impl PlySink {
     fn of(staged: StagedFile, setup: Setup) -> PlySink {
         let placer = Placer::of(&setup);
         let Setup { header, options, .. } = setup;
-        PlySink { output: Output::new(staged), header, placer, is_text: options.ascii, numbers: Vec::new() }
+        PlySink {
+            output: Output::new(staged),
+            header,
+            placer,
+            is_text: options.ascii,
+            numbers: Vec::new(),
+            edges_have_types: false,
+        }
     }
 }
 
@@ -126,7 +136,7 @@ impl Sink for PlySink {
 
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
         self.header.complete(contents);
-        let Contents { vertices, triangles, attributes, edges, .. } = *contents;
+        let Contents { vertices, triangles, attributes, edges, edges_have_types, .. } = *contents;
         FORMAT.limits.check(FORMAT.title, self.output.path(), contents)?;
         let encoding = if self.is_text { "ascii" } else { "binary_little_endian" };
         let mut header = format!("ply\nformat {encoding} 1.0\n");
@@ -151,9 +161,11 @@ impl Sink for PlySink {
         header.push_str(&format!("element face {triangles}\nproperty list uchar uint vertex_indices\n"));
         if edges > 0 {
             header.push_str(&format!("element edge {edges}\nproperty uint vertex1\nproperty uint vertex2\n"));
+            header.push_str(if edges_have_types { "property uchar soft\n" } else { "" });
         }
         header.push_str("end_header\n");
         self.numbers = attributes.iter().map(|a| a.number).collect();
+        self.edges_have_types = edges_have_types;
         self.output.buffer().extend_from_slice(header.as_bytes());
         Ok(())
     }
@@ -199,14 +211,26 @@ impl Sink for PlySink {
         })
     }
 
-    fn edges(&mut self, edges: &[[u64; 2]]) -> Result<(), SinkError> {
+    fn edges(&mut self, edges: &[LineEdge<u64>]) -> Result<(), SinkError> {
+        let have_types = self.edges_have_types;
+        let soft = |edge: &LineEdge<u64>| u8::from(edge.line_type == LineType::Soft);
         if self.is_text {
             return self.output.put_side_by_side(edges, |text, _, edge| {
-                push_numbers(text, edge);
+                let [from, to] = edge.ends;
+                let numbers = [from, to, u64::from(soft(edge))];
+                push_numbers(text, if have_types { &numbers } else { &numbers[..2] });
                 Ok(())
             });
         }
-        self.output.put_all(edges, |edge| Ok::<[u8; 8], _>(cast(edge.map(|vertex| (vertex as u32).to_le_bytes()))))
+        let ends = |edge: &LineEdge<u64>| -> [u8; 8] { cast(edge.ends.map(|vertex| (vertex as u32).to_le_bytes())) };
+        if !have_types {
+            return self.output.put_all(edges, |edge| Ok(ends(edge)));
+        }
+        self.output.put_all(edges, |edge| {
+            let mut record = [soft(edge); 9];
+            record[..8].copy_from_slice(&ends(edge));
+            Ok(record)
+        })
     }
 
     fn finish(self: Box<Self>) -> Result<(), SinkError> {

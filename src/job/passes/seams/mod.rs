@@ -86,11 +86,12 @@ impl Maker for SeamMaker {
         clocks.polish.time(|| self.polish(run))?;
         let errors = clocks.measure.time(|| self.measure(run, place, &known));
         clocks.spool.time(|| {
+            let checksum = self.shared.checksum();
             let Workspace { tile, chunk, .. } = &mut self.shared;
             self.region.fill(place, run.pass.grid(), chunk);
             chunk.relaxed += known.relaxed;
             chunk.errors = errors;
-            chunk.samples_checksum = tile.checksum();
+            chunk.samples_checksum = checksum;
             run.set_attributes(chunk, tile);
         });
         Ok(())
