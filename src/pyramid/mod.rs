@@ -43,6 +43,7 @@ mod part;
 mod prepare;
 mod quantize;
 mod report;
+mod rim;
 mod samples;
 mod shards;
 mod source;

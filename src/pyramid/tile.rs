@@ -10,6 +10,7 @@ use super::lines::Vertex;
 use super::measure::{Known, Measured, Meter, OwnFailure};
 use super::part::{Part, PartMaker, Place};
 use super::quantize::{Steps, snap};
+use super::rim;
 use super::samples::{Block, Patch, Samples};
 use super::surface::Surface;
 use crate::base::control::CancelToken;
@@ -118,6 +119,7 @@ impl LevelTask<'_> {
         let mut is_mended = false;
         for &(owner, vertex) in failing {
             let Place { cells, tile_cells, .. } = place(0);
+            let vertex = self.at_rim(tile, vertex, &mut maker.block)?;
             let around = (vertex.column / cells).min(across - 1) + across * (vertex.row / cells).min(across - 1);
             let number = if place(around).has_inside(&vertex) { around as u32 } else { owner };
             let part = &mut parts[number as usize];
@@ -133,10 +135,10 @@ impl LevelTask<'_> {
                 shared.height = 0.5 * (shared.height + vertex.height);
                 is_mended = true;
             } else {
-                let neighbours = self.around(tile, &vertex, place(0).snap, &mut maker.block)?;
-                wanted.extend(
-                    neighbours.into_iter().map(|v| (number, v)).filter(|(n, v)| place(i64::from(*n)).has_inside(v)),
-                );
+                for neighbour in self.around(tile, &vertex, place(0).snap, &mut maker.block)? {
+                    let neighbour = self.at_rim(tile, neighbour, &mut maker.block)?;
+                    wanted.extend(place(i64::from(number)).has_inside(&neighbour).then_some((number, neighbour)));
+                }
             }
         }
         wanted.sort_by_key(|(part, v)| (*part, v.row, v.column, v.place));
@@ -150,6 +152,20 @@ impl LevelTask<'_> {
             *part = again;
         }
         Ok(is_mended)
+    }
+
+    /// A vertex rounded away from the raster, where it stands for a sample at its rim.
+    fn at_rim(&self, tile: TileKey, vertex: Vertex, block: &mut Block) -> Result<Vertex, PyramidError> {
+        let (grid, samples) = (self.samples.grid, self.samples);
+        if vertex.place.is_some() || !rim::counts(grid.cells(tile.level)) {
+            return Ok(vertex);
+        }
+        let (column, row) = tile.origin(grid);
+        let (left, top) = (column + vertex.column - 1, row + vertex.row - 1);
+        samples.read(Patch { column: left, row: top, width: 3, height: 3, step: 1 }, block)?;
+        let around = std::array::from_fn(|i| block.inside[i]);
+        let is_inside = block.inside[4];
+        Ok(if is_inside { rim::moved(vertex, rim::away(around), grid.cells(tile.level)) } else { vertex })
     }
 
     /// The samples of the raster around one where vertices can stand.
