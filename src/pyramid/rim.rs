@@ -24,19 +24,12 @@ pub(super) fn away(inside: [bool; 9]) -> Away {
     (columns.signum(), rows.signum())
 }
 
-/// The same on a line, along it.
+/// The same on a line, along it. Its ends are those of other lines, too, and stay.
 pub(super) fn away_on_line(inside: &[bool], at: usize) -> i64 {
-    let is_inside = |at: Option<usize>| at.and_then(|at| inside.get(at)).is_none_or(|inside| *inside);
-    let is_rim = inside[at] && is_inside(at.checked_sub(1)) != is_inside(Some(at + 1));
-    match is_rim {
-        true => {
-            if is_inside(Some(at + 1)) {
-                -1
-            } else {
-                1
-            }
-        }
-        false => 0,
+    let is_end = at == 0 || at + 1 == inside.len();
+    match is_end || !inside[at] {
+        true => 0,
+        false => i64::from(inside[at - 1]) - i64::from(inside[at + 1]),
     }
 }
 
@@ -82,6 +75,6 @@ mod tests {
         assert_eq!(around([".#.", ".#.", ".#."]), (0, 0));
         let line = [false, true, true, true, false, true, false];
         assert_eq!([0, 1, 2, 3, 4, 5].map(|at| away_on_line(&line, at)), [0, -1, 0, 1, 0, 0]);
-        assert_eq!(away_on_line(&[true, true], 0), 0);
+        assert_eq!([0, 2].map(|at| away_on_line(&[true, false, true], at)), [0, 0]);
     }
 }
