@@ -166,6 +166,24 @@ fn a_level_without_a_mesh_has_the_error_that_clients_expect() {
     assert_eq!(content(&asked.output), content(&shards.output));
 }
 
+/// Mountains 2500 m above the height outside, their rim turned against the grid, with voids of which some have a single row of samples between
+/// them: vertices of the rim are rounded to the lattice beside cliffs.
+#[test]
+fn high_ground_beside_a_low_height_outside_is_kept_within_a_metre() {
+    let folder = folder();
+    let transform = [8.523, 0.000_83, 0.000_11, 45.99, 0.000_07, -0.000_83];
+    let mountains = |column: usize, row: usize| {
+        let is_void = column % 17 == 5 && row % 13 < 6 || column % 17 == 7 && row % 13 == 3;
+        if is_void { f32::NAN } else { 2500.0 + 0.2 * hills(column, row) }
+    };
+    let path = raster(folder.path(), "dem.tif", (70, 60), transform, "EPSG:4326", &mountains);
+    let asked = request(&path, &folder.path().join("set"), 1.0);
+    let levels = tiles(&asked, &Control::default()).expect("tiles").levels;
+    assert!(levels.last().is_some_and(|finest| finest.max_error == 1.0 && finest.parts == 1), "{levels:?}");
+    let verdict = judged(&path, &asked.output);
+    assert!(verdict.passed, "{verdict}");
+}
+
 fn refused<T>(found: Result<T, PyramidError>, words: &str) {
     match found.err() {
         Some(PyramidError::Occupied { found, .. }) => assert!(found.contains(words), "{found}"),

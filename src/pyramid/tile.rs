@@ -103,7 +103,8 @@ impl LevelTask<'_> {
 
     /// Gives parts the vertices that they lack, and triangulates those anew; says whether any has changed. Where the sample that
     /// fails is a vertex already, or on the rim of its part, chords beside it are too long for the steepness of its
-    /// triangles: the samples around it become vertices. Where a sample of the raster itself has the place of a vertex that stands for
+    /// triangles: the samples around it become vertices, and those around it that the raster gives no height are brought to its own, so that the
+    /// surface falls to the height outside a cell farther on. Where a sample of the raster itself has the place of a vertex that stands for
     /// another, the vertex gets a height between theirs.
     fn mend(
         &self,
@@ -139,6 +140,18 @@ impl LevelTask<'_> {
                     let neighbour = self.at_rim(tile, neighbour, &mut maker.block)?;
                     wanted.extend(place(i64::from(number)).has_inside(&neighbour).then_some((number, neighbour)));
                 }
+                for (beside, height) in self.beside(tile, &vertex, &mut maker.block)? {
+                    match places.get(&beside.coordinates(tile_cells)) {
+                        _ if !place(i64::from(number)).has_inside(&beside) => {}
+                        None => wanted.push((number, beside)),
+                        // It is raised once.
+                        Some(&i) if i >= part.rim && part.vertices[i].height == height => {
+                            part.vertices[i].height = beside.height;
+                            is_mended = true;
+                        }
+                        Some(_) => {}
+                    }
+                }
             }
         }
         wanted.sort_by_key(|(part, v)| (*part, v.row, v.column, v.place));
@@ -166,6 +179,23 @@ impl LevelTask<'_> {
         let around = std::array::from_fn(|i| block.inside[i]);
         let is_inside = block.inside[4];
         Ok(if is_inside { rim::moved(vertex, rim::away(around), grid.cells(tile.level)) } else { vertex })
+    }
+
+    /// The samples around one of the raster that it gives no height, at the height of that one, and which they have.
+    fn beside(&self, tile: TileKey, vertex: &Vertex, block: &mut Block) -> Result<Vec<(Vertex, f64)>, PyramidError> {
+        let grid = self.samples.grid;
+        if !rim::counts(grid.cells(tile.level)) {
+            return Ok(Vec::new());
+        }
+        let (column, row) = tile.origin(grid);
+        let (left, top) = (vertex.column - 1, vertex.row - 1);
+        let patch = Patch { column: column + left, row: row + top, width: 3, height: 3, step: 1 };
+        self.samples.read(patch, block)?;
+        let sample = |i: usize| {
+            let (column, row) = (left + i as i64 % 3, top + i as i64 / 3);
+            (Vertex::of_sample(column, row, vertex.height), block.heights[i])
+        };
+        Ok((0..9).filter(|&i| block.inside[4] && !block.inside[i]).map(sample).collect())
     }
 
     /// The samples of the raster around one where vertices can stand.
