@@ -5,7 +5,8 @@
 //! order cancels, and Σ wᵢ |Aᵢ − X|² = Σ wᵢ wⱼ |Aᵢ − Aⱼ|²). For the longitude H = 1 ÷ p², p the distance from the axis; for the
 //! latitude H = (1 + 3e²) ÷ ρ² + 1 ÷ ρp, ρ the distance from the centre of curvature. So samples are looked for between straight
 //! lines on the grid and that much beyond. Where that is far beyond, near a pole, the columns of each row are found by solving for
-//! the longitudes that are on the inner side of the edges ([`Edge`]).
+//! the longitudes that are on the inner side of the edges ([`Edge`]), between those of its corners: a tile is not more than half of the way
+//! around, and the normal at a place is in the plane of its meridian.
 
 use std::f64::consts::PI;
 
@@ -42,8 +43,18 @@ pub(super) struct Facet {
     border: [Option<Axis>; 3],
     /// How far its points may be from where straight lines have them, in columns and rows; infinite for all columns.
     reach: (f64, f64),
-    /// Where `reach` says little of columns: the edges that are no border, and how columns lie on longitudes.
-    polar: Option<Box<(Vec<Edge>, Columns)>>,
+    /// Where `reach` says little of columns.
+    polar: Option<Box<Polar>>,
+}
+
+/// A triangle near a pole.
+struct Polar {
+    /// The edges that are no border.
+    edges: Vec<Edge>,
+    /// How columns lie on longitudes.
+    columns: Columns,
+    /// Between which samples may be in it.
+    ends: (f64, f64),
 }
 
 /// An edge AB: ((A − S) × (B − S)) · N = (A × B) · N − (A − B) · (S × N), which is α cos λ + β sin λ + γ along a parallel.
@@ -138,15 +149,34 @@ struct Quick {
 }
 
 impl Quick {
+    /// Error and facing, both times the normal's length.
+    #[inline(always)]
+    fn at(&self, cos: f64, sin: f64, height: f64) -> (f64, f64) {
+        let along = self.normal[0] * cos + self.normal[1] * sin;
+        let facing = self.cos * along + self.vertical;
+        ((self.offset - self.from_axis * along) - height * facing, facing)
+    }
+
     /// Whether the error at a sample may be above the tolerance.
     #[inline(always)]
     fn is_suspicious(&self, cos: f64, sin: f64, height: f64) -> bool {
-        let along = self.normal[0] * cos + self.normal[1] * sin;
-        let facing = self.cos * along + self.vertical;
-        let error = (self.offset - self.from_axis * along) - height * facing;
+        let (error, facing) = self.at(cos, sin, height);
         // What is not a number is suspicious, too.
         let is_within = error.abs() < self.tolerance * facing - self.margin;
         !is_within
+    }
+
+    /// The first of the samples with the largest error, about.
+    fn farthest(&self, (cos, sin): (&[f64], &[f64]), heights: &[f64]) -> usize {
+        let mut best = (f64::NEG_INFINITY, 0);
+        for (i, ((&cos, &sin), &height)) in cos.iter().zip(sin).zip(heights).enumerate() {
+            let (error, facing) = self.at(cos, sin, height);
+            let error = error.abs() / facing;
+            if error > best.0 {
+                best = (error, i);
+            }
+        }
+        best.1
     }
 }
 
@@ -167,8 +197,13 @@ impl Facet {
         let inner = || (0..3).filter(|&edge| border[edge].is_none()).map(|edge| EDGES[edge]);
         let width = flat.iter().fold(0.0f64, |width, p| width.max((p.0 - flat[0].0).abs()));
         let is_wide = reach.0 > 2.0 + 0.25 * width;
-        let edges = || inner().map(|(i, j)| Edge::new(points[i], points[j])).collect();
-        let polar = is_wide.then(|| Box::new((edges(), columns)));
+        let polar = is_wide.then(|| {
+            // Slack is felt most by the samples next to the pole, which are a cell from it.
+            let slack = 2.0 * SLACK / (0.99 * body.semi_minor * columns.cell * columns.cell) + 1e-6;
+            let [a, b, c] = flat.map(|p| p.0);
+            let ends = (a.min(b).min(c) - slack, a.max(b).max(c) + slack);
+            Box::new(Polar { edges: inner().map(|(i, j)| Edge::new(points[i], points[j])).collect(), columns, ends })
+        });
         Facet { corners, flat, normal, length: length(normal), offset: dot(normal, points[0]), border, reach, polar }
     }
 
@@ -176,14 +211,15 @@ impl Facet {
     pub(super) fn bounds(&self) -> [(f64, f64); 2] {
         let (columns, rows) = (self.flat.map(|p| p.0), self.flat.map(|p| p.1));
         let bounds = |[a, b, c]: [f64; 3], reach: f64| (a.min(b).min(c) - reach, a.max(b).max(c) + reach);
-        [bounds(columns, self.reach.0), bounds(rows, self.reach.1)]
+        let across = self.polar.as_ref().map_or_else(|| bounds(columns, self.reach.0), |polar| polar.ends);
+        [across, bounds(rows, self.reach.1)]
     }
 
     /// The columns of a row between which samples may be in it.
     pub(super) fn columns(&self, row: f64, at: &Row) -> Option<(f64, f64)> {
         if let Some(polar) = &self.polar {
-            let (edges, columns) = &**polar;
-            return edges.iter().try_fold((0.0f64, columns.count as f64), |(low, high), edge| {
+            let Polar { edges, columns, ends } = &**polar;
+            return edges.iter().try_fold(*ends, |(low, high), edge| {
                 let (from, to) = edge.columns(at, columns)?;
                 Some((low.max(from), high.min(to)))
             });
@@ -193,8 +229,8 @@ impl Facet {
 
     /// The columns between which places of it are that lie from one row to another.
     pub(super) fn columns_between(&self, first: f64, last: f64) -> Option<(f64, f64)> {
-        if self.polar.is_some() {
-            return Some(self.bounds()[0]);
+        if let Some(polar) = &self.polar {
+            return Some(polar.ends);
         }
         let (top, bottom) = (first - self.reach.1, last + self.reach.1);
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -217,15 +253,18 @@ impl Facet {
     }
 
     /// Calls `look` with the place of each sample of a row, among the columns and heights given, where the error may be above a
-    /// tolerance; it answers with the tolerance from then on.
+    /// tolerance; it answers with the tolerance from then on. Errors that are below the one that `peek` tells of the farthest sample
+    /// do not count: along a fine row they may grow from one sample to the next.
     pub(super) fn each_suspicious(
         &self,
         row: &Row,
         (cos, sin): (&[f64], &[f64]),
         heights: &[f64],
         tolerance: f64,
+        peek: impl Fn(usize) -> f64,
         mut look: impl FnMut(usize) -> f64,
     ) {
+        let mut least = None;
         let mut quick = Quick {
             normal: [self.normal[0], self.normal[1]],
             from_axis: row.from_axis,
@@ -250,7 +289,12 @@ impl Facet {
             }
             for i in start..(start + LANES).min(heights.len()) {
                 if quick.is_suspicious(cos[i], sin[i], heights[i]) {
-                    quick.tolerance = look(i);
+                    let least =
+                        *least.get_or_insert_with(|| peek(i + quick.farthest((&cos[i..], &sin[i..]), &heights[i..])));
+                    quick.tolerance = quick.tolerance.max(least);
+                    if quick.is_suspicious(cos[i], sin[i], heights[i]) {
+                        quick.tolerance = look(i).max(least);
+                    }
                 }
             }
         }

@@ -84,8 +84,8 @@ pub(super) fn free_on_line(inside: &[bool]) -> Vec<bool> {
 /// A side.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Side {
-    /// The places of its vertices along the line, from 0 to its length, with heights. All are multiples of the snap.
-    pub(super) vertices: Vec<(i64, f64)>,
+    /// Its vertices along the line, from 0 to its length. All are at multiples of the snap.
+    pub(super) vertices: Vec<OnSide>,
     /// The same with what the raster's own samples ask for, if they count.
     pub(super) refined: Option<Vec<OnSide>>,
 }
@@ -130,7 +130,10 @@ impl Sides {
         cancel: &CancelToken,
     ) -> Result<Side, PyramidError> {
         let Line { column, row, length, down } = along.line;
-        let level = |height: f64| Side { vertices: vec![(0, height), (length, height)], refined: None };
+        let level = |height: f64| {
+            let vertices = [0, length].map(|at| along.sample(at, height, 0)).to_vec();
+            Side { vertices, refined: None }
+        };
         let (width, height) = if down { (0, length) } else { (length, 0) };
         if !samples.may_have(column, row, width, height) {
             return Ok(level(samples.outside));
@@ -158,13 +161,14 @@ impl Sides {
         } else {
             self.min_link.path(heights, tolerance, &[], cancel)?
         };
-        let mut side: Vec<(i64, f64)> = Vec::with_capacity(path.len());
+        let mut side: Vec<OnSide> = Vec::with_capacity(path.len());
         for at in path {
             let snapped = (at as i64 + snap / 2) / snap * snap;
-            if side.last().is_none_or(|last| last.0 < snapped) {
+            if side.last().is_none_or(|last| last.at < snapped) {
                 // A vertex that can stand beyond the raster only has the height of the sample that it is for.
                 let keeps = inside[at] && !inside[snapped as usize];
-                side.push((snapped, heights[if keeps { at } else { snapped as usize }]));
+                let height = heights[if keeps { at } else { snapped as usize }];
+                side.push(along.sample(snapped, height, along.away(inside, snapped)));
             }
         }
         let on_line = OnLine { heights, inside, limits: &limits };

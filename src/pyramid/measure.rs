@@ -287,24 +287,27 @@ impl Window<'_> {
             let heights = &block.heights[r * width..][columns.clone()];
             let angles = (&places.cos[columns.clone()], &places.sin[columns.clone()]);
             let limit = tally.limit(number);
-            facet.each_suspicious(&places.rows[r], angles, heights, limit, |i| {
+            let peek = |i: usize| self.error(number, (columns.start + i, r), places, block).unwrap_or(0.0);
+            facet.each_suspicious(&places.rows[r], angles, heights, limit, peek, |i| {
                 self.judge(number, (columns.start + i, r), places, block, tally);
                 tally.limit(number)
             });
         }
     }
 
-    /// Judges a sample, if it is one of the raster and of the facet.
-    fn judge(&self, number: usize, (c, r): (usize, usize), places: &Places, block: &Block, tally: &mut Tally) {
+    /// The error at a sample, if it is one of the raster and of the facet.
+    fn error(&self, number: usize, (c, r): (usize, usize), places: &Places, block: &Block) -> Option<f64> {
         let facet = &self.facets[number];
         let i = r * self.size.0 + c;
-        if !block.inside[i] {
-            return;
-        }
         let (place, normal) = places.at(c, r);
         let at = ((self.at.0 + c as i64) as f64, (self.at.1 + r as i64) as f64);
-        let error = facet.error(place, normal, block.heights[i], facet::DOUBT);
-        if self.is_judged(facet, (place, normal), at) && error > tally.worst[number] {
+        let is_its = block.inside[i] && self.is_judged(facet, (place, normal), at);
+        is_its.then(|| facet.error(place, normal, block.heights[i], facet::DOUBT))
+    }
+
+    /// Judges a sample, if it is one of the raster and of the facet.
+    fn judge(&self, number: usize, (c, r): (usize, usize), places: &Places, block: &Block, tally: &mut Tally) {
+        if let Some(error) = self.error(number, (c, r), places, block).filter(|e| *e > tally.worst[number]) {
             tally.take(number, error, || Beyond { vertex: self.vertex((c, r), block), own: None });
         }
     }

@@ -5,7 +5,7 @@
 //! fixed grid of longitudes and latitudes not coarser than the raster, and `samples` keeps them (`store`). A level is made tile by
 //! tile: `lines` finds the sides, which depend on their line and the level alone, `part` makes meshes with the engines of
 //! [`crate::kernel`], `quantize` brings places and heights onto the lattice that the format has, so that tiles of a level share
-//! every vertex on their border, `surface` is the tile as decoded, `measure` compares that with all samples (`facet`: one triangle; `own`: those of the raster itself), and `tile` mends
+//! every vertex on their border, `rim` rounds those at the raster's rim away from it, `surface` is the tile as decoded, `measure` compares that with all samples (`facet`: one triangle; `own`: those of the raster itself), and `tile` mends
 //! what is beyond the error. `holes` leaves triangles out that are over voids (`voids`). `encode`, `normals`, `manifest` and `write` make files of it.
 //!
 //! **The promise.** Every tile of level L, as decoded, is within ε_L of every sample of the finest grid that the raster gives a
@@ -46,6 +46,7 @@ mod part;
 mod prepare;
 mod quantize;
 mod report;
+mod rim;
 mod samples;
 mod shards;
 mod source;

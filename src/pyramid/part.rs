@@ -12,6 +12,7 @@ use super::error::PyramidError;
 use super::lines::{Line, Sides, Vertex, collar, free_on_line, near_inside};
 use super::own::{Along, OnSide};
 use super::quantize::{SPAN, coordinate};
+use super::rim;
 use super::samples::{Block, Patch, Samples};
 use crate::base::control::CancelToken;
 use crate::base::lattice::{Point, orient};
@@ -137,14 +138,14 @@ impl PartMaker {
                 true => Vertex::of_sample(column, row + at, height),
                 false => Vertex::of_sample(column + at, row, height),
             };
-            let refined = |&OnSide { at: near, lattice, height }: &OnSide| {
+            let on_tile = |&OnSide { at: near, lattice, height }: &OnSide| {
                 let vertex = at(near, height);
                 let (u, v) = vertex.coordinates(tile_cells);
                 let place = if down { (u, SPAN - lattice) } else { (lattice, v) };
                 Vertex { place: (place != (u, v)).then_some(place), ..vertex }
             };
-            let plain: Vec<Vertex> = found.vertices.iter().map(|&(near, height)| at(near, height)).collect();
-            let refined = found.refined.as_ref().map(|side| side.iter().map(refined).collect());
+            let plain: Vec<Vertex> = found.vertices.iter().map(on_tile).collect();
+            let refined = found.refined.as_ref().map(|side| side.iter().map(on_tile).collect());
             Ok::<(Vec<Vertex>, Option<Vec<Vertex>>), PyramidError>((plain, refined))
         };
         let north = side(first.0, first.1, false)?;
@@ -221,13 +222,32 @@ impl PartMaker {
         let domain = domain(rim.iter().map(local).collect());
         self.run(&tile, &domain, place.tolerance, cancel)?;
         self.done_with(tile);
-        let vertices: Vec<Vertex> = self.mesh.vertices.iter().map(|v| on_tile(v, place.first, 1)).collect();
+        let inner = &self.mesh.vertices[rim.len()..];
+        let inner = inner.iter().map(|v| self.at_rim(on_tile(v, place.first, 1), place));
+        let vertices: Vec<Vertex> = rim.iter().copied().chain(inner).collect();
         let triangles = self.mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
         let part = Part { vertices, rim: rim.len(), triangles };
         if part.keeps_its_turns(place.tile_cells) {
             return Ok(part);
         }
         Ok(self.triangulate(place, &part.vertices, part.rim, &[]))
+    }
+
+    /// A vertex inside of a part, of which all samples are in the block, rounded away from the raster where it is at its rim.
+    fn at_rim(&self, vertex: Vertex, place: &Place) -> Vertex {
+        if !rim::counts(place.tile_cells) {
+            return vertex;
+        }
+        let side = place.cells as usize + 1;
+        let (column, row) = ((vertex.column - place.first.0) as usize, (vertex.row - place.first.1) as usize);
+        let inside = |c: usize, r: usize| self.block.inside[r * side + c];
+        match inside(column, row) {
+            true => {
+                let around = std::array::from_fn(|i| inside(column + i % 3 - 1, row + i / 3 - 1));
+                rim::moved(vertex, rim::away(around), place.tile_cells)
+            }
+            false => vertex,
+        }
     }
 
     /// From every so-many-th sample, with a rim of its own that only serves to choose vertices inside.

@@ -11,6 +11,7 @@ use super::lines::Vertex;
 use super::measure::{Known, Measured, Meter, OwnFailure};
 use super::part::{Part, PartMaker, Place};
 use super::quantize::{Steps, snap};
+use super::rim;
 use super::samples::{Block, Patch, Samples};
 use super::surface::Surface;
 use crate::base::control::CancelToken;
@@ -110,7 +111,8 @@ impl LevelTask<'_> {
 
     /// Gives parts the vertices that they lack, and triangulates those anew; says whether any has changed. Where the sample that
     /// fails is a vertex already, or on the rim of its part, chords beside it are too long for the steepness of its
-    /// triangles: the samples around it become vertices. Where a sample of the raster itself has the place of a vertex that stands for
+    /// triangles: the samples around it become vertices, and those around it that the raster gives no height are brought to its own, so that the
+    /// surface falls to the height outside a cell farther on. Where a sample of the raster itself has the place of a vertex that stands for
     /// another, the vertex gets a height between theirs.
     fn mend(
         &self,
@@ -126,6 +128,7 @@ impl LevelTask<'_> {
         let mut is_mended = false;
         for &(owner, vertex) in failing {
             let Place { cells, tile_cells, .. } = place(0);
+            let vertex = self.at_rim(tile, vertex, &mut maker.block)?;
             let around = (vertex.column / cells).min(across - 1) + across * (vertex.row / cells).min(across - 1);
             let number = if place(around).has_inside(&vertex) { around as u32 } else { owner };
             let part = &mut parts[number as usize];
@@ -141,10 +144,22 @@ impl LevelTask<'_> {
                 shared.height = 0.5 * (shared.height + vertex.height);
                 is_mended = true;
             } else {
-                let neighbours = self.around(tile, &vertex, place(0).snap, &mut maker.block)?;
-                wanted.extend(
-                    neighbours.into_iter().map(|v| (number, v)).filter(|(n, v)| place(i64::from(*n)).has_inside(v)),
-                );
+                for neighbour in self.around(tile, &vertex, place(0).snap, &mut maker.block)? {
+                    let neighbour = self.at_rim(tile, neighbour, &mut maker.block)?;
+                    wanted.extend(place(i64::from(number)).has_inside(&neighbour).then_some((number, neighbour)));
+                }
+                for (beside, height) in self.beside(tile, &vertex, &mut maker.block)? {
+                    match places.get(&beside.coordinates(tile_cells)) {
+                        _ if !place(i64::from(number)).has_inside(&beside) => {}
+                        None => wanted.push((number, beside)),
+                        // It is raised once.
+                        Some(&i) if i >= part.rim && part.vertices[i].height == height => {
+                            part.vertices[i].height = beside.height;
+                            is_mended = true;
+                        }
+                        Some(_) => {}
+                    }
+                }
             }
         }
         wanted.sort_by_key(|(part, v)| (*part, v.row, v.column, v.place));
@@ -158,6 +173,37 @@ impl LevelTask<'_> {
             *part = again;
         }
         Ok(is_mended)
+    }
+
+    /// A vertex rounded away from the raster, where it stands for a sample at its rim.
+    fn at_rim(&self, tile: TileKey, vertex: Vertex, block: &mut Block) -> Result<Vertex, PyramidError> {
+        let (grid, samples) = (self.samples.grid, self.samples);
+        if vertex.place.is_some() || !rim::counts(grid.cells(tile.level)) {
+            return Ok(vertex);
+        }
+        let (column, row) = tile.origin(grid);
+        let (left, top) = (column + vertex.column - 1, row + vertex.row - 1);
+        samples.read(Patch { column: left, row: top, width: 3, height: 3, step: 1 }, block)?;
+        let around = std::array::from_fn(|i| block.inside[i]);
+        let is_inside = block.inside[4];
+        Ok(if is_inside { rim::moved(vertex, rim::away(around), grid.cells(tile.level)) } else { vertex })
+    }
+
+    /// The samples around one of the raster that it gives no height, at the height of that one, and which they have.
+    fn beside(&self, tile: TileKey, vertex: &Vertex, block: &mut Block) -> Result<Vec<(Vertex, f64)>, PyramidError> {
+        let grid = self.samples.grid;
+        if !rim::counts(grid.cells(tile.level)) {
+            return Ok(Vec::new());
+        }
+        let (column, row) = tile.origin(grid);
+        let (left, top) = (vertex.column - 1, vertex.row - 1);
+        let patch = Patch { column: column + left, row: row + top, width: 3, height: 3, step: 1 };
+        self.samples.read(patch, block)?;
+        let sample = |i: usize| {
+            let (column, row) = (left + i as i64 % 3, top + i as i64 / 3);
+            (Vertex::of_sample(column, row, vertex.height), block.heights[i])
+        };
+        Ok((0..9).filter(|&i| block.inside[4] && !block.inside[i]).map(sample).collect())
     }
 
     /// The samples of the raster around one where vertices can stand.

@@ -119,6 +119,12 @@ pub(super) fn judge_promise(promise: &Promise, ellipsoid: &Ellipsoid, coarsest: 
             format!("the grid of 2^{found} cells is coarser than the raster, which asks for 2^{coarsest}")
         });
     }
+    let version = promise.generator.strip_prefix("terrabite ").filter(|version| !version.is_empty());
+    if version.is_none() {
+        let found = &promise.generator;
+        findings
+            .add(Kind::Manifest, || format!("expected the generator \"terrabite\" and its version, found \"{found}\""));
+    }
     let mut below = 0.5 * promise.max_error;
     for (i, level) in promise.levels.iter().enumerate().rev() {
         let client = ellipsoid.client_error(i as u32);

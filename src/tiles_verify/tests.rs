@@ -208,6 +208,9 @@ fn manifests_that_lie_are_found() {
     let (_keep, set, _) = copy();
     json(&set, "terrabite.json", &|promise| promise["vertical_crs"] = "EPSG:5773".into());
     fails(&set, "expected the vertical CRS \"\", found \"EPSG:5773\"");
+    let (_keep, set, _) = copy();
+    json(&set, "terrabite.json", &|promise| promise["generator"] = "another program 1.0".into());
+    fails(&set, "expected the generator \"terrabite\" and its version, found \"another program 1.0\"");
 }
 
 #[test]

@@ -172,7 +172,7 @@ fn other_options_and_rasters_are_refused_and_named() {
     let inside = ["tiles", &scene.dem, &scene.out(), "--max-error", "500", "--work-dir", &scene.folder.at("out/work")];
     terrabite(inside).fails(1, &["expected an empty folder or nothing, found the work dir in it"]);
     terrabite(["simplify", &scene.dem, &scene.folder.at("tin.ply"), "--max-error", "500", "--work-dir", &scene.work()])
-        .fails(1, &["another job", "result: expected terrain tiles, found nothing"]);
+        .fails(1, &["another job", "result: expected terrain tiles, found a mesh"]);
     let before = fs::read(&scene.dem).unwrap();
     dem().epsg(4258).write(&scene.folder, "dem.tif");
     refused(&[], &["the raster's CRS: expected EPSG:4326 (WGS 84)", "found EPSG:4258 (ETRS89)"]);

@@ -16,6 +16,9 @@ use crate::job::Params;
 /// The form of the work dir.
 const FORMAT: u32 = 1;
 
+/// The parameter that says what a job makes; without it, it is a mesh.
+const RESULT: &str = "result";
+
 /// What a work dir is for, as it stands in `manifest.json`. Values are text, so that a difference can be told as it is.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Manifest {
@@ -102,6 +105,11 @@ impl Manifest {
     }
 
     fn differences(&self, kept: &Manifest) -> Vec<Difference> {
+        let result = |of: &Manifest| of.parameters.get(RESULT).map_or("a mesh", String::as_str).to_string();
+        if result(kept) != result(self) {
+            // They have hardly a parameter in common.
+            return vec![difference(RESULT, result(kept), result(self))];
+        }
         let mut all = Vec::new();
         if self.version.program != kept.version.program {
             all.push(difference("program", &kept.version.program, &self.version.program));

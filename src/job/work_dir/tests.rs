@@ -47,6 +47,16 @@ fn differences_are_named_one_by_one() {
 }
 
 #[test]
+fn a_job_that_makes_something_else_differs_in_that_alone() {
+    let folder = tempdir().unwrap();
+    drop(begun(&folder));
+    let other = Job { parameters: vec![("result", "terrain tiles".to_string())], ..job("2") };
+    let refused = WorkDir::open(&folder.path().join("work"), &other).unwrap_err();
+    let expected = "the work dir belongs to another job: result: expected a mesh, found terrain tiles";
+    assert!(refused.to_string().ends_with(expected), "{refused}");
+}
+
+#[test]
 fn an_importance_raster_is_part_of_the_job() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("work");

@@ -11,7 +11,8 @@ use super::{BAND_STEPS, band};
 use crate::pyramid::error::PyramidError;
 use crate::pyramid::grid::Grid;
 use crate::pyramid::lines::Line;
-use crate::pyramid::quantize::{SPAN, coordinate, snap};
+use crate::pyramid::quantize::{SPAN, snap};
+use crate::pyramid::rim;
 
 /// The share of the tolerance that a side may be off by at the foot of a sample; the rest is for what surrounds the sample.
 const SHARE: f64 = 0.75;
@@ -40,12 +41,20 @@ pub(in crate::pyramid) struct Along {
 }
 
 impl Along {
-    /// A sample of the grid as a vertex.
-    fn sample(&self, at: i64, height: f64) -> OnSide {
+    /// A sample of the grid as a vertex, rounded that way along the line.
+    pub(in crate::pyramid) fn sample(&self, at: i64, height: f64, away: i64) -> OnSide {
         let (cells, place) = (self.tile_cells, self.first + at);
         // Rows count from the south in the format.
-        let lattice = if self.line.down { SPAN - coordinate(cells - place, cells) } else { coordinate(place, cells) };
+        let lattice = match self.line.down {
+            true => SPAN - rim::rounded(cells - place, cells, -away),
+            false => rim::rounded(place, cells, away),
+        };
         OnSide { at, lattice, height }
+    }
+
+    /// Which way a sample is rounded as a vertex, given which of the line's are samples of the raster.
+    pub(in crate::pyramid) fn away(&self, inside: &[bool], at: i64) -> i64 {
+        if rim::counts(self.tile_cells) { rim::away_on_line(inside, at as usize) } else { 0 }
     }
 
     /// The place of the lattice nearest to one on the line.
@@ -79,16 +88,15 @@ pub(in crate::pyramid) struct OnLine<'a> {
     pub(in crate::pyramid) limits: &'a [f64],
 }
 
-/// A side with what the raster's own samples ask for; `side` without.
+/// A side with what the raster's own samples ask for; `vertices` are those without.
 pub(in crate::pyramid) fn refine(
     (own, grid): (&OwnStore, Grid),
     along: Along,
-    side: &[(i64, f64)],
+    vertices: &[OnSide],
     on_line: &OnLine<'_>,
     tolerance: f64,
 ) -> Result<Vec<OnSide>, PyramidError> {
     let feet = feet((own, grid), &along, SHARE * tolerance)?;
-    let vertices: Vec<OnSide> = side.iter().map(|&(at, height)| along.sample(at, height)).collect();
     let mut refined = vec![vertices[0]];
     for link in vertices.windows(2) {
         split(&along, (link[0], link[1]), &feet, false, on_line, &mut refined);
@@ -134,7 +142,12 @@ fn sample_bound(along: &Along, i: usize, on_line: &OnLine<'_>) -> Bound {
     let to = ((i + snap / 2) / snap * snap).min(heights.len() - 1);
     // A vertex that can stand beyond the raster only has the height of the sample that it is for.
     let height = heights[if inside[i] && !inside[to] { i } else { to }];
-    Bound { at: i as f64, height: heights[i], limit: limits[i], vertex: Some(along.sample(to as i64, height)) }
+    Bound {
+        at: i as f64,
+        height: heights[i],
+        limit: limits[i],
+        vertex: Some(along.sample(to as i64, height, along.away(inside, to as i64))),
+    }
 }
 
 /// What samples in the band of a line bind, in the order of their feet.
