@@ -13,6 +13,7 @@
 //! Nothing is random and nothing is timed: effort is counted, ties go by number. Method and figures: docs/quality.md.
 
 mod angles;
+mod by_rows;
 mod channels;
 mod energy;
 mod fan;
