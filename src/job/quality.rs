@@ -64,8 +64,8 @@ pub(super) fn polishing_again(params: &Params, triangles: usize) -> Option<polis
     let mut options = polishing(params)?;
     if options.tuning.schedule.is_none() && options.effort == Effort::Balanced && triangles < FEW {
         let usual = Schedule::preset(options.effort, options.heights);
-        let (rounds, reach) = (usual.rounds.max(8), usual.reach.max(1.0));
-        options.tuning.schedule = Some(Schedule { caps: PATIENT, rounds, reach, ..usual });
+        let (passes, rounds, reach) = (usual.passes.max(3), usual.rounds.max(8), usual.reach.max(1.0));
+        options.tuning.schedule = Some(Schedule { passes, caps: PATIENT, rounds, reach, ..usual });
     }
     Some(options)
 }

@@ -86,6 +86,12 @@ impl<'a> Meter<'a> {
         }
     }
 
+    /// Where a triangle is worst, if that is known.
+    pub(super) fn place(&self, fit: Fit) -> Option<Point> {
+        let (place, width) = (fit.place as usize, self.tile.width);
+        (fit.place != NONE).then(|| Point::of_sample((place % width) as i32, (place / width) as i32))
+    }
+
     /// Makes a place a witness, if it is a sample.
     pub(super) fn call(&self, at: Point, witnesses: &mut Witnesses) {
         if let Some((column, row)) = at.sample() {

@@ -2,7 +2,7 @@
 //!
 //! In comes the mesh of any engine; out goes a mesh of the same ground, whose rim is untouched and whose every triangle
 //! has passed the exact test. Vertices stand on samples and have their heights, or where that is asked for stand on the
-//! lattice of quarter cells and have heights of their own. `net` is the mesh while it changes,
+//! lattice of quarter cells and have heights of their own. `net` is the mesh while it changes (`by_rows` numbers it),
 //! `journal` what a move that fails takes back; `hole` and `filling` are how triangles are replaced, `judge` says which
 //! may be used, `energy` how well they fit, by samples that `scan` reads, with those of `channels` where there are some. `removal` takes vertices out where feasible triangles fill the hole;
 //! `improve` moves vertices and turns edges (`fan` finds the place); `repair` takes vertices out and mends what that
@@ -13,6 +13,7 @@
 //! Nothing is random and nothing is timed: effort is counted, ties go by number. Method and figures: docs/quality.md.
 
 mod angles;
+mod by_rows;
 mod channels;
 mod energy;
 mod fan;

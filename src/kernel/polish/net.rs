@@ -1,5 +1,6 @@
 //! The mesh while it is being changed: triangles that know their neighbours.
 
+use super::by_rows::number_by_rows;
 use super::journal::Journal;
 use crate::base::RasterRim;
 use crate::base::handed_over::{DENSE, clear, make_room};
@@ -87,12 +88,14 @@ pub(super) struct Net {
 }
 
 impl Net {
-    /// Takes over a finished mesh over this domain, and leaves it empty.
+    /// Takes over a finished mesh over this domain, numbered by rows, and leaves it empty.
     ///
     /// # Panics
     /// If an edge is neither a loop's nor shared by two triangles in opposite directions.
     pub(super) fn load(&mut self, domain: &Domain, mesh: &mut TileMesh) {
-        self.take(domain.fixed().count() as u32, mesh);
+        let locked = domain.fixed().count() as u32;
+        number_by_rows(locked, mesh);
+        self.take(locked, mesh);
         self.loops = locked_edges(domain);
         self.link_all(Lone::Refused);
     }
@@ -142,7 +145,7 @@ impl Net {
         }
     }
 
-    /// Gives back what is left, as a mesh: the domain's vertices first, everything in the order it came in. What a dense
+    /// Gives back what is left, as a mesh: the domain's vertices first, everything in the order it was loaded in. What a dense
     /// mesh has taken, is freed.
     pub(super) fn store(&mut self, mesh: &mut TileMesh) {
         let is_dense = self.triangles.len() > DENSE;

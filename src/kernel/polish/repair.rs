@@ -11,6 +11,7 @@ use super::order::{Errand, Order};
 use super::removal::VISITS_BETWEEN_CHECKS;
 use super::witnesses::Witnesses;
 use crate::base::control::Cancelled;
+use crate::base::lattice::distance2;
 use crate::base::mesh::Vertex;
 
 /// How far an attempt goes.
@@ -61,7 +62,8 @@ pub(super) struct Repair {
     open: Vec<(u32, u32, u32)>,
     improver: Improver,
     violating: Vec<u32>,
-    corners: Vec<u32>,
+    /// Free corners of violating triangles, each with the square of its distance from where one of these is worst.
+    corners: Vec<(i64, u32)>,
 }
 
 impl Repair {
@@ -182,16 +184,16 @@ impl Repair {
                 return false;
             }
             before = energy;
-            self.corners.clear();
-            self.corners.extend(self.violating.iter().flat_map(|&t| net.triangles[t as usize].corners));
-            self.corners.sort_unstable();
-            self.corners.dedup();
-            self.corners.retain(|&v| !net.is_locked(v));
+            self.list_corners(net, judge);
             let search = patience.search(round);
-            for &v in &self.corners {
+            for &(_, v) in &self.corners {
                 self.improver.relocate_new(net, v, search, patience.thorough, &mut self.tried, judge);
             }
             for &t in &self.violating {
+                // What the moves have mended stays as it is.
+                if net.triangles[t as usize].fit.worst <= 1.0 {
+                    continue;
+                }
                 for side in 3 * t..3 * t + 3 {
                     self.improver.flip(net, side, Demand::Better, judge);
                 }
@@ -209,6 +211,22 @@ impl Repair {
         };
         self.violating.extend(net.journal.changed().filter(violates));
         self.violating.iter().map(|&t| net.triangles[t as usize].fit.energy).sum()
+    }
+
+    /// Lists the free corners of violating triangles, those first that are closest to where one of theirs is worst: these have the
+    /// largest share in the error, and once they have mended it the others may stay.
+    fn list_corners(&mut self, net: &Net, judge: &Judge<'_>) {
+        self.corners.clear();
+        for &t in &self.violating {
+            let triangle = &net.triangles[t as usize];
+            let worst = judge.meter.place(triangle.fit);
+            let free = triangle.corners.into_iter().filter(|&v| !net.is_locked(v));
+            let away = |v: u32| worst.map_or(i64::MAX, |at| distance2(at, net.vertex(v).at));
+            self.corners.extend(free.map(|v| (away(v), v)));
+        }
+        self.corners.sort_unstable_by_key(|&(away, v)| (v, away));
+        self.corners.dedup_by_key(|&mut (_, v)| v);
+        self.corners.sort_unstable();
     }
 }
 

@@ -130,13 +130,14 @@ impl Schedule {
         sweeps: Schedule::ALL,
         moves: 0,
         last_sweeps: 0,
-        passes: 4,
-        caps: Caps::preset(&[1.0]),
+        passes: 2,
+        caps: Caps::preset(&[2.0]),
         retry: false,
         yield_of: 0,
         rounds: 3,
         shrink: 0.8,
-        reach: 0.05,
+        // 25 times this, which is what the first of three rounds allows, is the cap.
+        reach: 0.08,
         steps: 1,
         finer: true,
         thorough: false,
@@ -160,7 +161,7 @@ impl Schedule {
 
     /// With fitted heights a move is a step towards a minimum: one at a time, and more rounds.
     const BALANCED_FITTED: Schedule =
-        Schedule { caps: Caps::preset(&[1.0, 2.0]), rounds: 12, shrink: 0.85, ..Schedule::THOROUGH };
+        Schedule { passes: 2, caps: Caps::preset(&[2.0, 2.2]), rounds: 12, shrink: 0.85, ..Schedule::THOROUGH };
 
     /// Other than with balanced effort, vertices that have been tried with a lower cap are tried again.
     const BEST: Schedule = Schedule {

@@ -170,6 +170,13 @@ fn presets_keep_to_their_ranges_and_others_are_named() {
     assert!(Caps::new(&[]).is_none() && Caps::new(&[1.0, -1.0]).is_none() && Caps::new(&[f32::NAN]).is_none());
 }
 
+/// Where the corners of a mesh's triangles are, whatever their numbers.
+fn places(mesh: &TileMesh) -> Vec<[Point; 3]> {
+    let mut places: Vec<_> = mesh.triangles.iter().map(|&t| mesh.corners(t).map(|v| v.at)).collect();
+    places.sort_unstable();
+    places
+}
+
 /// Every number at once, the other way than usual.
 #[test]
 fn promises_hold_with_any_schedule() {
@@ -207,7 +214,7 @@ fn promises_hold_with_any_schedule() {
             let tuning = Tuning { schedule: Some(schedule), ..Tuning::default() };
             polished(&task, &Options { heights, tuning, ..Options::default() }, &start, &mut Scratch::default())
         };
-        assert_eq!(with(nothing), start);
+        assert_eq!(places(&with(nothing)), places(&start), "other numbers at most");
         let mesh = with(strange);
         check(&tile, &rim.domain, &mesh, 1.0);
         assert!(mesh.triangles.len() < start.triangles.len());
