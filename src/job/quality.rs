@@ -64,7 +64,7 @@ pub(super) fn polishing_again(params: &Params, triangles: usize) -> Option<polis
     let mut options = polishing(params)?;
     if options.tuning.schedule.is_none() && options.effort == Effort::Balanced && triangles < FEW {
         let usual = Schedule::preset(options.effort, options.heights);
-        let (passes, rounds, reach) = (usual.passes.max(3), usual.rounds.max(8), usual.reach.max(1.0));
+        let (passes, rounds, reach) = (usual.passes.max(6), usual.rounds.max(8), usual.reach.max(1.0));
         options.tuning.schedule = Some(Schedule { passes, caps: PATIENT, rounds, reach, ..usual });
     }
     Some(options)
