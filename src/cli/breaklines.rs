@@ -146,6 +146,10 @@ fn lake_height(word: &str) -> Result<LakeHeight, String> {
     }
 }
 
+/// What mends heights that lines do not have.
+const RASTER_HEIGHTS: &str =
+    "--breakline-z raster takes heights from the raster, and so does the text raster in a field for one feature";
+
 /// Why a layer of lines cannot be used.
 pub(super) fn of_layer(kind: LineKind, error: ShapesError) -> Failure {
     let expected = match &error {
@@ -153,10 +157,7 @@ pub(super) fn of_layer(kind: LineKind, error: ShapesError) -> Failure {
         _ => "",
     };
     let mended = [
-        (
-            "with heights",
-            "--breakline-z raster takes heights from the raster, and so does the text raster in a field for one feature",
-        ),
+        ("with heights", RASTER_HEIGHTS),
         (
             "raster or line in field",
             "--breakline-z names a text field of the layer; raster and line hold for all features",
@@ -219,8 +220,10 @@ pub(super) fn of_lines(error: &UnusableLines, failure: Failure) -> Failure {
             VerifyError::FarLine { .. } => failure.hint(&other_crs(kind)),
             VerifyError::TwoHeights { kinds, .. } => failure.hint(one_height(kinds)),
             VerifyError::LakesOverlap { .. } => failure.hint(APART),
+            VerifyError::LineHeight { .. } => failure.hint(RASTER_HEIGHTS),
             _ => failure,
         },
+        UnusableLines::Lattice { error: LinesError::Height { .. }, .. } => failure.hint(RASTER_HEIGHTS),
         UnusableLines::Lattice { error: LinesError::Overlap { .. }, .. } => failure.hint(APART),
         UnusableLines::NoLevel { .. } => {
             failure.hint("--lake-z field:NAME takes heights from the layer; or take the lake out of it")

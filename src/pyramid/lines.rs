@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use super::error::PyramidError;
 use super::own::{Along, OnLine, OnSide, refine};
-use super::quantize::coordinate;
+use super::quantize::{SPAN, coordinate};
 use super::samples::{Block, Patch, Samples};
 use crate::base::control::CancelToken;
 use crate::base::exact::MAX_TOLERANCE;
@@ -171,10 +171,44 @@ impl Sides {
                 side.push(along.sample(snapped, height, along.away(inside, snapped)));
             }
         }
+        if snap == 1 {
+            side = continued(along, side, inside, tolerance);
+        }
         let on_line = OnLine { heights, inside, limits: &limits };
         let refined = samples.own.as_ref().map(|own| refine((own, samples.grid), along, &side, &on_line, tolerance));
         Ok(Side { vertices: side, refined: refined.transpose()? })
     }
+}
+
+/// A side whose links fall to the height outside a cell beyond the raster, where they would begin so steeply at its last sample that
+/// rounding the place of its vertex would cost too much. Its ends stay.
+fn continued(along: Along, mut side: Vec<OnSide>, inside: &[bool], tolerance: f64) -> Vec<OnSide> {
+    /// The share of the tolerance that a step of the lattice may cost.
+    const SHARE: f64 = 0.125;
+    let step = along.tile_cells as f64 / SPAN as f64;
+    let mut further = Vec::new();
+    for i in 1..side.len() {
+        for (at, other, towards) in [(i - 1, i, 1), (i, i - 1, -1)] {
+            let (OnSide { at: from, height, .. }, next) = (side[at], side[other]);
+            let steepness = (next.height - height).abs() / (next.at - from).abs() as f64;
+            if !inside[from as usize] || inside[(from + towards) as usize] || steepness * step <= SHARE * tolerance {
+                continue;
+            }
+            if next.at != from + towards {
+                further.push(along.sample(from + towards, height, 0));
+            } else if (1..side.len() - 1).contains(&other) {
+                side[other].height = height;
+            } else {
+                continue;
+            }
+            side[at] = along.sample(from, height, 0);
+        }
+    }
+    side.extend(further);
+    side.sort_by_key(|vertex| vertex.at);
+    // Two may have come to one place, from both of its sides.
+    side.dedup_by_key(|vertex| vertex.at);
+    side
 }
 
 /// Samples along a line whose surroundings are looked at together.
@@ -208,6 +242,24 @@ fn near_void(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sides_fall_a_cell_beyond_the_raster_where_that_is_steep() {
+        let line = Line { column: 0, row: 0, length: 8, down: false };
+        let along = Along { line, first: 0, tile_cells: 8 };
+        let inside = [false, false, false, true, true, true, false, false, false];
+        let side = |height: f64| {
+            let heights = [(0, 0.0), (3, height), (5, height), (6, 0.0), (8, 0.0)];
+            heights.map(|(at, height)| along.sample(at, height, along.away(&inside, at))).to_vec()
+        };
+        let found = |height: f64| -> Vec<(i64, f64)> {
+            let side = continued(along, side(height), &inside, 1.0);
+            side.iter().map(|vertex| (vertex.at, vertex.height)).collect()
+        };
+        assert_eq!(found(1.0), [(0, 0.0), (3, 1.0), (5, 1.0), (6, 0.0), (8, 0.0)]);
+        let steep = 5_000.0;
+        assert_eq!(found(steep), [(0, 0.0), (2, steep), (3, steep), (5, steep), (6, steep), (8, 0.0)]);
+    }
 
     #[test]
     fn samples_near_those_inside() {

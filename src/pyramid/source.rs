@@ -187,16 +187,26 @@ impl Source {
     }
 
     /// The least distance of samples, in degrees of latitude; steps that go east more than north are measured along the
-    /// parallel, where a cell of the grid is short, too.
+    /// parallel, where a cell of the grid is short, too. Around a pole that is no measure: a raster that has no other ground is
+    /// measured in the plane there.
     fn spacing(&self, ways: &Ways) -> Option<f64> {
         let (width, height) = (self.field.width() as f64, self.field.height() as f64);
-        let mut least = f64::INFINITY;
+        let (mut least, mut least_around) = (f64::INFINITY, f64::INFINITY);
         for (i, j) in (0..5).flat_map(|i| (0..5).map(move |j| (i, j))) {
             let (column, row) = ((width - 2.0) * f64::from(i) / 4.0, (height - 2.0) * f64::from(j) / 4.0);
             let at = [(column, row), (column + 1.0, row), (column, row + 1.0)].map(|(c, r)| self.transform.place(c, r));
             let (mut x, mut y) = (at.map(|p| p.0), at.map(|p| p.1));
             ways.to_geographic(&mut x, &mut y);
-            if x.iter().chain(&y).any(|v| !v.is_finite()) || y[0].abs() > 89.9 {
+            if x.iter().chain(&y).any(|v| !v.is_finite()) {
+                continue;
+            }
+            if y[0].abs() > 89.9 {
+                let plane = |i: usize| {
+                    let (sin, cos) = libm::sincos(x[i].to_radians());
+                    ((90.0 - y[i].abs()) * cos, (90.0 - y[i].abs()) * sin)
+                };
+                let ((u, v), beside) = (plane(0), [plane(1), plane(2)]);
+                least_around = beside.iter().fold(least_around, |least, p| least.min(libm::hypot(p.0 - u, p.1 - v)));
                 continue;
             }
             let shrink = libm::cos(y[0].to_radians());
@@ -207,7 +217,7 @@ impl Source {
                 least = least.min(if along > north.abs() { length / shrink } else { length });
             }
         }
-        least.is_finite().then_some(least)
+        [least, least_around].into_iter().find(|found| found.is_finite())
     }
 
     /// The part of the grid that the raster may cover, generously.

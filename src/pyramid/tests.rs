@@ -37,6 +37,17 @@ fn near_a_pole_no_sample_is_passed_by() {
     assert!(agrees(3413, [-12_000.0, 900.0, 0.0, 12_000.0, 0.0, -900.0], 15) > 0.5);
 }
 
+#[test]
+fn a_raster_that_has_nothing_but_a_pole_has_a_grid() {
+    let folder = folder();
+    let transform = [-4_000.0, 200.0, 0.0, 3_000.0, 0.0, -200.0];
+    let path = raster(folder.path(), "dem.tif", (40, 30), transform, "EPSG:3413", &hills);
+    let prepared = prepare::open(&request(&path, Path::new("out"), 10.0), &Control::default()).expect("a raster");
+    let grid = prepared.source.grid(0).expect("a grid");
+    // 200 m are 0.00179°, and the projection makes 1.03 of a metre at the pole.
+    assert_eq!(grid.exponent, 17);
+}
+
 /// The naive way: each sample by itself, from the samples themselves. Tells the share of the blocks that have any.
 fn agrees(epsg: u32, transform: [f64; 6], exponent: u32) -> f64 {
     let folder = folder();

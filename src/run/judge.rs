@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::checkpoints::CheckpointReport;
 use super::extras::{Extras, Made, Making};
 use super::inputs::{open, open_importance};
-use super::lines::{UnusableLines, path};
+use super::lines::{UnusableLines, check_judged, path};
 use super::look::look;
 use super::report::SCHEMA;
 use super::scene::Scene;
@@ -161,6 +161,7 @@ fn judge(
     let pool = start_threads(request.threads.map_or_else(all_cores, usize::from))?;
     let on_lattice = || RequiredLines::new(&sets, size, max_error, temp_dir.as_deref(), &control.cancel);
     let lines = (!sets.is_empty()).then(|| pool.install(on_lattice)).transpose().map_err(judged)?;
+    lines.as_ref().map_or(Ok(()), |lines| check_judged(&request.lines, &sets, &band, lines))?;
     drop(sets);
     let options = VerifyOptions {
         max_error,

@@ -14,7 +14,7 @@ use crate::job::lines::{Lines as Held, LinesFailure};
 use crate::kernel::breaklines::{LinesError, TwoHeights};
 #[cfg(feature = "gdal")]
 use crate::raster::{LineAsk, LineMemory, LineSource, Said, ShapesError, read_lines, read_outlines};
-use crate::verify::VerifyError;
+use crate::verify::{RequiredLines, VerifyError};
 
 /// The most vertices of a layer that are held in memory, but for what has an inside.
 #[cfg(feature = "gdal")]
@@ -356,4 +356,22 @@ pub(super) fn on_lattice(
         }
     }
     Ok(Some(lines))
+}
+
+/// Makes sure that a mesh is judged by some of the lines of each kind.
+pub(super) fn check_judged(
+    inputs: &[LineInput],
+    sets: &[LineSet],
+    band: &Band,
+    required: &RequiredLines,
+) -> Result<(), RunError> {
+    // A cutline around all of the raster has no line on it.
+    for kind in [LineKind::Breaklines, LineKind::Lakes, LineKind::Footprints] {
+        let of_kind = || sets.iter().enumerate().filter(|(_, set)| set.kind == kind);
+        if of_kind().next().is_some() && !of_kind().any(|(number, _)| required.has_segments(number)) {
+            let lines = of_kind().map(|(_, set)| set.lines.count() as u64).sum();
+            return Err(UnusableLines::Outside { path: path(inputs, kind, band), kind, lines }.into());
+        }
+    }
+    Ok(())
 }

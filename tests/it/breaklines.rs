@@ -348,6 +348,7 @@ fn edges_follow_the_outlines_of_footprints_together_with_breaklines() {
         &["--footprints", &far],
         &["far.geojson: expected footprints on the raster, found none of 1", "--footprints"],
     );
+    terrabite(scene.command("verify", &["--footprints", &far])).fails(1, &["far.geojson: expected footprints on"]);
     refused(&["--footprints", &houses, "--breakline-z", "line"], &["--breakline-z line requires --breaklines"]);
 }
 
@@ -375,7 +376,10 @@ fn what_cannot_be_used_is_refused_by_name() {
     let far = scene.layer("far.geojson", &[&[(900.0, 900.0), (999.0, 950.0)]]);
     scene.simplify(&scene.dem, &[]).fails(1, &["dem.tif: cannot be opened as a layer of lines", "--breaklines"]);
     scene.simplify(&points, &[]).fails(1, &["points.geojson", "expected a line", "found POINT", "--breaklines-layer"]);
-    scene.simplify(&far, &[]).fails(1, &["far.geojson: expected breaklines on the raster, found none of 1", "ogr2ogr"]);
+    scene.simplify(&lines, &[]).succeeds();
+    for far_off in [scene.simplify(&far, &[]), scene.verify(&far, &[])] {
+        far_off.fails(1, &["far.geojson: expected breaklines on the raster, found none of 1", "ogr2ogr"]);
+    }
     let curve = scene
         .folder
         .with("curve.csv", "id,WKT\n1,\"CIRCULARSTRING (500020 5199970, 500100 5199900, 500300 5199800)\"\n");

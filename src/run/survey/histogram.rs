@@ -45,6 +45,12 @@ pub(super) fn key(class: u32, bin: Key) -> Key {
     class as Key * BINS as Key + bin
 }
 
+/// The key of the same bin in no class.
+#[inline(always)]
+pub(super) fn unclassed(of: Key) -> Key {
+    key(NO_CLASS as u32, of % BINS as Key)
+}
+
 /// The class of a key. That of a larger key is no smaller.
 #[inline(always)]
 pub(super) fn class_of(key: Key) -> usize {

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 
 use super::grid::MapCell;
-use super::histogram::{Bins, Histogram, Key, class_of, key};
+use super::histogram::{Bins, Histogram, Key, class_of, key, unclassed};
 use super::slopes::{Cell, Class, FROM, NO_CLASS, Slopes};
 use crate::verify::ObservedRows;
 
@@ -14,6 +14,8 @@ use crate::verify::ObservedRows;
 const SAMPLES: usize = 1 << 15;
 /// Samples that are counted side by side, in sums of their own: none waits for the sum of the one before.
 const LANES: usize = 4;
+/// Samples that are all less than this share of the tolerance off count in their class as they are.
+const SMALL: f64 = 1.0 / 16.0;
 /// Samples of a row that are classified together: what is made of them step by step stays in the cache.
 const STRETCH: usize = 512;
 
@@ -203,7 +205,17 @@ impl Counting {
         tally.near += u64::from(sums.near);
         tally.largest = tally.largest.max(sums.max);
         piece.sum += sums.error;
-        keys.iter().for_each(|key| tally.histogram.count(*key));
+        if sums.max < SMALL * tolerance {
+            // Bins would be too wide for these.
+            for (key, error) in keys.iter().zip(errors) {
+                let distance = error.abs();
+                tally.histogram.count(unclassed(*key));
+                let class = &mut piece.classes[class_of(*key) % FROM.len()];
+                class.add(&Class { samples: 1, above: 0, max: distance, squares: distance * distance });
+            }
+        } else {
+            keys.iter().for_each(|key| tally.histogram.count(*key));
+        }
         true
     }
 

@@ -37,6 +37,8 @@ pub struct RequiredLines {
     features: FeatureSet,
     /// Each once: its first place, and how far it is to the other, with the sets that it is of.
     segments: Rowed<2>,
+    /// Sets that have any.
+    with_segments: SetBits,
     /// Heights of lines' own, by place.
     levels: Rowed<2>,
     /// Samples beside lines with heights, with the least and the largest of these heights.
@@ -89,11 +91,13 @@ impl RequiredLines {
         let mut segments = Rowed::new(&scratch, ROW_OF_PLACE);
         let mut levels = Levels::new((sets, &shores), tolerance, size, &scratch);
         let mut by_row = ByRow::new(noded.into_records());
+        let mut with_segments = 0;
         for row in 0..size.1 {
             let mut pieces = by_row.pieces(row).map_err(of_all)?;
             pieces.retain(|(piece, _)| bounds(piece));
             for of in pieces.chunk_by(|a, b| a.0.ends == b.0.ends) {
                 let bits = of.iter().fold(0, |bits, (piece, _)| bits | 1 << piece.set);
+                with_segments |= bits;
                 segments.push(record((of[0].0.ends, bits))).map_err(of_all)?;
             }
             levels.take(row, &pieces)?;
@@ -102,7 +106,12 @@ impl RequiredLines {
         let (levels, near) = levels.finish().map_err(of_all)?;
         let features = LineSet::features(sets.iter().map(|set| (set.kind, set.lines.have_heights())));
         let sets = sets.iter().map(|set| Set { shift: set.shift, has_heights: set.lines.have_heights() });
-        Ok(RequiredLines { sets: sets.collect(), features, segments, levels, near, shores, inside })
+        Ok(RequiredLines { sets: sets.collect(), features, segments, with_segments, levels, near, shores, inside })
+    }
+
+    /// Whether lines of a set, by its number, have a length on the lattice of the raster.
+    pub fn has_segments(&self, set: usize) -> bool {
+        self.with_segments & 1 << set != 0
     }
 
     /// What is inside of outlines that the mesh is to end at; `None` where there are none.
