@@ -26,7 +26,7 @@ fn noise(column: i64, row: i64) -> f64 {
     (bits >> 40) as f64 * 1e3 / (1u64 << 24) as f64
 }
 
-/// Tiles of so many cells are most dense: few samples are no vertex.
+/// With this grid nearly every sample of a tile becomes a vertex, so its mesh is as large as one can be.
 #[test]
 fn a_thread_takes_what_is_reckoned() {
     let grid = Grid { exponent: 16 };

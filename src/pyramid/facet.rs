@@ -68,7 +68,7 @@ struct Edge {
 }
 
 /// What a facet near a pole takes beside itself.
-pub(super) const POLAR_BYTES: u64 = (3 * size_of::<Edge>() + size_of::<(Vec<Edge>, Columns)>()) as u64;
+pub(super) const POLAR_BYTES: u64 = (3 * size_of::<Edge>() + size_of::<Polar>()) as u64;
 
 /// The longitudes of a tile's columns, in radians.
 #[derive(Debug, Clone, Copy)]

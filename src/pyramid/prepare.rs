@@ -16,6 +16,9 @@ use crate::field::{Field, FieldOptions};
 use crate::job::work_dir::Job;
 use crate::raster::{FileWatch, Libraries, Raster};
 
+/// Counts the ways in which tiles have been made of the same request: borders of two ways do not meet, so no set has tiles of both.
+const WAY: u32 = 2;
+
 /// A raster on the finest grid.
 pub(super) struct Prepared {
     pub(super) raster: Raster,
@@ -118,6 +121,7 @@ impl Prepared {
         let vertical = Some(self.vertical.clone()).filter(|vertical| !vertical.is_empty());
         let mut parameters = vec![
             ("result", "terrain tiles".to_string()),
+            ("way of making them", WAY.to_string()),
             ("max error", exact_double(*max_error)),
             ("max level", or(max_level.map(|level| level.to_string()), "by the rule")),
             ("error factor", exact_double(*error_factor)),

@@ -59,7 +59,7 @@ impl Line {
         self.height + (wb * self.slopes.0 + wc * self.slopes.1)
     }
 
-    /// The height of the surface less that of each of these samples, the first one so many columns from the first of the line.
+    /// The height of the surface minus the height of each sample. `columns` is how far the first of them is from the first of the line.
     #[inline(always)]
     fn signed<const N: usize>(&self, columns: f64, samples: &[f64; N]) -> [f64; N] {
         let mut errors = [0.0; N];

@@ -140,7 +140,7 @@ impl<'a> Reckoning<'a> {
         Reckoning { load, base, cacheable, per_thread: BESIDE + cutline + BLOCK_COPIES * blocks }
     }
 
-    /// With tiles of so many samples. While these are copied, nothing else is there of the tile.
+    /// What a process holds whose tiles have this many samples. While samples are copied, the tile has nothing else yet.
     fn holdings(&self, samples: usize) -> Holdings {
         let points = samples.min(self.load.points) as u64 * TILE_BYTES_PER_POINT;
         let loading = samples as u64 * samples_bytes(self.load) + PAGES;

@@ -8,7 +8,7 @@ use crate::kernel::measure::{ANGLES, BINS, ErrorStats, Extent, HeightStats, OVER
 use crate::kernel::seam::{Foreign, RimCounts};
 
 const MAGIC: &[u8; 4] = b"TBCK";
-const VERSION: u32 = 13;
+const VERSION: u32 = 14;
 
 /// What every chunk has: its head, the statistics of its errors, the checksum.
 const FIXED_BYTES: usize = 260 + 8 * (BINS + ANGLES + OVERSHOOTS);
