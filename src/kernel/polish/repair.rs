@@ -243,7 +243,8 @@ fn all_feasible(net: &Net, judge: &Judge<'_>) -> bool {
         let corners = net.corners(t);
         let may_be = |i: usize| {
             let twin = net.triangles[t as usize].twins[i];
-            let is_new = twin != NONE && net.journal.has_changed(twin / 3);
+            // One between two changed triangles is asked for in one of them.
+            let is_new = twin != NONE && twin / 3 > t && net.journal.has_changed(twin / 3);
             !is_new || judge.may_join(corners[i], corners[(i + 1) % 3])
         };
         judge.feasible(corners) && (0..3).all(may_be)

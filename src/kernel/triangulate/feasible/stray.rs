@@ -85,6 +85,24 @@ fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
+/// [`Edge::is_doubtful`] along columns and rows, compiled for what the processor has.
+struct Doubtful<'a, 'b, H> {
+    edge: &'a Edge<'b, H>,
+    walks: [Walk; 2],
+}
+
+impl<H: Copy + Into<f64>> pulp::WithSimd for Doubtful<'_, '_, H> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> bool {
+        self.edge.is_doubtful(self.walks[0]) || self.edge.is_doubtful(self.walks[1])
+    }
+}
+
+/// Steps from a line to those that are looked at with it.
+const LANE: [f64; 4] = [0.0, STEPS as f64, 2.0 * STEPS as f64, 3.0 * STEPS as f64];
+
 struct Edge<'a, H> {
     tile: &'a Tile,
     heights: &'a [H],
@@ -105,7 +123,30 @@ struct Walk {
     columns: bool,
 }
 
+/// What a walk has from one lattice step to the next, across the lines: places along them, and heights.
+struct Slopes {
+    slope: f64,
+    rise: f64,
+}
+
 impl Walk {
+    /// The first and the last line that is crossed between the ends.
+    #[inline(always)]
+    fn lines(&self) -> (i32, i32) {
+        (self.from.0.div_euclid(STEPS) + 1, (self.to.0 - 1).div_euclid(STEPS))
+    }
+
+    #[inline(always)]
+    fn slopes(&self) -> Slopes {
+        let per_step = 1.0 / f64::from(self.to.0 - self.from.0);
+        Slopes { slope: f64::from(self.to.1 - self.from.1) * per_step, rise: (self.far - self.near) * per_step }
+    }
+
+    #[inline(always)]
+    fn reach(&self) -> f64 {
+        self.near.abs().max(self.far.abs())
+    }
+
     fn sample(&self, line: i32, along: i32) -> (usize, usize) {
         let (line, along) = (line as usize, along as usize);
         if self.columns { (line, along) } else { (along, line) }
@@ -115,6 +156,7 @@ impl Walk {
 impl<H: Copy + Into<f64>> Edge<'_, H> {
     fn any(&self, visit: &mut impl FnMut(Side) -> bool) -> bool {
         let (p, q) = (self.p, self.q);
+        let is_plain = !self.tile.is_weighted() && self.tile.validity.is_whole() && self.tile.unbound.is_empty();
         let walk = |columns: bool| {
             let place = |v: Vertex| if columns { (v.at.x, v.at.y) } else { (v.at.y, v.at.x) };
             let (a, b) = (place(p), place(q));
@@ -123,20 +165,22 @@ impl<H: Copy + Into<f64>> Edge<'_, H> {
                 if up { ((a, p.height), (b, q.height)) } else { ((b, q.height), (a, p.height)) };
             Walk { from, to, near, far, columns }
         };
-        self.along(walk(true), visit) || self.along(walk(false), visit)
+        let [across, down] = [walk(true), walk(false)];
+        if is_plain && !pulp::Arch::new().dispatch(Doubtful { edge: self, walks: [across, down] }) {
+            return false;
+        }
+        self.along(across, is_plain, visit) || self.along(down, is_plain, visit)
     }
 
     #[inline(always)]
-    fn along(&self, walk: Walk, visit: &mut impl FnMut(Side) -> bool) -> bool {
-        let (first, last) = (walk.from.0.div_euclid(STEPS) + 1, (walk.to.0 - 1).div_euclid(STEPS));
+    fn along(&self, walk: Walk, is_plain: bool, visit: &mut impl FnMut(Side) -> bool) -> bool {
+        let (first, last) = walk.lines();
         if first > last {
             return false;
         }
-        let per_step = 1.0 / f64::from(walk.to.0 - walk.from.0);
-        let (slope, rise) = (f64::from(walk.to.1 - walk.from.1) * per_step, (walk.far - walk.near) * per_step);
-        let reach = walk.near.abs().max(walk.far.abs());
-        let (across, along) = if walk.columns { (1, self.tile.width) } else { (self.tile.width, 1) };
-        let is_plain = !self.tile.is_weighted() && self.tile.validity.is_whole() && self.tile.unbound.is_empty();
+        let Slopes { slope, rise } = walk.slopes();
+        let reach = walk.reach();
+        let (across, along) = self.strides(&walk);
         for line in first..=last {
             let done = f64::from(line * STEPS - walk.from.0);
             let place = (f64::from(walk.from.1) + slope * done) * (1.0 / f64::from(STEPS));
@@ -167,6 +211,59 @@ impl<H: Copy + Into<f64>> Edge<'_, H> {
                     return true;
                 }
             }
+        }
+        false
+    }
+
+    /// What one line has the next sample after, and one place along it.
+    #[inline(always)]
+    fn strides(&self, walk: &Walk) -> (usize, usize) {
+        if walk.columns { (1, self.tile.width) } else { (self.tile.width, 1) }
+    }
+
+    /// Whether a crossing may be beyond the limit of a tile that has no others: four at a time.
+    #[inline(always)]
+    fn is_doubtful(&self, walk: Walk) -> bool {
+        const LANES: usize = 4;
+        let (first, last) = walk.lines();
+        if first > last {
+            return false;
+        }
+        let Slopes { slope, rise } = walk.slopes();
+        let (across, along) = self.strides(&walk);
+        let near_limit = self.limit.plain - DOUBT * (walk.reach() + self.limit.plain);
+        let (from, near) = (f64::from(walk.from.1), walk.near);
+        let mut line = first;
+        while line <= last {
+            let start = f64::from(line * STEPS - walk.from.0);
+            let (mut places, mut low, mut high) = ([0.0; LANES], [0.0f64; LANES], [0.0f64; LANES]);
+            for i in 0..LANES {
+                // Those past the last line are the last line's.
+                let done = smaller(start + LANE[i], f64::from(last * STEPS - walk.from.0));
+                places[i] = (from + slope * done) * (1.0 / f64::from(STEPS));
+            }
+            let mut befores = [0; LANES];
+            for i in 0..LANES {
+                befores[i] = floor(places[i]);
+            }
+            for i in 0..LANES {
+                let index = (line + i as i32).min(last) as usize * across + befores[i] as usize * along;
+                // Next to the tile's far side, at a sample, there is no other one.
+                let other = (index + along).min(self.heights.len() - 1);
+                (low[i], high[i]) = (self.heights[index].into(), self.heights[other].into());
+            }
+            let mut is_doubtful = false;
+            for i in 0..LANES {
+                let done = smaller(start + LANE[i], f64::from(last * STEPS - walk.from.0));
+                let height = near + rise * done;
+                let beyond = larger(height - larger(low[i], high[i]), smaller(low[i], high[i]) - height);
+                let part = places[i] - f64::from(befores[i]);
+                is_doubtful |= beyond >= near_limit && (AT_SAMPLE..=1.0 - AT_SAMPLE).contains(&part);
+            }
+            if is_doubtful {
+                return true;
+            }
+            line += LANES as i32;
         }
         false
     }
