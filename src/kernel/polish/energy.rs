@@ -10,7 +10,7 @@ use super::channels::ChannelScan;
 use super::lanes::{LANES, Lanes, run};
 use super::net::{Fit, NONE};
 use super::scan::{HeightScan, Question};
-use super::witnesses::Witnesses;
+use super::witnesses::{Witness, Witnesses};
 use crate::base::lattice::Point;
 use crate::base::mesh::Vertex;
 use crate::base::{Heights, Tile};
@@ -79,11 +79,12 @@ impl<'a> Meter<'a> {
         fit
     }
 
-    /// Remembers where a triangle is worst, if that is known.
-    pub(super) fn note(&self, fit: Fit, witnesses: &mut Witnesses) {
-        if fit.place != NONE {
-            witnesses.note(fit.place as usize, self);
+    /// Remembers where a triangle is worst, if that is known; returns the witness, if it is a new one.
+    pub(super) fn note(&self, fit: Fit, witnesses: &mut Witnesses) -> Option<Witness> {
+        if fit.place == NONE {
+            return None;
         }
+        witnesses.note(fit.place as usize, self)
     }
 
     /// Where a triangle is worst, if that is known.

@@ -1,7 +1,9 @@
 //! A vertex inside its ring: where its triangles fit best.
 
 mod coarse;
+mod places;
 
+use self::places::Places;
 use super::angles::Sharpest;
 use super::energy::Meter;
 use super::fitting::{Fitting, near_surface};
@@ -38,7 +40,8 @@ pub(super) struct Fan {
     star: Star,
     /// Samples that were far from triangles around here.
     witnesses: Witnesses,
-    /// What they say, by triangles.
+    places: Places,
+    /// What witnesses say of one place, by triangles.
     parts: Vec<f32>,
     sharpest: Sharpest,
 }
@@ -126,21 +129,29 @@ impl Fan {
     }
 
     /// One round of places around an apex. Returns the best of those where the energy falls below a share of what it is,
-    /// else the apex itself.
+    /// else the apex itself. Places are measured in the order of what witnesses say of them.
     pub(super) fn look_around(&mut self, centre: Vertex, look: Look, meter: &Meter<'_>) -> Vertex {
+        self.list_places(centre, look, meter);
         let stride = self.stride(look.rows, meter);
         if stride > 1 {
             return self.look_coarsely(centre, look, stride, meter);
         }
         let (mut limit, mut best) = (self.energy() * look.share, centre);
-        for place in look.places_around(centre.at) {
-            if let Some(apex) = self.on_sample(place, meter)
-                && self.try_at(apex, limit, look.farthest, meter)
-            {
+        while let Some((place, apex)) = self.places.next(limit, look.farthest) {
+            if self.try_at((place, apex), limit, look.farthest, meter) {
                 (limit, best) = (self.energy(), apex);
             }
         }
         best
+    }
+
+    /// Lists the places around an apex, and hears the witnesses about them.
+    fn list_places(&mut self, centre: Vertex, look: Look, meter: &Meter<'_>) {
+        let mut places = std::mem::take(&mut self.places);
+        let apexes = look.places_around(centre.at).filter_map(|place| self.on_sample(place, meter));
+        places.begin(&self.ring, centre, apexes, meter);
+        self.witnesses.known().iter().for_each(|witness| places.hear(&self.ring, witness, meter));
+        self.places = places;
     }
 
     /// The apex on a sample, if that is a place for it.
@@ -227,23 +238,17 @@ impl Fan {
         self.sharpest.allows_any() || (0..self.ring.triangles()).all(|i| self.sharpest.allows(self.triangle(apex, i)))
     }
 
-    /// What the witnesses say of an apex, in all and (in `parts`) of each triangle; if it is not below `limit`, or one is
-    /// farther than `farthest`, some number that is not, either.
-    fn ask_witnesses(&mut self, apex: Vertex, limit: f32, farthest: f32, meter: &Meter<'_>) -> f32 {
-        self.parts.clear();
-        self.parts.resize(self.ring.triangles(), 0.0);
-        self.witnesses.speak((&self.ring, apex), limit, farthest, &mut self.parts, meter)
-    }
-
-    /// Whether the energy is below `limit` at an apex, no triangle farther than `farthest`, and none too sharp: then the fits are
+    /// Whether the energy is below `limit` at one of the places, no triangle farther than `farthest`, and none too sharp: then the fits are
     /// those it gives.
-    fn try_at(&mut self, apex: Vertex, limit: f32, farthest: f32, meter: &Meter<'_>) -> bool {
+    fn try_at(
+        &mut self,
+        (place, apex): (usize, Vertex),
+        limit: f32,
+        farthest: f32,
+        meter: &Meter<'_>,
+    ) -> bool {
         // What the witnesses say of the triangles that are still to be measured.
-        let mut rest = self.ask_witnesses(apex, limit, farthest, meter);
-        let hopeful = rest < limit;
-        if !hopeful {
-            return false;
-        }
+        let mut rest = self.places.known(place, &mut self.parts);
         let mut sum = 0.0;
         for turn in 0..self.ring.triangles() {
             let i = self.order[turn] as usize;
@@ -253,7 +258,9 @@ impl Fan {
             // Not if it is no number, either.
             let below = sum + rest < limit && self.trial[i].worst <= farthest;
             if !below {
-                meter.note(self.trial[i], &mut self.witnesses);
+                if let Some(witness) = meter.note(self.trial[i], &mut self.witnesses) {
+                    self.places.hear(&self.ring, &witness, meter);
+                }
                 self.order[turn / 2..=turn].rotate_right(1);
                 return false;
             }

@@ -17,6 +17,7 @@ pub(super) trait Lanes: Copy {
     fn add(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
     fn sub(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
     fn mul(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
+    fn div(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
     fn abs(self, a: Self::Eight) -> Self::Eight;
     /// `yes` where a is greater than b, else `no`.
     fn if_greater(self, a: Self::Eight, b: Self::Eight, yes: Self::Eight, no: Self::Eight) -> Self::Eight;
@@ -59,6 +60,10 @@ impl Lanes for Array {
     #[inline(always)]
     fn mul(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
         std::array::from_fn(|i| a[i] * b[i])
+    }
+    #[inline(always)]
+    fn div(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+        std::array::from_fn(|i| a[i] / b[i])
     }
     #[inline(always)]
     fn abs(self, a: [f32; LANES]) -> [f32; LANES] {
@@ -104,6 +109,10 @@ impl<S: pulp::Simd> Lanes for Register<S> {
     #[inline(always)]
     fn mul(self, a: S::f32s, b: S::f32s) -> S::f32s {
         self.0.mul_f32s(a, b)
+    }
+    #[inline(always)]
+    fn div(self, a: S::f32s, b: S::f32s) -> S::f32s {
+        self.0.div_f32s(a, b)
     }
     #[inline(always)]
     fn abs(self, a: S::f32s) -> S::f32s {
@@ -164,6 +173,7 @@ mod tests {
                 on.add(a, b),
                 on.sub(a, b),
                 on.mul(a, b),
+                on.div(a, b),
                 on.abs(a),
                 on.max(a, b),
                 on.if_greater(a, b, b, on.all(7.0)),

@@ -44,9 +44,23 @@ impl Witness {
         Some(self.share([a, b, c], weights, meter))
     }
 
+    pub(super) fn at(&self) -> Point {
+        self.at
+    }
+
+    /// Its sample.
+    pub(super) fn vertex(&self) -> Vertex {
+        Vertex { at: self.at, height: self.height }
+    }
+
+    /// What a tolerance is as a share of its limit.
+    pub(super) fn weight(&self, meter: &Meter<'_>) -> f64 {
+        if meter.tile().is_weighted() { meter.tile().weights[self.sample] } else { 1.0 }
+    }
+
     /// The same for the triangles from a ring to an apex inside it, and which of them it is.
     #[inline(always)]
-    fn under_fan(&self, ring: &Ring, apex: Vertex, meter: &Meter<'_>) -> Option<(usize, f64)> {
+    pub(super) fn under_fan(&self, ring: &Ring, apex: Vertex, meter: &Meter<'_>) -> Option<(usize, f64)> {
         let vertices = &ring.vertices[..];
         let side = |i: usize| orient(apex.at, vertices[i].at, self.at);
         let mut behind = side(0);
@@ -76,17 +90,24 @@ impl Witnesses {
         self.known.clear();
     }
 
-    /// Remembers the sample at `place` of the tile's heights.
-    pub(super) fn note(&mut self, place: usize, meter: &Meter<'_>) {
+    /// Those that are remembered.
+    pub(super) fn known(&self) -> &[Witness] {
+        &self.known
+    }
+
+    /// Remembers the sample at `place` of the tile's heights; returns the witness, if it is a new one.
+    pub(super) fn note(&mut self, place: usize, meter: &Meter<'_>) -> Option<Witness> {
         let (tile, per_tolerance) = (meter.tile(), meter.per_tolerance());
         let (column, row) = (place % tile.width, place / tile.width);
         let at = Point::of_sample(column as i32, row as i32);
         if self.known.iter().any(|w| w.at == at) {
-            return;
+            return None;
         }
         let per_limit = if tile.is_weighted() { tile.weights[place] * per_tolerance } else { per_tolerance };
         self.known.truncate(MOST - 1);
-        self.known.insert(0, Witness { at, sample: place, height: tile.at(column, row), per_limit });
+        let witness = Witness { at, sample: place, height: tile.at(column, row), per_limit };
+        self.known.insert(0, witness);
+        Some(witness)
     }
 
     /// Whether a triangle has this much energy or more, by one witness alone.
@@ -100,30 +121,6 @@ impl Witnesses {
             }
             None => false,
         }
-    }
-
-    /// Adds up the witnesses' energies by the triangles that a ring has with an apex; returns the sum. Stops, with any
-    /// sum above the limit, where they exceed it or one is farther than `farthest`.
-    pub(super) fn speak(
-        &mut self,
-        (ring, apex): (&Ring, Vertex),
-        limit: f32,
-        farthest: f32,
-        parts: &mut [f32],
-        meter: &Meter<'_>,
-    ) -> f32 {
-        let mut sum = 0.0;
-        for i in 0..self.known.len() {
-            let Some((part, t)) = self.known[i].under_fan(ring, apex, meter) else { continue };
-            let energy = energy(t as f32);
-            parts[part] += energy;
-            sum += energy;
-            if sum > limit || t > f64::from(farthest) {
-                self.known[..=i].rotate_right(1);
-                return f32::INFINITY;
-            }
-        }
-        sum
     }
 
     /// The energy beyond the onset of the witnesses that are in none of every `stride`th row.
@@ -166,10 +163,9 @@ mod tests {
         let [[first, second], [_, third]] = [ring.edge(0), ring.edge(1)];
         let (mut witnesses, meter) = (Witnesses::default(), meter(&tile));
         witnesses.note(SPIKE, &meter);
-        let mut parts = [0.0; 4];
-        let said = witnesses.speak((&ring, apex), f32::INFINITY, f32::INFINITY, &mut parts, &meter);
-        assert_eq!(said, energy(1.5));
-        assert_eq!(parts, [said, 0.0, 0.0, 0.0], "the spike is in the first triangle");
+        let (triangle, share) = witnesses.known()[0].under_fan(&ring, apex, &meter).unwrap();
+        assert_eq!((triangle, share), (0, 1.5), "the spike is in the first triangle");
+        let said = energy(share as f32);
         assert!(witnesses.speak_against([apex, first, second], said, &meter));
         assert!(!witnesses.speak_against([apex, first, second], said * 1.01, &meter), "it says no more than it knows");
         assert!(!witnesses.speak_against([apex, second, third], 0.0, &meter), "nor of a triangle that it is not in");
@@ -187,21 +183,10 @@ mod tests {
             let tile = tile.clone().with_channels(channels, ChannelError::new(0.5, &ranges));
             let (mut witnesses, meter) = (Witnesses::default(), meter(&tile));
             witnesses.note(SPIKE, &meter);
-            let said = witnesses.speak((&ring, apex), f32::INFINITY, f32::INFINITY, &mut [0.0; 4], &meter);
+            let said = energy(witnesses.known()[0].under_fan(&ring, apex, &meter).unwrap().1 as f32);
             assert!((said - energy(t)).abs() < 1e-6, "{said} for {of_spike}");
             assert!((meter.fit([apex, ring.edge(0)[0], ring.edge(0)[1]], f32::INFINITY).energy - said).abs() < 1e-6);
         }
-    }
-
-    #[test]
-    fn a_limit_ends_what_they_say() {
-        let (tile, ring, apex) = scene();
-        let (mut witnesses, meter) = (Witnesses::default(), meter(&tile));
-        witnesses.note(SPIKE, &meter);
-        let mut say = |limit, farthest| witnesses.speak((&ring, apex), limit, farthest, &mut [0.0; 4], &meter);
-        assert_eq!(say(0.1, f32::INFINITY), f32::INFINITY);
-        assert_eq!(say(f32::INFINITY, 1.4), f32::INFINITY);
-        assert!(say(1.0, 1.6).is_finite());
     }
 
     #[test]

@@ -27,26 +27,26 @@ impl Fan {
     /// [`Fan::look_around`] with a look at every `stride`th row first.
     pub(super) fn look_coarsely(&mut self, centre: Vertex, look: Look, stride: i32, meter: &Meter<'_>) -> Vertex {
         let limit = self.energy() * look.share;
-        let mut least = self.coarse_energy(centre, f32::INFINITY, stride, meter) * look.share;
+        let between = self.witnesses.between_rows(&self.ring, centre, stride, meter);
+        let mut least = self.coarse_energy(centre, between, f32::INFINITY, stride, meter) * look.share;
         let mut best = None;
-        for place in look.places_around(centre.at) {
-            let Some(apex) = self.on_sample(place, meter) else { continue };
-            let hopeful = self.ask_witnesses(apex, limit, look.farthest, meter) < limit;
-            if !hopeful {
-                continue;
-            }
-            let energy = self.coarse_energy(apex, least, stride, meter);
-            if energy < least && self.is_blunt_at(place) {
-                (least, best) = (energy, Some(apex));
+        while let Some((place, apex)) = self.places.next(limit, look.farthest) {
+            let between = self.places.between_rows(place, stride);
+            let energy = self.coarse_energy(apex, between, least, stride, meter);
+            if energy < least && self.is_blunt_at(apex.at) {
+                (least, best) = (energy, Some((place, apex)));
             }
         }
-        best.filter(|&apex| self.try_at(apex, limit, look.farthest, meter)).unwrap_or(centre)
+        match best {
+            Some((place, apex)) if self.try_at((place, apex), limit, look.farthest, meter) => apex,
+            _ => centre,
+        }
     }
 
-    /// The energy at an apex as every `stride`th row has it, and witnesses in other rows; any number not below `limit` if it
-    /// is not, either.
-    fn coarse_energy(&mut self, apex: Vertex, limit: f32, stride: i32, meter: &Meter<'_>) -> f32 {
-        let mut sum = self.witnesses.between_rows(&self.ring, apex, stride, meter);
+    /// The energy at an apex as every `stride`th row has it, and what witnesses in other rows have, `between`; any number not
+    /// below `limit` if it is not, either.
+    fn coarse_energy(&self, apex: Vertex, between: f32, limit: f32, stride: i32, meter: &Meter<'_>) -> f32 {
+        let mut sum = between;
         for turn in 0..self.ring.triangles() {
             let below = sum < limit;
             if !below {
