@@ -188,3 +188,98 @@ impl Kernel for Hearing<'_> {
         Said { triangle: on.parts(triangle), share: on.parts(share), energy: on.parts(energy) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::channels::{ChannelError, Range, Ranges};
+    use crate::base::lattice::Point;
+    use crate::base::{Heights, Tile};
+    use crate::kernel::polish::witnesses::Witnesses;
+    use crate::kernel::triangulate::Feasibility;
+    use crate::kernel::triangulate::feasible::Tester;
+
+    const SIDE: usize = 24;
+
+    fn tile() -> Tile {
+        let noise = |i: usize| (i * 7919 % 101) as f64 * 0.07 + (i / SIDE) as f64;
+        Tile::from_heights(SIDE, SIDE, Heights::F64((0..SIDE * SIDE).map(noise).collect()))
+    }
+
+    fn vertex(tile: &Tile, column: i32, row: i32) -> Vertex {
+        Vertex { at: Point::of_sample(column, row), height: tile.at(column as usize, row as usize) }
+    }
+
+    /// Every witness, one after the other, is the oracle: for closed rings and open ones, samples with weights and with
+    /// channels, and witnesses on spokes and beneath apexes, too.
+    #[test]
+    fn all_places_hear_what_each_would() {
+        let weights = || (0..SIDE * SIDE).map(|i| (i % 3) as f64 * 0.5 + 0.25).collect();
+        let range = |max| Range { min: 0.0, max };
+        let ranges = Ranges { heights: range(32.0), channels: vec![range(7.0)], unit: 32.0 };
+        let channels = || vec![(0..SIDE * SIDE).map(|i| (i * 31 % 7) as f64).collect()];
+        let tiles = [
+            tile(),
+            tile().with_weights(weights()),
+            tile().with_channels(channels(), ChannelError::new(0.5, &ranges)),
+        ];
+        for (tile, is_open) in tiles.iter().flat_map(|tile| [(tile, false), (tile, true)]) {
+            // The open one ends on the first row, and its apexes are on it.
+            let row = if is_open { 0 } else { 10 };
+            let closed = vec![(2, 2), (12, 0), (21, 4), (22, 17), (11, 22), (3, 15)];
+            let around = if is_open { vec![(22, 0), (12, 22), (1, 20), (2, 0)] } else { closed };
+            let vertices = around.iter().map(|&(column, row)| vertex(tile, column, row)).collect();
+            let ring = Ring { vertices, is_open };
+            let meter = Meter::new(Tester::new(tile, 2.0, Feasibility::Weak), 2.0);
+            let apexes = [(12, row), (8, row), (13, row), (9, row), (15, row)].map(|(c, r)| vertex(tile, c, r));
+            let (mut places, mut witnesses) = (Places::default(), Witnesses::default());
+            places.begin(&ring, apexes[0], apexes.into_iter(), &meter);
+            let mut sums = [0.0f64; 5];
+            let mut seen = 0;
+            for sample in (0..SIDE * SIDE).step_by(5) {
+                witnesses.clear();
+                let witness = witnesses.note(sample, &meter).unwrap();
+                places.hear(&ring, &witness, &meter);
+                for (place, &apex) in apexes.iter().enumerate() {
+                    let Some((_, share)) = witness.under_fan(&ring, apex, &meter) else { continue };
+                    sums[place] += f64::from(energy(share as f32));
+                    let heard = places.heard.last().unwrap().said;
+                    assert!((f64::from(heard.share[place]) - share).abs() <= 1e-4 * share.max(1.0), "{sample} {place}");
+                    assert!(heard.triangle[place] >= 0.0);
+                    seen += 1;
+                }
+            }
+            assert!(seen > 200, "{seen} witnesses under triangles");
+            let mut parts = Vec::new();
+            let mut least = 0.0;
+            while let Some((place, apex)) = places.next(f32::INFINITY, f32::INFINITY) {
+                let known = places.known(place, &mut parts);
+                assert_eq!(apex, apexes[place]);
+                assert!((f64::from(known) - sums[place]).abs() <= 1e-3 * sums[place], "{known} for {}", sums[place]);
+                assert!((parts.iter().sum::<f32>() - known).abs() <= 1e-3 * known);
+                assert!(least <= known, "the least comes first");
+                least = known;
+            }
+            assert!(least > 0.0);
+        }
+    }
+
+    #[test]
+    fn a_place_that_a_witness_is_against_does_not_come() {
+        let tile = tile();
+        let ring = Ring::closed([(0, 0), (20, 0), (20, 20), (0, 20)].map(|(c, r)| vertex(&tile, c, r)));
+        let meter = Meter::new(Tester::new(&tile, 0.5, Feasibility::Weak), 0.5);
+        let apexes = [vertex(&tile, 10, 10), vertex(&tile, 12, 9)];
+        let (mut places, mut witnesses) = (Places::default(), Witnesses::default());
+        places.begin(&ring, apexes[0], apexes.into_iter(), &meter);
+        let witness = witnesses.note(5 * SIDE + 11, &meter).unwrap();
+        places.hear(&ring, &witness, &meter);
+        places.hear(&ring, &witness, &meter);
+        let said = places.heard[0].said;
+        assert_eq!(places.heard.len(), 1, "nobody is heard twice");
+        assert!(said.share[0] > 1.0);
+        assert!(places.next(f32::INFINITY, 1.0).is_none());
+        assert!(places.next(said.energy[0].min(said.energy[1]), f32::INFINITY).is_none());
+        assert!(places.next(f32::INFINITY, f32::INFINITY).is_some());
+    }
+}
