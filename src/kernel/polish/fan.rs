@@ -202,7 +202,7 @@ impl Fan {
     /// The apex whose star has been read, at the height that fits best, if the energy is below `limit` there: then the
     /// fits are those it gives.
     fn raise(&mut self, from: Vertex, limit: f32, judge: &Judge<'_>, fitting: &Fitting) -> Option<Vertex> {
-        let (rise, energy) = self.star.best_rise();
+        let (rise, energy) = self.star.best_rise(limit);
         let hopeful = energy < limit;
         if !hopeful {
             return None;

@@ -17,6 +17,9 @@ use crate::kernel::triangulate::feasible::{Plane, Spans};
 const NEWTON_STEPS: usize = 6;
 /// They end where the energy falls by less than this share, or the height changes by less than this share of ε.
 const SETTLED: f32 = 1e-3;
+/// How much the energy may fall, as a multiple of slope² ÷ curve: a Newton step promises half of it, and more comes where violations
+/// end on the way.
+const HOPE: f32 = 1.0;
 /// After a step that was too long, this share of it is tried.
 const BACKTRACK: f32 = 0.3;
 
@@ -64,10 +67,11 @@ impl Star {
         }
     }
 
-    /// The rise of the apex that has the least energy, about, and that energy.
-    pub(super) fn best_rise(&self) -> (f32, f32) {
+    /// The rise of the apex that has the least energy, about, and that energy; any energy not below `limit` where there is no
+    /// hope that it is.
+    pub(super) fn best_rise(&self, limit: f32) -> (f32, f32) {
         let end = self.parts.last().map_or(0, |p| p.behind);
-        run(Newton { share: &self.share[..end], error: &self.error[..end] })
+        run(Newton { share: &self.share[..end], error: &self.error[..end], limit })
     }
 
     /// How the samples of triangle i fit when the apex is `rise` tolerances higher.
@@ -270,6 +274,7 @@ impl Kernel for Derivatives<'_> {
 struct Newton<'a> {
     share: &'a [f32],
     error: &'a [f32],
+    limit: f32,
 }
 
 impl Kernel for Newton<'_> {
@@ -288,7 +293,11 @@ impl Kernel for Newton<'_> {
             }
             let slows = least - energy < SETTLED * least;
             (best, least) = (rise, energy);
-            let step = -total(&on.parts(slope)) / total(&on.parts(curve));
+            let (slope, curve) = (total(&on.parts(slope)), total(&on.parts(curve)));
+            if energy - HOPE * slope * slope / curve >= self.limit {
+                return (best, f32::INFINITY);
+            }
+            let step = -slope / curve;
             let moves = step.abs() > SETTLED;
             if slows || !moves || !step.is_finite() {
                 break;
@@ -382,7 +391,7 @@ mod tests {
             let apex = Vertex { at: Point { x: 45, y: 33 }, height: 9.0 };
             let mut star = Star::default();
             star.read(&ring, apex, &meter);
-            let (rise, least) = star.best_rise();
+            let (rise, least) = star.best_rise(f32::INFINITY);
             let [x, y, up] = star.step([true; 2]);
             assert!(rise < 0.0 && up < 0.0 && least < energy(&star, 0.0), "{rise} {least}");
             if feasibility == Feasibility::Weak {

@@ -34,20 +34,11 @@ impl Plane {
         (orient(c, a, p), orient(a, b, p))
     }
 
-    /// The same as doubles, which have room for them: coordinates are below 2²⁰ steps.
-    #[inline(always)]
-    fn double_weights(&self, p: Point) -> (f64, f64) {
-        let [a, b, c] = self.corners.map(|v| v.at);
-        let side = |q: Point| (f64::from(q.x - a.x), f64::from(q.y - a.y));
-        let ((x, y), (bx, by), (cx, cy)) = (side(p), side(b), side(c));
-        (cy * x - cx * y, bx * y - by * x)
-    }
-
     /// Height above corner a, at a place inside the triangle.
     #[inline(always)]
     pub(crate) fn above_a(&self, p: Point) -> f64 {
-        let (wb, wc) = self.double_weights(p);
-        (wb * self.rise[0] + wc * self.rise[1]) * self.inverse
+        let (wb, wc) = self.weights(p);
+        (wb as f64 * self.rise[0] + wc as f64 * self.rise[1]) * self.inverse
     }
 
     /// Height at a place inside the triangle.
@@ -79,8 +70,8 @@ impl Plane {
     /// The weights of corners b and c at a place, as shares of all three.
     #[inline(always)]
     fn shares(&self, p: Point) -> [f64; 2] {
-        let (wb, wc) = self.double_weights(p);
-        [wb * self.inverse, wc * self.inverse]
+        let (wb, wc) = self.weights(p);
+        [wb as f64 * self.inverse, wc as f64 * self.inverse]
     }
 
     /// Rise per lattice step across and down. On a sliver nearly infinite: for estimates.

@@ -166,7 +166,8 @@ impl<H: Copy + Into<f64>> Edge<'_, H> {
             Walk { from, to, near, far, columns }
         };
         let [across, down] = [walk(true), walk(false)];
-        if is_plain && !pulp::Arch::new().dispatch(Doubtful { edge: self, walks: [across, down] }) {
+        // Samples without heights and lines only take limits away.
+        if !self.tile.is_weighted() && !pulp::Arch::new().dispatch(Doubtful { edge: self, walks: [across, down] }) {
             return false;
         }
         self.along(across, is_plain, visit) || self.along(down, is_plain, visit)

@@ -1,5 +1,7 @@
 //! The fast tests of triangles against naive ones.
 
+use std::cmp::Ordering;
+
 use proptest::prelude::*;
 
 use super::*;
@@ -71,8 +73,60 @@ fn corners(tile: &Tile, places: [(u8, u8); 3], off_grid: bool, lift: [f64; 3]) -
     }
 }
 
+/// Whether an edge is farther than `limit` from the range of the two samples of a side that it crosses: every side of the
+/// tile, in exact arithmetic.
+fn strays_somewhere(tile: &Tile, p: Vertex, q: Vertex, limit: f64) -> bool {
+    let crosses = |columns: bool, line: i64, before: i64| {
+        let place = |v: Vertex| if columns { (v.at.x, v.at.y) } else { (v.at.y, v.at.x) };
+        let ([px, py], [qx, qy]) = [p, q].map(place).map(|(x, y)| [i64::from(x), i64::from(y)]).into();
+        let (span, done) = if px < qx { (qx - px, 4 * line - px) } else { (px - qx, px - 4 * line) };
+        // Where it crosses the line, times the span.
+        let along = py * (span - done) + qy * done;
+        if done <= 0 || done >= span || along <= 4 * before * span || along >= 4 * (before + 1) * span {
+            return false;
+        }
+        let sample = |along: i64| {
+            let (column, row) = if columns { (line, along) } else { (along, line) };
+            tile.at(column as usize, row as usize)
+        };
+        let (z0, z1) = (sample(before), sample(before + 1));
+        let beyond = |z: f64, side| {
+            let terms = [(span - done, p.height), (done, q.height), (-span, z)];
+            exact::sign(&terms) == side && !exact::within(&terms, span, limit)
+        };
+        beyond(z0.max(z1), Ordering::Greater) || beyond(z0.min(z1), Ordering::Less)
+    };
+    let lines = 0..SIDE as i64;
+    lines.into_iter().any(|line| {
+        (0..SIDE as i64 - 1).any(|before| crosses(true, line, before) || crosses(false, line, before))
+    })
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Edges anywhere, along the tile's sides, too; limits that one crossing just keeps or just does not are met often, as
+    /// heights and tolerances are whole and halves.
+    #[test]
+    fn straying_is_that_of_exact_arithmetic(
+        tile in tile(), places in any::<[(u8, u8); 2]>(), off_grid in any::<bool>(), at_side in any::<bool>(),
+        lift in prop::array::uniform2(prop_oneof![Just(0.0), Just(1.5), -3.0f64..3.0]),
+        tolerance in prop_oneof![Just(0.0), Just(0.5), Just(1.0), Just(2.0), 0.0f64..3.0],
+    ) {
+        let far = 4 * (SIDE as i32 - 1);
+        let vertex = |i: usize| {
+            let (x, y) = (i32::from(places[i].0) % (far + 1), i32::from(places[i].1) % (far + 1));
+            let y = if at_side { far } else { y };
+            let at = if off_grid { Point { x, y } } else { Point { x: x / 4 * 4, y: y / 4 * 4 } };
+            Vertex { at, height: tile.at((x / 4) as usize, (y / 4) as usize) + lift[i] }
+        };
+        let (p, q) = (vertex(0), vertex(1));
+        let tester = Tester::new(&tile, tolerance, Feasibility::Weak).with_max_stray(1.5);
+        let mut sides = Vec::new();
+        tester.list_strays(p, q, &mut sides);
+        let expected = strays_somewhere(&tile, p, q, 1.5 * tolerance);
+        prop_assert_eq!((tester.strays(p, q), !sides.is_empty()), (expected, expected));
+    }
 
     #[test]
     fn spans_are_the_samples_inside(places in any::<[(u8, u8); 3]>(), off_grid in any::<bool>()) {

@@ -179,13 +179,6 @@ impl<H: Copy + Into<f64>> pulp::WithSimd for Search<'_, H> {
     }
 }
 
-/// The largest |S| of every lane, and its sample.
-struct Best {
-    /// Half a negative in the beginning: below every |S|, and no lane past the end ever wins.
-    s: [f64; LANES],
-    sample: [f64; LANES],
-}
-
 /// Apart from [`Scan::counted`], where it would cost tiles without channels a few percent.
 #[inline(never)]
 fn weighted(surfaces: &Surfaces, tile: &Tile, column: i32, row: i32) -> f64 {
@@ -287,10 +280,8 @@ impl Scan {
     #[inline(always)]
     fn start(&self, column: i32, row: i32) -> f64 {
         let [a, b, c] = self.corners.map(|v| v.at);
-        let side = |q: Point| (f64::from(q.x - a.x), f64::from(q.y - a.y));
-        let ((x, y), (bx, by), (cx, cy)) = (side(Point::of_sample(column, row)), side(b), side(c));
-        // The weights of b and c, exact: coordinates are below 2²⁰ steps.
-        (cy * x - cx * y) * self.rise[0] + (bx * y - by * x) * self.rise[1]
+        let p = Point::of_sample(column, row);
+        orient(c, a, p) as f64 * self.rise[0] + orient(a, b, p) as f64 * self.rise[1]
     }
 
     /// What the error at one sample counts: the weighted error where there are channels. Neither is ever no number.
@@ -320,59 +311,39 @@ impl Scan {
         sum
     }
 
-    /// Compares the samples of a row.
-    #[inline(always)]
-    fn farthest_of_row<H: Copy + Into<f64>>(
-        &self,
-        heights: &[H],
-        row: i32,
-        (first, last): (i32, i32),
-        best: &mut Best,
-    ) {
-        if first > last {
-            return;
-        }
-        let base = self.corners[0].height;
-        let offset = row as usize * self.width + first as usize;
-        let count = (last - first + 1) as usize;
-        let start = self.start(first, row);
-        let mut done = 0;
-        while done < count {
-            let lane: &[H; LANES] = heights[offset + done..].first_chunk().expect("padding behind the samples");
-            let (at, end) = (done as f64, count as f64);
-            let sample = (offset + done) as f64;
-            for i in 0..LANES {
-                let index = at + LANE[i];
-                let height: f64 = lane[i].into();
-                let s = ((start + self.step * index) - self.area * (height - base)).abs();
-                let s = if index < end { s } else { -1.0 };
-                let better = s > best.s[i];
-                best.s[i] = if better { s } else { best.s[i] };
-                best.sample[i] = if better { sample + LANE[i] } else { best.sample[i] };
-            }
-            done += LANES;
-        }
-    }
-
     /// The farthest sample of the closed triangle. Lane by lane: each keeps the farthest it has seen; the lanes are
     /// compared once, in the end. Written so that the compiler makes vector code of it.
     #[inline(always)]
     pub(super) fn farthest<H: Copy + Into<f64>>(&self, heights: &[H]) -> Farthest {
-        let mut best = Best { s: [-0.5; LANES], sample: [0.0; LANES] };
-        if self.locked == [false; 3] {
-            for half in self.spans.halves() {
-                let mut row = half.first;
-                while row <= half.last {
-                    self.farthest_of_row(heights, row, half.columns(row), &mut best);
-                    row += 1;
-                }
+        let base = self.corners[0].height;
+        // Half a negative: below every |S|, and no lane past the end ever wins.
+        let mut best = [-0.5f64; LANES];
+        let mut best_sample = [0f64; LANES];
+        for row in self.spans.rows() {
+            let (first, last) = self.columns(row);
+            if first > last {
+                continue;
             }
-        } else {
-            for row in self.spans.rows() {
-                self.farthest_of_row(heights, row, self.columns(row), &mut best);
+            let offset = row as usize * self.width + first as usize;
+            let count = (last - first + 1) as usize;
+            let start = self.start(first, row);
+            let mut done = 0;
+            while done < count {
+                let lane: &[H; LANES] = heights[offset + done..].first_chunk().expect("padding behind the samples");
+                let (at, end) = (done as f64, count as f64);
+                let sample = (offset + done) as f64;
+                for i in 0..LANES {
+                    let index = at + LANE[i];
+                    let height: f64 = lane[i].into();
+                    let s = ((start + self.step * index) - self.area * (height - base)).abs();
+                    let s = if index < end { s } else { -1.0 };
+                    let better = s > best[i];
+                    best[i] = if better { s } else { best[i] };
+                    best_sample[i] = if better { sample + LANE[i] } else { best_sample[i] };
+                }
+                done += LANES;
             }
         }
-        let Best { s: best, sample: best_sample } = best;
         let mut at = 0;
         for i in 1..LANES {
             if best[i] > best[at] || best[i] == best[at] && best_sample[i] < best_sample[at] {
