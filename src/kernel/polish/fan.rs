@@ -240,13 +240,7 @@ impl Fan {
 
     /// Whether the energy is below `limit` at one of the places, no triangle farther than `farthest`, and none too sharp: then the fits are
     /// those it gives.
-    fn try_at(
-        &mut self,
-        (place, apex): (usize, Vertex),
-        limit: f32,
-        farthest: f32,
-        meter: &Meter<'_>,
-    ) -> bool {
+    fn try_at(&mut self, (place, apex): (usize, Vertex), limit: f32, farthest: f32, meter: &Meter<'_>) -> bool {
         // What the witnesses say of the triangles that are still to be measured.
         let mut rest = self.places.known(place, &mut self.parts);
         let mut sum = 0.0;

@@ -392,6 +392,8 @@ mod tests {
             let mut star = Star::default();
             star.read(&ring, apex, &meter);
             let (rise, least) = star.best_rise(f32::INFINITY);
+            assert_eq!(star.best_rise(least * 1.001), (rise, least), "what comes below the limit is not dropped");
+            assert_eq!(star.best_rise(-1e9).1, f32::INFINITY);
             let [x, y, up] = star.step([true; 2]);
             assert!(rise < 0.0 && up < 0.0 && least < energy(&star, 0.0), "{rise} {least}");
             if feasibility == Feasibility::Weak {

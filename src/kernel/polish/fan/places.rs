@@ -218,11 +218,8 @@ mod tests {
         let range = |max| Range { min: 0.0, max };
         let ranges = Ranges { heights: range(32.0), channels: vec![range(7.0)], unit: 32.0 };
         let channels = || vec![(0..SIDE * SIDE).map(|i| (i * 31 % 7) as f64).collect()];
-        let tiles = [
-            tile(),
-            tile().with_weights(weights()),
-            tile().with_channels(channels(), ChannelError::new(0.5, &ranges)),
-        ];
+        let tiles =
+            [tile(), tile().with_weights(weights()), tile().with_channels(channels(), ChannelError::new(0.5, &ranges))];
         for (tile, is_open) in tiles.iter().flat_map(|tile| [(tile, false), (tile, true)]) {
             // The open one ends on the first row, and its apexes are on it.
             let row = if is_open { 0 } else { 10 };

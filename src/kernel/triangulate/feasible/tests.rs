@@ -97,9 +97,9 @@ fn strays_somewhere(tile: &Tile, p: Vertex, q: Vertex, limit: f64) -> bool {
         beyond(z0.max(z1), Ordering::Greater) || beyond(z0.min(z1), Ordering::Less)
     };
     let lines = 0..SIDE as i64;
-    lines.into_iter().any(|line| {
-        (0..SIDE as i64 - 1).any(|before| crosses(true, line, before) || crosses(false, line, before))
-    })
+    lines
+        .into_iter()
+        .any(|line| (0..SIDE as i64 - 1).any(|before| crosses(true, line, before) || crosses(false, line, before)))
 }
 
 proptest! {
