@@ -30,6 +30,7 @@ mod budget_tests;
 mod encode;
 mod error;
 mod facet;
+mod fall;
 mod grid;
 mod ground;
 mod holes;
