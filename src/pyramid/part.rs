@@ -46,6 +46,8 @@ pub(super) struct Place {
     pub(super) cells: i64,
     /// How far the mesh may be from samples, places and heights not rounded yet.
     pub(super) tolerance: f64,
+    /// The same of its sides.
+    pub(super) tolerance_of_sides: f64,
     /// Vertices stand at multiples of it.
     pub(super) snap: i64,
     /// How the ellipsoid curves there.
@@ -134,8 +136,7 @@ impl PartMaker {
     /// The vertices around a part: its north side eastwards, then on clockwise as seen from above. Ground lies to the right
     /// there, which is left on the lattice, whose rows run down.
     fn rim(&mut self, samples: &Samples, place: &Place, cancel: &CancelToken) -> Result<Rim, PyramidError> {
-        let Place { origin, first, cells, snap, tile_cells, .. } = *place;
-        let tolerance = place.tolerance * super::tile::xshare("XSIDE", 1.0);
+        let Place { origin, first, cells, tolerance_of_sides: tolerance, snap, tile_cells, .. } = *place;
         let mut side = |column: i64, row: i64, down: bool| {
             let line = Line { column: origin.0 + column, row: origin.1 + row, length: cells, down };
             let fall = Fall { top: line.row, ..place.fall };

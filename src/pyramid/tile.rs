@@ -29,6 +29,8 @@ pub(super) struct LevelTask<'a> {
     pub(super) body: &'a Body,
     pub(super) samples: &'a Samples,
     pub(super) level: Level,
+    /// How many times more parts there are each way than curvature asks for, because no mesh was found.
+    pub(super) cut_finer: u32,
     pub(super) steps: &'a Steps,
     /// Whether triangles over voids are left out.
     pub(super) cuts: bool,
@@ -36,20 +38,25 @@ pub(super) struct LevelTask<'a> {
     pub(super) cancel: &'a CancelToken,
 }
 
-/// The share of a level's error that meshes are made within, before curvature and the steps of heights take theirs.
+/// The share of a level's error that meshes are made within, before the steps of heights take theirs. The rest is for rounding places and for what
+/// chords lie beside their lines. Where it is not enough a part is mended: measured on nine sets, 0.96 costs 3 % more triangles, 0.99 saves 1 %, and
+/// 6 % more are made beside the cliffs of voids.
 const SHARE: f64 = 0.98;
+
+/// The share of that which sides are found within. They cannot be mended, and steep ground beside them is off by what their places are rounded by; where they are
+/// nearer to the samples, parts have hardly more triangles: 0.5 % more than with 0.85.
+const SHARE_OF_SIDES: f64 = 0.7;
 
 /// Rounds of mending: a few are the rule, where parts are small enough.
 const ROUNDS: usize = 40;
 
 impl LevelTask<'_> {
-    /// How far meshes may be from samples before they are rounded and curved: what sag, the chord's distance sideways
-    /// times the slope (as much again, on ground of 45°), and half of the coarsest step leave. Not enough is left where the
-    /// ground is steeper; the tile is measured and mended then.
+    /// How far meshes may be from samples before they are rounded: what half of the coarsest step leaves. Not enough is left where the
+    /// ground is steep; the tile is measured and mended then.
     fn tolerance(&self, tile: TileKey) -> Result<f64, PyramidError> {
         let max_error = self.level.max_error;
         let step = self.steps.coarsest();
-        let tolerance = xshare("XSHARE", SHARE) * max_error - 0.5 * step;
+        let tolerance = SHARE * max_error - 0.5 * step;
         if tolerance < 0.25 * max_error {
             return Err(PyramidError::Step { tile, step, max_error });
         }
@@ -69,6 +76,7 @@ impl LevelTask<'_> {
             first: (i % parts * cells, i / parts * cells),
             cells,
             tolerance,
+            tolerance_of_sides: SHARE_OF_SIDES / f64::from(self.cut_finer) * tolerance,
             snap: snap(tile_cells),
             fall: Fall { body: *self.body, grid, top: tile.origin(grid).1 + i / parts * cells, cells },
         };
@@ -223,8 +231,4 @@ impl LevelTask<'_> {
         // Those beyond the raster would make a cliff of its border.
         Ok((0..9).filter(|&i| block.inside[i as usize]).map(sample).collect())
     }
-}
-
-pub(super) fn xshare(name: &str, usual: f64) -> f64 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(usual)
 }
