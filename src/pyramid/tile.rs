@@ -39,12 +39,12 @@ pub(super) struct LevelTask<'a> {
 }
 
 /// The share of a level's error that meshes are made within, before the steps of heights take theirs. The rest is for rounding places and for what
-/// chords lie beside their lines. Where it is not enough a part is mended: measured on nine sets, 0.96 costs 3 % more triangles, 0.99 saves 1 %, and
-/// 6 % more are made beside the cliffs of voids.
+/// chords lie beside their lines; where it is not enough, a part is mended. Measured on five sets: 0.96 costs 2 % more triangles, 0.99 saves 1 % and
+/// costs 3 % where there are voids with cliffs.
 const SHARE: f64 = 0.98;
 
-/// The share of that which sides are found within. They cannot be mended, and steep ground beside them is off by what their places are rounded by; where they are
-/// nearer to the samples, parts have hardly more triangles: 0.5 % more than with 0.85.
+/// The share of that which sides are found within. No vertex that a part lacks mends a side, and on steep ground rounding the places of its vertices takes the most.
+/// Where 0.85 is enough, it saves 0.5 % of the triangles; beside cliffs of voids two levels of srtm3_N46E008 at 5 m find no mesh with 0.8.
 const SHARE_OF_SIDES: f64 = 0.7;
 
 /// Rounds of mending: a few are the rule, where parts are small enough.
