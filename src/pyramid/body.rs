@@ -78,12 +78,17 @@ impl Body {
         [reach * lon.cos, reach * lon.sin, (across * (1.0 - e2) + height) * lat.sin]
     }
 
-    /// Metres in a degree of longitude and of latitude there.
-    pub(super) fn metres_in_degree(&self, lat: Angle) -> (f64, f64) {
+    /// The radii of curvature there: across the meridian, and along it.
+    pub(super) fn radii(&self, lat: Angle) -> (f64, f64) {
         let e2 = self.eccentricity2();
         let w2 = 1.0 - e2 * lat.sin * lat.sin;
         let across = self.semi_major / w2.sqrt();
-        let along = across * (1.0 - e2) / w2;
+        (across, across * (1.0 - e2) / w2)
+    }
+
+    /// Metres in a degree of longitude and of latitude there.
+    pub(super) fn metres_in_degree(&self, lat: Angle) -> (f64, f64) {
+        let (across, along) = self.radii(lat);
         (1f64.to_radians() * across * lat.cos, 1f64.to_radians() * along)
     }
 }

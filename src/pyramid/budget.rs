@@ -31,8 +31,9 @@ pub(super) const MOST_IN_PART: usize = MOST_VERTICES + MOST_VERTICES / 2;
 /// Samples of a part at the most.
 const SAMPLES_OF_PART: u64 = 513 * 513;
 
-/// What a sample of a part takes: its height and weight, whether it has one, is outside or in a void, and which are near such.
-const BYTES_PER_SAMPLE: u64 = 8 + 8 + 1 + 2 + 2;
+/// What a sample of a part takes: its height, above the ellipsoid and above a plane, and weight, whether it has one, is outside or in a void, and which are near
+/// such.
+const BYTES_PER_SAMPLE: u64 = 2 * 8 + 8 + 1 + 2 + 2;
 
 /// Triangles up to which tiles are ordinary ones.
 const ORDINARY: usize = 48 << 10;
@@ -49,9 +50,9 @@ const BYTES_PER_BLOCK: u64 = 24;
 /// What a tile takes, of whichever level, as long as the set is made: its relief, its key, and what came of it.
 const BYTES_PER_TILE: u64 = 200;
 
-/// What a sample takes on a line that a part's side is looked for on: its height, whether it is inside and free, its limit, the best way
+/// What a sample takes on a line that a part's side is looked for on: its height, above the ellipsoid and above a plane, whether it is inside and free, its limit, the best way
 /// from it to the end.
-const BYTES_ON_LINE: u64 = 100;
+const BYTES_ON_LINE: u64 = 108;
 
 /// What a sample of the raster itself takes while its place is found: as read, with its place and block, once more while they are sorted, and
 /// as it is written, in a list that grows by doubling.

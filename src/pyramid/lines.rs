@@ -144,6 +144,8 @@ impl Sides {
         if !inside.contains(&true) && heights.iter().all(|height| *height == heights[0]) {
             return Ok(level(heights[0]));
         }
+        let mut flat = along.fall.along_side(down);
+        flat.iter_mut().zip(heights).for_each(|(flat, height)| *flat = height - *flat);
         let mut limits = vec![tolerance; inside.len()];
         let path = if inside.contains(&false) {
             let mut free = free_on_line(inside);
@@ -157,9 +159,9 @@ impl Sides {
             // Far outside the line is level, and so it is in a void: one link, however long.
             let turns: Vec<usize> =
                 (1..free.len()).filter(|&i| is_far(i - 1) != is_far(i)).map(|i| i - usize::from(!is_far(i))).collect();
-            self.min_link.path(heights, limits.as_slice(), &turns, cancel)?
+            self.min_link.path(&flat, limits.as_slice(), &turns, cancel)?
         } else {
-            self.min_link.path(heights, tolerance, &[], cancel)?
+            self.min_link.path(&flat, tolerance, &[], cancel)?
         };
         let mut side: Vec<OnSide> = Vec::with_capacity(path.len());
         for at in path {
@@ -241,12 +243,15 @@ fn near_void(
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Body, Grid, fall::Fall};
     use super::*;
 
     #[test]
     fn sides_fall_a_cell_beyond_the_raster_where_that_is_steep() {
         let line = Line { column: 0, row: 0, length: 8, down: false };
-        let along = Along { line, first: 0, tile_cells: 8 };
+        let body = Body { semi_major: 6e6, semi_minor: 6e6 };
+        let fall = Fall { body, grid: Grid { exponent: 7 }, top: 0, cells: 8 };
+        let along = Along { line, first: 0, tile_cells: 8, fall };
         let inside = [false, false, false, true, true, true, false, false, false];
         let side = |height: f64| {
             let heights = [(0, 0.0), (3, height), (5, height), (6, 0.0), (8, 0.0)];

@@ -215,7 +215,8 @@ impl<'a> Making<'a> {
             let steps = Steps::of(reliefs, self.request.fine_heights.then_some(UNROUNDED));
             let cancel = &self.control.cancel;
             let (body, memory) = (&self.ground.facts.body, self.memory);
-            let task = LevelTask { body, samples, level, steps: &steps, cuts, memory, cancel };
+            let cut_finer = level.parts / self.ground.levels[number].parts;
+            let task = LevelTask { body, samples, level, cut_finer, steps: &steps, cuts, memory, cancel };
             let found_before = self.found();
             let made: Result<Vec<Option<LevelReport>>, PyramidError> = keys
                 .par_iter()

@@ -4,7 +4,7 @@
 //! are made from, which a work dir keeps (`kept`), so that a run can be interrupted, or made by many processes (`shards`). `source` gives the heights of the finest grid (`grid`), a
 //! fixed grid of longitudes and latitudes not coarser than the raster, and `samples` keeps them (`store`). A level is made tile by
 //! tile: `lines` finds the sides, which depend on their line and the level alone, `part` makes meshes with the engines of
-//! [`crate::kernel`], `quantize` brings places and heights onto the lattice that the format has, so that tiles of a level share
+//! [`crate::kernel`], both of samples that have the curvature of the ellipsoid in them (`fall`), `quantize` brings places and heights onto the lattice that the format has, so that tiles of a level share
 //! every vertex on their border, `rim` rounds those at the raster's rim away from it, `surface` is the tile as decoded, `measure` compares that with all samples (`facet`: one triangle; `own`: those of the raster itself), and `tile` mends
 //! what is beyond the error. `holes` leaves triangles out that are over voids (`voids`). `encode`, `normals`, `manifest` and `write` make files of it.
 //!
@@ -30,6 +30,7 @@ mod budget_tests;
 mod encode;
 mod error;
 mod facet;
+mod fall;
 mod grid;
 mod ground;
 mod holes;

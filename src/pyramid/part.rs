@@ -9,6 +9,7 @@ use std::collections::HashMap;
 
 use super::budget::MOST_IN_PART;
 use super::error::PyramidError;
+use super::fall::Fall;
 use super::lines::{Line, Sides, Vertex, collar, free_on_line, near_inside};
 use super::own::{Along, OnSide};
 use super::quantize::{SPAN, coordinate};
@@ -45,8 +46,12 @@ pub(super) struct Place {
     pub(super) cells: i64,
     /// How far the mesh may be from samples, places and heights not rounded yet.
     pub(super) tolerance: f64,
+    /// The same of its sides.
+    pub(super) tolerance_of_sides: f64,
     /// Vertices stand at multiples of it.
     pub(super) snap: i64,
+    /// How the ellipsoid curves there.
+    pub(super) fall: Fall,
 }
 
 impl Place {
@@ -85,6 +90,8 @@ pub(super) struct PartMaker {
     insertion: insertion::Scratch,
     polish: polish::Scratch,
     block: Block,
+    /// The heights of a block less the fall of the ellipsoid.
+    flat: Vec<f64>,
     mesh: TileMesh,
 }
 
@@ -129,10 +136,11 @@ impl PartMaker {
     /// The vertices around a part: its north side eastwards, then on clockwise as seen from above. Ground lies to the right
     /// there, which is left on the lattice, whose rows run down.
     fn rim(&mut self, samples: &Samples, place: &Place, cancel: &CancelToken) -> Result<Rim, PyramidError> {
-        let Place { origin, first, cells, tolerance, snap, tile_cells } = *place;
+        let Place { origin, first, cells, tolerance_of_sides: tolerance, snap, tile_cells, .. } = *place;
         let mut side = |column: i64, row: i64, down: bool| {
             let line = Line { column: origin.0 + column, row: origin.1 + row, length: cells, down };
-            let along = Along { line, first: if down { row } else { column }, tile_cells };
+            let fall = Fall { top: line.row, ..place.fall };
+            let along = Along { line, first: if down { row } else { column }, tile_cells, fall };
             let found = self.sides.side(line, |sides| sides.find(samples, along, tolerance, snap, cancel))?;
             let at = |at: i64, height: f64| match down {
                 true => Vertex::of_sample(column, row + at, height),
@@ -161,10 +169,16 @@ impl PartMaker {
         })
     }
 
-    /// Makes a tile of the block, taking its heights, in which nothing binds the samples outside that are near others inside, nor those in
+    /// Makes a tile of the block, its heights less the fall of the ellipsoid, in which nothing binds the samples outside that are near others inside, nor those in
     /// marked voids that are near others; on the rim, the sides decide which are near, and voids bind nothing.
-    fn tile(&mut self, side: usize) -> Tile {
-        let tile = Tile::from_heights(side, side, Heights::F64(std::mem::take(&mut self.block.heights)));
+    fn tile(&mut self, place: &Place, step: i64) -> Tile {
+        let side = (place.cells / step) as usize + 1;
+        self.flat.clear();
+        for (row, heights) in self.block.heights.chunks_exact(side).enumerate() {
+            let fall = place.fall.along_row(row as i64 * step);
+            self.flat.extend((0..).zip(heights).map(|(column, height)| height - fall(column * step)));
+        }
+        let tile = Tile::from_heights(side, side, Heights::F64(std::mem::take(&mut self.flat)));
         let inside = &self.block.inside;
         if !inside.contains(&false) {
             return tile;
@@ -184,8 +198,16 @@ impl PartMaker {
     /// Keeps a tile's memory for the next.
     fn done_with(&mut self, tile: Tile) {
         if let Heights::F64(heights) = tile.heights {
-            self.block.heights = heights;
+            self.flat = heights;
         }
+    }
+
+    /// A vertex of a mesh over every so-many-th sample of a part, with the height that the block has there.
+    fn on_tile(&self, vertex: &mesh::Vertex, place: &Place, step: i64) -> Vertex {
+        let (column, row) = vertex.at.sample().expect("vertices stand on samples");
+        let (column, row) = (column as i64, row as i64);
+        let height = self.block.heights[(row * (place.cells / step + 1) + column) as usize];
+        Vertex::of_sample(place.first.0 + column * step, place.first.1 + row * step, height)
     }
 
     /// Whether samples of the rim are free, as [`Sides`] has it; those in voids, which it may bind, always are.
@@ -213,17 +235,17 @@ impl PartMaker {
 
     /// From all samples, with the rim as it is.
     fn of_all(&mut self, place: &Place, rim: &[Vertex], cancel: &CancelToken) -> Result<Part, PyramidError> {
-        let side = place.cells as usize + 1;
-        let tile = self.tile(side);
-        let local = |v: &Vertex| mesh::Vertex {
-            at: Point::of_sample((v.column - place.first.0) as i32, (v.row - place.first.1) as i32),
-            height: v.height,
+        let tile = self.tile(place, 1);
+        let local = |v: &Vertex| {
+            let (column, row) = (v.column - place.first.0, v.row - place.first.1);
+            let height = v.height - place.fall.along_row(row)(column);
+            mesh::Vertex { at: Point::of_sample(column as i32, row as i32), height }
         };
         let domain = domain(rim.iter().map(local).collect());
         self.run(&tile, &domain, place.tolerance, cancel)?;
         self.done_with(tile);
         let inner = &self.mesh.vertices[rim.len()..];
-        let inner = inner.iter().map(|v| self.at_rim(on_tile(v, place.first, 1), place));
+        let inner = inner.iter().map(|v| self.at_rim(self.on_tile(v, place, 1), place));
         let vertices: Vec<Vertex> = rim.iter().copied().chain(inner).collect();
         let triangles = self.mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
         let part = Part { vertices, rim: rim.len(), triangles };
@@ -258,16 +280,15 @@ impl PartMaker {
         step: i64,
         cancel: &CancelToken,
     ) -> Result<Part, PyramidError> {
-        let side = (place.cells / step) as usize + 1;
-        let tile = self.tile(side);
+        let tile = self.tile(place, step);
         let tolerance = THINNED_SHARE * place.tolerance;
         let mut loop_ = Vec::new();
-        let last = side - 1;
+        let last = (place.cells / step) as usize;
         let sides: [&dyn Fn(usize) -> (usize, usize); 4] =
             [&|i| (i, 0), &|i| (last, i), &|i| (last - i, last), &|i| (0, last - i)];
         for at in sides {
-            let heights: Vec<f64> = (0..side).map(at).map(|(c, r)| tile.at(c, r)).collect();
-            let limits: Vec<f64> = (0..side).map(at).map(|(c, r)| tile.limit(c, r, tolerance)).collect();
+            let heights: Vec<f64> = (0..=last).map(at).map(|(c, r)| tile.at(c, r)).collect();
+            let limits: Vec<f64> = (0..=last).map(at).map(|(c, r)| tile.limit(c, r, tolerance)).collect();
             let path = self.min_link.path(&heights, Limits::Each(&limits), &[], cancel)?;
             let vertex =
                 |&i: &usize| mesh::Vertex { at: Point::of_sample(at(i).0 as i32, at(i).1 as i32), height: heights[i] };
@@ -276,7 +297,8 @@ impl PartMaker {
         let on_rim = loop_.len();
         self.run(&tile, &domain(loop_), tolerance, cancel)?;
         self.done_with(tile);
-        let inner: Vec<Vertex> = self.mesh.vertices[on_rim..].iter().map(|v| on_tile(v, place.first, step)).collect();
+        let inner = self.mesh.vertices[on_rim..].iter();
+        let inner: Vec<Vertex> = inner.map(|v| self.on_tile(v, place, step)).collect();
         Ok(self.triangulate(place, rim, rim.len(), &inner))
     }
 
@@ -364,10 +386,4 @@ fn closed([north, east, south, west]: [&[Vertex]; 4]) -> Vec<Vertex> {
 fn domain(rim: Vec<mesh::Vertex>) -> Domain {
     let loops = vec![(0..rim.len() as u32).collect()];
     Domain { vertices: rim, loops, ..Domain::default() }
-}
-
-/// A vertex of a mesh over every so-many-th sample of a part.
-fn on_tile(vertex: &mesh::Vertex, first: (i64, i64), step: i64) -> Vertex {
-    let (column, row) = vertex.at.sample().expect("vertices stand on samples");
-    Vertex::of_sample(first.0 + column as i64 * step, first.1 + row as i64 * step, vertex.height)
 }

@@ -145,6 +145,9 @@ fn threads_do_not_change_a_byte() {
     assert_eq!(content(&one), content(&three));
     assert!(report.levels.iter().all(|l| l.largest_error <= l.max_error && l.tiles > 0), "{report:?}");
     assert_eq!(report.levels[0].tiles, 2);
+    // No share of what the finest level is allowed was set aside for the sag of triangles, a seventh of it for one as large as a part.
+    let finest = report.levels.last().expect("levels");
+    assert!(finest.largest_error > 0.9 * finest.max_error, "{finest:?}");
     // Nothing else is left beside them.
     assert_eq!(folder.path().read_dir().expect("a folder").count(), 3);
     refused(made(&path, &one, 1), "an earlier set of tiles");

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::Body;
 use super::budget::Memory;
 use super::error::PyramidError;
+use super::fall::Fall;
 use super::grid::{Level, TileKey};
 use super::holes::cut;
 use super::lines::Vertex;
@@ -28,6 +29,8 @@ pub(super) struct LevelTask<'a> {
     pub(super) body: &'a Body,
     pub(super) samples: &'a Samples,
     pub(super) level: Level,
+    /// How many times more parts there are each way than curvature asks for, because no mesh was found.
+    pub(super) cut_finer: u32,
     pub(super) steps: &'a Steps,
     /// Whether triangles over voids are left out.
     pub(super) cuts: bool,
@@ -35,21 +38,25 @@ pub(super) struct LevelTask<'a> {
     pub(super) cancel: &'a CancelToken,
 }
 
-/// The share of a level's error that meshes are made within, before curvature and the steps of heights take theirs.
+/// The share of a level's error that meshes are made within, before the steps of heights take theirs. The rest is for rounding places and for what
+/// chords lie beside their lines; where it is not enough, a part is mended. Measured on five sets: 0.96 costs 2 % more triangles, 0.99 saves 1 % and
+/// costs 3 % where there are voids with cliffs.
 const SHARE: f64 = 0.98;
+
+/// The share of that which sides are found within. No vertex that a part lacks mends a side, and on steep ground rounding the places of its vertices takes the most.
+/// Where 0.85 is enough, it saves 0.5 % of the triangles; beside cliffs of voids two levels of srtm3_N46E008 at 5 m find no mesh with 0.8.
+const SHARE_OF_SIDES: f64 = 0.7;
 
 /// Rounds of mending: a few are the rule, where parts are small enough.
 const ROUNDS: usize = 40;
 
 impl LevelTask<'_> {
-    /// How far meshes may be from samples before they are rounded and curved: what sag, the chord's distance sideways
-    /// times the slope (as much again, on ground of 45°), and half of the coarsest step leave. Not enough is left where the
-    /// ground is steeper; the tile is measured and mended then.
+    /// How far meshes may be from samples before they are rounded: what half of the coarsest step leaves. Not enough is left where the
+    /// ground is steep; the tile is measured and mended then.
     fn tolerance(&self, tile: TileKey) -> Result<f64, PyramidError> {
         let max_error = self.level.max_error;
-        let side = 180.0 / (1u64 << self.level.level) as f64 / f64::from(self.level.parts);
         let step = self.steps.coarsest();
-        let tolerance = SHARE * max_error - 2.0 * self.body.sag(side) - 0.5 * step;
+        let tolerance = SHARE * max_error - 0.5 * step;
         if tolerance < 0.25 * max_error {
             return Err(PyramidError::Step { tile, step, max_error });
         }
@@ -69,7 +76,9 @@ impl LevelTask<'_> {
             first: (i % parts * cells, i / parts * cells),
             cells,
             tolerance,
+            tolerance_of_sides: SHARE_OF_SIDES / f64::from(self.cut_finer) * tolerance,
             snap: snap(tile_cells),
+            fall: Fall { body: *self.body, grid, top: tile.origin(grid).1 + i / parts * cells, cells },
         };
         let mut made = Vec::with_capacity((parts * parts) as usize);
         let mut room = self.memory.room();

@@ -9,6 +9,7 @@
 use super::store::{OwnSample, OwnStore, Rectangle};
 use super::{BAND_STEPS, band};
 use crate::pyramid::error::PyramidError;
+use crate::pyramid::fall::Fall;
 use crate::pyramid::grid::Grid;
 use crate::pyramid::lines::Line;
 use crate::pyramid::quantize::{SPAN, snap};
@@ -38,6 +39,8 @@ pub(in crate::pyramid) struct Along {
     pub(in crate::pyramid) first: i64,
     /// Cells along the tile's side.
     pub(in crate::pyramid) tile_cells: i64,
+    /// That of a square with this side.
+    pub(in crate::pyramid) fall: Fall,
 }
 
 impl Along {
@@ -63,6 +66,13 @@ impl Along {
         let snap = snap(self.tile_cells);
         let sample = (at / snap as f64).round() as i64 * snap;
         OnSide { at: sample.clamp(0, self.line.length), lattice, height }
+    }
+
+    /// By how much a link of one cell sags, times four: a longer one sags by as much as its length squared is more.
+    fn bend(&self) -> f64 {
+        let Fall { body, grid, top, cells } = self.fall;
+        let (across, along) = body.bends(grid, if self.line.down { top + cells / 2 } else { top });
+        if self.line.down { along } else { across }
     }
 
     /// Where a vertex is, in cells from the line's first sample.
@@ -114,9 +124,12 @@ fn split(
     refined: &mut Vec<OnSide>,
 ) {
     let ends = (along.place(&from), along.place(&to));
+    let bend = along.bend();
     let off = |bound: &Bound| {
-        let share = ((bound.at - ends.0) / (ends.1 - ends.0)).clamp(0.0, 1.0);
-        let off = (from.height + share * (to.height - from.height) - bound.height).abs();
+        let length = ends.1 - ends.0;
+        let share = ((bound.at - ends.0) / length).clamp(0.0, 1.0);
+        let sag = bend * length * length * share * (1.0 - share);
+        let off = (from.height + share * (to.height - from.height) - sag - bound.height).abs();
         let vertex = bound.vertex.filter(|v| from.lattice < v.lattice && v.lattice < to.lattice)?;
         (off > bound.limit).then_some((off / bound.limit, vertex))
     };
