@@ -17,7 +17,7 @@ use crate::job::work_dir::Job;
 use crate::raster::{FileWatch, Libraries, Raster};
 
 /// Counts the ways in which tiles have been made of the same request: borders of two ways do not meet, so no set has tiles of both.
-const WAY: u32 = 2;
+const WAY: u32 = 3;
 
 /// A raster on the finest grid.
 pub(super) struct Prepared {

@@ -90,6 +90,26 @@ fn without_the_option_spikes_are_lost_and_a_set_that_denies_it_fails() {
     assert!(verdict.failures.len() == 1 && (said.contains(&expected) || said.contains("more of this kind")), "{said}");
 }
 
+/// Some spikes on rough ground: each costs a few triangles around it, and the others stay.
+#[test]
+fn a_sample_costs_triangles_around_it_alone() {
+    let folder = folder();
+    let transform = [500_000.0, 50.0, 31.0, 5_200_000.0, 31.0, -50.0];
+    let rough = |column: usize, row: usize| {
+        let (x, y) = (column as f32, row as f32);
+        let ground = 400.0 + 150.0 * (x / 4.0).sin() * (y / 5.0).cos();
+        if column % 30 == 17 && row % 30 == 11 { ground + 60.0 } else { ground }
+    };
+    let input = raster(folder.path(), "dem.tif", (120, 120), transform, "EPSG:32633", &rough);
+    let [grid, own] = [false, true].map(|own_samples| made(folder.path(), &input, 12.0, own_samples));
+    passes(&own);
+    for (grid, own) in grid.levels.iter().zip(&own.levels) {
+        let (beyond, more) = (grid.own_samples.above, own.triangles - grid.triangles);
+        assert!(more <= 40 * beyond, "{more} for {beyond} samples: {own:?} after {grid:?}");
+    }
+    assert!(grid.levels.last().expect("levels").own_samples.above > 10, "{grid}");
+}
+
 /// A comb of peaks and pits: no mesh on the lattice of a coarse level is near all of them, and the ends of its sides are beyond the last
 /// sample by what places are rounded.
 #[test]
