@@ -41,6 +41,25 @@ const SHARE: f64 = 0.98;
 /// Rounds of mending: a few are the rule, where parts are small enough.
 const ROUNDS: usize = 40;
 
+/// Rounds after which parts that still fail are triangulated anew each time.
+const PATIENCE: usize = 20;
+
+/// Triangulates parts anew in which samples fail, Delaunay: long triangles may be in the way of vertices that are there. Says whether any has
+/// changed.
+fn renew(parts: &mut [Part], failing: &[(u32, Vertex)], place: &dyn Fn(i64) -> Place, maker: &mut TileMaker) -> bool {
+    let mut numbers: Vec<u32> = failing.iter().map(|(number, _)| *number).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let mut is_changed = false;
+    for number in numbers {
+        let part = &mut parts[number as usize];
+        let renewed = maker.parts.renewed(&place(i64::from(number)), part);
+        is_changed |= renewed.triangles != part.triangles;
+        *part = renewed;
+    }
+    is_changed
+}
+
 impl LevelTask<'_> {
     /// How far meshes may be from samples before they are rounded and curved: what sag, the chord's distance sideways
     /// times the slope (as much again, on ground of 45°), and half of the coarsest step leave. Not enough is left where the
@@ -86,7 +105,7 @@ impl LevelTask<'_> {
         let max_error = self.level.max_error;
         let mut known = Known::default();
         let mut last = Measured::default();
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             let mut surface = Surface::of(self.body, grid, tile, self.steps, &made);
             let measured = meter.measure(&surface, max_error, &mut known, &mut maker.block)?;
             if measured.failing.is_empty() {
@@ -95,7 +114,10 @@ impl LevelTask<'_> {
                 }
                 return Ok((surface, measured));
             }
-            let is_mended = self.mend(tile, &mut made, &measured.failing, &place, maker)?;
+            let mut is_mended = self.mend(tile, &mut made, &measured.failing, &place, maker)?;
+            if !is_mended || round >= PATIENCE {
+                is_mended |= renew(&mut made, &measured.failing, &place, maker);
+            }
             last = measured;
             if !is_mended {
                 break;

@@ -26,6 +26,11 @@ impl PartMaker {
         if insertion::untangle(&mut self.insertion, &mut self.mesh) {
             return self.part(&part.vertices, part.rim);
         }
+        self.renewed(place, &part)
+    }
+
+    /// Triangulates a part's vertices anew, Delaunay.
+    pub(in crate::pyramid) fn renewed(&mut self, place: &Place, part: &Part) -> Part {
         let (rim, inside) = part.vertices.split_at(part.rim);
         self.triangulate(place, rim, inside)
     }
