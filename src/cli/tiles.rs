@@ -208,10 +208,16 @@ impl From<PyramidError> for Failure {
                      at least",
                 )
             }
-            PyramidError::Unreachable { .. } => failure.hint(
-                "choose a larger --max-error or --grid-factor; where a value that marks missing samples is taken for a height, --nodata and \
-                 --valid-range leave it out; --outside near the ground's heights makes no cliff around it",
-            ),
+            PyramidError::Unreachable { worst, .. } => {
+                let failure = failure.hint(
+                    "choose a larger --max-error or --grid-factor; where a value that marks missing samples is taken for a height, --nodata and \
+                     --valid-range leave it out",
+                );
+                match worst.is_some_and(|worst| worst.is_at_rim) {
+                    true => failure.hint("the nearer --outside is to the ground's heights there, the lower are the cliffs around it"),
+                    false => failure,
+                }
+            }
             PyramidError::OwnSamples { .. } => failure.hint(
                 "remove --own-samples, or choose a larger --max-error or --max-level; where a value that marks missing samples is taken for a height, \
                  --nodata and --valid-range leave it out",

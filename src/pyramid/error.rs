@@ -34,8 +34,10 @@ pub enum PyramidError {
     /// The memory budget is too small.
     #[error(transparent)]
     Budget(#[from] BudgetTooSmall),
-    /// Nothing of the raster has a place on the ellipsoid, or no sample has a height.
-    #[error("{}: found no sample with a height and a place on the ellipsoid", path.display())]
+    /// Nothing of the raster has a place on the ellipsoid, or there is nothing between samples with heights.
+    #[error(
+        "{}: expected a place on the ellipsoid between four samples with heights, found none", path.display()
+    )]
     Nothing {
         /// The raster.
         path: PathBuf,
@@ -83,17 +85,22 @@ pub enum PyramidError {
         max_error: f64,
     },
     /// Rounding, curvature and the ground's steepness leave no mesh.
-    #[error("tile {tile}: found no mesh within {max_error} m on the lattice of 32767 places that the format has")]
+    #[error(
+        "tile {tile}: found no mesh within {max_error} m on the lattice of 32767 places that the format has{}",
+        worst.map(|worst| worst.to_string()).unwrap_or_default()
+    )]
     Unreachable {
         /// The tile.
         tile: TileKey,
         /// The level's error.
         max_error: f64,
+        /// The worst sample of the last mesh.
+        worst: Option<Worst>,
     },
     /// Samples of the raster itself are so steep or so near to others that the lattice of the format leaves no mesh.
     #[error(
         "tile {tile}: found no mesh within {max_error} m of the raster's own samples on the lattice of 32767 places that the format has: {count} or \
-         more stay beyond, the worst {error} m off at {lon}°, {lat}°"
+         more stay beyond, the worst {error:.2} m off at {lon:.6}°, {lat:.6}°"
     )]
     OwnSamples {
         /// The tile.
@@ -190,6 +197,27 @@ pub enum PyramidError {
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+/// A sample that no mesh has been found for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Worst {
+    /// How far off it is, in metres.
+    pub error: f64,
+    /// Where it is, in degrees.
+    pub lon: f64,
+    /// See [`Worst::lon`].
+    pub lat: f64,
+    /// Whether it is beside the raster's rim or a void, where the surface falls to the height outside.
+    pub is_at_rim: bool,
+}
+
+impl std::fmt::Display for Worst {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Worst { error, lon, lat, is_at_rim } = self;
+        write!(f, ": the worst sample is {error:.2} m off at {lon:.6}°, {lat:.6}°")?;
+        if *is_at_rim { write!(f, ", beside the raster's rim or missing samples") } else { Ok(()) }
+    }
 }
 
 /// The first of some tiles.

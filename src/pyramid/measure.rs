@@ -57,6 +57,8 @@ pub(super) struct Measured {
     /// The farthest sample of every triangle that has one beyond the tolerance, as near to it as vertices can stand, and the
     /// part that the triangle is of.
     pub(super) failing: Vec<(u32, Vertex)>,
+    /// The largest error of those, and where a vertex can stand for its sample.
+    pub(super) worst: Option<(f64, Vertex)>,
     /// Of the samples of the raster itself among those.
     pub(super) own: Option<OwnFailure>,
 }
@@ -106,7 +108,7 @@ impl Meter<'_> {
         block: &mut Block,
     ) -> Result<Measured, PyramidError> {
         if !surface.is_closed() {
-            return Err(PyramidError::Unreachable { tile: surface.tile, max_error: tolerance });
+            return Err(PyramidError::Unreachable { tile: surface.tile, max_error: tolerance, worst: None });
         }
         let grid = self.samples.grid;
         let columns = surface.columns(grid);
@@ -118,8 +120,8 @@ impl Meter<'_> {
         let before: Vec<Option<Errors>> = keys.iter().map(|key| triangles.remove(key)).collect();
         drop(triangles);
         let worst: Vec<f64> = before.iter().map(|errors| errors.map_or(0.0, |errors| errors.found)).collect();
-        let largest = worst.iter().copied().fold(0.0, f64::max);
-        let mut tally = Tally { tolerance, largest, worst, beyond: HashMap::new() };
+        let most = worst.iter().copied().fold(0.0, f64::max);
+        let mut tally = Tally { tolerance, largest: most, worst, beyond: HashMap::new() };
         let is_new: Vec<bool> = before.iter().map(Option::is_none).collect();
         let samples = self.pass(surface, &facets, &is_new, &mut tally, (block, &mut known.own))?;
         if is_first {
@@ -143,10 +145,11 @@ impl Meter<'_> {
             .map(|((key, bound), &found)| (key, Errors { found, bound }))
             .collect();
         let of_own = failing.iter().filter_map(|i| tally.beyond[i].own.map(|at| (tally.worst[*i], at)));
-        let own = of_own.clone().reduce(|a, b| if b.0 > a.0 { b } else { a });
+        let own = largest(of_own.clone());
+        let worst = largest(failing.iter().map(|i| (tally.worst[*i], tally.beyond[i].vertex)));
         let own = own.map(|(error, at)| OwnFailure { count: of_own.count(), error, at });
         let failing = failing.into_iter().map(|i| (surface.owners[i], tally.beyond[&i].vertex)).collect();
-        Ok(Measured { samples: known.samples, max_error: tally.largest, failing, own })
+        Ok(Measured { samples: known.samples, max_error: tally.largest, failing, worst, own })
     }
 
     /// Looks at all samples of some facets; counts the samples of the windows that it reads.
@@ -195,6 +198,11 @@ impl Meter<'_> {
         }
         Ok(samples)
     }
+}
+
+/// The first of the largest.
+fn largest<T>(errors: impl Iterator<Item = (f64, T)>) -> Option<(f64, T)> {
+    errors.reduce(|a, b| if b.0 > a.0 { b } else { a })
 }
 
 /// What has been found so far.

@@ -64,7 +64,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 pub use body::Body;
-pub use error::PyramidError;
+pub use error::{PyramidError, Worst};
 pub use grid::{Grid, Level, TileKey};
 pub use manifest::{LAYER, Layer, PROMISE, Promise, Range};
 pub use report::{LevelReport, TilesReport};

@@ -1,9 +1,11 @@
 //! The mesh of a part of a tile: of all of it where triangles are flat enough, else of one of k × k.
 //!
 //! A part of up to [`MOST_CELLS`] cells is made from all samples. A larger one is made from every 2ᵏ-th sample, at a share of
-//! the tolerance, and its inner vertices are taken over. In either case whoever measures the tile as decoded may ask for
-//! further vertices: then the part is triangulated anew, Delaunay on the lattice of the format, where no triangle can be
-//! turned over by rounding.
+//! the tolerance, and its inner vertices are taken over, Delaunay on the lattice of the format. In either case whoever measures the tile as
+//! decoded may ask for further vertices, which are inserted into the triangles there are (`lattice`).
+
+mod fit;
+mod lattice;
 
 use std::collections::HashMap;
 
@@ -16,12 +18,12 @@ use super::quantize::{SPAN, coordinate};
 use super::rim;
 use super::samples::{Block, Patch, Samples};
 use crate::base::control::CancelToken;
-use crate::base::lattice::{Point, orient};
+use crate::base::lattice::Point;
 use crate::base::mesh::{self, Domain, TileMesh};
 use crate::base::{Heights, Tile};
 use crate::kernel::polish;
 use crate::kernel::seam::{Limits, MinLink};
-use crate::kernel::triangulate::insertion::{self, GreedyInsertion, delaunay};
+use crate::kernel::triangulate::insertion::{self, GreedyInsertion};
 use crate::kernel::triangulate::{EngineScratch, Feasibility, Task};
 
 /// The most cells across a part that is made from all of its samples.
@@ -111,14 +113,14 @@ impl PartMaker {
         let Rim { vertices: rim, without_own } = self.rim(samples, place, cancel)?;
         let (column, row) = (place.origin.0 + place.first.0, place.origin.1 + place.first.1);
         if !samples.may_have(column, row, place.cells, place.cells) {
-            return Ok(self.triangulate(place, &rim, rim.len(), &[]));
+            return Ok(self.triangulate(place, &rim, &[]));
         }
         let step = (place.cells / MOST_CELLS).max(1).max(place.snap);
         let side = (place.cells / step) as usize + 1;
         samples.read(Patch { column, row, width: side, height: side, step }, &mut self.block)?;
         let heights = &self.block.heights;
         if !self.block.inside.contains(&true) && heights.iter().all(|height| *height == heights[0]) {
-            return Ok(self.triangulate(place, &rim, rim.len(), &[]));
+            return Ok(self.triangulate(place, &rim, &[]));
         }
         if step > 1 {
             return self.of_some(place, &rim, step, cancel);
@@ -128,7 +130,7 @@ impl PartMaker {
             // Engines take samples of the grid: they choose vertices inside.
             Some(samples_only) => {
                 let part = self.of_all(place, &samples_only, cancel)?;
-                Ok(self.triangulate(place, &rim, rim.len(), &part.vertices[part.rim..]))
+                self.with_rim(samples, place, &part, &rim)
             }
         }
     }
@@ -249,10 +251,7 @@ impl PartMaker {
         let vertices: Vec<Vertex> = rim.iter().copied().chain(inner).collect();
         let triangles = self.mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
         let part = Part { vertices, rim: rim.len(), triangles };
-        if part.keeps_its_turns(place.tile_cells) {
-            return Ok(part);
-        }
-        Ok(self.triangulate(place, &part.vertices, part.rim, &[]))
+        Ok(self.straightened(place, part))
     }
 
     /// A vertex inside of a part, of which all samples are in the block, rounded away from the raster where it is at its rim.
@@ -299,7 +298,7 @@ impl PartMaker {
         self.done_with(tile);
         let inner = self.mesh.vertices[on_rim..].iter();
         let inner: Vec<Vertex> = inner.map(|v| self.on_tile(v, place, step)).collect();
-        Ok(self.triangulate(place, rim, rim.len(), &inner))
+        Ok(self.triangulate(place, rim, &inner))
     }
 
     /// Engine and polishing.
@@ -315,33 +314,12 @@ impl PartMaker {
         polish::polish(&task, &options, &mut self.polish, &mut self.mesh)?;
         Ok(())
     }
-
-    /// Triangulates a rim (the first `on_rim` of the vertices), the vertices after it and further ones, Delaunay on the
-    /// lattice of the format. A vertex that comes to lie on the rim or on another there is left out.
-    pub(super) fn triangulate(&mut self, place: &Place, vertices: &[Vertex], on_rim: usize, more: &[Vertex]) -> Part {
-        let at = |v: &Vertex| lattice_point(v, place.tile_cells);
-        let numbered = |i: usize, v: &Vertex| mesh::Vertex { at: at(v), height: i as f64 };
-        let all: Vec<Vertex> = vertices.iter().chain(more).copied().collect();
-        let domain = domain(all[..on_rim].iter().enumerate().map(|(i, v)| numbered(i, v)).collect());
-        let inner = all.iter().enumerate().skip(on_rim).map(|(i, v)| numbered(i, v));
-        delaunay(&domain, inner, &mut self.insertion, &mut self.mesh);
-        // Heights have carried the numbers of the vertices through.
-        let vertices = self.mesh.vertices.iter().map(|v| all[v.height as usize]).collect();
-        let triangles = self.mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
-        Part { vertices, rim: on_rim, triangles }
-    }
 }
 
 impl Part {
     /// Its vertices by their coordinates in the format.
     pub(super) fn places(&self, tile_cells: i64) -> HashMap<(i64, i64), usize> {
         self.vertices.iter().enumerate().map(|(i, vertex)| (vertex.coordinates(tile_cells), i)).collect()
-    }
-
-    /// Whether rounding to the lattice of the format turns no triangle over.
-    fn keeps_its_turns(&self, tile_cells: i64) -> bool {
-        let at = |i: u32| lattice_point(&self.vertices[i as usize], tile_cells);
-        self.triangles.iter().all(|&[a, b, c]| orient(at(a), at(c), at(b)) > 0)
     }
 }
 
@@ -358,12 +336,6 @@ fn near_in_square(side: usize, is_of_kind: impl Fn(usize) -> bool) -> Vec<bool> 
         (0..side).for_each(|row| near[row * side + column] = line[row]);
     }
     near
-}
-
-/// A vertex on the lattice of the format, rows running down.
-fn lattice_point(vertex: &Vertex, tile_cells: i64) -> Point {
-    let (u, v) = vertex.coordinates(tile_cells);
-    Point { x: u as i32, y: (SPAN - v) as i32 }
 }
 
 /// The vertices around a part.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::Body;
 use super::budget::Memory;
-use super::error::PyramidError;
+use super::error::{PyramidError, Worst};
 use super::fall::Fall;
 use super::grid::{Level, TileKey};
 use super::holes::cut;
@@ -50,6 +50,25 @@ const SHARE_OF_SIDES: f64 = 0.7;
 /// Rounds of mending: a few are the rule, where parts are small enough.
 const ROUNDS: usize = 40;
 
+/// Rounds after which parts that still fail are triangulated anew each time.
+const PATIENCE: usize = 20;
+
+/// Triangulates parts anew in which samples fail, Delaunay: long triangles may be in the way of vertices that are there. Says whether any has
+/// changed.
+fn renew(parts: &mut [Part], failing: &[(u32, Vertex)], place: &dyn Fn(i64) -> Place, maker: &mut TileMaker) -> bool {
+    let mut numbers: Vec<u32> = failing.iter().map(|(number, _)| *number).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let mut is_changed = false;
+    for number in numbers {
+        let part = &mut parts[number as usize];
+        let renewed = maker.parts.renewed(&place(i64::from(number)), part);
+        is_changed |= renewed.triangles != part.triangles;
+        *part = renewed;
+    }
+    is_changed
+}
+
 impl LevelTask<'_> {
     /// How far meshes may be from samples before they are rounded: what half of the coarsest step leaves. Not enough is left where the
     /// ground is steep; the tile is measured and mended then.
@@ -94,8 +113,8 @@ impl LevelTask<'_> {
         let meter = Meter { body: self.body, samples: self.samples, cancel: self.cancel };
         let max_error = self.level.max_error;
         let mut known = Known::default();
-        let mut own = None;
-        for _ in 0..ROUNDS {
+        let mut last = Measured::default();
+        for round in 0..ROUNDS {
             let mut surface = Surface::of(self.body, grid, tile, self.steps, &made);
             let measured = meter.measure(&surface, max_error, &mut known, &mut maker.block)?;
             if measured.failing.is_empty() {
@@ -104,21 +123,41 @@ impl LevelTask<'_> {
                 }
                 return Ok((surface, measured));
             }
-            own = measured.own.filter(|own| own.count == measured.failing.len());
-            if !self.mend(tile, &mut made, &measured.failing, &place, maker)? {
+            let mut is_mended = self.mend(tile, &mut made, &measured.failing, &place, maker)?;
+            if !is_mended || round >= PATIENCE {
+                is_mended |= renew(&mut made, &measured.failing, &place, maker);
+            }
+            last = measured;
+            if !is_mended {
                 break;
             }
             room.hold(tile, made.iter().map(|part| part.triangles.len()).sum())?;
         }
-        Err(match own {
-            Some(OwnFailure { count, error, at: (lon, lat) }) => {
-                PyramidError::OwnSamples { tile, max_error, count, error, lon, lat }
-            }
-            None => PyramidError::Unreachable { tile, max_error },
-        })
+        Err(self.unreachable(tile, &last, &mut maker.block)?)
     }
 
-    /// Gives parts the vertices that they lack, and triangulates those anew; says whether any has changed. Where the sample that
+    /// What is to be said of a tile that no mesh has been found for.
+    fn unreachable(&self, tile: TileKey, last: &Measured, block: &mut Block) -> Result<PyramidError, PyramidError> {
+        /// Cells from a sample to others that are outside, so that it is at the rim.
+        const BESIDE: i64 = 2;
+        let max_error = self.level.max_error;
+        if let Some(OwnFailure { count, error, at: (lon, lat) }) = last.own {
+            return Ok(PyramidError::OwnSamples { tile, max_error, count, error, lon, lat });
+        }
+        let grid = self.samples.grid;
+        let mut place = |(error, vertex): (f64, Vertex)| {
+            let (column, row) = (tile.origin(grid).0 + vertex.column, tile.origin(grid).1 + vertex.row);
+            let side = 2 * BESIDE as usize + 1;
+            let around = Patch { column: column - BESIDE, row: row - BESIDE, width: side, height: side, step: 1 };
+            self.samples.read(around, block)?;
+            let is_at_rim = block.inside.contains(&false);
+            Ok::<Worst, PyramidError>(Worst { error, lon: grid.longitude(column), lat: grid.latitude(row), is_at_rim })
+        };
+        let worst = last.worst.map(&mut place).transpose()?;
+        Ok(PyramidError::Unreachable { tile, max_error, worst })
+    }
+
+    /// Gives parts the vertices that they lack; says whether any has changed. Where the sample that
     /// fails is a vertex already, or on the rim of its part, chords beside it are too long for the steepness of its
     /// triangles: the samples around it become vertices, and those around it that the raster gives no height are brought to its own, so that the
     /// surface falls to the height outside a cell farther on. Where a sample of the raster itself has the place of a vertex that stands for
@@ -177,7 +216,7 @@ impl LevelTask<'_> {
             let number = group[0].0;
             let more: Vec<Vertex> = group.iter().map(|(_, v)| *v).collect();
             let part = &mut parts[number as usize];
-            let again = maker.parts.triangulate(&place(i64::from(number)), &part.vertices, part.rim, &more);
+            let again = maker.parts.insert(self.samples, &place(i64::from(number)), part, &more)?;
             is_mended |= again.vertices.len() > part.vertices.len() || again.triangles != part.triangles;
             *part = again;
         }

@@ -90,6 +90,27 @@ fn without_the_option_spikes_are_lost_and_a_set_that_denies_it_fails() {
     assert!(verdict.failures.len() == 1 && (said.contains(&expected) || said.contains("more of this kind")), "{said}");
 }
 
+/// Some spikes on rough ground: each costs a few triangles around it, and the others stay.
+#[test]
+fn a_sample_costs_triangles_around_it_alone() {
+    let folder = folder();
+    let transform = [500_000.0, 50.0, 31.0, 5_200_000.0, 31.0, -50.0];
+    let rough = |column: usize, row: usize| {
+        let (x, y) = (column as f32, row as f32);
+        let ground = 400.0 + 150.0 * (x / 4.0).sin() * (y / 5.0).cos();
+        if column % 30 == 17 && row % 30 == 11 { ground + 60.0 } else { ground }
+    };
+    let input = raster(folder.path(), "dem.tif", (120, 120), transform, "EPSG:32633", &rough);
+    let [grid, own] = [false, true].map(|own_samples| made(folder.path(), &input, 12.0, own_samples));
+    passes(&own);
+    let [(triangles, beyond), (with_own, _)] = [&grid, &own].map(|verdict| {
+        let finest = verdict.levels.last().expect("levels");
+        (finest.triangles, finest.own_samples.above)
+    });
+    // Triangulated anew, its parts had 32 for each.
+    assert!(beyond > 10 && with_own <= triangles + 8 * beyond, "{with_own} after {triangles} for {beyond} samples");
+}
+
 /// A comb of peaks and pits: no mesh on the lattice of a coarse level is near all of them, and the ends of its sides are beyond the last
 /// sample by what places are rounded.
 #[test]
@@ -105,7 +126,14 @@ fn what_no_mesh_reaches_is_refused() {
     let input = raster(folder.path(), "dem.tif", (60, 150), transform, "EPSG:4326", &comb);
     let asked = TilesRequest { outside: 0.0, ..request(&input, &folder.path().join("set"), 3966.0) };
     let refused = tiles(&asked, &Control::default()).expect_err("no mesh");
-    assert!(matches!(refused, PyramidError::OwnSamples { .. } | PyramidError::Unreachable { .. }), "{refused}");
+    let said = refused.to_string();
+    let (lon, lat) = match refused {
+        PyramidError::OwnSamples { lon, lat, .. } => (lon, lat),
+        PyramidError::Unreachable { worst: Some(worst), .. } => (worst.lon, worst.lat),
+        other => panic!("{other}"),
+    };
+    assert!((168.69..168.81).contains(&lon) && (-22.58..-22.42).contains(&lat), "{said}");
+    assert!(said.contains(&format!("m off at {lon:.6}°, {lat:.6}°")), "{said}");
     assert!(!folder.path().join("set").exists());
 }
 

@@ -40,8 +40,8 @@ use crate::base::mesh::{Domain, TileMesh};
 pub use self::mend::{mend_part, mend_tile};
 pub use self::options::{DataDependent, Fit, InsertionOptions, Measure, Selection, Shape, Swap};
 pub use self::refine::{Split, Step};
-pub use self::seeded::delaunay;
-pub(super) use self::seeded::{Rim, refine};
+pub(super) use self::seeded::refine;
+pub use self::seeded::{Rim, delaunay, insert, is_not_delaunay, untangle};
 
 #[cfg(test)]
 mod tests;

@@ -154,6 +154,19 @@ impl Surface {
         }
     }
 
+    /// Turns suspect edges, none of them locked, where the triangles that come of it would face up and `turns` wants them.
+    pub(super) fn turn_while(&mut self, turns: &mut impl FnMut([Vertex; 4]) -> bool) {
+        while let Some(e) = self.suspects.pop() {
+            if self.topology.is_locked(e) || !self.is_convex(e) {
+                continue;
+            }
+            let corners = self.quadrilateral(e, self.topology.twin(e)).map(|v| self.vertices[v as usize]);
+            if turns(corners) {
+                self.flip(e);
+            }
+        }
+    }
+
     /// Makes a whole triangulation Delaunay but for locked edges.
     pub(super) fn legalize_all(&mut self) {
         self.legalize_from((0..3 * self.topology.len()).rev().collect());
