@@ -26,14 +26,20 @@ pub(super) fn data_address((width, height): (usize, usize), palette: &[Colour], 
 /// Bytes as text (RFC 4648).
 pub(super) fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for group in bytes.chunks(3) {
-        let bits = group.iter().enumerate().fold(0u32, |bits, (i, byte)| bits | u32::from(*byte) << (16 - 8 * i));
-        let digits = (0..=group.len()).map(|i| char::from(DIGITS[(bits >> (18 - 6 * i)) as usize & 63]));
-        text.extend(digits);
-        text.extend(std::iter::repeat_n('=', 3 - group.len()));
+    let digits = |[a, b, c]: [u8; 3]| {
+        let bits = u32::from_be_bytes([0, a, b, c]);
+        [18, 12, 6, 0].map(|shift| DIGITS[(bits >> shift) as usize & 63])
+    };
+    let (groups, rest) = bytes.as_chunks::<3>();
+    let mut text = Vec::with_capacity(bytes.len().div_ceil(3) * 4);
+    groups.iter().for_each(|group| text.extend_from_slice(&digits(*group)));
+    if !rest.is_empty() {
+        let mut group = [0; 3];
+        group[..rest.len()].copy_from_slice(rest);
+        text.extend_from_slice(&digits(group)[..=rest.len()]);
+        text.resize(text.len().next_multiple_of(4), b'=');
     }
-    text
+    String::from_utf8(text).expect("digits")
 }
 
 /// A colour as CSS has it.

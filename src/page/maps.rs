@@ -287,7 +287,8 @@ fn hillshade(survey: &Survey) -> String {
     let mut slopes: Vec<f32> = there
         .map(|at| {
             let (across, down) = rises(at);
-            (across / square.0).hypot(down / square.1) as f32
+            let (across, down) = (across / square.0, down / square.1);
+            (across * across + down * down).sqrt() as f32
         })
         .collect();
     let steep = percentile(&mut slopes, 0.95).filter(|steep| *steep > 0.0).map_or(STEEP, f64::from);

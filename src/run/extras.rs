@@ -12,7 +12,7 @@ use super::survey::{Survey, Surveyor};
 use crate::base::{Band, GeoTransform};
 #[cfg(feature = "gdal")]
 use crate::raster::{Described, RowWriter, WriteError};
-use crate::verify::{ObservedRows, Observer};
+use crate::verify::{ObservedRows, Observer, Verdict};
 
 /// What a mesh is asked for beside its verdict.
 #[derive(Debug, Clone, Default)]
@@ -68,6 +68,11 @@ impl Making {
         })
     }
 
+    /// The mesh is open, and has so many triangles.
+    pub(super) fn expect(&mut self, triangles: u64) {
+        self.scene.iter_mut().for_each(|(gatherer, _)| gatherer.expect(triangles));
+    }
+
     /// Who is to be told of faces and rows; nobody, if nothing is made.
     pub(super) fn observer(&mut self) -> Option<&mut dyn Observer> {
         let is_watching = self.surveyor.is_some() || self.finding.is_some() || self.scene.is_some();
@@ -76,15 +81,17 @@ impl Making {
         is_watching.then_some(self as &mut dyn Observer)
     }
 
-    /// Ends what was made, given the largest error (× weight) and the number of triangles.
-    pub(super) fn finish(self, largest: Option<f64>, triangles: u64) -> Result<Made, RunError> {
+    /// Ends what was made of the mesh that was judged so.
+    pub(super) fn finish(self, verdict: &Verdict) -> Result<Made, RunError> {
         #[cfg(feature = "gdal")]
         self.raster.map_or(Ok(()), |raster| raster.writer.finish())?;
+        let worst = verdict.worst.map_or(0.0, |worst| worst.error);
+        let largest = verdict.weighted_worst.map_or(worst, |worst| worst.weighted_error);
         Ok(Made {
-            survey: self.surveyor.map(|surveyor| surveyor.finish(largest)),
+            survey: self.surveyor.map(|surveyor| surveyor.finish(worst, largest)),
             checkpoints: self.finding.map(Finding::finish),
             scene: self.scene.map(|(gatherer, map)| {
-                gatherer.finish(triangles).placed(|[column, row, height]| {
+                gatherer.finish(verdict.triangles).placed(|[column, row, height]| {
                     let (x, y) = map.place(column, row);
                     [x, y, height]
                 })
@@ -135,19 +142,18 @@ impl ErrorRaster {
 
     fn take(&mut self, rows: &ObservedRows<'_>) -> Result<(), WriteError> {
         let tolerance = self.tolerance;
-        let single = |at: usize, error: f64| match rows.weights {
+        let single = |at: usize, error: f32| match rows.weights {
             None => agreeing(error, rows.is_above(at), tolerance),
-            Some(_) => error as f32,
+            Some(_) => error,
         };
         let singles: Vec<f32> = rows.errors.iter().enumerate().map(|(at, error)| single(at, *error)).collect();
         self.writer.write(&singles)
     }
 }
 
-/// The single float nearest to an error among those that are beyond the tolerance if it is, else among the others.
+/// Of the single float that is nearest to an error, the one nearest to it that is beyond the tolerance if the error is, else within.
 #[cfg(feature = "gdal")]
-fn agreeing(error: f64, is_above: bool, tolerance: f64) -> f32 {
-    let single = error as f32;
+fn agreeing(single: f32, is_above: bool, tolerance: f64) -> f32 {
     match f64::from(single.abs()) > tolerance {
         false if is_above => single.signum() * least_above(tolerance),
         true if !is_above => single.signum() * largest_within(tolerance),
@@ -178,13 +184,14 @@ mod tests {
             for error in [0.0, tolerance, tolerance.next_up(), tolerance.next_down(), tolerance * 1.5, tolerance / 3.0]
             {
                 for error in [error, -error] {
-                    let (above, found) = (error.abs() > tolerance, agreeing(error, error.abs() > tolerance, tolerance));
+                    let above = error.abs() > tolerance;
+                    let found = agreeing(error as f32, above, tolerance);
                     assert_eq!(f64::from(found.abs()) > tolerance, above, "{error} at {tolerance}: {found}");
                     let apart = (f64::from(found) - error).abs();
                     assert!(apart <= error.abs() * 2f64.powi(-23) + 2e-45 || found.is_infinite() || error.abs() > 1e38);
                 }
             }
         }
-        assert!(agreeing(f64::NAN, false, 1.0).is_nan());
+        assert!(agreeing(f32::NAN, false, 1.0).is_nan());
     }
 }

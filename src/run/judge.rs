@@ -180,6 +180,7 @@ fn judge(
             Some(mesh) => mesh,
             None => opened.insert(verify::open(&band, &request.mesh, &options, control)?).as_mut(),
         };
+        making.expect(mesh.face_count());
         let channels = attributes.as_ref();
         let verdict = verify::verify_observed(&band, mesh, &options, ground, channels, making.observer(), control)?;
         let judge_lines = |lines| verify::verify_lines(&band, mesh, max_error, lines, &control.cancel);
@@ -187,8 +188,7 @@ fn judge(
         Ok::<Verdict, RunError>(Verdict { lines, ..verdict })
     })?;
     drop(pool);
-    let largest = verdict.weighted_worst.map(|w| w.weighted_error).or(verdict.worst.map(|w| w.error));
-    let Made { survey, checkpoints, scene } = making.finish(largest, verdict.triangles)?;
+    let Made { survey, checkpoints, scene } = making.finish(&verdict)?;
     let is_flat = attributes.as_ref().is_some_and(|a| a.planar);
     if verdict.nodata + verdict.bridged > 0 && !is_flat {
         let look = look(&band, control).map_err(RunError::of_look)?;

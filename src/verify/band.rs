@@ -43,7 +43,7 @@ pub(super) struct Band<'s> {
     pub(super) marks: Vec<u8>,
     tallies: Vec<RowTally>,
     /// What an observer is told of each, where there is one; else empty.
-    errors: Vec<f64>,
+    errors: Vec<f32>,
 }
 
 impl<'s> Band<'s> {
@@ -62,22 +62,28 @@ impl<'s> Band<'s> {
     }
 
     /// The same for an observer, with a buffer that is used for one band after the other.
-    pub(super) fn observed_in(self, mut errors: Vec<f64>) -> Self {
-        errors.clear();
-        errors.resize(self.samples.heights.len(), f64::NAN);
+    pub(super) fn observed_in(self, mut errors: Vec<f32>) -> Self {
+        errors.resize(self.samples.heights.len(), f32::NAN);
         Band { errors, ..self }
     }
 
     /// The buffer.
-    pub(super) fn into_buffer(self) -> Vec<f64> {
+    pub(super) fn into_buffer(self) -> Vec<f32> {
         self.errors
     }
 
-    /// What an observer is told.
-    pub(super) fn observed(&self) -> ObservedRows<'_> {
+    /// What an observer is told, once all triangles have passed.
+    pub(super) fn observed(&mut self) -> ObservedRows<'_> {
+        let width = self.grid.width as usize;
+        let rows = self.errors.chunks_mut(width).zip(self.marks.chunks(width)).zip(&self.tallies);
+        for ((errors, marks), _) in rows.filter(|(_, tally)| tally.covered < width as u64) {
+            for (error, mark) in errors.iter_mut().zip(marks) {
+                *error = if mark & mark::COVERED == 0 { f32::NAN } else { *error };
+            }
+        }
         ObservedRows {
             first_row: self.rows.0 as usize,
-            width: self.grid.width as usize,
+            width,
             heights: self.samples.heights,
             weights: self.samples.weights,
             errors: &self.errors,
@@ -98,7 +104,7 @@ impl<'s> Band<'s> {
         let width = grid.width as usize;
         let rows = self.tallies.len().div_ceil(TASKS * rayon::current_num_threads());
         let tasks = self.tallies.par_chunks_mut(rows).zip(self.marks.par_chunks_mut(rows * width));
-        let mut errors: Vec<Option<&mut [f64]>> = self.errors.chunks_mut(rows * width).map(Some).collect();
+        let mut errors: Vec<Option<&mut [f32]>> = self.errors.chunks_mut(rows * width).map(Some).collect();
         errors.resize_with(tasks.len(), || None);
         let samples = self.samples;
         tasks.zip(errors).enumerate().for_each(|(task, ((tallies, marks), mut errors))| {

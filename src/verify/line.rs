@@ -84,17 +84,20 @@ impl Line {
     }
 
     /// The same, and in `errors` the height of the surface less that of each sample.
-    pub(super) fn errors_into(&self, first: i64, samples: &[f64], errors: &mut [f64]) -> Errors {
+    pub(super) fn errors_into(&self, first: i64, samples: &[f64], errors: &mut [f32]) -> Errors {
         let first = (first - self.first) as f64;
         let ((chunks, rest), (noted, last_noted)) = (samples.as_chunks::<LANES>(), errors.as_chunks_mut::<LANES>());
         let (mut lanes, mut last) = (Sums::default(), Sums::default());
         for (i, (samples, noted)) in chunks.iter().zip(noted).enumerate() {
-            *noted = self.signed(first + (i * LANES) as f64, samples);
-            lanes.take(*noted);
+            let errors = self.signed(first + (i * LANES) as f64, samples);
+            for lane in 0..LANES {
+                noted[lane] = errors[lane] as f32;
+            }
+            lanes.take(errors);
         }
         for (i, (sample, noted)) in rest.iter().zip(last_noted).enumerate() {
             let error = self.signed(first + (chunks.len() * LANES + i) as f64, &[*sample]);
-            *noted = error[0];
+            *noted = error[0] as f32;
             last.take(error);
         }
         Errors::of(lanes, last)

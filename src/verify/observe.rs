@@ -28,14 +28,28 @@ pub struct ObservedRows<'r> {
     pub heights: &'r [f64],
     /// Their weights, where errors are weighted.
     pub weights: Option<&'r [f64]>,
-    /// The height of the surface less that of the sample, rounded; NaN where there is no surface or no height. Where several
-    /// faces lie over a sample it is that of the one farthest from it.
-    pub errors: &'r [f64],
+    /// The height of the surface less that of the sample, to the nearest single float; NaN where there is no surface or no height. Where
+    /// several faces lie over a sample it is that of the one farthest from it.
+    pub errors: &'r [f32],
     /// What has happened to each, see [`mark`].
     pub(super) marks: &'r [u8],
 }
 
-impl ObservedRows<'_> {
+impl<'r> ObservedRows<'r> {
+    /// Rows for the tests of observers, those above the tolerance marked by `ABOVE`.
+    #[cfg(test)]
+    pub(crate) fn marked(
+        first_row: usize,
+        width: usize,
+        samples: (&'r [f64], &'r [f32], &'r [u8]),
+    ) -> ObservedRows<'r> {
+        let (heights, errors, marks) = samples;
+        ObservedRows { first_row, width, heights, weights: None, errors, marks }
+    }
+
+    #[cfg(test)]
+    pub(crate) const ABOVE: u8 = mark::ABOVE;
+
     /// Whether what is held against the tolerance is exactly above it at a sample of these.
     pub fn is_above(&self, at: usize) -> bool {
         self.marks[at] & mark::ABOVE != 0

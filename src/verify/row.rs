@@ -45,7 +45,7 @@ pub(super) struct Worst {
 }
 
 /// The one of two errors that is farther from 0; any is farther than none.
-fn farther(before: f64, found: f64) -> f64 {
+fn farther(before: f32, found: f32) -> f32 {
     if before.abs() >= found.abs() { before } else { found }
 }
 
@@ -54,8 +54,9 @@ pub(super) struct Row<'b> {
     pub(super) samples: Samples<'b>,
     pub(super) marks: &'b mut [u8],
     pub(super) tally: &'b mut RowTally,
-    /// What an observer is told, see [`super::ObservedRows::errors`], where there is one.
-    pub(super) errors: Option<&'b mut [f64]>,
+    /// What an observer is told, see [`super::ObservedRows::errors`], where there is one. What stands there of samples that no triangle
+    /// has passed is left over from other rows.
+    pub(super) errors: Option<&'b mut [f32]>,
 }
 
 impl Row<'_> {
@@ -94,8 +95,8 @@ impl Row<'_> {
         let (first, last) = span.interior;
         let columns = first as usize..=last as usize;
         let samples = &self.samples.heights[columns.clone()];
-        let errors = match self.errors.as_deref_mut().filter(|_| plane.has_heights()) {
-            // Nothing is there yet that might be farther from 0.
+        let errors = match self.errors.as_deref_mut() {
+            // No triangle was there whose error might be farther from 0.
             Some(errors) => line.errors_into(first, samples, &mut errors[columns.clone()]),
             None => line.errors(first, samples),
         };
@@ -138,23 +139,30 @@ impl Row<'_> {
         };
         // There is no height to be held against the surface, but the ground is to be covered, once.
         for column in missing.filter(|&c| is_bridged(c)) {
-            note(column, true);
+            if note(column, true) {
+                errors.iter_mut().for_each(|errors| errors[column as usize] = f32::NAN);
+            }
         }
         if !plane.has_heights() {
             for column in range.filter(|&c| !samples.heights[c as usize].is_nan()) {
-                tally.covered += u64::from(note(column, false));
+                if note(column, false) {
+                    tally.covered += 1;
+                    errors.iter_mut().for_each(|errors| errors[column as usize] = f32::NAN);
+                }
             }
             return;
         }
         plane.judge_line(line, columns, samples, |column, judged| {
             // A sample on an edge is in two triangles, whose surfaces agree there: it counts once.
-            if note(column, judged.within) {
+            let is_first = note(column, judged.within);
+            if is_first {
                 tally.covered += 1;
                 tally.sum_of_squares += judged.error * judged.error;
             }
             if let Some(errors) = &mut errors {
                 let (column, at) = (column as usize, judged.surface);
-                errors[column] = farther(errors[column], judged.error.copysign(at - samples.heights[column]));
+                let error = judged.error.copysign(at - samples.heights[column]) as f32;
+                errors[column] = if is_first { error } else { farther(errors[column], error) };
             }
             tally.weigh(plane, (column, line.row), samples, judged);
         });

@@ -50,7 +50,7 @@ pub(super) struct Comparison {
 /// Where lines are told, cells beside them are held to nothing, should there be a limit on straying.
 ///
 /// Memory use is constant whatever the mesh and the threads, because two bands and two batches are held at a time, and
-/// triangles that reach into the next band wait for it in a queue ([`Feed`]). An observer takes 8 bytes more for each sample of a
+/// triangles that reach into the next band wait for it in a queue ([`Feed`]). An observer takes 4 bytes more for each sample of a
 /// band.
 pub(super) fn sweep<'s, 'c>(
     mut reader: Bands<'_>,
@@ -113,7 +113,7 @@ struct Sweep<'s, 'c, 'o> {
     control: &'c Control<'c>,
     observer: Option<&'o mut dyn Observer>,
     /// What it is told of a band, where there is one.
-    errors: Vec<f64>,
+    errors: Vec<f32>,
     triangles: Feed<'s, TRIANGLE_WORDS>,
     /// The batch that is worked on, and one that has been used; and what is made of a batch.
     batches: [Vec<TriangleWords>; 2],
@@ -163,7 +163,8 @@ impl Sweep<'_, '_, '_> {
         cancel.check()?;
         band.add_to(&mut self.comparison);
         if let Some(observer) = &mut self.observer {
-            let (told, inside) = (band.observed(), band.samples.inside());
+            let inside = band.samples.inside();
+            let told = band.observed();
             let heights = inside.as_deref().unwrap_or(told.heights);
             observer.rows(&ObservedRows { heights, ..told }).map_err(VerifyError::Observer)?;
         }

@@ -8,9 +8,11 @@ const NONE: u32 = u32::MAX;
 
 /// Gathers a [`Scene`] from the corners of triangles.
 ///
-/// The first `whole` triangles are kept, corners at one place joined. When more come, the vertices are put into the squares of a grid
-/// over the extent, about four for each of those triangles; of the vertices in a square the first stands for all, and triangles that have
-/// two corners in a square go. Where twice `whole` triangles are left all the same, squares become twice as large each way.
+/// The first `whole` triangles are kept, corners at one place joined. When more come, or are expected, the vertices are put into the
+/// squares of a grid over the extent, about four for each triangle of the copy; of the vertices in a square the first stands for all, and
+/// triangles that have two corners in a square go. Where twice `whole` triangles are left all the same, squares become twice as large
+/// each way. In the end they become as large as it takes to leave no more than [`GIVEN`] triangles for each of the copy: the simplifier
+/// takes its time for each.
 ///
 /// Memory: for each triangle of `whole`, 16 bytes of the grid, 24 of triangles and at most 144 of vertices, usually 24; in the end
 /// what meshoptimizer takes. With [`Most::OF_A_PAGE`] runs and verdicts took 30 MB more.
@@ -27,6 +29,9 @@ pub(in crate::run) struct Gatherer {
 /// Numbers beyond are shown nowhere: single precision holds those of a frame.
 const FAR: f64 = 1e30;
 
+/// As many triangles for each one of the copy are given to the simplifier, about, at most.
+const GIVEN: f64 = 1.75;
+
 /// How a corner becomes a vertex.
 #[derive(Debug)]
 enum Find {
@@ -40,6 +45,8 @@ enum Find {
 #[derive(Debug, Clone, Copy)]
 struct Grid {
     corner: (f64, f64),
+    /// About so many squares.
+    squares: f64,
     /// Squares in a unit of length.
     per_side: f64,
     columns: usize,
@@ -48,28 +55,29 @@ struct Grid {
 
 impl Grid {
     /// One of about so many squares.
-    fn new([left, bottom, right, top]: [f64; 4], squares: usize) -> Grid {
+    fn new([left, bottom, right, top]: [f64; 4], squares: f64) -> Grid {
         let (width, height) = (right - left, top - bottom);
-        let even = width.sqrt() * height.sqrt() / (squares as f64).sqrt();
-        let side = even.max(width.max(height) / squares as f64);
+        let even = width.sqrt() * height.sqrt() / squares.sqrt();
+        let side = even.max(width.max(height) / squares);
         if !(side > 0.0 && side.is_finite()) {
-            return Grid { corner: (left, bottom), per_side: 1.0, columns: 1, rows: 1 };
+            return Grid { corner: (left, bottom), squares, per_side: 1.0, columns: 1, rows: 1 };
         }
         let along = |length: f64| (length / side) as usize + 1;
-        Grid { corner: (left, bottom), per_side: 1.0 / side, columns: along(width), rows: along(height) }
-    }
-
-    /// One of squares twice as large.
-    fn coarser(self) -> Grid {
-        let (columns, rows) = (self.columns.div_ceil(2), self.rows.div_ceil(2));
-        Grid { per_side: self.per_side / 2.0, columns, rows, ..self }
+        Grid { corner: (left, bottom), squares, per_side: 1.0 / side, columns: along(width), rows: along(height) }
     }
 
     /// The square of a place; places beyond the extent are in those at its rim.
     fn square(&self, [x, y, _]: [f64; 3]) -> usize {
         // What is below 0 becomes 0.
-        let at = |from: f64, to: f64, count: usize| (((to - from) * self.per_side) as usize).min(count - 1);
+        let at = |from: f64, to: f64, count: usize| (((to - from) * self.per_side) as u32 as usize).min(count - 1);
         at(self.corner.1, y, self.rows) * self.columns + at(self.corner.0, x, self.columns)
+    }
+
+    /// In how many squares these vertices are.
+    fn occupied(&self, vertices: &[[f64; 3]]) -> usize {
+        let mut is_occupied = vec![false; self.columns * self.rows];
+        vertices.iter().for_each(|vertex| is_occupied[self.square(*vertex)] = true);
+        is_occupied.iter().filter(|is_occupied| **is_occupied).count()
     }
 }
 
@@ -84,6 +92,17 @@ impl Gatherer {
             extent,
             left_out: 0,
         }
+    }
+
+    /// Before the first triangle: the mesh has so many.
+    pub(in crate::run) fn expect(&mut self, triangles: u64) {
+        if triangles > self.most.whole as u64 {
+            self.put_into(self.first_grid());
+        }
+    }
+
+    fn first_grid(&self) -> Grid {
+        Grid::new(self.extent, 4.0 * self.most.copy as f64)
     }
 
     /// Takes the next triangle.
@@ -140,21 +159,26 @@ impl Gatherer {
     fn thin(&mut self) {
         loop {
             let grid = match &self.find {
-                Find::Place(_) => Grid::new(self.extent, 4 * self.most.whole),
-                Find::Square(grid, _) => grid.coarser(),
+                Find::Place(_) => self.first_grid(),
+                Find::Square(grid, _) => Grid::new(self.extent, grid.squares / 4.0),
             };
             self.put_into(grid);
+            self.drop_doubles();
             if self.triangles.len() <= 3 * self.most.whole / 2 {
                 return;
             }
         }
     }
 
-    /// Puts what has come into squares. Of triangles between the same squares one is enough.
+    /// Puts what has come into squares.
     fn put_into(&mut self, grid: Grid) {
         let (vertices, triangles) = (std::mem::take(&mut self.vertices), std::mem::take(&mut self.triangles));
         self.find = Find::Square(grid, vec![NONE; grid.columns * grid.rows]);
         triangles.iter().for_each(|triangle| self.push(triangle.map(|vertex| vertices[vertex as usize])));
+    }
+
+    /// Of triangles between the same squares one is enough.
+    fn drop_doubles(&mut self) {
         for [a, b, c] in &mut self.triangles {
             // The lowest first, turned as before.
             [*a, *b, *c] = if a < b && a < c {
@@ -170,7 +194,17 @@ impl Gatherer {
     }
 
     /// What was gathered, of a mesh of so many triangles.
-    pub(in crate::run) fn finish(self, of: u64) -> Scene {
+    pub(in crate::run) fn finish(mut self, of: u64) -> Scene {
+        let given = GIVEN * self.most.copy as f64;
+        if let Find::Square(mut grid, _) = self.find
+            && self.triangles.len() as f64 > given
+        {
+            // A surface has twice as many triangles as vertices.
+            while grid.columns * grid.rows > 1 && 2.0 * grid.occupied(&self.vertices) as f64 > given {
+                grid = Grid::new(self.extent, grid.squares / 1.5);
+            }
+            self.put_into(grid);
+        }
         let Gatherer { most, mut vertices, mut triangles, find, left_out, .. } = self;
         let is_copy = matches!(find, Find::Square(..));
         drop(find);

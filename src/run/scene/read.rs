@@ -69,6 +69,7 @@ pub fn read(request: &SceneRequest, control: &Control<'_>) -> Result<SceneReport
     control.progress.step(Stage::Sort, 0);
     let extent = [bounds.min[0], bounds.min[1], bounds.max[0], bounds.max[1]];
     let mut gatherer = Gatherer::new(extent, request.most);
+    gatherer.expect(reader.face_count());
     reader.for_each_face(|_, face| {
         let mut corners = [[0.0; 3]; 3];
         for (corner, vertex) in corners.iter_mut().zip(face) {

@@ -24,6 +24,7 @@ impl Sink for Watched<'_> {
     }
 
     fn begin(&mut self, contents: &Contents<'_>) -> Result<(), SinkError> {
+        self.gatherer.expect(contents.triangles);
         self.sink.begin(contents)
     }
 

@@ -69,12 +69,6 @@ impl MapGrid {
         &mut self.cells[row * self.size.0 + column]
     }
 
-    /// The squares that a row of samples goes through.
-    pub(super) fn row(&mut self, row: usize) -> &mut [MapCell] {
-        let first = row / self.side * self.size.0;
-        &mut self.cells[first..first + self.size.0]
-    }
-
     /// Samples in a square: fewer at the rim.
     pub fn area(&self, column: usize, row: usize) -> usize {
         let along = |at: usize, all: usize| self.side.min(all - at * self.side);

@@ -4,12 +4,16 @@
 //! There is no pass of its own. Rows are worked on by all threads in pieces that depend on the raster alone, and put together in
 //! their order, so that sums are the same whatever the threads.
 //!
-//! Memory: a [`MapGrid`], 150 KiB for each thread, 32 KiB, a row of heights.
+//! Errors count as single floats. Memory: a [`MapGrid`], 150 KiB for each thread, 32 KiB, a row of heights.
 
+mod angles;
+mod counting;
 mod grid;
 mod histogram;
 mod piece;
 mod slopes;
+#[cfg(test)]
+mod tests;
 
 use serde::Serialize;
 
@@ -19,15 +23,13 @@ use crate::verify::{ObservedRows, Observer};
 pub use grid::{MapCell, MapGrid};
 pub use slopes::SlopeClass;
 
+use angles::Angles;
 use histogram::{Binned, Total};
 use piece::{Measure, Piece, Tallies, Tally};
 use slopes::{Class, FROM, Slopes};
 
 /// Bins of signed errors on each side of 0, up to the tolerance.
 pub const SIGNED: usize = 20;
-
-/// Bins of smallest angles: whole degrees, the last one for 60.
-const ANGLES: usize = 60;
 
 /// What a raster is, as far as a report needs it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -109,12 +111,10 @@ pub(super) struct Surveyor {
     /// Samples below −ε and above ε.
     beyond: [u64; 2],
     sum: f64,
-    largest: f64,
-    near: u64,
     /// By slope, as far as the histogram does not know it.
     classes: [Class; FROM.len()],
     tallies: Tallies,
-    angles: [u64; ANGLES],
+    angles: Angles,
     /// The heights of the row above the next one.
     above: Vec<f64>,
 }
@@ -129,21 +129,19 @@ impl Surveyor {
             histogram,
             beyond: [0; 2],
             sum: 0.0,
-            largest: 0.0,
-            near: 0,
             classes: [Class::default(); FROM.len()],
             tallies: Tallies::new(tolerance),
-            angles: [0; ANGLES],
+            angles: Angles::new(),
             above: Vec::new(),
         }
     }
 
-    /// What was gathered. The largest distance is the verdict's, which is rounded once.
-    pub(super) fn finish(mut self, largest: Option<f64>) -> Survey {
+    /// What was gathered, given the largest distance and the largest of what counts, distance or distance × weight: the verdict's, which
+    /// are rounded once.
+    pub(super) fn finish(mut self, worst: f64, largest: f64) -> Survey {
         let tallies = std::mem::replace(&mut self.tallies, Tallies::new(self.measure.tolerance));
         tallies.all().iter().for_each(|tally| self.add_up(tally));
         let measured = self.histogram.samples();
-        let largest = largest.unwrap_or(self.largest);
         let percents = (1..=100).map(|percent| f64::from(percent) / 100.0);
         let cumulative = self.histogram.shares(percents, largest);
         let share = |percent: usize| cumulative[percent - 1];
@@ -157,7 +155,8 @@ impl Surveyor {
         let slopes = self.classes.iter().zip(FROM).enumerate().map(|(index, (class, from))| {
             let Binned { samples, squares, max } = self.histogram.of_class(index);
             let mut class = *class;
-            class.add(&Class { samples, above: 0, max: max.min(largest), squares });
+            class.add(&Class { samples, above: 0, max, squares });
+            class.max = class.max.min(worst);
             class.report(from)
         });
         Survey {
@@ -169,11 +168,11 @@ impl Surveyor {
             p95: share(95),
             p99: share(99),
             p100: largest,
-            above_nine_tenths: self.near,
+            above_nine_tenths: self.map.cells.iter().map(|cell| u64::from(cell.near)).sum(),
             signed_errors: [low].into_iter().chain(signed).chain([high]).collect(),
             cumulative,
             slopes: slopes.collect(),
-            smallest_angles: self.angles.to_vec(),
+            smallest_angles: self.angles.counts(),
             map: self.map,
         }
     }
@@ -183,12 +182,12 @@ impl Observer for Surveyor {
     fn face(&mut self, corners: [(i64, i64); 3], _: [f64; 3]) {
         let [a, b, c] = corners;
         self.map.at(((a.0 + b.0 + c.0) / 3, (a.1 + b.1 + c.1) / 3)).faces += 1;
-        self.angles[smallest_angle(corners).min(ANGLES - 1)] += 1;
+        self.angles.count(corners);
     }
 
     fn rows(&mut self, rows: &ObservedRows<'_>) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-        for (first_row, piece) in Piece::all_of(rows, &self.above, &self.measure, self.map.side, &self.tallies) {
-            self.add(first_row, &piece);
+        for piece in Piece::all_of(rows, &self.above, &self.measure, self.map.side, &self.tallies) {
+            self.add(&piece);
         }
         let full: Vec<Tally> = self.tallies.full().collect();
         full.iter().for_each(|tally| self.add_up(tally));
@@ -202,29 +201,15 @@ impl Surveyor {
     fn add_up(&mut self, tally: &Tally) {
         self.histogram.add(&tally.histogram);
         self.beyond = [self.beyond[0] + tally.low, self.beyond[1] + tally.high];
-        self.largest = self.largest.max(tally.largest);
-        self.near += tally.near;
     }
 
-    fn add(&mut self, first_row: usize, piece: &Piece) {
+    fn add(&mut self, piece: &Piece) {
         self.sum += piece.sum;
         self.classes.iter_mut().zip(&piece.classes).for_each(|(class, other)| class.add(other));
-        for (at, cells) in piece.cells.chunks(self.map.size.0).enumerate() {
-            let row = (first_row / self.map.side + at) * self.map.side;
-            self.map.row(row).iter_mut().zip(cells).for_each(|(sum, cell)| sum.add(cell));
+        let (column, row) = piece.first;
+        for (cells, row) in piece.cells.chunks(piece.across).zip(row..) {
+            let sums = &mut self.map.cells[row * self.map.size.0 + column..];
+            sums.iter_mut().zip(cells).for_each(|(sum, cell)| sum.add(cell));
         }
     }
-}
-
-/// The smallest angle in whole degrees, seen from above with square cells.
-fn smallest_angle([a, b, c]: [(i64, i64); 3]) -> usize {
-    let squared = |p: (i64, i64), q: (i64, i64)| {
-        let (x, y) = ((p.0 - q.0) as f64, (p.1 - q.1) as f64);
-        x * x + y * y
-    };
-    let [x, y, z] = [squared(a, b), squared(b, c), squared(c, a)];
-    let area = ((b.0 - a.0) as f64 * (c.1 - a.1) as f64 - (b.1 - a.1) as f64 * (c.0 - a.0) as f64).abs();
-    // It lies between the two longer sides.
-    let sine = area / (x * y * z / x.min(y).min(z)).sqrt();
-    sine.min(1.0).asin().to_degrees() as usize
 }

@@ -62,8 +62,8 @@ pub(super) struct Slopes {
 /// The sides of cells of one row in units of heights, as what slopes are rises times.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cell {
-    per_across: f64,
-    per_down: f64,
+    per_two_across: f32,
+    per_down: f32,
 }
 
 impl Slopes {
@@ -80,10 +80,11 @@ impl Slopes {
         let (_, y) = transform.place((self.band.width() - 1) as f64 / 2.0, row as f64);
         let (mx, my) = Metres::between(self.band.reference().metres, y, y);
         let sides = ((xp * mx).hypot(yp * my), (xl * mx).hypot(yl * my));
-        Cell { per_across: self.height_unit / sides.0, per_down: self.height_unit / sides.1 }
+        let [across, down] = [2.0 * sides.0, sides.1].map(|side| (self.height_unit / side) as f32);
+        Cell { per_two_across: across, per_down: down }
     }
 
-    /// The class of a slope, by the square of its tangent; [`NO_CLASS`] where that is no number.
+    /// The class of a slope, by the square of its tangent, a number.
     #[inline(always)]
     pub(super) fn class(&self, squared: f32) -> u32 {
         // The first class begins at 0.
@@ -91,16 +92,16 @@ impl Slopes {
         for from in &self.squared[1..] {
             class += u32::from(squared >= *from);
         }
-        if squared.is_nan() { NO_CLASS as u32 } else { class }
+        class
     }
 }
 
 impl Cell {
-    /// The square of a slope's tangent, from the rises along a row and along a column, a cell each.
+    /// The square of a slope's tangent, from the rise along a row over two cells, and that along a column over one.
     #[inline(always)]
     pub(super) fn squared(self, across: f64, down: f64) -> f32 {
-        let (x, y) = (across * self.per_across, down * self.per_down);
-        (x * x + y * y) as f32
+        let (x, y) = (across as f32 * self.per_two_across, down as f32 * self.per_down);
+        x * x + y * y
     }
 }
 
@@ -130,8 +131,7 @@ mod tests {
             let expected = FROM.iter().rposition(|from| squared as f32 >= from.to_radians().tan().powi(2) as f32);
             assert_eq!(slopes.class(squared as f32) as usize, expected.unwrap(), "{squared}");
         }
-        assert_eq!([f32::NAN, -f32::NAN].map(|squared| slopes.class(squared)), [NO_CLASS as u32; 2]);
         let flat = slopes.cell(0);
-        assert_eq!((flat.squared(1.0, 0.0), flat.squared(3.0, 4.0)), (1.0, 25.0));
+        assert_eq!((flat.squared(2.0, 0.0), flat.squared(6.0, 4.0)), (1.0, 25.0));
     }
 }

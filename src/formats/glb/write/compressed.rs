@@ -1,7 +1,8 @@
 //! A GLB that is compressed by meshoptimizer's codecs, without loss.
 
-use std::collections::HashMap;
 use std::path::Path;
+
+use rustc_hash::FxHashMap;
 
 use super::super::FORMAT;
 use super::document::{Buffers, Part, Stretch, document, front, too_long};
@@ -44,7 +45,7 @@ pub(super) struct Compressed {
 #[derive(Default)]
 struct Chunk {
     /// Numbers in the primitive, by those in the mesh.
-    numbers: HashMap<u64, u32>,
+    numbers: FxHashMap<u64, u32>,
     /// The other way round.
     vertices: Vec<u64>,
     corners: Vec<u32>,
