@@ -29,10 +29,27 @@ impl Fall {
     /// The fall along a row, in metres, both counted from the corner of the square.
     pub(super) fn along_row(&self, row: i64) -> impl Fn(i64) -> f64 + use<> {
         let (across, along) = self.body.bends(self.grid, self.top + row);
-        let half = 0.5 * self.cells as f64;
-        let from_middle = move |at: i64| at as f64 - half;
-        let of_row = along * from_middle(row) * from_middle(row);
-        move |column| across * from_middle(column) * from_middle(column) + of_row
+        let of_row = along * self.squared(row);
+        let square = *self;
+        move |column| across * square.squared(column) + of_row
+    }
+
+    /// The square of how far a column or a row is from the middle, in cells.
+    fn squared(&self, at: i64) -> f64 {
+        let from_middle = at as f64 - 0.5 * self.cells as f64;
+        from_middle * from_middle
+    }
+
+    /// Adds to `into` the heights of a row less the fall, those of the columns that `squares` is of.
+    pub(super) fn flatten(&self, row: i64, heights: &[f64], squares: &[f64], into: &mut Vec<f64>) {
+        let (across, along) = self.body.bends(self.grid, self.top + row);
+        let of_row = along * self.squared(row);
+        into.extend(heights.iter().zip(squares).map(|(height, squared)| height - (across * squared + of_row)));
+    }
+
+    /// What [`Fall::flatten`] takes.
+    pub(super) fn squares(&self, step: i64) -> Vec<f64> {
+        (0..=self.cells / step).map(|column| self.squared(column * step)).collect()
     }
 
     /// The fall along its western side, or its northern one, from corner to corner. Those of the eastern and the southern are the same.

@@ -176,9 +176,9 @@ impl PartMaker {
     fn tile(&mut self, place: &Place, step: i64) -> Tile {
         let side = (place.cells / step) as usize + 1;
         self.flat.clear();
+        let squares = place.fall.squares(step);
         for (row, heights) in self.block.heights.chunks_exact(side).enumerate() {
-            let fall = place.fall.along_row(row as i64 * step);
-            self.flat.extend((0..).zip(heights).map(|(column, height)| height - fall(column * step)));
+            place.fall.flatten(row as i64 * step, heights, &squares, &mut self.flat);
         }
         let tile = Tile::from_heights(side, side, Heights::F64(std::mem::take(&mut self.flat)));
         let inside = &self.block.inside;

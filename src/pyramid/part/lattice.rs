@@ -50,7 +50,8 @@ impl PartMaker {
         Ok(self.part(&all, part.rim))
     }
 
-    /// Gives a part another rim, which has all vertices of its own and others between. These split the edges that they lie on.
+    /// Gives a part another rim, which has all vertices of its own and others between. These split the edges that they lie on; were one
+    /// not to lie on any, all would be triangulated anew.
     pub(super) fn with_rim(
         &mut self,
         samples: &Samples,
@@ -67,7 +68,9 @@ impl PartMaker {
         let numbers = kept.into_iter().chain(rim.len()..all.len());
         self.mesh.vertices.iter_mut().zip(numbers).for_each(|(vertex, number)| vertex.height = number as f64);
         self.put_in(samples, place, &all, new.into_iter(), Rim::Free)?;
-        assert_eq!(self.mesh.vertices.len(), all.len(), "a vertex for each of the rim");
+        if self.mesh.vertices.len() != all.len() {
+            return Ok(self.triangulate(place, rim, inside));
+        }
         let number = |i: u32| self.mesh.vertices[i as usize].height as u32;
         let triangles = self.mesh.triangles.iter().map(|&[a, b, c]| [a, c, b].map(number)).collect();
         Ok(Part { vertices: all, rim: rim.len(), triangles })
