@@ -198,8 +198,9 @@ impl Counting {
         cell.near += u32::from(is_above || counted as f32 > line.measure.nearly());
         cell.above += u32::from(is_above);
         tally.histogram.count_any(counted.copysign(error));
-        tally.low += u64::from(is_above && error < 0.0);
-        tally.high += u64::from(is_above && error > 0.0);
+        // One of two triangles over it may be above while the other is not: then the error is any.
+        tally.low += u64::from(is_above && error.is_sign_negative());
+        tally.high += u64::from(is_above && !error.is_sign_negative());
         piece.sum += error;
         if let Some(class) = piece.classes.get_mut(line.class(column)) {
             let squares = distance * distance;

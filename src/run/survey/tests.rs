@@ -146,3 +146,13 @@ fn squares_of_many_samples_are_put_together() {
     assert_eq!(survey.map.side, 3);
     told.check(&survey);
 }
+
+/// Of two triangles over a sample the worse one may have no height to tell.
+#[test]
+fn what_is_above_without_an_error_has_a_bar() {
+    let mut told = Told::new((4, 3), 1.0, (0, 0.0), 7);
+    told.marks[5] = ObservedRows::ABOVE;
+    let survey = told.surveyed(3);
+    assert_eq!((survey.measured, survey.signed_errors.iter().sum::<u64>()), (12, 12));
+    assert_eq!(survey.signed_errors.last(), Some(&1));
+}
