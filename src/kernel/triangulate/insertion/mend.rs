@@ -119,7 +119,7 @@ enum Way {
 impl Refinement<'_> {
     /// Mends all edges, or all but some that it returns the number of.
     fn mend(&mut self, tester: &Tester<'_>) -> Result<u64, Cancelled> {
-        let (mut turned, mut strays, mut known) = (HashSet::new(), Vec::new(), Vec::new());
+        let (mut turned, mut strays) = (HashSet::new(), Vec::new());
         loop {
             let (mut mended, mut left) = (false, 0);
             let mut e = 0;
@@ -127,7 +127,7 @@ impl Refinement<'_> {
                 if e.is_multiple_of(EDGES_BETWEEN_CHECKS) {
                     self.cancel.check()?;
                 }
-                self.list_strays(tester, e, &mut known, &mut strays);
+                self.list_strays(tester, e, &mut strays);
                 if !strays.is_empty() {
                     match self.mend_edge(tester, e, &strays, &mut turned) {
                         Way::Done => mended = true,
@@ -143,24 +143,13 @@ impl Refinement<'_> {
         }
     }
 
-    /// Where an edge between two triangles strays, at that of its half-edges which is met first. The ends of edges that are
-    /// known not to are remembered, by half-edges.
-    fn list_strays(&self, tester: &Tester<'_>, e: u32, known: &mut Vec<[u32; 2]>, into: &mut Vec<Side>) {
+    /// Where an edge between two triangles strays, at that of its half-edges which is met first.
+    fn list_strays(&self, tester: &Tester<'_>, e: u32, into: &mut Vec<Side>) {
         let topology = &self.surface.topology;
         into.clear();
-        if topology.is_locked(e) || topology.twin(e) < e {
-            return;
-        }
-        let ends = [topology.origin(e), topology.origin(next(e))];
-        let at = e as usize;
-        if known.get(at) == Some(&ends) {
-            return;
-        }
-        let [p, q] = ends.map(|v| self.surface.vertices[v as usize]);
-        tester.list_strays(p, q, into);
-        if into.is_empty() {
-            known.resize(known.len().max(at + 1), [u32::MAX; 2]);
-            known[at] = ends;
+        if !topology.is_locked(e) && topology.twin(e) > e {
+            let [p, q] = [topology.origin(e), topology.origin(next(e))].map(|v| self.surface.vertices[v as usize]);
+            tester.list_strays(p, q, into);
         }
     }
 
