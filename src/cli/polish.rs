@@ -43,7 +43,7 @@ pub(super) struct PolishArgs {
     #[arg(long, hide_short_help = true, value_name = "SHARE", value_parser = values::shrink)]
     polish_shrink: Option<f32>,
     /// What energy violating triangles may have for the last round of repair to follow, and five times as much for each
-    /// round before it, or any
+    /// round before it (fitted heights: 2.5 times, and any for the first), or any
     #[arg(long, hide_short_help = true, value_name = "ENERGY", value_parser = values::reach)]
     polish_reach: Option<f32>,
     /// Steps of a vertex that moves in a round of repair
@@ -52,7 +52,8 @@ pub(super) struct PolishArgs {
     /// Whether the first of these is half as long from one round to the next
     #[arg(long, hide_short_help = true, value_name = "BOOL")]
     polish_finer: Option<bool>,
-    /// Whether a round also moves vertices around which it has left no violation
+    /// Whether a round also moves vertices around which it has left no violation; fitted heights: whether shorter steps are
+    /// tried, too
     #[arg(long, hide_short_help = true, value_name = "BOOL")]
     polish_thorough: Option<bool>,
     /// Steps of a vertex that moves between passes

@@ -18,12 +18,15 @@ use crate::base::mesh::Vertex;
 /// The eight neighbours, in cells.
 const AROUND: [(i32, i32); 8] = [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
 
-/// Which parts of a Gauss–Newton step are tried.
+/// Which parts of a Gauss–Newton step are tried: the first one alone, unless the search is thorough.
 const PARTS: [f64; 2] = [1.0, 0.4];
 /// A step that rounding would lead nowhere goes to the neighbour, if it is longer than this, in lattice steps.
 const LEAST_STEP: f64 = 0.150;
 /// None is longer than this part of the way to the nearest vertex of the ring, or a cell.
 const FARTHEST: f64 = 0.7;
+
+/// An apex moves only where the energy falls below this share: smaller gains lead nowhere and take as long.
+pub(super) const MOVE_SHARE: f32 = 0.98;
 
 /// Triangles from a ring to an apex inside it. Triangle i has edge i of the ring.
 #[derive(Debug, Default)]
@@ -164,10 +167,10 @@ impl Fan {
     }
 
     /// One Gauss–Newton step of an apex that has a height of its own. Returns the best of the old place and where it
-    /// leads to, or else part of the way there, each with the height that fits it best, if the energy falls below `share`
-    /// of what it is; else the apex itself.
-    pub(super) fn step(&mut self, centre: Vertex, share: f32, judge: &Judge<'_>, fitting: &Fitting) -> Vertex {
-        let mut limit = self.energy() * share;
+    /// leads to, or else, in a thorough search, part of the way there, each with the height that fits it best, if the energy falls
+    /// below a share of what it is; else the apex itself.
+    pub(super) fn step(&mut self, centre: Vertex, thorough: bool, judge: &Judge<'_>, fitting: &Fitting) -> Vertex {
+        let mut limit = self.energy() * MOVE_SHARE;
         let mut best = centre;
         self.star.read(&self.ring, centre, &judge.meter);
         let [x, y, rise] = self.star.step(self.free_ways());
@@ -178,7 +181,7 @@ impl Fan {
         let farthest = f64::from(self.clearance(centre.at)) * FARTHEST;
         let shorten = (farthest.max(f64::from(STEPS)) / x.abs().max(y.abs())).min(1.0);
         let mut tried = centre.at;
-        for part in PARTS.map(|part| part * shorten) {
+        for part in PARTS[..if thorough { 2 } else { 1 }].iter().map(|part| part * shorten) {
             let place = stepped(centre.at, x * part, y * part);
             if place == tried || place == centre.at || !self.holds(place, &judge.meter) {
                 continue;

@@ -1,6 +1,6 @@
 //! Moves that keep the number of triangles: a vertex goes to another place or height, an edge turns.
 
-use super::fan::{Fan, Look};
+use super::fan::{Fan, Look, MOVE_SHARE};
 use super::fitting::Fitting;
 use super::hole::Hole;
 use super::judge::{DOUBT, Judge};
@@ -8,9 +8,7 @@ use super::net::{NONE, Net, next, previous};
 use crate::base::lattice::STEPS;
 use crate::base::mesh::Vertex;
 
-/// An apex moves only where the energy falls below this share: smaller gains lead nowhere and take as long.
-const MOVE_SHARE: f32 = 0.98;
-/// The same for edges, which have few choices.
+/// An edge turns only where the energy falls below this share: edges have few choices.
 const FLIP_SHARE: f32 = 0.998;
 /// Vertices with longer rings do not move.
 pub(super) const LONGEST_RING: usize = 24;
@@ -35,6 +33,8 @@ pub(super) struct Search {
     pub(super) halvings: u32,
     /// In how many of a star's rows places are compared first, where it has twice as many or more.
     pub(super) rows: u32,
+    /// Whether vertices move, too, around which nothing violates; where heights are fitted, whether shorter steps are tried, too.
+    pub(super) thorough: bool,
 }
 
 /// The best place that is found: the first step is a quarter of the way to the nearest neighbour, and a step that leads
@@ -58,11 +58,11 @@ fn search(fan: &mut Fan, centre: Vertex, how: Search, demand: Demand, judge: &Ju
 }
 
 /// The best place and height that is found.
-fn fit(fan: &mut Fan, centre: Vertex, rounds: u32, judge: &Judge<'_>, fitting: &Fitting) -> Vertex {
+fn fit(fan: &mut Fan, centre: Vertex, how: Search, judge: &Judge<'_>, fitting: &Fitting) -> Vertex {
     let mut apex = centre;
-    for _ in 0..rounds {
+    for _ in 0..how.rounds {
         let before = apex;
-        apex = fan.step(apex, MOVE_SHARE, judge, fitting);
+        apex = fan.step(apex, how.thorough, judge, fitting);
         if apex == before {
             break;
         }
@@ -99,13 +99,12 @@ impl Improver {
     }
 
     /// The same for less energy, if the vertex has not been tried in vain with the same triangles around it, and some of
-    /// them violates the tolerance or the work is to be `thorough`.
+    /// them violates the tolerance or the search is thorough.
     pub(super) fn relocate_new(
         &mut self,
         net: &mut Net,
         v: u32,
         how: Search,
-        thorough: bool,
         tried: &mut Vec<Tried>,
         judge: &Judge<'_>,
     ) {
@@ -115,7 +114,7 @@ impl Improver {
         let fits = self.hole.triangles.iter().map(|&t| net.triangles[t as usize].fit);
         let (energy, worst) = fits.fold((0.0f32, 0.0f32), |(sum, worst), fit| (sum + fit.energy, worst.max(fit.worst)));
         let now = Tried { vertex: v, halvings: how.halvings, energy, ring: self.hole.ring.len() };
-        let is_in_vain = (worst <= 1.0 && !thorough) || tried.contains(&now);
+        let is_in_vain = (worst <= 1.0 && !how.thorough) || tried.contains(&now);
         if !is_in_vain && !self.relocate_in_hole(net, v, how, Demand::Better, judge) {
             tried.push(now);
         }
@@ -130,7 +129,7 @@ impl Improver {
         fan.reset(hole.ring.iter().map(|&r| net.vertex(r)), fits, sharpest);
         let apex = match &judge.fitting {
             None => search(fan, centre, how, demand, judge),
-            Some(fitting) => fit(fan, centre, how.rounds, judge, fitting),
+            Some(fitting) => fit(fan, centre, how, judge, fitting),
         };
         if apex == centre {
             return false;

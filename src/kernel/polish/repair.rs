@@ -25,12 +25,12 @@ pub(super) struct Patience {
     pub(super) shrink: f32,
     /// What the energy of violating triangles may be with one round to go.
     pub(super) last_reach: f32,
+    /// Whether heights are fitted.
+    pub(super) fitted: bool,
     /// How vertices are moved in the first round.
     pub(super) search: Search,
     /// Whether their first step is halved from round to round.
     pub(super) finer: bool,
-    /// Whether those move, too, around which nothing violates any more.
-    pub(super) thorough: bool,
     /// Vertices with longer rings are left alone.
     pub(super) longest_ring: usize,
 }
@@ -38,12 +38,18 @@ pub(super) struct Patience {
 /// How many times as much energy a round can bring down as the next one can: a round that brings it down at all brings it
 /// to a fifth.
 const GAIN_OF_A_ROUND: f32 = 5.0;
+/// The same where heights are fitted.
+const GAIN_FITTED: f32 = 2.5;
 
 impl Patience {
     /// How much energy violating triangles may have for a round to follow: with more than the rounds that are left bring
-    /// down there is no hope.
+    /// down there is no hope. Where heights are fitted, the first round tells more than what was there before.
     fn reach(&self, round: usize) -> f32 {
-        self.last_reach * GAIN_OF_A_ROUND.powi((self.rounds - round) as i32 - 1)
+        if self.fitted && round == 0 {
+            return f32::INFINITY;
+        }
+        let gain = if self.fitted { GAIN_FITTED } else { GAIN_OF_A_ROUND };
+        self.last_reach * gain.powi((self.rounds - round) as i32 - 1)
     }
 
     /// How vertices are moved in a round.
@@ -187,7 +193,7 @@ impl Repair {
             self.list_corners(net, judge);
             let search = patience.search(round);
             for &(_, v) in &self.corners {
-                self.improver.relocate_new(net, v, search, patience.thorough, &mut self.tried, judge);
+                self.improver.relocate_new(net, v, search, &mut self.tried, judge);
             }
             for &t in &self.violating {
                 // What the moves have mended stays as it is.

@@ -16,7 +16,7 @@ use crate::kernel::triangulate::feasible::{Plane, Spans};
 /// Newton steps for a height, at most; most end after three.
 const NEWTON_STEPS: usize = 6;
 /// They end where the energy falls by less than this share, or the height changes by less than this share of ε.
-const SETTLED: f32 = 1e-3;
+const SETTLED: f32 = 0.01;
 /// How much the energy may fall, as a multiple of slope² ÷ curve: a Newton step promises half of it, and more comes where violations
 /// end on the way.
 const HOPE: f32 = 1.0;
@@ -32,6 +32,17 @@ pub(super) struct Star {
     share: Vec<f32>,
     error: Vec<f32>,
     parts: Vec<Part>,
+    /// Sums at the height that it was read with, where they are known.
+    at_rest: Option<Sums>,
+}
+
+/// Sums over samples at one height of the apex.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    energy: f32,
+    /// First and second derivative of the energy with respect to the rise.
+    slope: f32,
+    curve: f32,
 }
 
 /// What belongs to one triangle.
@@ -47,12 +58,11 @@ struct Part {
     gradient: [f64; 2],
 }
 
-/// Sums over samples at one height of the apex, by lanes.
+/// [`Sums`] by lanes, and the largest error.
 #[derive(Clone, Copy)]
 struct Totals<E> {
     energy: E,
     worst: E,
-    /// First and second derivative of the energy with respect to the rise.
     slope: E,
     curve: E,
 }
@@ -61,6 +71,7 @@ impl Star {
     /// Reads the star of an apex inside its ring.
     pub(super) fn read(&mut self, ring: &Ring, apex: Vertex, meter: &Meter<'_>) {
         self.parts.clear();
+        self.at_rest = None;
         match &meter.tile().heights {
             Heights::F32(heights) => run(Read { star: self, ring, apex, meter, heights }),
             Heights::F64(heights) => run(Read { star: self, ring, apex, meter, heights }),
@@ -71,7 +82,7 @@ impl Star {
     /// hope that it is.
     pub(super) fn best_rise(&self, limit: f32) -> (f32, f32) {
         let end = self.parts.last().map_or(0, |p| p.behind);
-        run(Newton { share: &self.share[..end], error: &self.error[..end], limit })
+        run(Newton { share: &self.share[..end], error: &self.error[..end], at_rest: self.at_rest, limit })
     }
 
     /// How the samples of triangle i fit when the apex is `rise` tolerances higher.
@@ -86,20 +97,24 @@ impl Star {
     /// When the apex of a plane with the gradient (p, q) goes by (x, y, z), the error at a sample changes by its share of
     /// z − p·x − q·y, to first order: two sums per triangle are all that is needed of the samples. Damped a little. It stays
     /// where it is across or down unless it is `free` to go there.
-    pub(super) fn step(&self, free: [bool; 2]) -> [f64; 3] {
+    pub(super) fn step(&mut self, free: [bool; 2]) -> [f64; 3] {
         const DAMPING: f64 = 1e-3;
+        let mut all = Sums::default();
         let (mut slope, mut curve) = ([0.0f64; 3], [[0.0f64; 3]; 3]);
         for &Part { start, behind, gradient: [p, q], .. } in &self.parts {
             let (share, error) = (&self.share[start..behind], &self.error[start..behind]);
-            let (falls, bends) = run(Derivatives { share, error });
+            let sums = run(AtRest { share, error });
+            all =
+                Sums { energy: all.energy + sums.energy, slope: all.slope + sums.slope, curve: all.curve + sums.curve };
             let along = [if free[0] { -p } else { 0.0 }, if free[1] { -q } else { 0.0 }, 1.0];
             for i in 0..3 {
-                slope[i] += f64::from(falls) * along[i];
+                slope[i] += f64::from(sums.slope) * along[i];
                 for j in 0..3 {
-                    curve[i][j] += f64::from(bends) * along[i] * along[j];
+                    curve[i][j] += f64::from(sums.curve) * along[i] * along[j];
                 }
             }
         }
+        self.at_rest = Some(all);
         for (i, row) in curve.iter_mut().enumerate() {
             row[i] = row[i] * (1.0 + DAMPING) + 1e-9;
         }
@@ -173,19 +188,21 @@ impl<H: Sample> Read<'_, '_, H> {
         let offset = (a.height - reference.to_f64()) * per_tolerance;
         let [across, down] = plane.gradient().map(|g| g * per_tolerance);
         let (error_step, share_step) = ((across * f64::from(STEPS)) as f32, plane.share_step() as f32);
-        for row in spans.rows() {
-            let (first, last) = spans.columns(row);
-            if first > last {
-                continue;
+        for half in spans.halves() {
+            for row in half.first..=half.last {
+                let (first, last) = half.columns(row);
+                if first > last {
+                    continue;
+                }
+                let (index, count) = (row as usize * tile.width + first as usize, (last - first + 1) as usize);
+                let at = Point::of_sample(first, row);
+                let (x, y) = (f64::from(at.x - a.at.x), f64::from(at.y - a.at.y));
+                let error = [(across * x + down * y + offset) as f32, error_step];
+                let share = [plane.share_of_a(at) as f32, share_step];
+                self.star.make_room(len + count);
+                self.row(index, count, Line { error, share, reference }, len);
+                len += count;
             }
-            let (index, count) = (row as usize * tile.width + first as usize, (last - first + 1) as usize);
-            let at = Point::of_sample(first, row);
-            let (x, y) = (f64::from(at.x - a.at.x), f64::from(at.y - a.at.y));
-            let error = [(across * x + down * y + offset) as f32, error_step];
-            let share = [plane.share_of_a(at) as f32, share_step];
-            self.star.make_room(len + count);
-            self.row(index, count, Line { error, share, reference }, len);
-            len += count;
         }
         self.star.make_room(len);
         self.star.clear_lane(len);
@@ -255,25 +272,34 @@ impl Kernel for FitAt<'_> {
     }
 }
 
-/// First and second derivative of the energy where the star was read.
-struct Derivatives<'a> {
+/// Sums where the star was read.
+struct AtRest<'a> {
     share: &'a [f32],
     error: &'a [f32],
 }
 
-impl Kernel for Derivatives<'_> {
-    type Output = (f32, f32);
+impl Kernel for AtRest<'_> {
+    type Output = Sums;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, on: L) -> (f32, f32) {
-        let Totals { slope, curve, .. } = totals(on, self.share, self.error, 0.0);
-        (total(&on.parts(slope)), total(&on.parts(curve)))
+    fn run<L: Lanes>(self, on: L) -> Sums {
+        totals(on, self.share, self.error, 0.0).sums(on)
+    }
+}
+
+impl<E: Copy> Totals<E> {
+    #[inline(always)]
+    fn sums<L: Lanes<Eight = E>>(self, on: L) -> Sums {
+        let [energy, slope, curve] = [self.energy, self.slope, self.curve].map(|sum| total(&on.parts(sum)));
+        Sums { energy, slope, curve }
     }
 }
 
 struct Newton<'a> {
     share: &'a [f32],
     error: &'a [f32],
+    /// Sums at no rise, where they are known.
+    at_rest: Option<Sums>,
     limit: f32,
 }
 
@@ -283,9 +309,13 @@ impl Kernel for Newton<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, on: L) -> (f32, f32) {
         let (mut best, mut least, mut rise) = (0.0, f32::INFINITY, 0.0);
+        let mut known = self.at_rest;
         for _ in 0..NEWTON_STEPS {
-            let Totals { energy, slope, curve, .. } = totals(on, self.share, self.error, rise);
-            let energy = total(&on.parts(energy));
+            let sums = known.take().unwrap_or_else(
+                #[inline(always)]
+                || totals(on, self.share, self.error, rise).sums(on),
+            );
+            let Sums { energy, slope, curve } = sums;
             let falls = energy < least;
             if !falls {
                 rise = best + (rise - best) * BACKTRACK;
@@ -293,7 +323,6 @@ impl Kernel for Newton<'_> {
             }
             let slows = least - energy < SETTLED * least;
             (best, least) = (rise, energy);
-            let (slope, curve) = (total(&on.parts(slope)), total(&on.parts(curve)));
             if energy - HOPE * slope * slope / curve >= self.limit {
                 return (best, f32::INFINITY);
             }

@@ -372,7 +372,7 @@ fn take_back(fitting: Option<Fitting>) {
             flips += usize::from(alive && improver.flip(&mut net, side, super::improve::Demand::Better, &judge));
         }
         hole.ring.retain(|&r| !net.is_locked(r));
-        let how = super::improve::Search { rounds: 2, places: 8, halvings: 0, rows: Schedule::ALL };
+        let how = super::improve::Search { rounds: 2, places: 8, halvings: 0, rows: Schedule::ALL, thorough: false };
         for &r in &hole.ring {
             let moved = improver.relocate(&mut net, r, how, super::improve::Demand::Better, &judge);
             moves += usize::from(moved);
