@@ -73,6 +73,11 @@ pub(crate) struct TilesOptions {
     /// of 1/8 m or more (docs/tiles.md)
     #[arg(long, hide_short_help = true)]
     fine_heights: bool,
+    /// How far the surface may stray between samples of the grid: where an edge crosses the side between two neighbouring samples of a row or
+    /// column it lies between their heights, give or take F × the level's error. F is a number from 1 on, or inf for no limit
+    #[arg(long, hide_short_help = true, value_name = "F", value_parser = values::max_stray, allow_hyphen_values = true,
+        default_value = "1.5", conflicts_with = "own_samples")]
+    max_stray: f64,
     /// Keep every level's error at the raster's own samples, too, not only at those of the grid: those beyond it become vertices
     #[arg(long)]
     own_samples: bool,
@@ -174,6 +179,7 @@ impl TilesOptions {
             outside: self.outside,
             void_as: self.void_as.unwrap_or_default(),
             fine_heights: self.fine_heights,
+            max_stray: self.max_stray,
             own_samples: self.own_samples,
             gzip: self.gzip,
             memory: common.memory,
@@ -213,9 +219,10 @@ impl From<PyramidError> for Failure {
                     "choose a larger --max-error or --grid-factor; where a value that marks missing samples is taken for a height, --nodata and \
                      --valid-range leave it out",
                 );
-                match worst.is_some_and(|worst| worst.is_at_rim) {
-                    true => failure.hint("the nearer --outside is to the ground's heights there, the lower are the cliffs around it"),
-                    false => failure,
+                match worst {
+                    Some(worst) if worst.is_at_rim => failure.hint("the nearer --outside is to the ground's heights there, the lower are the cliffs around it"),
+                    Some(_) => failure,
+                    None => failure.hint("--max-stray inf takes the limit between samples away"),
                 }
             }
             PyramidError::OwnSamples { .. } => failure.hint(

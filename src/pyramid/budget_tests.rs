@@ -50,7 +50,8 @@ fn a_thread_takes_what_is_reckoned() {
     let reliefs = [(TILE, Relief::of(0.0).with(Relief::of(1e3)))].into_iter().collect();
     let (steps, cancel, memory) = (Steps::of(&reliefs, None), CancelToken::default(), Memory::of_threads(1));
     let (samples, steps, cancel, memory) = (&samples, &steps, &cancel, &memory);
-    let task = LevelTask { body: &BODY, samples, level, cut_finer: 1, steps, cuts: false, memory, cancel };
+    let task =
+        LevelTask { body: &BODY, samples, level, cut_finer: 1, steps, max_stray: 1.5, cuts: false, memory, cancel };
     let mut maker = TileMaker::default();
     let (made, counted) = peak_of(|| task.make(TILE, &mut maker));
     let triangles = made.expect("a tile").0.triangles.len() as u64;

@@ -349,7 +349,7 @@ impl Facet {
 }
 
 /// How far points of a triangle may be from where straight lines have them, in columns and rows of `cell` radians: see above.
-fn reach(body: &Body, points: [Vector; 3], cell: f64) -> (f64, f64) {
+pub(super) fn reach(body: &Body, points: [Vector; 3], cell: f64) -> (f64, f64) {
     let side = EDGES.map(|(i, j)| length(minus(points[i], points[j])));
     let side = side[0].max(side[1]).max(side[2]);
     let least = |values: [f64; 3]| values[0].min(values[1]).min(values[2]);

@@ -7,6 +7,7 @@ use std::rc::Rc;
 use super::error::PyramidError;
 use super::own::{Along, OnLine, OnSide, refine};
 use super::quantize::{SPAN, coordinate};
+use super::rim;
 use super::samples::{Block, Patch, Samples};
 use crate::base::control::CancelToken;
 use crate::base::exact::MAX_TOLERANCE;
@@ -189,9 +190,13 @@ fn continued(along: Along, mut side: Vec<OnSide>, inside: &[bool], tolerance: f6
     const SHARE: f64 = 0.125;
     let step = along.tile_cells as f64 / SPAN as f64;
     let mut further = Vec::new();
-    for i in 1..side.len() {
-        for (at, other, towards) in [(i - 1, i, 1), (i, i - 1, -1)] {
-            let (OnSide { at: from, height, .. }, next) = (side[at], side[other]);
+    for at in 0..side.len() {
+        let OnSide { at: from, height, .. } = side[at];
+        // How its place is to be rounded, if otherwise than it is.
+        let mut way = None;
+        for towards in [1, -1] {
+            let other = at.wrapping_add_signed(towards as isize);
+            let Some(&next) = side.get(other) else { continue };
             let steepness = (next.height - height).abs() / (next.at - from).abs() as f64;
             if !inside[from as usize] || inside[(from + towards) as usize] || steepness * step <= SHARE * tolerance {
                 continue;
@@ -201,9 +206,16 @@ fn continued(along: Along, mut side: Vec<OnSide>, inside: &[bool], tolerance: f6
             } else if (1..side.len() - 1).contains(&other) {
                 side[other].height = height;
             } else {
+                // What falls to an end that stays falls beyond the sample.
+                if rim::counts(along.tile_cells) {
+                    way = Some(towards);
+                }
                 continue;
             }
-            side[at] = along.sample(from, height, 0);
+            way = way.or(Some(0));
+        }
+        if let Some(way) = way.filter(|_| (1..side.len() - 1).contains(&at)) {
+            side[at] = along.sample(from, height, way);
         }
     }
     side.extend(further);
@@ -264,6 +276,24 @@ mod tests {
         assert_eq!(found(1.0), [(0, 0.0), (3, 1.0), (5, 1.0), (6, 0.0), (8, 0.0)]);
         let steep = 5_000.0;
         assert_eq!(found(steep), [(0, 0.0), (2, steep), (3, steep), (5, steep), (6, steep), (8, 0.0)]);
+    }
+
+    #[test]
+    fn beside_an_end_that_stays_a_vertex_is_rounded_towards_it() {
+        let line = Line { column: 0, row: 0, length: 8, down: false };
+        let body = Body { semi_major: 6e6, semi_minor: 6e6 };
+        let fall = Fall { body, grid: Grid { exponent: 7 }, top: 0, cells: 8 };
+        for (first, at, end, place) in [(96, 7, 8, 26368), (32, 1, 0, 8447)] {
+            let along = Along { line, first, tile_cells: 128, fall };
+            let inside: Vec<bool> = (0..=8).map(|i| i == at).collect();
+            let height = |i: i64| if i == at { 5_000.0 } else { 0.0 };
+            let side = [0, at, 8].map(|i| along.sample(i, height(i), along.away(&inside, i))).to_vec();
+            assert_eq!((side[1].lattice, (side[1].lattice - place).abs()), (coordinate(first + at, 128), 1));
+            let found = continued(along, side, &inside, 1.0);
+            let vertex = found.iter().find(|vertex| vertex.at == at).expect("it stays");
+            assert_eq!(vertex.lattice, place);
+            assert_eq!(found.iter().find(|vertex| vertex.at == 2 * at - end).expect("a cell on").height, 5_000.0);
+        }
     }
 
     #[test]

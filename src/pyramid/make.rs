@@ -180,6 +180,7 @@ impl<'a> Making<'a> {
             gzip: request.gzip,
             fine_heights: request.fine_heights,
             own_samples: request.own_samples,
+            max_stray: request.promised_stray(),
             view: facts.view.clone(),
             levels,
         };
@@ -216,7 +217,8 @@ impl<'a> Making<'a> {
             let cancel = &self.control.cancel;
             let (body, memory) = (&self.ground.facts.body, self.memory);
             let cut_finer = level.parts / self.ground.levels[number].parts;
-            let task = LevelTask { body, samples, level, cut_finer, steps: &steps, cuts, memory, cancel };
+            let max_stray = self.request.max_stray;
+            let task = LevelTask { body, samples, level, cut_finer, steps: &steps, max_stray, cuts, memory, cancel };
             let found_before = self.found();
             let made: Result<Vec<Option<LevelReport>>, PyramidError> = keys
                 .par_iter()

@@ -94,6 +94,10 @@ pub struct Promise {
     /// Whether the errors of levels hold at the raster's own samples, too.
     #[serde(default)]
     pub own_samples: bool,
+    /// Between samples of the grid, edges are within this times the level's error of the heights around. Without it nothing is promised
+    /// there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_stray: Option<f64>,
     /// The levels.
     pub levels: Vec<Level>,
 }

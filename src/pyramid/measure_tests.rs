@@ -76,7 +76,17 @@ fn nothing_is_left_out() {
         let reliefs = [(tile, Relief::of(-4.1e5).with(Relief::of(5.1e5)))].into_iter().collect();
         let steps = Steps::of(&reliefs, None);
         let (samples, steps, cancel, memory) = (&samples, &steps, &cancel, &memory);
-        let task = LevelTask { body: &EARTH, samples, level, cut_finer: 1, steps, cuts: false, memory, cancel };
+        let task = LevelTask {
+            body: &EARTH,
+            samples,
+            level,
+            cut_finer: 1,
+            steps,
+            max_stray: 1.5,
+            cuts: false,
+            memory,
+            cancel,
+        };
         let (surface, measured) = task.make(tile, &mut TileMaker::default()).expect("a tile");
         let (worst, largest) = naive(samples, &surface);
         assert!(largest > 0.0 && largest <= max_error, "{tile}: {largest} of {max_error}");

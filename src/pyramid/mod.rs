@@ -6,7 +6,7 @@
 //! tile: `lines` finds the sides, which depend on their line and the level alone, `part` makes meshes with the engines of
 //! [`crate::kernel`], both of samples that have the curvature of the ellipsoid in them (`fall`), `quantize` brings places and heights onto the lattice that the format has, so that tiles of a level share
 //! every vertex on their border, `rim` rounds those at the raster's rim away from it, `surface` is the tile as decoded, `measure` compares that with all samples (`facet`: one triangle; `own`: those of the raster itself), and `tile` mends
-//! what is beyond the error. `holes` leaves triangles out that are over voids (`voids`). `encode`, `normals`, `manifest` and `write` make files of it.
+//! what is beyond the error; `strays` does that of edges that are too far off between samples. `holes` leaves triangles out that are over voids (`voids`). `encode`, `normals`, `manifest` and `write` make files of it.
 //!
 //! **The promise.** Every tile of level L, as decoded, is within ε_L of every sample of the finest grid that the raster gives a
 //! height, along the normal of the ellipsoid. It does not rest on how the mesh was made: `measure` finds the distance of each
@@ -52,6 +52,7 @@ mod samples;
 mod shards;
 mod source;
 mod store;
+mod strays;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -104,6 +105,9 @@ pub struct TilesRequest {
     /// Whether the heights of a tile's header are so far apart that CesiumJS keeps floats and does not round to 12 bits: steps are
     /// not below 1/8 m then.
     pub fine_heights: bool,
+    /// Between samples of the grid, edges are within this times the level's error of the heights around; infinite: they may be anywhere. With
+    /// `own_samples` nothing is promised there.
+    pub max_stray: f64,
     /// Whether tiles are within their errors at the raster's own samples, too, not only at those of the grid.
     pub own_samples: bool,
     /// Whether files are compressed.
@@ -137,6 +141,7 @@ impl TilesRequest {
             outside: 0.0,
             void_as: VoidAs::Outside,
             fine_heights: false,
+            max_stray: 1.5,
             own_samples: false,
             gzip: false,
             overwrite: false,
@@ -146,6 +151,11 @@ impl TilesRequest {
             threads: None,
             temp_dir: None,
         }
+    }
+
+    /// The limit on straying that is promised, if one is.
+    fn promised_stray(&self) -> Option<f64> {
+        Some(self.max_stray).filter(|factor| factor.is_finite() && !self.own_samples)
     }
 
     fn temp_dir(&self) -> PathBuf {

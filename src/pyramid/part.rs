@@ -32,9 +32,6 @@ const MOST_CELLS: i64 = 512;
 /// The share of the tolerance that the mesh of every 2ᵏ-th sample is made at: those between are measured afterwards.
 const THINNED_SHARE: f64 = 0.9;
 
-/// Polishing keeps the surface between samples within this multiple of the tolerance from their heights.
-const MAX_STRAY: f64 = 1.5;
-
 /// A part: its square of the tile, in cells from the tile's north-west corner, and what it is made for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
@@ -52,6 +49,8 @@ pub(super) struct Place {
     pub(super) tolerance_of_sides: f64,
     /// Vertices stand at multiples of it.
     pub(super) snap: i64,
+    /// Polishing keeps the surface between samples within this multiple of the tolerance from their heights.
+    pub(super) max_stray: f64,
     /// How the ellipsoid curves there.
     pub(super) fall: Fall,
 }
@@ -244,7 +243,7 @@ impl PartMaker {
             mesh::Vertex { at: Point::of_sample(column as i32, row as i32), height }
         };
         let domain = domain(rim.iter().map(local).collect());
-        self.run(&tile, &domain, place.tolerance, cancel)?;
+        self.run(&tile, &domain, (place.tolerance, place.max_stray), cancel)?;
         self.done_with(tile);
         let inner = &self.mesh.vertices[rim.len()..];
         let inner = inner.iter().map(|v| self.at_rim(self.on_tile(v, place, 1), place));
@@ -265,7 +264,8 @@ impl PartMaker {
         match inside(column, row) {
             true => {
                 let around = std::array::from_fn(|i| inside(column + i % 3 - 1, row + i / 3 - 1));
-                rim::moved(vertex, rim::away(around), place.tile_cells)
+                let line = rim::line_beside((vertex.column, vertex.row), place.cells);
+                rim::moved(vertex, rim::away(around, line), place.tile_cells)
             }
             false => vertex,
         }
@@ -294,7 +294,7 @@ impl PartMaker {
             loop_.extend(path[..path.len() - 1].iter().map(vertex));
         }
         let on_rim = loop_.len();
-        self.run(&tile, &domain(loop_), tolerance, cancel)?;
+        self.run(&tile, &domain(loop_), (tolerance, place.max_stray), cancel)?;
         self.done_with(tile);
         let inner = self.mesh.vertices[on_rim..].iter();
         let inner: Vec<Vertex> = inner.map(|v| self.on_tile(v, place, step)).collect();
@@ -302,8 +302,14 @@ impl PartMaker {
     }
 
     /// Engine and polishing.
-    fn run(&mut self, tile: &Tile, domain: &Domain, tolerance: f64, cancel: &CancelToken) -> Result<(), PyramidError> {
-        let (feasibility, max_stray) = (Feasibility::Weak, MAX_STRAY);
+    fn run(
+        &mut self,
+        tile: &Tile,
+        domain: &Domain,
+        (tolerance, max_stray): (f64, f64),
+        cancel: &CancelToken,
+    ) -> Result<(), PyramidError> {
+        let feasibility = Feasibility::Weak;
         let task = Task { tile, domain, tolerance, feasibility, max_stray, cancel };
         GreedyInsertion::default().triangulate_up_to(&task, MOST_IN_PART, &mut self.engine, &mut self.mesh)?;
         if self.mesh.vertices.len() >= MOST_IN_PART {

@@ -17,7 +17,7 @@ use crate::job::work_dir::Job;
 use crate::raster::{FileWatch, Libraries, Raster};
 
 /// Counts the ways in which tiles have been made of the same request: borders of two ways do not meet, so no set has tiles of both.
-const WAY: u32 = 3;
+const WAY: u32 = 4;
 
 /// A raster on the finest grid.
 pub(super) struct Prepared {
@@ -107,6 +107,7 @@ impl Prepared {
             outside,
             void_as,
             fine_heights,
+            max_stray,
             own_samples,
             gzip,
             overwrite: _,
@@ -130,6 +131,7 @@ impl Prepared {
             ("outside", exact_double(*outside)),
             ("voids", void_as.to_string()),
             ("fine heights", fine_heights.to_string()),
+            ("max stray", exact_double(*max_stray)),
             ("own samples", own_samples.to_string()),
             ("gzip", gzip.to_string()),
             // It decides places by the last bit.

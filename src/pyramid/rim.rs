@@ -1,6 +1,9 @@
 //! Vertices at the raster's rim. Beside it the surface falls to the height outside, along triangles that may be as steep as a cliff. Were such
 //! a vertex rounded to the lattice of the format towards the raster, the sample that it stands for would be under one of those, and off
 //! by the rounding times the steepness. So it is rounded away from the raster: samples of the raster then lie under triangles between them.
+//!
+//! A single row of samples has the height outside on both sides. Where it is in the way, the ground is continued by a cell on either. Only what is on
+//! a line of tiles or parts stays as it is: beside such a line vertices are rounded towards it.
 
 use super::lines::Vertex;
 use super::quantize::{SPAN, coordinate};
@@ -17,11 +20,21 @@ pub(super) fn counts(tile_cells: i64) -> bool {
 }
 
 /// Which way is away from the raster at one of its samples, given which of those around it are samples of the raster: those before, beside and after it,
-/// row by row.
-pub(super) fn away(inside: [bool; 9]) -> Away {
+/// row by row, and which way a line of parts is that it is beside.
+pub(super) fn away(inside: [bool; 9], line: Away) -> Away {
     let outside = (0..9i64).zip(inside).filter(|(_, inside)| !inside).map(|(i, _)| (i % 3 - 1, i / 3 - 1));
     let (columns, rows) = outside.fold((0, 0), |(c, r), (column, row)| (c + column, r + row));
-    (columns.signum(), rows.signum())
+    let is_outside_on_line = |step: i64, stride: i64| step != 0 && !inside[(4 + step * stride) as usize];
+    (
+        if is_outside_on_line(line.0, 1) { line.0 } else { columns.signum() },
+        if is_outside_on_line(line.1, 3) { line.1 } else { rows.signum() },
+    )
+}
+
+/// Which way a line of parts of so many cells is from a sample inside of one that is a cell from it.
+pub(super) fn line_beside((column, row): (i64, i64), cells: i64) -> Away {
+    let way = |at: i64| i64::from(at.rem_euclid(cells) == cells - 1) - i64::from(at.rem_euclid(cells) == 1);
+    (way(column), way(row))
 }
 
 /// The same on a line, along it. Its ends are those of other lines, too, and stay.
@@ -67,12 +80,21 @@ mod tests {
 
     #[test]
     fn away_is_where_the_raster_is_not() {
-        let around = |rows: [&str; 3]| away(std::array::from_fn(|i| rows[i / 3].as_bytes()[i % 3] == b'#'));
+        let around = |rows: [&str; 3]| away(std::array::from_fn(|i| rows[i / 3].as_bytes()[i % 3] == b'#'), (0, 0));
         assert_eq!(around(["###", "###", "###"]), (0, 0));
         assert_eq!(around(["##.", "##.", "##."]), (1, 0));
         assert_eq!(around(["...", "##.", "##."]), (1, -1));
         assert_eq!(around(["###", "###", ".##"]), (-1, 1));
         assert_eq!(around([".#.", ".#.", ".#."]), (0, 0));
+        // A single row, or column, beside a line: towards that, if it is outside there.
+        let beside =
+            |rows: [&str; 3], line: Away| away(std::array::from_fn(|i| rows[i / 3].as_bytes()[i % 3] == b'#'), line);
+        assert_eq!([1, -1].map(|way| beside(["...", "###", "..."], (0, way))), [(0, 1), (0, -1)]);
+        assert_eq!([1, -1].map(|way| beside([".#.", ".#.", ".##"], (way, 0))), [(1, -1), (-1, -1)]);
+        assert_eq!(beside(["...", "###", "###"], (0, 1)), (0, -1));
+        let columns = [0, 1, 2, 31, 32, 33].map(|at| line_beside((at, 5), 32));
+        assert_eq!(columns, [(0, 0), (-1, 0), (0, 0), (1, 0), (0, 0), (-1, 0)]);
+        assert_eq!(line_beside((17, 15), 16), (-1, 1));
         let line = [false, true, true, true, false, true, false];
         assert_eq!([0, 1, 2, 3, 4, 5].map(|at| away_on_line(&line, at)), [0, -1, 0, 1, 0, 0]);
         assert_eq!([0, 2].map(|at| away_on_line(&[true, false, true], at)), [0, 0]);

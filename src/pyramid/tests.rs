@@ -231,6 +231,23 @@ fn rasters_that_lie_nowhere_are_refused() {
     assert!(!out.exists());
 }
 
+/// Above and below it is the height outside, and what is below is on a line of parts, which nothing in a part changes.
+#[test]
+fn a_single_row_beside_a_line_has_a_mesh() {
+    let folder = folder();
+    let (cell, out) = (180.0 / f64::from(1 << 16), folder.path().join("out"));
+    // The first row of samples is the 57th of a tile that is cut into parts of 8 rows.
+    let at = |degrees: f64, more: f64| ((degrees / cell / 128.0).floor() * 128.0 + more - 0.5) * cell;
+    let transform = [at(191.0, 10.0) - 180.0, cell, 0.0, 90.0 - at(45.0, 57.0), 0.0, -cell];
+    let strip = |column: usize, row: usize| {
+        if (1..5).contains(&row) { f32::NAN } else { 2400.0 + 0.1 * hills(column, row) }
+    };
+    let path = raster(folder.path(), "dem.tif", (16, 8), transform, "EPSG:4326", &strip);
+    tiles(&request(&path, &out, 2.0), &Control::default()).expect("tiles");
+    let verdict = judged(&path, &out);
+    assert!(verdict.passed, "{verdict}");
+}
+
 /// No place on the rim of the raster is on the globe.
 #[test]
 fn a_whole_disc_is_taken() {

@@ -14,6 +14,7 @@ use super::part::{Part, PartMaker, Place};
 use super::quantize::{Steps, snap};
 use super::rim;
 use super::samples::{Block, Patch, Samples};
+use super::strays::Straightened;
 use super::surface::Surface;
 use crate::base::control::CancelToken;
 
@@ -21,7 +22,7 @@ use crate::base::control::CancelToken;
 #[derive(Default)]
 pub(super) struct TileMaker {
     parts: PartMaker,
-    block: Block,
+    pub(super) block: Block,
 }
 
 /// What is the same for all tiles of a level.
@@ -32,6 +33,8 @@ pub(super) struct LevelTask<'a> {
     /// How many times more parts there are each way than curvature asks for, because no mesh was found.
     pub(super) cut_finer: u32,
     pub(super) steps: &'a Steps,
+    /// How many times the level's error edges may be beyond the heights around them, between samples.
+    pub(super) max_stray: f64,
     /// Whether triangles over voids are left out.
     pub(super) cuts: bool,
     pub(super) memory: &'a Memory,
@@ -50,12 +53,20 @@ const SHARE_OF_SIDES: f64 = 0.7;
 /// Rounds of mending: a few are the rule, where parts are small enough.
 const ROUNDS: usize = 40;
 
+/// Rounds in which edges are mended that may stray, too.
+const ROUNDS_FOR_FREE: usize = 8;
+
 /// Rounds after which parts that still fail are triangulated anew each time.
 const PATIENCE: usize = 20;
 
 /// Triangulates parts anew in which samples fail, Delaunay: long triangles may be in the way of vertices that are there. Says whether any has
 /// changed.
-fn renew(parts: &mut [Part], failing: &[(u32, Vertex)], place: &dyn Fn(i64) -> Place, maker: &mut TileMaker) -> bool {
+pub(super) fn renew(
+    parts: &mut [Part],
+    failing: &[(u32, Vertex)],
+    place: &dyn Fn(i64) -> Place,
+    maker: &mut TileMaker,
+) -> bool {
     let mut numbers: Vec<u32> = failing.iter().map(|(number, _)| *number).collect();
     numbers.sort_unstable();
     numbers.dedup();
@@ -97,6 +108,7 @@ impl LevelTask<'_> {
             tolerance,
             tolerance_of_sides: SHARE_OF_SIDES / f64::from(self.cut_finer) * tolerance,
             snap: snap(tile_cells),
+            max_stray: self.max_stray,
             fall: Fall { body: *self.body, grid, top: tile.origin(grid).1 + i / parts * cells, cells },
         };
         let mut made = Vec::with_capacity((parts * parts) as usize);
@@ -117,13 +129,23 @@ impl LevelTask<'_> {
         for round in 0..ROUNDS {
             let mut surface = Surface::of(self.body, grid, tile, self.steps, &made);
             let measured = meter.measure(&surface, max_error, &mut known, &mut maker.block)?;
-            if measured.failing.is_empty() {
+            let straightened = match measured.failing.is_empty() {
+                true => {
+                    let found = (&surface, measured.max_error);
+                    self.straighten(tile, found, &mut made, &place, round < ROUNDS_FOR_FREE, maker)?
+                }
+                false => Straightened::Mended,
+            };
+            if straightened == Straightened::Kept {
                 if self.cuts {
                     cut(&meter, max_error, &mut surface, &mut maker.block)?;
                 }
                 return Ok((surface, measured));
             }
-            let mut is_mended = self.mend(tile, &mut made, &measured.failing, &place, maker)?;
+            let mut is_mended = straightened == Straightened::Mended;
+            if !measured.failing.is_empty() {
+                is_mended = self.mend(tile, &mut made, &measured.failing, &place, maker)?;
+            }
             if !is_mended || round >= PATIENCE {
                 is_mended |= renew(&mut made, &measured.failing, &place, maker);
             }
@@ -210,6 +232,18 @@ impl LevelTask<'_> {
                 }
             }
         }
+        Ok(self.insert(wanted, parts, place, maker)? || is_mended)
+    }
+
+    /// Gives parts further vertices; says whether any has changed.
+    pub(super) fn insert(
+        &self,
+        mut wanted: Vec<(u32, Vertex)>,
+        parts: &mut [Part],
+        place: &dyn Fn(i64) -> Place,
+        maker: &mut TileMaker,
+    ) -> Result<bool, PyramidError> {
+        let mut is_changed = false;
         wanted.sort_by_key(|(part, v)| (*part, v.row, v.column, v.place));
         wanted.dedup_by_key(|(part, v)| (*part, v.row, v.column, v.place));
         for group in wanted.chunk_by(|a, b| a.0 == b.0) {
@@ -217,14 +251,14 @@ impl LevelTask<'_> {
             let more: Vec<Vertex> = group.iter().map(|(_, v)| *v).collect();
             let part = &mut parts[number as usize];
             let again = maker.parts.insert(self.samples, &place(i64::from(number)), part, &more)?;
-            is_mended |= again.vertices.len() > part.vertices.len() || again.triangles != part.triangles;
+            is_changed |= again.vertices.len() > part.vertices.len() || again.triangles != part.triangles;
             *part = again;
         }
-        Ok(is_mended)
+        Ok(is_changed)
     }
 
     /// A vertex rounded away from the raster, where it stands for a sample at its rim.
-    fn at_rim(&self, tile: TileKey, vertex: Vertex, block: &mut Block) -> Result<Vertex, PyramidError> {
+    pub(super) fn at_rim(&self, tile: TileKey, vertex: Vertex, block: &mut Block) -> Result<Vertex, PyramidError> {
         let (grid, samples) = (self.samples.grid, self.samples);
         if vertex.place.is_some() || !rim::counts(grid.cells(tile.level)) {
             return Ok(vertex);
@@ -233,8 +267,12 @@ impl LevelTask<'_> {
         let (left, top) = (column + vertex.column - 1, row + vertex.row - 1);
         samples.read(Patch { column: left, row: top, width: 3, height: 3, step: 1 }, block)?;
         let around = std::array::from_fn(|i| block.inside[i]);
-        let is_inside = block.inside[4];
-        Ok(if is_inside { rim::moved(vertex, rim::away(around), grid.cells(tile.level)) } else { vertex })
+        if !block.inside[4] {
+            return Ok(vertex);
+        }
+        let cells = grid.cells(tile.level);
+        let line = rim::line_beside((vertex.column, vertex.row), cells / i64::from(self.level.parts));
+        Ok(rim::moved(vertex, rim::away(around, line), cells))
     }
 
     /// The samples around one of the raster that it gives no height, at the height of that one, and which they have.

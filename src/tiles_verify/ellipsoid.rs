@@ -34,6 +34,16 @@ impl Meridian {
         let lambda = lon.to_radians();
         Meridian { cos: lambda.cos(), sin: lambda.sin() }
     }
+
+    /// How far a point is east of its plane.
+    pub(super) fn east(&self, p: Point) -> f64 {
+        p[1] * self.cos - p[0] * self.sin
+    }
+
+    /// How far a point is from the axis, in its plane.
+    pub(super) fn forward(&self, p: Point) -> f64 {
+        p[0] * self.cos + p[1] * self.sin
+    }
 }
 
 /// A circle of one latitude: how far it is from the axis, how high above the equator's plane, and where its normals point.
@@ -50,6 +60,13 @@ impl Parallel {
     pub(super) fn foot(&self, meridian: Meridian) -> (Point, Point) {
         let foot = [self.reach * meridian.cos, self.reach * meridian.sin, self.rise];
         (foot, [self.cos * meridian.cos, self.cos * meridian.sin, self.sin])
+    }
+
+    /// How far a point is from its foot in the plane of a meridian: along the ellipsoid to the north, and along the normal. The point is
+    /// given by how far it is from the axis, and from the plane of the equator.
+    pub(super) fn from_foot(&self, from_axis: f64, from_equator: f64) -> (f64, f64) {
+        let (out, up) = (from_axis - self.reach, from_equator - self.rise);
+        (up * self.cos - out * self.sin, out * self.cos + up * self.sin)
     }
 }
 
@@ -74,6 +91,12 @@ impl Ellipsoid {
         let phi = lat.to_radians();
         let beta = (self.b * phi.sin()).atan2(self.a * phi.cos());
         Parallel { reach: self.a * beta.cos(), rise: self.b * beta.sin(), cos: phi.cos(), sin: phi.sin() }
+    }
+
+    /// The radius of curvature of a meridian where it crosses a parallel.
+    pub(super) fn along_meridian(&self, parallel: &Parallel) -> f64 {
+        let share = 1.0 - (self.a * self.a - self.b * self.b) / (self.a * self.a) * parallel.sin * parallel.sin;
+        self.b * self.b / self.a / (share * share.sqrt())
     }
 
     pub(super) fn point(&self, lon: f64, lat: f64, height: f64) -> Point {

@@ -21,6 +21,8 @@ pub(super) enum Kind {
     Promise,
     /// Samples of the raster itself beyond the error, where it is promised there.
     OwnSamples,
+    /// Edges that stray farther than is promised.
+    Strays,
     /// Tiles of a level that do not meet.
     Borders,
     /// Gaps between tiles of two levels.

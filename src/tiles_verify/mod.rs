@@ -1,7 +1,7 @@
 //! Judges a set of terrain tiles against the raster that it was made from.
 //!
 //! In come the raster and the folder; out comes a [`Verdict`]. `decode` reads files, `ellipsoid` has formulas of its own, `tile`
-//! judges a tile by itself, `holes` where it has none of the ground, `facets` how far its triangles are from heights, `borders` where tiles meet, `manifest` what stands beside
+//! judges a tile by itself, `holes` where it has none of the ground, `strays` how far its edges are off between samples, `facets` how far its triangles are from heights, `borders` where tiles meet, `manifest` what stands beside
 //! them, `own` how far tiles are from samples of the raster itself. It shares with
 //! [`crate::pyramid`] which samples the finest grid has and what their heights are, the addresses of tiles, and the form of
 //! `terrabite.json`; nothing of how meshes are made, written or measured.
@@ -28,6 +28,9 @@ mod own;
 mod own_tests;
 mod size;
 #[cfg(test)]
+mod stray_tests;
+mod strays;
+#[cfg(test)]
 mod tests;
 mod tile;
 
@@ -41,12 +44,14 @@ use serde::Serialize;
 
 pub use borders::Gap;
 pub use own::OwnSamples;
+pub use strays::Strays;
 
 use self::borders::{Borders, Sides};
 use self::decode::Decoded;
 use self::ellipsoid::Ellipsoid;
 use self::findings::{Findings, Kind};
 use self::own::OwnTask;
+use self::strays::Held;
 use self::tile::{Distance, Tile};
 use crate::base::control::{Control, Stage};
 use crate::job::plan::Fitted;
@@ -87,6 +92,8 @@ pub struct LevelVerdict {
     pub samples: u64,
     /// The largest distance from a sample.
     pub largest_error: f64,
+    /// How far edges stray between samples.
+    pub strays: Strays,
     /// What was found at the raster's own samples. It is a fault only where the set promises to be within the error there.
     pub own_samples: OwnSamples,
 }
@@ -112,13 +119,17 @@ pub struct Verdict {
 
 impl std::fmt::Display for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        writeln!(f, "level  tiles  triangles    allowed    largest  at own samples  above  gap to the level above")?;
+        writeln!(
+            f,
+            "level  tiles  triangles    allowed    largest   strays  at own samples  above  gap to the level above"
+        )?;
         for l in &self.levels {
             let gap = self.gaps.iter().find(|g| g.finer == l.level && g.coarser + 1 == l.level);
             let gap = gap.map_or(String::new(), |g| format!("{:.3} of {:.3}", g.largest, g.allowed));
             let (allowed, largest) = (l.max_error, l.largest_error);
             let (own, above) = (l.own_samples.largest_error, 100.0 * l.own_samples.share_above);
             write!(f, "{:>5} {:>6} {:>10} {allowed:>10.3} {largest:>10.3} ", l.level, l.tiles, l.triangles)?;
+            write!(f, "{:>8.3} ", l.strays.largest)?;
             writeln!(f, "{own:>15.3} {above:>4.2} %  {gap}")?;
         }
         for failure in &self.failures {
@@ -171,6 +182,7 @@ struct Judged {
     key: TileKey,
     findings: Findings,
     distance: Distance,
+    strays: Strays,
     triangles: u64,
     step: f64,
     /// How far corners that the raster gives no height are from the height that is promised there.
@@ -218,6 +230,7 @@ fn judge(
         triangles: 0,
         samples: 0,
         largest_error: 0.0,
+        strays: Strays::default(),
         own_samples: OwnSamples::default(),
     };
     let mut levels: Vec<LevelVerdict> = promise.levels.iter().map(level).collect();
@@ -232,6 +245,7 @@ fn judge(
         level.triangles += tile.triangles;
         level.samples += tile.distance.samples;
         level.largest_error = level.largest_error.max(tile.distance.largest);
+        level.strays = level.strays.with(tile.strays);
         owned[number] += tile.distance.owned;
         steps[number] = steps[number].max(tile.step);
         beside[number] = beside[number].max(tile.beside);
@@ -310,12 +324,12 @@ fn judge_tile(
     block: &mut SampleBlock,
 ) -> Result<Judged, PyramidError> {
     let mut findings = Findings::default();
-    let distance = Distance::default();
+    let (distance, strays) = (Distance::default(), Strays::default());
     let decoded = match read(&folder.join(format!("{key}.terrain")), promise.gzip) {
         Ok(decoded) => decoded,
         Err(reason) => {
             findings.add(Kind::Format, || format!("tile {key}: {reason}"));
-            return Ok(Judged { key, findings, distance, triangles: 0, step: 0.0, beside: 0.0, sides: None });
+            return Ok(Judged { key, findings, distance, strays, triangles: 0, step: 0.0, beside: 0.0, sides: None });
         }
     };
     let tile = Tile::new(key, samples.grid, ellipsoid, &decoded, promise.void_as);
@@ -328,9 +342,12 @@ fn judge_tile(
     }
     let allowed = promise.levels[key.level as usize].max_error;
     let distance = tile.distance(samples, block, allowed, &mut findings)?;
+    let limit = promise.max_stray.map_or(f64::INFINITY, |factor| factor * allowed);
+    let held = Held { limit, parts: promise.levels[key.level as usize].parts };
+    let strays = tile.strays(samples, block, held, &mut findings)?;
     let (triangles, step) = (decoded.triangles.len() as u64, borders::step(&tile));
     let beside = tile.beside(samples, promise.void_as, block)?;
-    Ok(Judged { key, findings, distance, triangles, step, beside, sides: Some(Sides::of(&decoded)) })
+    Ok(Judged { key, findings, distance, strays, triangles, step, beside, sides: Some(Sides::of(&decoded)) })
 }
 
 /// Reads a tile, compressed or not, as all of a set are: a server says one thing of all of them.

@@ -84,7 +84,7 @@ mod tests {
             let fall = Fall { body, grid: Grid { exponent: 16 }, top: 75, cells: 16 };
             let (tolerance, tolerance_of_sides) = (1.0, 1.0);
             let (origin, first, cells) = ((3, 5), (40, 70), 16);
-            let place = Place { origin, tile_cells: SPAN, first, cells, tolerance, tolerance_of_sides, snap: 1, fall };
+            let place = Place { origin, tile_cells: SPAN, first, cells, tolerance, tolerance_of_sides, snap: 1, max_stray: 1.5, fall };
             let vertices = corners.map(|(c, r, height)| Vertex::of_sample(40 + c, 70 + r, height));
             let [a, b, c] = corners;
             let turn = |p: (i64, i64), q: (i64, i64), s: (i64, i64)| {
