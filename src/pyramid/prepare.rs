@@ -17,7 +17,7 @@ use crate::job::work_dir::Job;
 use crate::raster::{FileWatch, Libraries, Raster};
 
 /// Counts the ways in which tiles have been made of the same request: borders of two ways do not meet, so no set has tiles of both.
-const WAY: u32 = 3;
+const WAY: u32 = 4;
 
 /// A raster on the finest grid.
 pub(super) struct Prepared {
@@ -75,7 +75,10 @@ pub(super) fn bring(
     let fill = |scratch: &mut Scratch, first: (i64, i64), heights: &mut [f64]| {
         source.fill(grid, area, scratch, first, heights)
     };
-    Samples::make(grid, area, outside, file, || source.scratch(), fill, control)
+    let made = Samples::make(grid, area, outside, file, || source.scratch(), fill, control);
+    // It is the reason of whatever is wrong with the samples.
+    source.field.check_files()?;
+    made
 }
 
 impl Prepared {
