@@ -108,8 +108,8 @@ fn nothing_is_left_out() {
 /// Gentle ground with spikes, of which few triangles are made: most of it is passed over square by square.
 #[test]
 fn nothing_is_left_out_of_squares() {
-    let grid = Grid { exponent: 10 };
-    let tile = TileKey { level: 2, x: 4, y: 2 };
+    let grid = Grid { exponent: 16 };
+    let tile = TileKey { level: 8, x: 270, y: 150 };
     let (column, row) = tile.origin(grid);
     let area = Area { column: column - 70, row: row + 20, width: 400, height: 200 };
     let height_at = |c: i64, r: i64| {
@@ -119,13 +119,13 @@ fn nothing_is_left_out_of_squares() {
         is_known.then(|| 3_000.0 * libm::sin(x / 90.0) * libm::cos(y / 70.0) + spike)
     };
     let samples = &samples_of(grid, area, height_at);
-    let (max_error, cancel, memory) = (30_000.0, &CancelToken::default(), &Memory::of_threads(1));
-    let level = Level { level: tile.level, max_error, client_error: max_error, parts: 4 };
+    let (max_error, cancel, memory) = (15_000.0, &CancelToken::default(), &Memory::of_threads(1));
+    let level = Level { level: tile.level, max_error, client_error: max_error, parts: 1 };
     let reliefs = [(tile, Relief::of(-3e3).with(Relief::of(1.3e4)))].into_iter().collect();
     let steps = &Steps::of(&reliefs, None);
     let task = LevelTask { body: &EARTH, samples, level, cut_finer: 1, steps, cuts: false, memory, cancel };
     let (surface, measured) = task.make(tile, &mut TileMaker::default()).expect("a tile");
-    assert!(surface.triangles.len() < 40, "{}", surface.triangles.len());
+    assert!(surface.triangles.len() <= 32, "{}", surface.triangles.len());
     let patch = Patch { column, row, width: 256, height: 256, step: 1 };
     let rough = Rough::of(&EARTH, samples, patch).expect("outlines").expect("known");
     let (worst, largest) = naive(samples, &surface);
@@ -137,7 +137,8 @@ fn nothing_is_left_out_of_squares() {
         for (facet, &worst) in facets.iter().zip(&worst) {
             let is_open = rough.has_any(facet, (0, 0), share * largest);
             assert!(is_open || worst <= share * largest, "{worst} of {largest} at {share}");
-            passed_over += usize::from(!is_open);
+            let columns = (0..256).step_by(16).map(|row| rough.columns(facet, (0, 0), row, share * largest).len());
+            passed_over += columns.filter(|&columns| columns < 256).count();
         }
     }
     assert!(passed_over > 0);
