@@ -81,7 +81,7 @@ impl Rough {
         let squares = clipped(((low - left) / size).floor(), (high - left) / size, self.size.0);
         let mut open = squares.filter(|&across| self.is_open(facet, (across, down), limit));
         let Some(first) = open.next() else { return 0..0 };
-        first * SQUARE..(open.last().unwrap_or(first) + 1) * SQUARE
+        first * SQUARE..(open.next_back().unwrap_or(first) + 1) * SQUARE
     }
 
     /// Whether any sample of the window that a triangle has may be farther from it than `limit`.
@@ -105,14 +105,14 @@ impl Rough {
             }
         }
         let facing = least - 2.0 * self.side;
-        if !(facing >= LEAST_FACING) {
+        // What is not a number is open, too.
+        if facing.is_nan() || facing < LEAST_FACING {
             return true;
         }
         let (r, q) = (self.reach, 1.0 / facing);
         let g = high.abs().max(low.abs()) + 2.0 * r * self.side;
         let bend = 0.25 * self.side * self.side * (r * q + 2.0 * r * q * q + g * (q * q + 2.0 * q * q * q));
         let error = (high - lowest).max(highest - low) + bend + MARGIN;
-        // What is not a number is open, too.
-        !(error <= limit)
+        error.is_nan() || error > limit
     }
 }
