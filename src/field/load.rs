@@ -69,11 +69,22 @@ impl Field {
     pub fn load_with(&self, window: Window, tile: &mut Tile, scratch: &mut LoadScratch) -> Result<(), FieldError> {
         let loaded = self.load_unwatched(window, tile, scratch);
         // Afterwards: what changes later is not in the tile. It is the reason of whatever is wrong with the samples, too.
-        self.watches.iter().try_for_each(|watch| watch.check_files())?;
+        self.check_files()?;
         loaded
     }
 
-    fn load_unwatched(&self, window: Window, tile: &mut Tile, scratch: &mut LoadScratch) -> Result<(), FieldError> {
+    /// Makes sure that the raster's files are what they were when the field was opened.
+    pub(crate) fn check_files(&self) -> Result<(), FieldError> {
+        Ok(self.watches.iter().try_for_each(|watch| watch.check_files())?)
+    }
+
+    /// As [`Field::load_with`], for who calls [`Field::check_files`] when all is loaded, whether or not that went well.
+    pub(crate) fn load_unwatched(
+        &self,
+        window: Window,
+        tile: &mut Tile,
+        scratch: &mut LoadScratch,
+    ) -> Result<(), FieldError> {
         let inside = window.column + window.width <= self.width && window.row + window.height <= self.height;
         assert!(inside, "{window:?} of a field of {} × {}", self.width, self.height);
         tile.width = window.width;

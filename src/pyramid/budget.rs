@@ -41,8 +41,8 @@ const ORDINARY: usize = 48 << 10;
 /// Triangles of a tile at the most: two for each vertex.
 const MOST_TRIANGLES: usize = 2 * MOST_VERTICES;
 
-/// What a thread keeps while it works on anything: blocks that it has read in five places, and ways to transform places.
-const BESIDE: u64 = 5 * CACHE_BYTES + (2 << 20);
+/// What a thread keeps while it works on anything: blocks that it has read, and ways to transform places.
+const BESIDE: u64 = CACHE_BYTES + (2 << 20);
 
 /// What the finest grid takes in memory for each of its blocks: whether it has heights, its checksum, and both as they are kept.
 const BYTES_PER_BLOCK: u64 = 24;

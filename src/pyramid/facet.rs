@@ -217,39 +217,43 @@ impl Facet {
 
     /// The columns of a row between which samples may be in it.
     pub(super) fn columns(&self, row: f64, at: &Row) -> Option<(f64, f64)> {
-        if let Some(polar) = &self.polar {
-            let Polar { edges, columns, ends } = &**polar;
-            return edges.iter().try_fold(*ends, |(low, high), edge| {
-                let (from, to) = edge.columns(at, columns)?;
-                Some((low.max(from), high.min(to)))
-            });
-        }
-        self.columns_between(row, row)
+        self.sides_of().columns(row, at)
     }
 
     /// The columns between which places of it are that lie from one row to another.
     pub(super) fn columns_between(&self, first: f64, last: f64) -> Option<(f64, f64)> {
-        if let Some(polar) = &self.polar {
-            return Some(polar.ends);
-        }
-        let (top, bottom) = (first - self.reach.1, last + self.reach.1);
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (i, j) in EDGES {
+        self.sides_of().columns_between(first, last)
+    }
+
+    /// What rows are asked about, one after the other.
+    pub(super) fn sides_of(&self) -> Sides<'_> {
+        let lines = EDGES.map(|(i, j)| {
             let (a, b) = if self.flat[i].1 <= self.flat[j].1 { (i, j) } else { (j, i) };
             let (a, b) = (self.flat[a], self.flat[b]);
-            if b.1 < top || a.1 > bottom {
-                continue;
-            }
-            for at in [a.1.max(top), b.1.min(bottom)] {
-                let share = if b.1 > a.1 { (at - a.1) / (b.1 - a.1) } else { 0.0 };
-                let column = a.0 + share * (b.0 - a.0);
-                (low, high) = (low.min(column), high.max(column));
-            }
-            if a.1 == b.1 {
-                (low, high) = (low.min(b.0), high.max(b.0));
-            }
+            // Of a level one an end is enough: others begin or end at the other.
+            let slope = if b.1 > a.1 { (b.0 - a.0) / (b.1 - a.1) } else { 0.0 };
+            [a.1, b.1, a.0, slope]
+        });
+        Sides { facet: self, lines }
+    }
+
+    /// How high its plane is above the ellipsoid where a parallel and a meridian meet, given the meridian's cosine and sine, and the cosine between both
+    /// normals there.
+    pub(super) fn above(&self, row: &Row, (cos, sin): (f64, f64)) -> (f64, f64) {
+        let (error, facing) = self.quick(row, 0.0).at(cos, sin, 0.0);
+        (error / facing, facing / self.length)
+    }
+
+    fn quick(&self, row: &Row, tolerance: f64) -> Quick {
+        Quick {
+            normal: [self.normal[0], self.normal[1]],
+            from_axis: row.from_axis,
+            offset: self.offset - row.from_equator * self.normal[2],
+            cos: row.cos,
+            vertical: row.sin * self.normal[2],
+            tolerance,
+            margin: MARGIN * self.length,
         }
-        (low <= high).then_some((low - self.reach.0, high + self.reach.0))
     }
 
     /// Calls `look` with the place of each sample of a row, among the columns and heights given, where the error may be above a
@@ -265,15 +269,7 @@ impl Facet {
         mut look: impl FnMut(usize) -> f64,
     ) {
         let mut least = None;
-        let mut quick = Quick {
-            normal: [self.normal[0], self.normal[1]],
-            from_axis: row.from_axis,
-            offset: self.offset - row.from_equator * self.normal[2],
-            cos: row.cos,
-            vertical: row.sin * self.normal[2],
-            tolerance,
-            margin: MARGIN * self.length,
-        };
+        let mut quick = self.quick(row, tolerance);
         let lanes = heights.len() / LANES * LANES;
         for start in (0..heights.len()).step_by(LANES) {
             if start < lanes {
@@ -345,6 +341,45 @@ impl Facet {
         }
         let found = dot(self.normal, minus(self.corners[0], place)) / facing;
         (found - height).abs() + doubt * self.length / facing
+    }
+}
+
+/// The edges of a facet on the grid.
+pub(super) struct Sides<'a> {
+    facet: &'a Facet,
+    /// The rows that each is between, its column in the first, and how many columns it goes on from row to row.
+    lines: [[f64; 4]; 3],
+}
+
+impl Sides<'_> {
+    /// See [`Facet::columns`].
+    pub(super) fn columns(&self, row: f64, at: &Row) -> Option<(f64, f64)> {
+        if let Some(polar) = &self.facet.polar {
+            let Polar { edges, columns, ends } = &**polar;
+            return edges.iter().try_fold(*ends, |(low, high), edge| {
+                let (from, to) = edge.columns(at, columns)?;
+                Some((low.max(from), high.min(to)))
+            });
+        }
+        self.columns_between(row, row)
+    }
+
+    /// See [`Facet::columns_between`].
+    pub(super) fn columns_between(&self, first: f64, last: f64) -> Option<(f64, f64)> {
+        let Facet { polar, reach, .. } = self.facet;
+        if let Some(polar) = polar {
+            return Some(polar.ends);
+        }
+        let (first, last) = (first - reach.1, last + reach.1);
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for &[top, bottom, column, slope] in &self.lines {
+            let (from, to) = (top.max(first), bottom.min(last));
+            if from <= to {
+                let (a, b) = (column + (from - top) * slope, column + (to - top) * slope);
+                (low, high) = (low.min(a.min(b)), high.max(a.max(b)));
+            }
+        }
+        (low <= high).then_some((low - reach.0, high + reach.0))
     }
 }
 

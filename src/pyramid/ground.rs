@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::error::PyramidError;
 use super::grid::{Grid, Level, LevelOptions, TileKey, levels};
 use super::kept::Kept;
+use super::outline::Count;
 use super::own::{self, OwnStore};
 use super::prepare::{Prepared, bring, resample};
 use super::quantize::Relief;
@@ -247,16 +248,25 @@ fn reliefs(samples: &Samples, finest: u32, control: &Control<'_>) -> Result<BTre
     let relief = |block: &mut Block, &tile: &TileKey| {
         control.cancel.check()?;
         let (column, row) = tile.origin(samples.grid);
-        let mut found = None;
-        let (mut is_inside, mut has_void) = (false, false);
-        for ((left, top), (width, height)) in samples.windows((column, row), cells, WINDOW) {
-            let patch = Patch { column: column + left, row: row + top, width, height, step: 1 };
-            samples.read(patch, block)?;
-            is_inside |= block.inside.contains(&true);
-            has_void |= block.is_void.contains(&true);
-            let heights = block.heights.iter().zip(&block.is_void).filter(|(_, is_void)| !**is_void);
-            let heights = heights.map(|(&height, _)| Relief::of(height));
-            found = found.into_iter().chain(heights).reduce(Relief::with);
+        let side = cells as usize + 1;
+        let (mut found, mut is_inside, mut has_void) = (None, false, false);
+        let mut count = Count::NONE;
+        if samples.each_outline((column, row), (side, side), |_, _, of_block| count = count.with(of_block))? {
+            (is_inside, has_void) = (count.inside > 0, count.in_voids > 0);
+            found = is_inside.then_some(Relief { low: count.low, high: count.high, has_void: false });
+            if count.inside + count.in_voids < (side * side) as u64 {
+                found = found.map(|relief| relief.with(Relief::of(samples.outside)));
+            }
+        } else {
+            for ((left, top), (width, height)) in samples.windows((column, row), cells, WINDOW) {
+                let patch = Patch { column: column + left, row: row + top, width, height, step: 1 };
+                samples.read(patch, block)?;
+                is_inside |= block.inside.contains(&true);
+                has_void |= block.is_void.contains(&true);
+                let heights = block.heights.iter().zip(&block.is_void).filter(|(_, is_void)| !**is_void);
+                let heights = heights.map(|(&height, _)| Relief::of(height));
+                found = found.into_iter().chain(heights).reduce(Relief::with);
+            }
         }
         if !samples.has_all((column, row), cells) {
             found = found.map(|relief| relief.with(Relief::of(samples.outside)));

@@ -102,6 +102,11 @@ pub(super) struct Sides {
 }
 
 impl Sides {
+    /// Some that share what has been read.
+    pub(super) fn beside(block: &Block) -> Sides {
+        Sides { block: block.beside(), beside: block.beside(), ..Sides::default() }
+    }
+
     /// Begins another tile.
     pub(super) fn begin(&mut self) {
         self.found.clear();

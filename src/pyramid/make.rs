@@ -222,7 +222,7 @@ impl<'a> Making<'a> {
             let found_before = self.found();
             let made: Result<Vec<Option<LevelReport>>, PyramidError> = keys
                 .par_iter()
-                .map_init(<(TileMaker, Block)>::default, |(maker, block), &tile| {
+                .map_init(beside_each_other, |(maker, block), &tile| {
                     self.tile(&task, tile, maker, block, staged, makes)
                 })
                 .collect();
@@ -287,6 +287,13 @@ impl<'a> Making<'a> {
         }
         Ok(Some(report))
     }
+}
+
+/// What a thread makes tiles with.
+fn beside_each_other() -> (TileMaker, Block) {
+    let maker = TileMaker::default();
+    let block = maker.block();
+    (maker, block)
 }
 
 /// Makes a tile, and the bytes of its file.

@@ -21,7 +21,7 @@
 //! by more than the largest error found so far. A few operations tell, with a margin for their rounding; the others, few, are judged
 //! as above. So what is reported is the same as if all were.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::Body;
 use super::body::{Angle, Vector, minus};
@@ -29,14 +29,19 @@ use super::error::PyramidError;
 use super::facet::{self, Facet, Row};
 use super::grid::Grid;
 use super::lines::Vertex;
+use super::outline::SQUARE;
 use super::own::{self, OwnWindow, OwnWindows, Placed};
 use super::quantize::snap;
+use super::rough::Rough;
 use super::samples::{Block, Patch, Samples};
 use super::surface::{Corner, Surface, SurfaceVertex};
 use crate::base::control::CancelToken;
 
 /// Samples that are read at a time, across and down.
 pub(super) const WINDOW: i64 = 256;
+
+/// Cells of a tile for each of its triangles from which on outlines of blocks are looked at before samples are.
+const SPARSE: usize = 2048;
 
 /// What a triangle takes while its tile is measured: its facet, where samples are looked for, its corners, what was known of it and what
 /// is found, lists of triangles that are near; itself and half a vertex in its part, and in the surface. What is known afterwards takes no
@@ -78,7 +83,7 @@ pub(super) struct OwnFailure {
 #[derive(Default)]
 pub(super) struct Known {
     samples: u64,
-    triangles: HashMap<[Corner; 3], Errors>,
+    triangles: FxHashMap<[Corner; 3], Errors>,
     own: OwnWindows,
 }
 
@@ -121,7 +126,7 @@ impl Meter<'_> {
         drop(triangles);
         let worst: Vec<f64> = before.iter().map(|errors| errors.map_or(0.0, |errors| errors.found)).collect();
         let most = worst.iter().copied().fold(0.0, f64::max);
-        let mut tally = Tally { tolerance, largest: most, worst, beyond: HashMap::new() };
+        let mut tally = Tally { tolerance, largest: most, worst, beyond: FxHashMap::default() };
         let is_new: Vec<bool> = before.iter().map(Option::is_none).collect();
         let samples = self.pass(surface, &facets, &is_new, &mut tally, (block, &mut known.own))?;
         if is_first {
@@ -137,6 +142,8 @@ impl Meter<'_> {
             }
         }
         drop(facets);
+        // Where none fails, nobody goes on from here.
+        let keys = if failing.is_empty() { Vec::new() } else { keys };
         known.triangles = keys
             .into_iter()
             .zip(bounds)
@@ -167,6 +174,7 @@ impl Meter<'_> {
         let bounds: Vec<[(f64, f64); 2]> = facets.iter().map(Facet::bounds).collect();
         let wanted: Vec<usize> = (0..facets.len()).filter(|&i| is_wanted[i]).collect();
         let mut samples = 0;
+        let is_sparse = (cells * cells) as usize / facets.len().max(1) >= SPARSE;
         for ((left, top), (width, height)) in self.samples.windows(origin, cells, WINDOW) {
             self.cancel.check()?;
             let patch = Patch { column: origin.0 + left, row: origin.1 + top, width, height, step: 1 };
@@ -179,13 +187,26 @@ impl Meter<'_> {
             if looked_at.is_empty() || !self.samples.has_any(patch) {
                 continue;
             }
+            let rough = is_sparse.then(|| Rough::of(self.body, self.samples, patch)).transpose()?.flatten();
+            let is_open = |&facet: &usize| {
+                rough.as_ref().is_none_or(|rough| rough.has_any(&facets[facet], (left, top), tally.limit(facet)))
+            };
+            let is_read = looked_at.iter().any(is_open);
+            samples += rough.as_ref().map_or(0, |rough| rough.samples);
+            if !is_read && self.samples.own.is_none() {
+                continue;
+            }
             let near: Vec<usize> = (0..facets.len()).filter(is_near).collect();
-            self.samples.read(patch, block)?;
-            samples += block.inside.iter().filter(|&&inside| inside).count() as u64;
-            let places = Places::new(self.body, grid, patch, surface.centre);
             let window = Window { at: (left, top), size: (width, height), snap: snap(cells), facets, near: &near };
-            for &facet in &looked_at {
-                window.measure(facet, bounds[facet][1], &places, block, tally);
+            if is_read {
+                self.samples.read(patch, block)?;
+                if rough.is_none() {
+                    samples += block.inside.iter().filter(|&&inside| inside).count() as u64;
+                }
+                let places = Places::new(self.body, grid, patch, surface.centre);
+                for &facet in &looked_at {
+                    window.measure(facet, bounds[facet][1], &places, (block, rough.as_ref()), tally);
+                }
             }
             if let Some(own) = &self.samples.own {
                 let of = (*self.body, surface.centre);
@@ -213,7 +234,7 @@ struct Tally {
     /// The largest error of every facet.
     worst: Vec<f64>,
     /// The worst sample of every facet that has one beyond the tolerance.
-    beyond: HashMap<usize, Beyond>,
+    beyond: FxHashMap<usize, Beyond>,
 }
 
 struct Beyond {
@@ -265,6 +286,11 @@ impl Places<'_> {
         Places { body, centre, lons, lats, cos, sin, rows }
     }
 
+    /// Cosine and sine of the longitude of a column.
+    pub(super) fn meridian(&self, column: usize) -> (f64, f64) {
+        (self.cos[column], self.sin[column])
+    }
+
     /// The place on the ellipsoid, from the tile's centre, and the normal there.
     pub(super) fn at(&self, column: usize, row: usize) -> (Vector, Vector) {
         let (lon, lat) = (self.lons[column], self.lats[row]);
@@ -285,13 +311,32 @@ struct Window<'a> {
 
 impl Window<'_> {
     /// Looks at all samples of a facet.
-    fn measure(&self, number: usize, rows: (f64, f64), places: &Places, block: &Block, tally: &mut Tally) {
+    fn measure(
+        &self,
+        number: usize,
+        rows: (f64, f64),
+        places: &Places,
+        (block, rough): (&Block, Option<&Rough>),
+        tally: &mut Tally,
+    ) {
         let (left, top) = (self.at.0 as f64, self.at.1 as f64);
         let (width, height) = self.size;
         let facet = &self.facets[number];
+        let sides = facet.sides_of();
+        let mut open = (usize::MAX, 0..width);
         for r in clipped(rows.0 - top, rows.1 - top, height) {
-            let Some((low, high)) = facet.columns(top + r as f64, &places.rows[r]) else { continue };
+            if let Some(rough) = rough.filter(|_| open.0 != r / SQUARE) {
+                open = (r / SQUARE, rough.columns(facet, self.at, r, tally.limit(number)));
+            }
+            if open.1.is_empty() {
+                continue;
+            }
+            let Some((low, high)) = sides.columns(top + r as f64, &places.rows[r]) else { continue };
             let columns = clipped(low - left, high - left, width);
+            let columns = columns.start.max(open.1.start)..columns.end.min(open.1.end);
+            if columns.is_empty() {
+                continue;
+            }
             let heights = &block.heights[r * width..][columns.clone()];
             let angles = (&places.cos[columns.clone()], &places.sin[columns.clone()]);
             let limit = tally.limit(number);

@@ -7,6 +7,7 @@ use super::facet::{DOUBT, Facet};
 use super::grid::{Grid, Level, TileKey};
 use super::measure::{Known, Meter};
 use super::quantize::{Relief, Steps};
+use super::rough::Rough;
 use super::samples::{Block, Patch, Samples};
 use super::source::Area;
 use super::store::BLOCK;
@@ -19,13 +20,20 @@ const EARTH: Body = Body { semi_major: 6_378_137.0, semi_minor: 6_356_752.314_24
 /// Rough ground around the whole body, with gaps.
 fn samples(grid: Grid) -> Samples {
     let area = Area { column: 0, row: 0, width: grid.columns() as usize, height: grid.rows() as usize + 1 };
+    samples_of(grid, area, |c, r| {
+        let (x, y) = (c as f64, r as f64);
+        let is_known = (c / 9 + r / 7) % 11 != 3;
+        is_known.then(|| 4e5 * libm::sin(x / 5.0) * libm::cos(y / 7.0) + 2e4 * ((x * 1.3 + y * 2.1) % 5.0))
+    })
+}
+
+fn samples_of(grid: Grid, area: Area, height_at: impl Fn(i64, i64) -> Option<f64> + Sync) -> Samples {
     let fill = |_: &mut (), (column, row): (i64, i64), heights: &mut [f64]| {
         for (i, height) in heights.iter_mut().enumerate() {
             let (c, r) = (column + (i % BLOCK) as i64, row + (i / BLOCK) as i64);
-            let (x, y) = (c as f64, r as f64);
-            let is_known = r <= grid.rows() && (c / 9 + r / 7) % 11 != 3;
-            if is_known {
-                *height = 4e5 * libm::sin(x / 5.0) * libm::cos(y / 7.0) + 2e4 * ((x * 1.3 + y * 2.1) % 5.0);
+            let across = area.column..area.column + area.width as i64;
+            if across.contains(&c) && (area.row..area.row + area.height as i64).contains(&r) {
+                *height = height_at(c, r).unwrap_or(f64::NAN);
             }
         }
         Ok(true)
@@ -105,4 +113,48 @@ fn nothing_is_left_out() {
             assert_eq!((all.max_error, all.failing.len()), (largest, 0), "{tile} after {share}");
         }
     }
+}
+
+/// Gentle ground with spikes, of which few triangles are made: most of it is passed over square by square.
+#[test]
+fn nothing_is_left_out_of_squares() {
+    let grid = Grid { exponent: 16 };
+    let tile = TileKey { level: 8, x: 270, y: 150 };
+    let (column, row) = tile.origin(grid);
+    let area = Area { column: column - 70, row: row + 20, width: 400, height: 200 };
+    let height_at = |c: i64, r: i64| {
+        let (x, y) = (c as f64, r as f64);
+        let spike = if (c * 7919 + r * 104_729) % 5003 == 0 { 9_000.0 } else { 0.0 };
+        let is_known = (c / 9 + r / 7) % 11 != 3;
+        is_known.then(|| 3_000.0 * libm::sin(x / 90.0) * libm::cos(y / 70.0) + spike)
+    };
+    let samples = &samples_of(grid, area, height_at);
+    let (max_error, cancel, memory) = (15_000.0, &CancelToken::default(), &Memory::of_threads(1));
+    let level = Level { level: tile.level, max_error, client_error: max_error, parts: 1 };
+    let reliefs = [(tile, Relief::of(-3e3).with(Relief::of(1.3e4)))].into_iter().collect();
+    let steps = &Steps::of(&reliefs, None);
+    let task = LevelTask { body: &EARTH, samples, level, cut_finer: 1, steps, cuts: false, memory, cancel };
+    let (surface, measured) = task.make(tile, &mut TileMaker::default()).expect("a tile");
+    assert!(surface.triangles.len() <= 32, "{}", surface.triangles.len());
+    let patch = Patch { column, row, width: 256, height: 256, step: 1 };
+    let rough = Rough::of(&EARTH, samples, patch).expect("outlines").expect("known");
+    let (worst, largest) = naive(samples, &surface);
+    assert_eq!(measured.max_error, largest);
+    let facets: Vec<Facet> =
+        surface.triangles.iter().map(|&t| Facet::new(&surface, t, &EARTH, surface.columns(grid))).collect();
+    let mut passed_over = 0;
+    for share in [0.3, 0.7, 1.0] {
+        for (facet, &worst) in facets.iter().zip(&worst) {
+            let is_open = rough.has_any(facet, (0, 0), share * largest);
+            assert!(is_open || worst <= share * largest, "{worst} of {largest} at {share}");
+            let columns = (0..256).step_by(16).map(|row| rough.columns(facet, (0, 0), row, share * largest).len());
+            passed_over += columns.filter(|&columns| columns < 256).count();
+        }
+    }
+    assert!(passed_over > 0);
+    let mut known = Known::default();
+    let found =
+        Meter { body: &EARTH, samples, cancel }.measure(&surface, 0.5 * largest, &mut known, &mut Block::default());
+    let failing = found.expect("errors").failing.len();
+    assert_eq!(failing, worst.iter().filter(|&&worst| worst > 0.5 * largest).count());
 }

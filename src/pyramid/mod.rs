@@ -2,10 +2,10 @@
 //!
 //! In comes a raster; out goes a folder of tiles with its manifest. `budget` says how many threads have memory, `prepare` opens the raster, and `ground` finds out of it what tiles
 //! are made from, which a work dir keeps (`kept`), so that a run can be interrupted, or made by many processes (`shards`). `source` gives the heights of the finest grid (`grid`), a
-//! fixed grid of longitudes and latitudes not coarser than the raster, and `samples` keeps them (`store`). A level is made tile by
+//! fixed grid of longitudes and latitudes not coarser than the raster, and `samples` keeps them (`store`; `outline`: what coarse levels need of a block). A level is made tile by
 //! tile: `lines` finds the sides, which depend on their line and the level alone, `part` makes meshes with the engines of
 //! [`crate::kernel`], both of samples that have the curvature of the ellipsoid in them (`fall`), `quantize` brings places and heights onto the lattice that the format has, so that tiles of a level share
-//! every vertex on their border, `rim` rounds those at the raster's rim away from it, `surface` is the tile as decoded, `measure` compares that with all samples (`facet`: one triangle; `own`: those of the raster itself), and `tile` mends
+//! every vertex on their border, `rim` rounds those at the raster's rim away from it, `surface` is the tile as decoded, `measure` compares that with all samples (`facet`: one triangle; `rough`: many samples at once; `own`: those of the raster itself), and `tile` mends
 //! what is beyond the error; `strays` does that of edges that are too far off between samples. `holes` leaves triangles out that are over voids (`voids`). `encode`, `normals`, `manifest` and `write` make files of it.
 //!
 //! **The promise.** Every tile of level L, as decoded, is within ε_L of every sample of the finest grid that the raster gives a
@@ -42,12 +42,14 @@ mod measure;
 #[cfg(test)]
 mod measure_tests;
 mod normals;
+mod outline;
 mod own;
 mod part;
 mod prepare;
 mod quantize;
 mod report;
 mod rim;
+mod rough;
 mod samples;
 mod shards;
 mod source;

@@ -1,7 +1,7 @@
 //! The mesh of a part of a tile: of all of it where triangles are flat enough, else of one of k × k.
 //!
-//! A part of up to [`MOST_CELLS`] cells is made from all samples. A larger one is made from every 2ᵏ-th sample, at a share of
-//! the tolerance, and its inner vertices are taken over, Delaunay on the lattice of the format. In either case whoever measures the tile as
+//! A part of up to [`MOST_CELLS`] cells is made from all samples. A larger one is made from every 2ᵏ-th sample, every eighth at the finest, at a share of
+//! the tolerance, and so is one of that many cells that hardly any become vertices of; the inner vertices are taken over, Delaunay on the lattice of the format. In either case whoever measures the tile as
 //! decoded may ask for further vertices, which are inserted into the triangles there are (`lattice`).
 
 mod fit;
@@ -13,6 +13,7 @@ use super::budget::MOST_IN_PART;
 use super::error::PyramidError;
 use super::fall::Fall;
 use super::lines::{Line, Sides, Vertex, collar, free_on_line, near_inside};
+use super::outline::THINNED;
 use super::own::{Along, OnSide};
 use super::quantize::{SPAN, coordinate};
 use super::rim;
@@ -28,6 +29,9 @@ use crate::kernel::triangulate::{EngineScratch, Feasibility, Task};
 
 /// The most cells across a part that is made from all of its samples.
 const MOST_CELLS: i64 = 512;
+
+/// A part of that many cells is made from every eighth sample where no more of those become vertices inside.
+const FEW_VERTICES: usize = 8;
 
 /// The share of the tolerance that the mesh of every 2ᵏ-th sample is made at: those between are measured afterwards.
 const THINNED_SHARE: f64 = 0.9;
@@ -97,6 +101,11 @@ pub(super) struct PartMaker {
 }
 
 impl PartMaker {
+    /// One that shares what has been read.
+    pub(super) fn beside(block: &Block) -> PartMaker {
+        PartMaker { sides: Sides::beside(block), block: block.beside(), ..PartMaker::default() }
+    }
+
     /// Begins another tile.
     pub(super) fn begin(&mut self) {
         self.sides.begin();
@@ -114,7 +123,11 @@ impl PartMaker {
         if !samples.may_have(column, row, place.cells, place.cells) {
             return Ok(self.triangulate(place, &rim, &[]));
         }
-        let step = (place.cells / MOST_CELLS).max(1).max(place.snap);
+        if let Some(part) = self.sparse(samples, place, &rim, cancel)? {
+            return Ok(part);
+        }
+        let least = if place.cells > MOST_CELLS { THINNED as i64 } else { 1 };
+        let step = (place.cells / MOST_CELLS).max(least).max(place.snap);
         let side = (place.cells / step) as usize + 1;
         samples.read(Patch { column, row, width: side, height: side, step }, &mut self.block)?;
         let heights = &self.block.heights;
@@ -271,7 +284,29 @@ impl PartMaker {
         }
     }
 
-    /// From every so-many-th sample, with a rim of its own that only serves to choose vertices inside.
+    /// From every eighth sample, where all of those are of the raster and few of them become vertices.
+    fn sparse(
+        &mut self,
+        samples: &Samples,
+        place: &Place,
+        rim: &[Vertex],
+        cancel: &CancelToken,
+    ) -> Result<Option<Part>, PyramidError> {
+        let step = THINNED as i64;
+        if place.cells != MOST_CELLS || place.snap > 1 {
+            return Ok(None);
+        }
+        let (column, row) = (place.origin.0 + place.first.0, place.origin.1 + place.first.1);
+        let side = (place.cells / step) as usize + 1;
+        samples.read(Patch { column, row, width: side, height: side, step }, &mut self.block)?;
+        if self.block.inside.contains(&false) {
+            return Ok(None);
+        }
+        let inner = self.inner_of_some(place, step, cancel)?;
+        Ok((inner.len() <= FEW_VERTICES).then(|| self.triangulate(place, rim, &inner)))
+    }
+
+    /// From every so-many-th sample.
     fn of_some(
         &mut self,
         place: &Place,
@@ -279,6 +314,12 @@ impl PartMaker {
         step: i64,
         cancel: &CancelToken,
     ) -> Result<Part, PyramidError> {
+        let inner = self.inner_of_some(place, step, cancel)?;
+        Ok(self.triangulate(place, rim, &inner))
+    }
+
+    /// The vertices inside of a mesh of every so-many-th sample, with a rim of its own that only serves to choose them.
+    fn inner_of_some(&mut self, place: &Place, step: i64, cancel: &CancelToken) -> Result<Vec<Vertex>, PyramidError> {
         let tile = self.tile(place, step);
         let tolerance = THINNED_SHARE * place.tolerance;
         let mut loop_ = Vec::new();
@@ -296,9 +337,7 @@ impl PartMaker {
         let on_rim = loop_.len();
         self.run(&tile, &domain(loop_), (tolerance, place.max_stray), cancel)?;
         self.done_with(tile);
-        let inner = self.mesh.vertices[on_rim..].iter();
-        let inner: Vec<Vertex> = inner.map(|v| self.on_tile(v, place, step)).collect();
-        Ok(self.triangulate(place, rim, &inner))
+        Ok(self.mesh.vertices[on_rim..].iter().map(|v| self.on_tile(v, place, step)).collect())
     }
 
     /// Engine and polishing.

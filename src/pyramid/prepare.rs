@@ -75,7 +75,10 @@ pub(super) fn bring(
     let fill = |scratch: &mut Scratch, first: (i64, i64), heights: &mut [f64]| {
         source.fill(grid, area, scratch, first, heights)
     };
-    Samples::make(grid, area, outside, file, || source.scratch(), fill, control)
+    let made = Samples::make(grid, area, outside, file, || source.scratch(), fill, control);
+    // It is the reason of whatever is wrong with the samples.
+    source.field.check_files()?;
+    made
 }
 
 impl Prepared {

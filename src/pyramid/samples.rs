@@ -1,12 +1,15 @@
 //! The samples of the finest grid, wherever they are asked for: those of the area from the store, all others at the height
 //! that is taken outside of the raster.
 
+use std::cell::RefCell;
 use std::fs::File;
 use std::path::Path;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use super::error::PyramidError;
 use super::grid::Grid;
+use super::outline::{Count, Outline, THINNED};
 use super::own::OwnStore;
 use super::source::Area;
 use super::store::{BLOCK, Cache, Store};
@@ -48,8 +51,18 @@ pub(crate) struct Block {
     pub(crate) inside: Vec<bool>,
     /// Which of them are in marked voids.
     pub(crate) is_void: Vec<bool>,
-    cache: Cache,
+    cache: Rc<RefCell<Cache>>,
 }
+
+impl Block {
+    /// Another one that shares what has been read.
+    pub(super) fn beside(&self) -> Block {
+        Block { cache: Rc::clone(&self.cache), ..Block::default() }
+    }
+}
+
+/// Samples of a block that are so few are read one by one, where they do not follow one another.
+const FEW: usize = 3;
 
 impl Samples {
     /// Keeps the heights of an area in a file, which is in a folder. `fill` is given the first sample of a block and its heights, all NaN, and
@@ -134,6 +147,7 @@ impl Samples {
         inside.resize(width * height, false);
         is_void.clear();
         is_void.resize(width * height, false);
+        let mut cache = cache.borrow_mut();
         let (columns, rows) = self.runs(patch);
         for row in &rows {
             for column in columns.iter().filter(|column| self.store.is_filled((column.block, row.block))) {
@@ -147,12 +161,29 @@ impl Samples {
                         (heights[to], inside[to]) = (height, true);
                     }
                 };
-                if row.count * column.count == 1 && step >= BLOCK as i64 {
-                    put(to, cache.one(&self.store, at, from)?);
+                let step = step as usize;
+                let places = || (0..row.count).flat_map(|r| (0..column.count).map(move |c| (c, r)));
+                if [step, row.offset, column.offset].iter().all(|at| at % THINNED == 0) {
+                    let outline = self.store.outline(at)?;
+                    let height = |(c, r)| outline.height(column.offset + c * step, row.offset + r * step);
+                    places().for_each(|(c, r)| put(to + r * width + c, height((c, r))));
                     continue;
                 }
-                let read = cache.block(&self.store, at)?;
-                let step = step as usize;
+                if step > 1 && row.count * column.count <= FEW {
+                    for (c, r) in places() {
+                        put(to + r * width + c, cache.one(&self.store, at, from + (r * BLOCK + c) * step)?);
+                    }
+                    continue;
+                }
+                let (read, is_whole) = cache.block(&self.store, at)?;
+                if step == 1 && is_whole {
+                    for r in 0..row.count {
+                        let (to, from) = (to + r * width, from + r * BLOCK);
+                        heights[to..to + column.count].copy_from_slice(&read[from..from + column.count]);
+                        inside[to..to + column.count].fill(true);
+                    }
+                    continue;
+                }
                 for r in 0..row.count {
                     let read = read[from + r * step * BLOCK..].iter().step_by(step).take(column.count);
                     (to + r * width..).zip(read).for_each(|(to, &height)| put(to, height));
@@ -160,6 +191,45 @@ impl Samples {
             }
         }
         Ok(())
+    }
+
+    /// The outline of the block of the grid that begins with this sample. `None` where that is no whole block of the store, or it
+    /// has a pole in it.
+    pub(super) fn outline(&self, column: i64, row: i64) -> Result<Option<Outline>, PyramidError> {
+        let (size, around) = (BLOCK as i64, self.grid.columns());
+        let is_aligned = column % size == 0 && row % size == 0;
+        // So far around a block may be two of the store.
+        let is_once = self.area.width as i64 + 2 * size < around;
+        if !is_aligned || !is_once || row <= 0 || row + size > self.grid.rows() {
+            return Ok(None);
+        }
+        let first = self.area.first_block();
+        let at = ((column - first.0).rem_euclid(around) / size, (row - first.1).div_euclid(size));
+        let (across, down) = self.store.size();
+        let is_there = at.0 < across as i64 && (0..down as i64).contains(&at.1);
+        let at = (at.0 as usize, at.1.max(0) as usize);
+        match is_there && self.store.is_filled(at) {
+            true => self.store.outline(at).map(Some),
+            false => Ok(Some(Outline::empty())),
+        }
+    }
+
+    /// Calls `look` with the outlines of a rectangle's blocks, each with the offset of its first sample and which of its samples count, given the rectangle's
+    /// first sample and how many it has across and down: a whole number of blocks, or one more. Whether all are known.
+    pub(super) fn each_outline(
+        &self,
+        first: (i64, i64),
+        (width, height): (usize, usize),
+        mut look: impl FnMut((usize, usize), &Outline, Count),
+    ) -> Result<bool, PyramidError> {
+        if width % BLOCK > 1 || height % BLOCK > 1 {
+            return Ok(false);
+        }
+        for (top, left) in (0..height).step_by(BLOCK).flat_map(|top| (0..width).step_by(BLOCK).map(move |l| (top, l))) {
+            let Some(outline) = self.outline(first.0 + left as i64, first.1 + top as i64)? else { return Ok(false) };
+            look((left, top), &outline, outline.count(width - left > 1, height - top > 1));
+        }
+        Ok(true)
     }
 
     /// A patch's columns and rows as runs in blocks; those of the poles are in none, as all columns are one place there.

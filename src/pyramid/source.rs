@@ -10,7 +10,7 @@ use super::error::PyramidError;
 use super::grid::{Grid, MAX_EXPONENT, MIN_EXPONENT};
 use super::store::BLOCK;
 use super::voids::VOID;
-use crate::base::{GeoTransform, Tile, Window};
+use crate::base::{GeoTransform, Heights, Tile, Window};
 use crate::field::{Field, LoadScratch};
 use crate::raster::{Geodesy, GeodesyError, Ways};
 
@@ -139,11 +139,14 @@ impl Source {
             self.on_raster(&places[..half], first, (&mut *tile, &mut *load))?;
             return self.on_raster(&places[half..], last, (tile, load));
         }
-        self.field.load_with(window, tile, load)?;
-        for (height, &(column, row)) in heights.iter_mut().zip(places) {
-            if !column.is_nan() {
-                *height = bilinear(tile, column - window.column as f64, row - window.row as f64);
-            }
+        self.field.load_unwatched(window, tile, load)?;
+        let from_window = |&(column, row): &(f64, f64)| (column - window.column as f64, row - window.row as f64);
+        let found = heights.iter_mut().zip(places.iter().map(from_window)).filter(|(_, place)| !place.0.is_nan());
+        let size = (window.width, window.height);
+        match (&tile.heights, tile.validity.is_whole()) {
+            (Heights::F32(all), true) => found.for_each(|(height, place)| *height = between(all, size, place)),
+            (Heights::F64(all), true) => found.for_each(|(height, place)| *height = between(all, size, place)),
+            (_, false) => found.for_each(|(height, place)| *height = bilinear(tile, place.0, place.1)),
         }
         Ok(())
     }
@@ -284,6 +287,19 @@ impl Source {
 fn on_samples(at: f64, samples: usize) -> f64 {
     let last = (samples - 1) as f64;
     if (-ROUNDING..=last + ROUNDING).contains(&at) { at.clamp(0.0, last) } else { f64::NAN }
+}
+
+/// The bilinear surface where no sample is missing.
+fn between<T: Copy + Into<f64>>(heights: &[T], (width, height): (usize, usize), (column, row): (f64, f64)) -> f64 {
+    // They are not below 0.
+    let (left, top) = (column as usize, row as usize);
+    let (right_share, lower_share) = (column - left as f64, row - top as f64);
+    let (right, bottom) = ((left + 1).min(width - 1), (top + 1).min(height - 1));
+    let at = |c: usize, r: usize, share: f64| share * heights[r * width + c].into();
+    let (upper_share, left_share) = (1.0 - lower_share, 1.0 - right_share);
+    let upper = at(left, top, left_share * upper_share) + at(right, top, right_share * upper_share);
+    let lower = at(left, bottom, left_share * lower_share) + at(right, bottom, right_share * lower_share);
+    upper + lower
 }
 
 /// The bilinear surface; NaN where a sample that counts is missing.

@@ -1,5 +1,5 @@
-//! The heights of the finest grid in a temporary file, or one that is kept: square blocks one after the other, read by the call, never mapped, so that
-//! none of it counts as this process's memory.
+//! The heights of the finest grid in a temporary file, or one that is kept: square blocks one after the other, then their outlines, read by the call,
+//! never mapped, so that none of it counts as this process's memory.
 
 use std::fs::File;
 use std::ops::Range;
@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use super::error::PyramidError;
+use super::outline::{self, Outline};
 use crate::base::control::{Control, Stage};
 use crate::base::faults::{self, Point};
 use crate::field::FieldError;
@@ -69,6 +70,8 @@ impl Store {
                 let bytes = bytemuck::cast_slice(heights);
                 let at = (number * SAMPLES * size_of::<f64>()) as u64;
                 store.file.write_all_at(bytes, at).map_err(|e| store.failed(e))?;
+                let (outline, at) = (Outline::of(heights), outline_at(size, number));
+                store.file.write_all_at(outline.bytes(), at).map_err(|e| store.failed(e))?;
                 Ok((true, crc32fast::hash(bytes)))
             };
             let filled: Result<Vec<(bool, u32)>, PyramidError> = (first..(first + RUN).min(total)).map(block).collect();
@@ -93,11 +96,10 @@ impl Store {
         for (i, &run) in runs.iter().enumerate() {
             filled.resize(filled.len().saturating_add(run as usize).min(size.0 * size.1), i % 2 == 1);
         }
-        let length =
-            filled.iter().rposition(|&filled| filled).map_or(0, |last| (last + 1) * SAMPLES * size_of::<f64>());
+        let length = filled.iter().rposition(|&filled| filled).map_or(0, |last| outline_at(size, last + 1));
         let folder = folder.to_path_buf();
         let found = file.metadata().map_err(|source| PyramidError::File { path: folder.clone(), source })?.len();
-        if found != length as u64 || filled.len() != size.0 * size.1 {
+        if found != length || filled.len() != size.0 * size.1 {
             return Ok(None);
         }
         let mut known = sums.iter().copied();
@@ -145,6 +147,14 @@ impl Store {
         self.filled.iter().filter(|&&filled| filled).count() as f64 / self.filled.len() as f64
     }
 
+    /// The outline of a block that has heights.
+    pub(super) fn outline(&self, block: (usize, usize)) -> Result<Outline, PyramidError> {
+        let number = block.1 * self.size.0 + block.0;
+        let mut bytes = [0; outline::BYTES as usize];
+        self.file.read_exact_at(&mut bytes, outline_at(self.size, number)).map_err(|e| self.failed(e))?;
+        Outline::read(&bytes).ok_or_else(|| PyramidError::Damaged { dir: self.folder.clone(), block: number as u64 })
+    }
+
     /// Reads a block that has heights.
     fn read_whole(&self, block: (usize, usize), out: &mut [f64]) -> Result<(), PyramidError> {
         self.read(block, 0..SAMPLES, out)?;
@@ -175,16 +185,22 @@ pub(super) fn temporary(folder: &Path) -> Result<File, PyramidError> {
 }
 
 fn bytes_of(size: (usize, usize)) -> u64 {
-    (size.0 as u64).saturating_mul(size.1 as u64).saturating_mul((SAMPLES * size_of::<f64>()) as u64)
+    let each = (SAMPLES * size_of::<f64>()) as u64 + outline::BYTES;
+    (size.0 as u64).saturating_mul(size.1 as u64).saturating_mul(each)
+}
+
+/// Where the outline of a block is in the file: behind all blocks.
+fn outline_at(size: (usize, usize), number: usize) -> u64 {
+    (size.0 * size.1 * SAMPLES * size_of::<f64>()) as u64 + number as u64 * outline::BYTES
 }
 
 /// Blocks kept along each side of a square of them.
-const KEPT: usize = 4;
+const KEPT: usize = 8;
 
 /// What they take.
 pub(super) const CACHE_BYTES: u64 = (KEPT * KEPT * SAMPLES * size_of::<f64>()) as u64;
 
-/// Blocks that have been read, the last at each place of a square: half a megabyte.
+/// Blocks that have been read, the last at each place of a square: two megabytes.
 #[derive(Default)]
 pub(super) struct Cache {
     slots: Vec<Slot>,
@@ -195,28 +211,38 @@ struct Slot {
     store: u64,
     block: (usize, usize),
     heights: Vec<f64>,
+    is_whole: bool,
 }
 
 impl Cache {
-    /// The heights of a block that has any.
-    pub(super) fn block(&mut self, store: &Store, block: (usize, usize)) -> Result<&[f64], PyramidError> {
+    fn slot(&mut self, block: (usize, usize)) -> &mut Slot {
         if self.slots.is_empty() {
-            let empty = || Slot { store: 0, block: (0, 0), heights: Vec::new() };
+            let empty = || Slot { store: 0, block: (0, 0), heights: Vec::new(), is_whole: false };
             self.slots.resize_with(KEPT * KEPT, empty);
         }
-        let slot = &mut self.slots[block.0 % KEPT + block.1 % KEPT * KEPT];
+        &mut self.slots[block.0 % KEPT + block.1 % KEPT * KEPT]
+    }
+
+    /// The heights of a block that has any, and whether all of its samples have one.
+    pub(super) fn block(&mut self, store: &Store, block: (usize, usize)) -> Result<(&[f64], bool), PyramidError> {
+        let slot = self.slot(block);
         if (slot.store, slot.block) != (store.id, block) {
             // Should reading fail, there is nothing in the slot.
             slot.store = 0;
             slot.heights.resize(SAMPLES, 0.0);
             store.read_whole(block, &mut slot.heights)?;
+            slot.is_whole = slot.heights.iter().fold(true, |all, height| all & height.is_finite());
             (slot.store, slot.block) = (store.id, block);
         }
-        Ok(&slot.heights)
+        Ok((&slot.heights, slot.is_whole))
     }
 
     /// One height of a block that has any: no other of the block is wanted.
     pub(super) fn one(&mut self, store: &Store, block: (usize, usize), at: usize) -> Result<f64, PyramidError> {
+        let slot = self.slot(block);
+        if (slot.store, slot.block) == (store.id, block) {
+            return Ok(slot.heights[at]);
+        }
         store.read(block, at..at + 1, &mut self.one)?;
         Ok(self.one[0])
     }

@@ -1,6 +1,6 @@
 //! The surface of a tile as readers decode it: its parts put together on the lattice of the format, and every vertex in space.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::Body;
 use super::body::{Angle, Vector, minus};
@@ -79,7 +79,7 @@ impl Surface {
             owners: Vec::new(),
             at_pole: Vec::new(),
         };
-        let mut numbers = HashMap::new();
+        let mut numbers = FxHashMap::default();
         let first_row = tile.origin(grid).1;
         for (owner, part) in parts.iter().enumerate() {
             let mut own = Vec::with_capacity(part.vertices.len());

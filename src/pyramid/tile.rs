@@ -19,10 +19,23 @@ use super::surface::Surface;
 use crate::base::control::CancelToken;
 
 /// Memory that tiles are made in, one thread's.
-#[derive(Default)]
 pub(super) struct TileMaker {
     parts: PartMaker,
     pub(super) block: Block,
+}
+
+impl Default for TileMaker {
+    fn default() -> TileMaker {
+        let block = Block::default();
+        TileMaker { parts: PartMaker::beside(&block), block }
+    }
+}
+
+impl TileMaker {
+    /// A block that shares what has been read.
+    pub(super) fn block(&self) -> Block {
+        self.block.beside()
+    }
 }
 
 /// What is the same for all tiles of a level.

@@ -15,6 +15,8 @@ pub struct MinLink {
     inverses: Vec<f64>,
     layer: Vec<usize>,
     next_layer: Vec<usize>,
+    /// Whether a link from the first sample to each is feasible.
+    is_next: Vec<bool>,
 }
 
 /// The best way from a sample to the end of the line.
@@ -125,8 +127,8 @@ impl MinLink {
         Ok(vertices)
     }
 
-    /// Breadth first from the far end, one layer of samples with equally many links after the other, until the layer
-    /// of the first sample is complete. On flat ground that is one layer of one sample: O(n).
+    /// Breadth first from the far end, one layer of samples with equally many links after the other, until one of them can be
+    /// linked to the first sample. So where two links are enough it is O(n).
     fn find_ways(
         &mut self,
         heights: &[f64],
@@ -147,11 +149,26 @@ impl MinLink {
         let doubt = (2.0 * highest + allowed.largest()) * (8.0 * f64::EPSILON) + f64::from_bits(2);
         self.layer.clear();
         self.layer.push(end);
+        self.is_next.clear();
+        self.is_next.resize(heights.len(), false);
+        if weighted.is_none() {
+            let line = Line { heights, allowed, to: 0, doubt, inverses: &self.inverses };
+            line.for_each_feasible((1..).zip(&heights[1..]), |next| self.is_next[next] = true);
+        }
         let mut links = 0;
         while self.ways[0].links == u32::MAX {
             links += 1;
             // Ascending, so that of equal ways the lexicographically smallest is met first.
             self.layer.sort_unstable();
+            for &next in self.layer.iter().filter(|&&next| self.is_next[next]) {
+                let squares = self.sums.squares(heights, 0, next) + self.ways[next].squares;
+                if squares < self.ways[0].squares || self.ways[0].links > links {
+                    self.ways[0] = Way { links, squares, next };
+                }
+            }
+            if self.ways[0].links == links {
+                return Ok(());
+            }
             for (scanned, &to) in self.layer.iter().enumerate() {
                 if scanned.is_multiple_of(SAMPLES_BETWEEN_CHECKS) {
                     cancel.check()?;
@@ -159,7 +176,8 @@ impl MinLink {
                 let line = Line { heights, allowed, to, doubt, inverses: &self.inverses };
                 let rest = self.ways[to].squares;
                 let lowest = weighted.map_or(0, |w| w.lowest(to));
-                line.for_each_feasible(lowest, |from| {
+                let before = (lowest..to).rev().zip(heights[lowest..to].iter().rev());
+                line.for_each_feasible(before, |from| {
                     let way = &mut self.ways[from];
                     if way.links < links {
                         return;
@@ -188,7 +206,7 @@ impl MinLink {
     }
 }
 
-/// Slopes seen from one sample, towards the samples before it.
+/// Slopes seen from one sample, towards the samples before it, or those behind it.
 struct Line<'a, A> {
     heights: &'a [f64],
     allowed: A,
@@ -206,17 +224,16 @@ struct Bound {
 }
 
 impl<A: Allowed> Line<'_, A> {
-    /// Calls `visit` with every `from` for which the link to this sample is feasible, descending, down to `lowest`.
+    /// Calls `visit` with those of the samples `from` which the link to this one is feasible; they follow one another from the nearest on.
     ///
     /// The slopes of lines that pass sample k within its limit are an interval; the link from `from` is feasible if
     /// its slope lies in the intersection of the intervals of all samples between. The two samples that bound the
     /// intersection are kept, so that a near tie is settled exactly against them alone. Slopes are rises per cell of
     /// distance, seen from this sample.
-    fn for_each_feasible(&self, lowest: usize, mut visit: impl FnMut(usize)) {
+    fn for_each_feasible<'a>(&self, samples: impl Iterator<Item = (usize, &'a f64)>, mut visit: impl FnMut(usize)) {
         let mut low = Bound { slope: f64::NEG_INFINITY, sample: self.to };
         let mut high = Bound { slope: f64::INFINITY, sample: self.to };
-        let before = (lowest..self.to).rev().zip(self.heights[lowest..self.to].iter().rev());
-        for ((from, &height), &inverse) in before.zip(&self.inverses[1..]) {
+        for ((from, &height), &inverse) in samples.zip(&self.inverses[1..]) {
             let rise = height - self.heights[self.to];
             let slope = rise * inverse;
             let above = self.clears(slope - low.slope, || self.compare(from, 0, low.sample, -1));
@@ -247,7 +264,7 @@ impl<A: Allowed> Line<'_, A> {
 
     /// Compares, exactly, the slopes to the heights of samples `a` and `b` raised by `up_a` and `up_b` times their limits.
     fn compare(&self, a: usize, up_a: i64, b: usize, up_b: i64) -> Ordering {
-        let (da, db) = ((self.to - a) as i64, (self.to - b) as i64);
+        let (da, db) = (self.to.abs_diff(a) as i64, self.to.abs_diff(b) as i64);
         exact::sign(&[
             (db, self.heights[a]),
             (-da, self.heights[b]),
