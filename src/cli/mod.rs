@@ -137,6 +137,7 @@ A closed pipe on standard output is no failure.";
 pub fn main() -> ExitCode {
     heap::give_back_large_blocks();
     crate::raster::keep_gdal_warnings();
+    crate::raster::own_gdal_cache();
     let cli = match parse() {
         Ok(cli) => cli,
         Err(usage) => {

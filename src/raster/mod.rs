@@ -44,7 +44,7 @@ mod xyz;
 pub use crate::base::RasterError;
 pub use about::Libraries;
 pub use bounding_box::BoundingBox;
-pub use cache::bound_gdal_cache;
+pub use cache::{bound_gdal_cache, own_gdal_cache};
 pub(crate) use crs::bring_into;
 pub use cutline::{CutlineSource, read_cutline};
 pub use drape::{DrapeError, drape};
