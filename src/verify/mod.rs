@@ -145,6 +145,7 @@ mod strays;
 mod strip;
 mod surface;
 mod sweep;
+mod task;
 #[cfg(test)]
 mod tests;
 mod triangle;
@@ -168,7 +169,7 @@ pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, SidePlace, TouchPlace, VertexPlace};
 pub use heights::HeightReader;
 pub use lines::{LinesVerdict, RequiredLines, StretchPlace, verify_lines};
-pub use observe::{ObservedRows, Observer};
+pub use observe::{ObservedRows, Observer, RowObserver};
 pub use stray_verdict::{StrayVerdict, WorstStray};
 pub use verdict::{CutlineVerdict, TrimVerdict, Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedVerdict, WorstWeighted};
