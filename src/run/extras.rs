@@ -116,6 +116,13 @@ impl Observer for Making {
         self.surveyor.as_ref().and_then(Surveyor::row_observer)
     }
 
+    fn needs_errors(&self) -> bool {
+        #[cfg(feature = "gdal")]
+        return self.raster.is_some();
+        #[cfg(not(feature = "gdal"))]
+        false
+    }
+
     fn rows(&mut self, rows: &ObservedRows<'_>) -> Result<(), Box<dyn Error + Send + Sync>> {
         #[cfg(feature = "gdal")]
         if let Some(raster) = &mut self.raster {

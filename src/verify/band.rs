@@ -1,5 +1,7 @@
 //! Some rows of samples, and triangles held against them by all threads.
 
+use std::sync::{Mutex, PoisonError};
+
 use rayon::prelude::*;
 
 use super::finding::TouchPlace;
@@ -37,6 +39,7 @@ impl Planes {
 pub(super) struct Buffers {
     marks: Vec<u8>,
     errors: Vec<f32>,
+    of_tasks: Mutex<Vec<Vec<f32>>>,
 }
 
 /// Some rows of samples and what is known about them.
@@ -49,8 +52,10 @@ pub(super) struct Band<'s> {
     /// What has happened to each sample, see [`mark`].
     pub(super) marks: Vec<u8>,
     tallies: Vec<RowTally>,
-    /// What an observer is told of each, where there is one; else empty.
+    /// What an observer is told of each, where that is held for all of them; else empty.
     errors: Vec<f32>,
+    /// Buffers for the same that no task has at the moment.
+    of_tasks: Mutex<Vec<Vec<f32>>>,
 }
 
 impl<'s> Band<'s> {
@@ -58,21 +63,25 @@ impl<'s> Band<'s> {
         (grid, tolerance): (Grid, f64),
         first_row: i64,
         samples: Samples<'s>,
-        is_observed: bool,
-        Buffers { mut marks, mut errors }: Buffers,
+        Buffers { mut marks, mut errors, of_tasks }: Buffers,
     ) -> Self {
         let lines = samples.heights.par_chunks(grid.width as usize);
         let tallies: Vec<RowTally> = lines.map(RowTally::new).collect();
         marks.clear();
         marks.resize(samples.heights.len(), 0);
-        errors.resize(if is_observed { samples.heights.len() } else { 0 }, f32::NAN);
+        errors.clear();
         let rows = (first_row, first_row + tallies.len() as i64);
-        Band { grid, tolerance, rows, samples, marks, tallies, errors }
+        Band { grid, tolerance, rows, samples, marks, tallies, errors, of_tasks }
+    }
+
+    /// Holds errors from now on, until all triangles have passed.
+    pub(super) fn hold_errors(&mut self) {
+        self.errors.resize(self.samples.heights.len(), f32::NAN);
     }
 
     /// The buffers.
     pub(super) fn into_buffers(self) -> Buffers {
-        Buffers { marks: self.marks, errors: self.errors }
+        Buffers { marks: self.marks, errors: self.errors, of_tasks: self.of_tasks }
     }
 
     /// What an observer is told of the band, once it has been told of its rows; given its heights, and those of the row above.
@@ -99,18 +108,26 @@ impl<'s> Band<'s> {
         let Planes { planes, extents } = planes;
         batch.par_iter().map(read).unzip_into_vecs(planes, extents);
         let (planes, extents) = (&*planes, &*extents);
-        let together = if self.errors.is_empty() { 1 } else { told_together(width) };
+        let is_told = told.is_some_and(|told| told.observer.is_some());
+        let together = if is_told || !self.errors.is_empty() { told_together(width) } else { 1 };
         let rows = self.tallies.len().div_ceil(TASKS * rayon::current_num_threads()).next_multiple_of(together);
         let tasks = self.tallies.par_chunks_mut(rows).zip(self.marks.par_chunks_mut(rows * width));
         let mut errors: Vec<&mut [f32]> = self.errors.chunks_mut(rows * width).collect();
+        let is_brief = is_told && errors.is_empty();
         errors.resize_with(tasks.len(), Default::default);
-        let samples = self.samples;
+        let (samples, idle) = (self.samples, || self.of_tasks.lock().unwrap_or_else(PoisonError::into_inner));
         tasks.zip(errors).enumerate().for_each(|(task, ((tallies, marks), errors))| {
             let first = task * rows;
             let samples = samples.part(first * width..first * width + marks.len());
+            let mut brief = if is_brief { idle().pop().unwrap_or_default() } else { Vec::new() };
+            brief.resize(if is_brief { marks.len() } else { 0 }, f32::NAN);
+            let errors = if is_brief { &mut brief } else { errors };
             let mut task = Task { top: top + first as i64, first, width, samples, tallies, marks, errors };
             task.compare(planes, extents);
             told.iter().for_each(|told| task.tell(told));
+            if is_brief {
+                idle().push(brief);
+            }
         });
     }
 

@@ -316,7 +316,7 @@ pub fn verify_mesh(
     verify_observed(raster, mesh, options, ground, channels, None, control)
 }
 
-/// Does what [`verify_mesh`] does, and tells an observer, if there is one. That takes 4 bytes more for each sample of a band.
+/// Does what [`verify_mesh`] does, and tells an observer, if there is one. That takes 4 bytes more for each sample of a band at most.
 ///
 /// # Errors
 /// As [`verify_mesh`]; [`VerifyError::Observer`].

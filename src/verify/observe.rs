@@ -15,7 +15,12 @@ pub trait Observer: Send {
         None
     }
 
-    /// The next rows, after the [`Observer::row_observer`] has been told of them.
+    /// Whether [`Observer::rows`] has to know errors. Otherwise they are held for the row observer alone, most often for a few rows.
+    fn needs_errors(&self) -> bool {
+        true
+    }
+
+    /// The next rows, after the [`Observer::row_observer`] has been told of them. There may be no errors where none are needed.
     ///
     /// # Errors
     /// Whatever keeps the observer from going on; it ends the run as [`super::VerifyError::Observer`].

@@ -52,7 +52,7 @@ pub(super) struct Comparison {
 ///
 /// Memory use is constant whatever the mesh and the threads, because two bands and two batches are held at a time, and
 /// triangles that reach into the next band wait for it in a queue ([`Feed`]). An observer takes 4 bytes more for each sample of a
-/// band.
+/// band, at most.
 pub(super) fn sweep<'s, 'c>(
     mut reader: Bands<'_>,
     grid: Grid,
@@ -133,10 +133,13 @@ impl Sweep<'_, '_, '_> {
     fn pass(&mut self, rows: &Rows) -> Result<(), VerifyError> {
         let (grid, cancel) = (self.grid, &self.control.cancel);
         let (samples, buffers) = (rows.samples(), std::mem::take(&mut self.buffers));
-        let mut band = Band::new((grid, self.tolerance), self.row, samples, self.observer.is_some(), buffers);
+        let mut band = Band::new((grid, self.tolerance), self.row, samples, buffers);
         let inside = self.observer.as_ref().and_then(|_| samples.inside());
         let heights = inside.as_deref().unwrap_or(samples.heights);
         let told = self.observer.as_ref().map(|o| Told { observer: o.row_observer(), heights, above: &self.told });
+        if self.observer.as_ref().is_some_and(|observer| observer.needs_errors()) {
+            band.hold_errors();
+        }
         let above = (self.row > 0).then(|| self.above.samples());
         // Cells between the row above and the last one.
         let near =
@@ -157,6 +160,9 @@ impl Sweep<'_, '_, '_> {
         loop {
             cancel.check()?;
             let is_last = Feed::is_last(here);
+            if !is_last && told.is_some_and(|told| told.observer.is_some()) {
+                band.hold_errors();
+            }
             let mut compare = || {
                 band.compare(here, planes, told.as_ref().filter(|_| is_last));
                 strays.iter_mut().for_each(|strays| strays.compare(planes.all()));

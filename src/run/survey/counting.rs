@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use super::grid::MapCell;
 use super::histogram::{Key, class_of, key, unclassed};
 use super::piece::{Measure, Piece, Tally};
 use super::slopes::{Cell, Class, FROM, NO_CLASS};
@@ -40,13 +39,14 @@ pub(super) struct Counting {
 struct Columns {
     measured: [u16; STRETCH],
     near: [u16; STRETCH],
-    max: [f32; STRETCH],
+    /// The bits of distances, which are in the same order.
+    max: [u32; STRETCH],
     heights: [f64; STRETCH],
 }
 
 impl Columns {
     const NONE: Columns =
-        Columns { measured: [0; STRETCH], near: [0; STRETCH], max: [0.0; STRETCH], heights: [0.0; STRETCH] };
+        Columns { measured: [0; STRETCH], near: [0; STRETCH], max: [0; STRETCH], heights: [0.0; STRETCH] };
 }
 
 impl Counting {
@@ -118,7 +118,7 @@ impl Counting {
         let mut are_large = 0;
         for i in 0..count {
             let distance = errors[i].abs();
-            max[i] = if distance > max[i] { distance } else { max[i] };
+            max[i] = max[i].max(distance.to_bits());
             near[i] += u16::from(distance > nearly);
             are_large |= u32::from(distance >= small);
         }
@@ -154,15 +154,14 @@ impl Counting {
         while at < columns.len() {
             let square = (columns.start + at) / side;
             let end = ((square + 1) * side - columns.start).min(columns.len());
-            let mut cell = MapCell::default();
-            for i in at..end {
-                cell.measured += u32::from(sums.measured[i]);
-                cell.near += u32::from(sums.near[i]);
-                cell.max = if sums.max[i] > cell.max { sums.max[i] } else { cell.max };
-                cell.sum += sums.heights[i];
-            }
-            cell.heights = cell.measured;
-            piece.cells[first + square].add(&cell);
+            let measured: u32 = sums.measured[at..end].iter().map(|count| u32::from(*count)).sum();
+            let cell = &mut piece.cells[first + square];
+            cell.measured += measured;
+            cell.heights += measured;
+            cell.near += sums.near[at..end].iter().map(|count| u32::from(*count)).sum::<u32>();
+            let max = sums.max[at..end].iter().fold(0, |max, bits| max.max(*bits));
+            cell.max = cell.max.max(f32::from_bits(max));
+            cell.sum += sums.heights[at..end].iter().sum::<f64>();
             at = end;
         }
         *sums = Columns::NONE;

@@ -190,6 +190,10 @@ impl Observer for Surveyor {
         Some(&self.counter)
     }
 
+    fn needs_errors(&self) -> bool {
+        false
+    }
+
     fn rows(&mut self, _: &ObservedRows<'_>) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
         let Surveyor { counter, map, sum, classes, .. } = self;
         counter.add_pieces(|piece| add(piece, map, sum, classes));

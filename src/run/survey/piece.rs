@@ -122,7 +122,8 @@ impl RowObserver for Counter {
         let mut tally = tally.unwrap_or_else(|| Tally::new(measure.tolerance));
         tally.samples += rows.heights.len() as u64;
         let piece = used.unwrap_or_default().renewed(rows, *side);
-        let cells: Vec<Cell> = (rows.first_row..).take(rows.heights.len() / rows.width).map(|row| measure.slopes.cell(row)).collect();
+        let cells: Vec<Cell> =
+            (rows.first_row..).take(rows.heights.len() / rows.width).map(|row| measure.slopes.cell(row)).collect();
         let block = Block { rows, cells: &cells, measure, side: *side };
         let mut counting = Counting::new(piece, tally);
         pulp::Arch::new().dispatch(Take { counting: &mut counting, block: &block });
