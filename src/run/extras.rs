@@ -118,9 +118,10 @@ impl Observer for Making {
 
     fn needs_errors(&self) -> bool {
         #[cfg(feature = "gdal")]
-        return self.raster.is_some();
+        let is_written = self.raster.is_some();
         #[cfg(not(feature = "gdal"))]
-        false
+        let is_written = false;
+        is_written
     }
 
     fn rows(&mut self, rows: &ObservedRows<'_>) -> Result<(), Box<dyn Error + Send + Sync>> {
