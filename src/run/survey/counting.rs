@@ -319,10 +319,11 @@ impl<'r> Line<'r> {
     fn are_plain(&self, first: usize, slopes: &[f32]) -> bool {
         let (count, tolerance) = (slopes.len(), self.measure.tolerance as f32);
         let errors = &self.errors[first..][..count];
-        // Of numbers that are not, this is not said either.
+        // What is no number is neither.
         let mut are_peculiar = 0;
         for i in 0..count {
-            are_peculiar |= u32::from(!(errors[i].abs() <= tolerance)) | u32::from(!(slopes[i] >= 0.0));
+            let (is_within, is_known) = (errors[i].abs() <= tolerance, slopes[i] >= 0.0);
+            are_peculiar |= u32::from(!is_within) | u32::from(!is_known);
         }
         let start = self.start + first;
         are_peculiar == 0 && !self.rows.any_above(start..start + count)
