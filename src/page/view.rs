@@ -153,7 +153,7 @@ fn glb(drawn: &Drawn<'_>, scene: &Scene) -> Result<Vec<u8>, PageError> {
     let setup = Setup {
         header,
         loss: f64::INFINITY,
-        options: SinkOptions { compression: Some(Compression::Meshopt), ..SinkOptions::default() },
+        options: SinkOptions { compression: Some(Compression::QuickMeshopt), ..SinkOptions::default() },
         temp_dir: drawn.temp_dir.map(Path::to_path_buf),
         ..Setup::default()
     };

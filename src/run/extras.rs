@@ -12,7 +12,7 @@ use super::survey::{Survey, Surveyor};
 use crate::base::{Band, GeoTransform};
 #[cfg(feature = "gdal")]
 use crate::raster::{Described, RowWriter, WriteError};
-use crate::verify::{ObservedRows, Observer, Verdict};
+use crate::verify::{ObservedRows, Observer, RowObserver, Verdict};
 
 /// What a mesh is asked for beside its verdict.
 #[derive(Debug, Clone, Default)]
@@ -110,6 +110,18 @@ impl Observer for Making {
             let [za, zb, zc] = heights;
             gatherer.triangle([[a[0], a[1], za], [b[0], b[1], zb], [c[0], c[1], zc]]);
         }
+    }
+
+    fn row_observer(&self) -> Option<&dyn RowObserver> {
+        self.surveyor.as_ref().and_then(Surveyor::row_observer)
+    }
+
+    fn needs_errors(&self) -> bool {
+        #[cfg(feature = "gdal")]
+        let is_written = self.raster.is_some();
+        #[cfg(not(feature = "gdal"))]
+        let is_written = false;
+        is_written
     }
 
     fn rows(&mut self, rows: &ObservedRows<'_>) -> Result<(), Box<dyn Error + Send + Sync>> {

@@ -1,15 +1,17 @@
 //! Some rows of samples, and triangles held against them by all threads.
 
+use std::sync::{Mutex, PoisonError};
+
 use rayon::prelude::*;
 
 use super::finding::TouchPlace;
 use super::grid::Grid;
 use super::observe::ObservedRows;
 use super::plane::Plane;
-use super::row::{Row, RowTally, Worst, mark};
+use super::row::{RowTally, Worst, mark};
 use super::samples::Samples;
-use super::spans::Spans;
 use super::sweep::Comparison;
+use super::task::{Task, Told, told_together};
 use super::triangle::{Triangle, TriangleWords};
 use super::verdict::{WeightedWorst, WorstSample};
 
@@ -32,6 +34,14 @@ impl Planes {
     }
 }
 
+/// What is used for one band after the other.
+#[derive(Default)]
+pub(super) struct Buffers {
+    marks: Vec<u8>,
+    errors: Vec<f32>,
+    of_tasks: Mutex<Vec<Vec<f32>>>,
+}
+
 /// Some rows of samples and what is known about them.
 pub(super) struct Band<'s> {
     grid: Grid,
@@ -42,58 +52,55 @@ pub(super) struct Band<'s> {
     /// What has happened to each sample, see [`mark`].
     pub(super) marks: Vec<u8>,
     tallies: Vec<RowTally>,
-    /// What an observer is told of each, where there is one; else empty.
+    /// What an observer is told of each, where that is held for all of them; else empty.
     errors: Vec<f32>,
+    /// Buffers for the same that no task has at the moment.
+    of_tasks: Mutex<Vec<Vec<f32>>>,
 }
 
 impl<'s> Band<'s> {
-    pub(super) fn new(grid: Grid, tolerance: f64, first_row: i64, samples: Samples<'s>) -> Self {
+    pub(super) fn new(
+        (grid, tolerance): (Grid, f64),
+        first_row: i64,
+        samples: Samples<'s>,
+        Buffers { mut marks, mut errors, of_tasks }: Buffers,
+    ) -> Self {
         let lines = samples.heights.par_chunks(grid.width as usize);
         let tallies: Vec<RowTally> = lines.map(RowTally::new).collect();
-        Band {
-            grid,
-            tolerance,
-            rows: (first_row, first_row + tallies.len() as i64),
-            samples,
-            marks: vec![0; samples.heights.len()],
-            tallies,
-            errors: Vec::new(),
-        }
+        marks.clear();
+        marks.resize(samples.heights.len(), 0);
+        errors.clear();
+        let rows = (first_row, first_row + tallies.len() as i64);
+        Band { grid, tolerance, rows, samples, marks, tallies, errors, of_tasks }
     }
 
-    /// The same for an observer, with a buffer that is used for one band after the other.
-    pub(super) fn observed_in(self, mut errors: Vec<f32>) -> Self {
-        errors.resize(self.samples.heights.len(), f32::NAN);
-        Band { errors, ..self }
+    /// Holds errors from now on, until all triangles have passed.
+    pub(super) fn hold_errors(&mut self) {
+        self.errors.resize(self.samples.heights.len(), f32::NAN);
     }
 
-    /// The buffer.
-    pub(super) fn into_buffer(self) -> Vec<f32> {
-        self.errors
+    /// The buffers.
+    pub(super) fn into_buffers(self) -> Buffers {
+        Buffers { marks: self.marks, errors: self.errors, of_tasks: self.of_tasks }
     }
 
-    /// What an observer is told, once all triangles have passed.
-    pub(super) fn observed(&mut self) -> ObservedRows<'_> {
-        let width = self.grid.width as usize;
-        let rows = self.errors.chunks_mut(width).zip(self.marks.chunks(width)).zip(&self.tallies);
-        for ((errors, marks), _) in rows.filter(|(_, tally)| tally.covered < width as u64) {
-            for (error, mark) in errors.iter_mut().zip(marks) {
-                *error = if mark & mark::COVERED == 0 { f32::NAN } else { *error };
-            }
-        }
+    /// What an observer is told of the band, once it has been told of its rows; given its heights, and those of the row above.
+    pub(super) fn observed<'o>(&'o self, heights: &'o [f64], above: &'o [f64]) -> ObservedRows<'o> {
         ObservedRows {
             first_row: self.rows.0 as usize,
-            width,
-            heights: self.samples.heights,
+            width: self.grid.width as usize,
+            heights,
+            above,
             weights: self.samples.weights,
             errors: &self.errors,
             marks: &self.marks,
         }
     }
 
-    /// Holds a batch of triangles, in the order of their first rows, against the band. What is in `planes` is replaced.
-    pub(super) fn compare(&mut self, batch: &[TriangleWords], planes: &mut Planes) {
-        let (grid, tolerance, top) = (self.grid, self.tolerance, self.rows.0);
+    /// Holds a batch of triangles, in the order of their first rows, against the band. What is in `planes` is replaced. With the last
+    /// batch comes who is to be told of the rows, if somebody is.
+    pub(super) fn compare(&mut self, batch: &[TriangleWords], planes: &mut Planes, told: Option<&Told<'_>>) {
+        let (grid, tolerance, top, width) = (self.grid, self.tolerance, self.rows.0, self.grid.width as usize);
         let read = |words| {
             let triangle = Triangle::from_words(words);
             (Plane::new(triangle, tolerance), triangle.rows(&grid))
@@ -101,29 +108,25 @@ impl<'s> Band<'s> {
         let Planes { planes, extents } = planes;
         batch.par_iter().map(read).unzip_into_vecs(planes, extents);
         let (planes, extents) = (&*planes, &*extents);
-        let width = grid.width as usize;
-        let rows = self.tallies.len().div_ceil(TASKS * rayon::current_num_threads());
+        let is_told = told.is_some_and(|told| told.observer.is_some());
+        let together = if is_told || !self.errors.is_empty() { told_together(width) } else { 1 };
+        let rows = self.tallies.len().div_ceil(TASKS * rayon::current_num_threads()).next_multiple_of(together);
         let tasks = self.tallies.par_chunks_mut(rows).zip(self.marks.par_chunks_mut(rows * width));
-        let mut errors: Vec<Option<&mut [f32]>> = self.errors.chunks_mut(rows * width).map(Some).collect();
-        errors.resize_with(tasks.len(), || None);
-        let samples = self.samples;
-        tasks.zip(errors).enumerate().for_each(|(task, ((tallies, marks), mut errors))| {
-            let first_sample = task * rows * width;
-            let samples = samples.part(first_sample..first_sample + marks.len());
-            let top = top + (task * rows) as i64;
-            let bottom = top + tallies.len() as i64;
-            let begun = extents.partition_point(|(first, _)| *first < bottom);
-            for (at, (first, last)) in extents[..begun].iter().enumerate().filter(|(_, (_, last))| *last >= top) {
-                let (plane, first) = (&planes[at], top.max(*first));
-                let mut spans = Spans::new(&plane.triangle, first);
-                for row in first..bottom.min(last + 1) {
-                    let Some(span) = spans.next(grid.width) else { continue };
-                    let at = (row - top) as usize;
-                    let line = at * width..(at + 1) * width;
-                    let errors = errors.as_deref_mut().map(|errors| &mut errors[line.clone()]);
-                    let (samples, marks) = (samples.part(line.clone()), &mut marks[line]);
-                    Row { samples, marks, tally: &mut tallies[at], errors }.compare(plane, row, &span);
-                }
+        let mut errors: Vec<&mut [f32]> = self.errors.chunks_mut(rows * width).collect();
+        let is_brief = is_told && errors.is_empty();
+        errors.resize_with(tasks.len(), Default::default);
+        let (samples, idle) = (self.samples, || self.of_tasks.lock().unwrap_or_else(PoisonError::into_inner));
+        tasks.zip(errors).enumerate().for_each(|(task, ((tallies, marks), errors))| {
+            let first = task * rows;
+            let samples = samples.part(first * width..first * width + marks.len());
+            let mut brief = if is_brief { idle().pop().unwrap_or_default() } else { Vec::new() };
+            brief.resize(if is_brief { marks.len() } else { 0 }, f32::NAN);
+            let errors = if is_brief { &mut brief } else { errors };
+            let mut task = Task { top: top + first as i64, first, width, samples, tallies, marks, errors };
+            task.compare(planes, extents);
+            told.iter().for_each(|told| task.tell(told));
+            if is_brief {
+                idle().push(brief);
             }
         });
     }

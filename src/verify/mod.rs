@@ -145,6 +145,7 @@ mod strays;
 mod strip;
 mod surface;
 mod sweep;
+mod task;
 #[cfg(test)]
 mod tests;
 mod triangle;
@@ -168,7 +169,7 @@ pub use error::VerifyError;
 pub use finding::{EdgePlace, FacePlace, Finding, MapPlace, SamplePlace, SidePlace, TouchPlace, VertexPlace};
 pub use heights::HeightReader;
 pub use lines::{LinesVerdict, RequiredLines, StretchPlace, verify_lines};
-pub use observe::{ObservedRows, Observer};
+pub use observe::{ObservedRows, Observer, RowObserver};
 pub use stray_verdict::{StrayVerdict, WorstStray};
 pub use verdict::{CutlineVerdict, TrimVerdict, Verdict, WeightedWorst, WorstSample};
 pub use weighted::{ChannelRange, WeightedVerdict, WorstWeighted};
@@ -315,7 +316,7 @@ pub fn verify_mesh(
     verify_observed(raster, mesh, options, ground, channels, None, control)
 }
 
-/// Does what [`verify_mesh`] does, and tells an observer, if there is one. That takes 4 bytes more for each sample of a band.
+/// Does what [`verify_mesh`] does, and tells an observer, if there is one. That takes 4 bytes more for each sample of a band at most.
 ///
 /// # Errors
 /// As [`verify_mesh`]; [`VerifyError::Observer`].

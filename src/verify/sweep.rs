@@ -3,16 +3,17 @@
 use crate::base::control::{Control, Stage};
 
 use super::VerifyError;
-use super::band::{Band, Planes};
+use super::band::{Band, Buffers, Planes};
 use super::feed::Feed;
 use super::finding::{Finding, SamplePlace, TouchPlace};
 use super::grid::Grid;
 use super::ground::{Ground, GroundFindings};
 use super::lines::{RequiredLines, Unbound};
-use super::observe::{ObservedRows, Observer};
+use super::observe::Observer;
 use super::outline::{Outline, OutlineFindings};
 use super::samples::{Bands, Rows};
 use super::strays::{Held, StrayFindings, Strays};
+use super::task::Told;
 use super::triangle::{TRIANGLE_WORDS, Triangle, TriangleWords};
 use super::verdict::{WeightedWorst, WorstSample};
 use crate::base::external::{Scratch, Sorted};
@@ -51,7 +52,7 @@ pub(super) struct Comparison {
 ///
 /// Memory use is constant whatever the mesh and the threads, because two bands and two batches are held at a time, and
 /// triangles that reach into the next band wait for it in a queue ([`Feed`]). An observer takes 4 bytes more for each sample of a
-/// band.
+/// band, at most.
 pub(super) fn sweep<'s, 'c>(
     mut reader: Bands<'_>,
     grid: Grid,
@@ -72,7 +73,8 @@ pub(super) fn sweep<'s, 'c>(
         above: Rows::default(),
         control,
         observer,
-        errors: Vec::new(),
+        told: Vec::new(),
+        buffers: Buffers::default(),
         triangles: Feed::new(triangles, scratch),
         batches: Default::default(),
         planes: Planes::default(),
@@ -112,8 +114,9 @@ struct Sweep<'s, 'c, 'o> {
     above: Rows,
     control: &'c Control<'c>,
     observer: Option<&'o mut dyn Observer>,
-    /// What it is told of a band, where there is one.
-    errors: Vec<f32>,
+    /// The heights of the last row that it was told of.
+    told: Vec<f64>,
+    buffers: Buffers,
     triangles: Feed<'s, TRIANGLE_WORDS>,
     /// The batch that is worked on, and one that has been used; and what is made of a batch.
     batches: [Vec<TriangleWords>; 2],
@@ -129,9 +132,13 @@ impl Sweep<'_, '_, '_> {
     /// Passes over the next rows.
     fn pass(&mut self, rows: &Rows) -> Result<(), VerifyError> {
         let (grid, cancel) = (self.grid, &self.control.cancel);
-        let mut band = Band::new(grid, self.tolerance, self.row, rows.samples());
-        if self.observer.is_some() {
-            band = band.observed_in(std::mem::take(&mut self.errors));
+        let (samples, buffers) = (rows.samples(), std::mem::take(&mut self.buffers));
+        let mut band = Band::new((grid, self.tolerance), self.row, samples, buffers);
+        let inside = self.observer.as_ref().and_then(|_| samples.inside());
+        let heights = inside.as_deref().unwrap_or(samples.heights);
+        let told = self.observer.as_ref().map(|o| Told { observer: o.row_observer(), heights, above: &self.told });
+        if self.observer.as_ref().is_some_and(|observer| observer.needs_errors()) {
+            band.hold_errors();
         }
         let above = (self.row > 0).then(|| self.above.samples());
         // Cells between the row above and the last one.
@@ -150,23 +157,30 @@ impl Sweep<'_, '_, '_> {
         triangles.begin();
         let [here, next] = &mut self.batches;
         *here = triangles.next(std::mem::take(here), after, goes_on)?;
-        while !here.is_empty() {
+        loop {
             cancel.check()?;
-            let used = std::mem::take(next);
-            let compare = || {
-                band.compare(here, planes);
+            let is_last = Feed::is_last(here);
+            if !is_last && told.is_some_and(|told| told.observer.is_some()) {
+                band.hold_errors();
+            }
+            let mut compare = || {
+                band.compare(here, planes, told.as_ref().filter(|_| is_last));
                 strays.iter_mut().for_each(|strays| strays.compare(planes.all()));
             };
+            if is_last {
+                compare();
+                break;
+            }
+            let used = std::mem::take(next);
             let (following, ()) = rayon::join(|| triangles.next(used, after, goes_on), compare);
             *next = std::mem::replace(here, following?);
         }
         cancel.check()?;
         band.add_to(&mut self.comparison);
         if let Some(observer) = &mut self.observer {
-            let inside = band.samples.inside();
-            let told = band.observed();
-            let heights = inside.as_deref().unwrap_or(told.heights);
-            observer.rows(&ObservedRows { heights, ..told }).map_err(VerifyError::Observer)?;
+            observer.rows(&band.observed(heights, &self.told)).map_err(VerifyError::Observer)?;
+            self.told.clear();
+            self.told.extend_from_slice(&heights[heights.len() - grid.width as usize..]);
         }
         if let (Some(strays), Some(found)) = (&strays, &mut self.comparison.strays) {
             strays.add_to(found);
@@ -174,7 +188,7 @@ impl Sweep<'_, '_, '_> {
         }
         self.outline.follow(&mut self.ground.settle(band.samples, &band.marks))?;
         self.control.progress.step(Stage::Compare, band.samples.heights.len() as u64);
-        self.errors = band.into_buffer();
+        self.buffers = band.into_buffers();
         Ok(())
     }
 }

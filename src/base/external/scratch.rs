@@ -63,7 +63,7 @@ impl Scratch {
 
 /// First in, first out, in bounded memory: what does not fit into one buffer waits in a file.
 ///
-/// Memory use is constant: `BUFFER` records while it is filled, as many again while it is emptied.
+/// Memory use is constant: [`Queue::BUFFER`] records while it is filled, as many again while it is emptied.
 #[derive(Debug)]
 pub(crate) struct Queue<'s, const N: usize> {
     scratch: &'s Scratch,
@@ -73,10 +73,17 @@ pub(crate) struct Queue<'s, const N: usize> {
 }
 
 impl<'s, const N: usize> Queue<'s, N> {
-    const BUFFER: usize = 16 << 10;
+    /// Records of a piece.
+    pub(crate) const BUFFER: usize = 16 << 10;
 
     pub(crate) fn new(scratch: &'s Scratch) -> Self {
-        Queue { scratch, file: None, filed: 0, latest: Vec::new() }
+        Queue::reusing(scratch, Vec::new())
+    }
+
+    /// One whose buffer has been used before.
+    pub(crate) fn reusing(scratch: &'s Scratch, mut latest: Vec<[u64; N]>) -> Self {
+        latest.clear();
+        Queue { scratch, file: None, filed: 0, latest }
     }
 
     pub(crate) fn push(&mut self, record: [u64; N]) -> Result<(), ScratchError> {
@@ -100,7 +107,7 @@ impl<'s, const N: usize> Queue<'s, N> {
         })
     }
 
-    /// The records in the order they came, in pieces that are not empty.
+    /// The records in the order they came, in pieces of [`Queue::BUFFER`] records; the last may have fewer, but has some.
     pub(crate) fn into_pieces(self) -> impl Iterator<Item = Result<Vec<[u64; N]>, ScratchError>> {
         let Queue { scratch, file, filed, latest } = self;
         let from_file = (0..filed).step_by(Self::BUFFER).map(move |first| {

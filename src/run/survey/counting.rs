@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use super::grid::MapCell;
 use super::histogram::{Key, class_of, key, unclassed};
 use super::piece::{Measure, Piece, Tally};
 use super::slopes::{Cell, Class, FROM, NO_CLASS};
@@ -19,20 +18,14 @@ const SMALL: f64 = 1.0 / 16.0;
 /// Tolerances that single precision is good for.
 const USUAL: Range<f64> = 1e-30..1e30;
 
-/// Some columns of some rows.
+/// Some rows.
 pub(super) struct Block<'r> {
     pub(super) rows: &'r ObservedRows<'r>,
-    /// The heights of the row above them.
-    pub(super) above: &'r [f64],
-    /// The cells of each row.
+    /// The cells of each.
     pub(super) cells: &'r [Cell],
     pub(super) measure: &'r Measure,
     /// The side of a square of the map.
     pub(super) side: usize,
-    /// A square begins with the first column.
-    pub(super) columns: Range<usize>,
-    /// Of `rows`.
-    pub(super) lines: Range<usize>,
 }
 
 /// A piece that is being made.
@@ -46,13 +39,14 @@ pub(super) struct Counting {
 struct Columns {
     measured: [u16; STRETCH],
     near: [u16; STRETCH],
-    max: [f32; STRETCH],
+    /// The bits of distances, which are in the same order.
+    max: [u32; STRETCH],
     heights: [f64; STRETCH],
 }
 
 impl Columns {
     const NONE: Columns =
-        Columns { measured: [0; STRETCH], near: [0; STRETCH], max: [0.0; STRETCH], heights: [0.0; STRETCH] };
+        Columns { measured: [0; STRETCH], near: [0; STRETCH], max: [0; STRETCH], heights: [0.0; STRETCH] };
 }
 
 impl Counting {
@@ -67,13 +61,13 @@ impl Counting {
     /// Counts a block, the one that the piece was made for.
     #[inline(always)]
     pub(super) fn take(&mut self, block: &Block<'_>) {
-        for first in block.columns.clone().step_by(STRETCH) {
-            let columns = first..(first + STRETCH).min(block.columns.end);
-            for at in block.lines.clone() {
+        for first in (0..block.rows.width).step_by(STRETCH) {
+            let columns = first..(first + STRETCH).min(block.rows.width);
+            for at in 0..block.cells.len() {
                 let line = Line::of(block, at);
                 self.take_stretch(&line, columns.clone());
-                if (line.row + 1).is_multiple_of(block.side) || at + 1 == block.lines.end {
-                    self.settle(line.row / block.side, block.side, columns.clone());
+                if (line.row + 1).is_multiple_of(block.side) || at + 1 == block.cells.len() {
+                    self.settle(&line, columns.clone());
                 }
             }
         }
@@ -124,7 +118,7 @@ impl Counting {
         let mut are_large = 0;
         for i in 0..count {
             let distance = errors[i].abs();
-            max[i] = if distance > max[i] { distance } else { max[i] };
+            max[i] = max[i].max(distance.to_bits());
             near[i] += u16::from(distance > nearly);
             are_large |= u32::from(distance >= small);
         }
@@ -151,24 +145,23 @@ impl Counting {
         keys.iter().for_each(|key| self.tally.histogram.count(unclassed(*key)));
     }
 
-    /// Adds what these columns have come to to the squares of a row of them.
+    /// Adds what these columns have come to to the squares of the row of them that a line is in.
     #[inline(always)]
-    fn settle(&mut self, row: usize, side: usize, columns: Range<usize>) {
+    fn settle(&mut self, line: &Line<'_>, columns: Range<usize>) {
         let Counting { piece, columns: sums, .. } = self;
-        let first = (row - piece.first.1) * piece.across;
+        let (side, first) = (line.side, line.squares(piece));
         let mut at = 0;
         while at < columns.len() {
             let square = (columns.start + at) / side;
             let end = ((square + 1) * side - columns.start).min(columns.len());
-            let mut cell = MapCell::default();
-            for i in at..end {
-                cell.measured += u32::from(sums.measured[i]);
-                cell.near += u32::from(sums.near[i]);
-                cell.max = if sums.max[i] > cell.max { sums.max[i] } else { cell.max };
-                cell.sum += sums.heights[i];
-            }
-            cell.heights = cell.measured;
-            piece.cells[first + square - piece.first.0].add(&cell);
+            let measured: u32 = sums.measured[at..end].iter().map(|count| u32::from(*count)).sum();
+            let cell = &mut piece.cells[first + square];
+            cell.measured += measured;
+            cell.heights += measured;
+            cell.near += sums.near[at..end].iter().map(|count| u32::from(*count)).sum::<u32>();
+            let max = sums.max[at..end].iter().fold(0, |max, bits| max.max(*bits));
+            cell.max = cell.max.max(f32::from_bits(max));
+            cell.sum += sums.heights[at..end].iter().sum::<f64>();
             at = end;
         }
         *sums = Columns::NONE;
@@ -181,8 +174,8 @@ impl Counting {
             return;
         }
         let Counting { piece, tally, .. } = self;
-        let square = (line.row / line.side - piece.first.1) * piece.across + column / line.side - piece.first.0;
-        let cell = &mut piece.cells[square];
+        let first = line.squares(piece);
+        let cell = &mut piece.cells[first + column / line.side];
         cell.heights += 1;
         cell.sum += height;
         if error.is_nan() {
@@ -212,13 +205,20 @@ impl Counting {
 /// The sum of some errors, as vectors add it up.
 #[inline(always)]
 fn sum(errors: &[f32]) -> f64 {
-    let (mut lanes, (errors, last)) = ([0.0; LANES], errors.as_chunks::<LANES>());
+    // Of fewer the compiler makes no vectors.
+    let (mut lanes, (errors, last)) = ([0.0; 32], errors.as_chunks::<32>());
     for errors in errors {
-        for i in 0..LANES {
+        for i in 0..32 {
             lanes[i] += errors[i];
         }
     }
-    lanes.iter().chain(last).map(|error| f64::from(*error)).sum()
+    for i in 0..16 {
+        lanes[i] += lanes[i + 16];
+    }
+    for i in 0..8 {
+        lanes[i] += lanes[i + 8];
+    }
+    lanes[..8].iter().chain(last).map(|error| f64::from(*error)).sum()
 }
 
 /// What samples of one class come to, lane by lane.
@@ -279,8 +279,10 @@ struct Line<'r> {
 impl<'r> Line<'r> {
     #[inline(always)]
     fn of(block: &Block<'r>, at: usize) -> Line<'r> {
-        let Block { rows, above, cells, measure, side, .. } = *block;
+        let Block { rows, cells, measure, side } = *block;
         let (width, start) = (rows.width, at * rows.width);
+        // There is none above the first row: it is level along columns.
+        let above = if rows.above.is_empty() { &rows.heights[..width] } else { rows.above };
         Line {
             rows,
             measure,
@@ -292,6 +294,12 @@ impl<'r> Line<'r> {
             above: if at == 0 { above } else { &rows.heights[start - width..start] },
             cell: cells[at],
         }
+    }
+
+    /// Where in a piece the squares begin that it goes through.
+    #[inline(always)]
+    fn squares(&self, piece: &Piece) -> usize {
+        (self.row / self.side - piece.row / self.side) * self.heights.len().div_ceil(self.side)
     }
 
     /// The squares of the slopes' tangents at samples from this column on, none of them at an end of the row; NaN where a height beside
@@ -311,12 +319,14 @@ impl<'r> Line<'r> {
     fn are_plain(&self, first: usize, slopes: &[f32]) -> bool {
         let (count, tolerance) = (slopes.len(), self.measure.tolerance as f32);
         let errors = &self.errors[first..][..count];
-        let mut are_plain = 1;
+        // What is no number is neither.
+        let mut are_peculiar = 0;
         for i in 0..count {
-            are_plain &= u32::from(errors[i].abs() <= tolerance) & u32::from(!slopes[i].is_nan());
+            let (is_within, is_known) = (errors[i].abs() <= tolerance, slopes[i] >= 0.0);
+            are_peculiar |= u32::from(!is_within) | u32::from(!is_known);
         }
         let start = self.start + first;
-        are_plain != 0 && !self.rows.any_above(start..start + count)
+        are_peculiar == 0 && !self.rows.any_above(start..start + count)
     }
 
     /// The slope class of any sample; [`NO_CLASS`] where there is no height beside it, or none above it.

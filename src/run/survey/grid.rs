@@ -41,7 +41,6 @@ impl MapCell {
         self.heights += other.heights;
         self.near += other.near;
         self.above += other.above;
-        self.faces += other.faces;
         self.max = self.max.max(other.max);
         self.sum += other.sum;
     }
@@ -59,14 +58,14 @@ impl MapGrid {
         MapGrid { samples, side, size, cells: vec![MapCell::default(); size.0 * size.1] }
     }
 
-    /// The square of a place in quarters of cells, those beyond the rim moved to it.
-    pub(super) fn at(&mut self, (x, y): (i64, i64)) -> &mut MapCell {
+    /// Which square a place in quarters of cells is in, those beyond the rim moved to it.
+    pub(super) fn at(&self, (x, y): (i64, i64)) -> usize {
         let index = |quarters: i64, size: usize| {
             let square = quarters.max(0) as usize / (4 * self.side);
             square.min(size - 1)
         };
         let (column, row) = (index(x, self.size.0), index(y, self.size.1));
-        &mut self.cells[row * self.size.0 + column]
+        row * self.size.0 + column
     }
 
     /// Samples in a square: fewer at the rim.

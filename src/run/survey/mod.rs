@@ -1,10 +1,11 @@
 //! What a report shows beyond a verdict: shares of errors, errors by slope, shapes of triangles, maps.
 //!
 //! In come the faces and the rows with their errors as the sweep of `verify` passes them ([`Observer`]); out goes a [`Survey`].
-//! There is no pass of its own. Rows are worked on by all threads in pieces that depend on the raster alone, and put together in
-//! their order, so that sums are the same whatever the threads.
+//! There is no pass of its own. Each thread counts rows while the sweep has them in its cache, in pieces that depend on the raster
+//! alone; they are put together in their order, so that sums are the same whatever the threads.
 //!
-//! Errors count as single floats. Memory: a [`MapGrid`], 150 KiB for each thread, 32 KiB, a row of heights.
+//! Errors count as single floats. Memory: a [`MapGrid`], 4 bytes more for each square, 150 KiB for each thread, 20 KiB for each piece of a
+//! band.
 
 mod angles;
 mod counting;
@@ -18,14 +19,14 @@ mod tests;
 use serde::Serialize;
 
 use crate::base::{Band, GeoTransform, Reference};
-use crate::verify::{ObservedRows, Observer};
+use crate::verify::{ObservedRows, Observer, RowObserver};
 
 pub use grid::{MapCell, MapGrid};
 pub use slopes::SlopeClass;
 
 use angles::Angles;
 use histogram::{Binned, Total};
-use piece::{Measure, Piece, Tallies, Tally};
+use piece::{Counter, Measure, Piece, Tally};
 use slopes::{Class, FROM, Slopes};
 
 /// Bins of signed errors on each side of 0, up to the tolerance.
@@ -105,49 +106,49 @@ pub struct Survey {
 /// Gathers a [`Survey`].
 pub(super) struct Surveyor {
     raster: RasterFacts,
-    measure: Measure,
+    counter: Counter,
     map: MapGrid,
+    /// Faces whose middle lies in each square of it.
+    faces: Vec<u32>,
     histogram: Total,
     /// Samples below −ε and above ε.
     beyond: [u64; 2],
     sum: f64,
     /// By slope, as far as the histogram does not know it.
     classes: [Class; FROM.len()],
-    tallies: Tallies,
     angles: Angles,
-    /// The heights of the row above the next one.
-    above: Vec<f64>,
 }
 
 impl Surveyor {
     pub(super) fn new(band: &Band, tolerance: f64) -> Surveyor {
         let histogram = Total::new(tolerance);
+        let map = MapGrid::new((band.width(), band.height()));
+        let measure = Measure { tolerance, slopes: Slopes::new(band), bins: histogram.bins() };
         Surveyor {
             raster: RasterFacts::of(band),
-            measure: Measure { tolerance, slopes: Slopes::new(band), bins: histogram.bins() },
-            map: MapGrid::new((band.width(), band.height())),
+            counter: Counter::new(measure, map.side),
+            faces: vec![0; map.cells.len()],
+            map,
             histogram,
             beyond: [0; 2],
             sum: 0.0,
             classes: [Class::default(); FROM.len()],
-            tallies: Tallies::new(tolerance),
             angles: Angles::new(),
-            above: Vec::new(),
         }
     }
 
     /// What was gathered, given the largest distance and the largest of what counts, distance or distance × weight: the verdict's, which
     /// are rounded once.
     pub(super) fn finish(mut self, worst: f64, largest: f64) -> Survey {
-        let tallies = std::mem::replace(&mut self.tallies, Tallies::new(self.measure.tolerance));
-        tallies.all().iter().for_each(|tally| self.add_up(tally));
+        self.counter.all().iter().for_each(|tally| self.add_up(tally));
+        self.map.cells.iter_mut().zip(&self.faces).for_each(|(cell, faces)| cell.faces = *faces);
         let measured = self.histogram.samples();
         let percents = (1..=100).map(|percent| f64::from(percent) / 100.0);
         let cumulative = self.histogram.shares(percents, largest);
         let share = |percent: usize| cumulative[percent - 1];
         let [low, high] = self.beyond;
         let mut signed = self.histogram.signed(2 * SIGNED);
-        if self.measure.tolerance == 0.0 {
+        if self.counter.measure.tolerance == 0.0 {
             // All that is within is in the middle; the bins have counted by another scale.
             signed.fill(0);
             signed[SIGNED] = measured - low - high;
@@ -181,18 +182,23 @@ impl Surveyor {
 impl Observer for Surveyor {
     fn face(&mut self, corners: [(i64, i64); 3], _: [f64; 3]) {
         let [a, b, c] = corners;
-        self.map.at(((a.0 + b.0 + c.0) / 3, (a.1 + b.1 + c.1) / 3)).faces += 1;
+        self.faces[self.map.at(((a.0 + b.0 + c.0) / 3, (a.1 + b.1 + c.1) / 3))] += 1;
         self.angles.count(corners);
     }
 
-    fn rows(&mut self, rows: &ObservedRows<'_>) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-        for piece in Piece::all_of(rows, &self.above, &self.measure, self.map.side, &self.tallies) {
-            self.add(&piece);
-        }
-        let full: Vec<Tally> = self.tallies.full().collect();
+    fn row_observer(&self) -> Option<&dyn RowObserver> {
+        Some(&self.counter)
+    }
+
+    fn needs_errors(&self) -> bool {
+        false
+    }
+
+    fn rows(&mut self, _: &ObservedRows<'_>) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+        let Surveyor { counter, map, sum, classes, .. } = self;
+        counter.add_pieces(|piece| add(piece, map, sum, classes));
+        let full: Vec<Tally> = self.counter.full().collect();
         full.iter().for_each(|tally| self.add_up(tally));
-        self.above.clear();
-        self.above.extend_from_slice(&rows.heights[rows.heights.len() - rows.width..]);
         Ok(())
     }
 }
@@ -202,14 +208,11 @@ impl Surveyor {
         self.histogram.add(&tally.histogram);
         self.beyond = [self.beyond[0] + tally.low, self.beyond[1] + tally.high];
     }
+}
 
-    fn add(&mut self, piece: &Piece) {
-        self.sum += piece.sum;
-        self.classes.iter_mut().zip(&piece.classes).for_each(|(class, other)| class.add(other));
-        let (column, row) = piece.first;
-        for (cells, row) in piece.cells.chunks(piece.across).zip(row..) {
-            let sums = &mut self.map.cells[row * self.map.size.0 + column..];
-            sums.iter_mut().zip(cells).for_each(|(sum, cell)| sum.add(cell));
-        }
-    }
+fn add(piece: &Piece, map: &mut MapGrid, sum: &mut f64, classes: &mut [Class; FROM.len()]) {
+    *sum += piece.sum;
+    classes.iter_mut().zip(&piece.classes).for_each(|(class, other)| class.add(other));
+    let cells = &mut map.cells[piece.row / map.side * map.size.0..];
+    cells.iter_mut().zip(&piece.cells).for_each(|(sum, cell)| sum.add(cell));
 }

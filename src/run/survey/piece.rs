@@ -2,17 +2,11 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
-
 use super::counting::{Block, Counting};
 use super::grid::MapCell;
 use super::histogram::{Bins, Histogram};
 use super::slopes::{Cell, Class, FROM, Slopes};
-use crate::verify::ObservedRows;
-
-/// Samples of a piece, and its columns, about.
-const SAMPLES: usize = 1 << 15;
-const COLUMNS: usize = 1 << 11;
+use crate::verify::{ObservedRows, RowObserver};
 
 /// What errors are held against.
 pub(super) struct Measure {
@@ -38,22 +32,16 @@ pub(super) struct Tally {
     samples: u64,
 }
 
-/// Tallies that no thread has at the moment.
-pub(super) struct Tallies {
-    tolerance: f64,
-    idle: Mutex<Vec<Tally>>,
-}
-
 /// What some rows come to, as far as it depends on the order.
+#[derive(Default)]
 pub(super) struct Piece {
+    /// The first of the rows.
+    pub(super) row: usize,
     pub(super) sum: f64,
     /// By slope, as far as the tally does not know it.
     pub(super) classes: [Class; FROM.len()],
-    /// The squares of the map that it goes through, row by row, and the column and the row of the first.
+    /// The squares of the map that they go through, row by row.
     pub(super) cells: Vec<MapCell>,
-    pub(super) first: (usize, usize),
-    /// Squares in a row of them.
-    pub(super) across: usize,
 }
 
 impl Tally {
@@ -65,71 +53,84 @@ impl Tally {
     }
 }
 
-impl Tallies {
-    pub(super) fn new(tolerance: f64) -> Tallies {
-        Tallies { tolerance, idle: Mutex::default() }
-    }
-
-    fn take(&self) -> Tally {
-        let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        idle.unwrap_or_else(|| Tally::new(self.tolerance))
-    }
-
-    fn put_back(&self, tally: Tally) {
-        self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(tally);
-    }
-
-    /// Those that have counted enough, to be added up.
-    pub(super) fn full(&mut self) -> impl Iterator<Item = Tally> {
-        let idle = self.idle.get_mut().unwrap_or_else(PoisonError::into_inner);
-        idle.extract_if(.., |tally| tally.samples >= Tally::MANY)
-    }
-
-    /// All of them.
-    pub(super) fn all(self) -> Vec<Tally> {
-        self.idle.into_inner().unwrap_or_else(PoisonError::into_inner)
+impl Piece {
+    /// One of nothing, in the place of one that has been used.
+    fn renewed(self, rows: &ObservedRows<'_>, side: usize) -> Piece {
+        let Piece { mut cells, .. } = self;
+        let (row, count) = (rows.first_row, rows.heights.len() / rows.width);
+        let down = (row + count - 1) / side - row / side + 1;
+        cells.clear();
+        cells.resize(rows.width.div_ceil(side) * down, MapCell::default());
+        Piece { row, cells, ..Piece::default() }
     }
 }
 
-impl Piece {
-    /// The pieces of these rows, in order; `above` are the heights of the row above the first one, or none, and `side` samples make
-    /// the side of a square of the map.
-    pub(super) fn all_of(
-        rows: &ObservedRows<'_>,
-        above: &[f64],
-        measure: &Measure,
-        side: usize,
-        tallies: &Tallies,
-    ) -> Vec<Piece> {
-        let (width, count) = (rows.width, rows.heights.len() / rows.width);
-        let across = COLUMNS.next_multiple_of(side);
-        let down = (SAMPLES / across.min(width)).max(1);
-        let in_row = width.div_ceil(across);
-        let cells: Vec<Cell> = (0..count).map(|at| measure.slopes.cell(rows.first_row + at)).collect();
-        // There is none above the first row: it is level along columns.
-        let above = if above.is_empty() { &rows.heights[..width] } else { above };
-        let piece = |index: usize| {
-            let (left, top) = (index % in_row * across, index / in_row * down);
-            let (columns, lines) = (left..(left + across).min(width), top..(top + down).min(count));
-            let mut tally = tallies.take();
-            tally.samples += (columns.len() * lines.len()) as u64;
-            let block = Block { rows, above, cells: &cells, measure, side, columns, lines };
-            let mut counting = Counting::new(Piece::new(&block), tally);
-            pulp::Arch::new().dispatch(Take { counting: &mut counting, block: &block });
-            let (piece, tally) = counting.finish();
-            tallies.put_back(tally);
-            piece
-        };
-        (0..in_row * count.div_ceil(down)).into_par_iter().map(piece).collect()
+/// Counts rows, each by the thread that has judged it.
+pub(super) struct Counter {
+    pub(super) measure: Measure,
+    /// The side of a square of the map.
+    side: usize,
+    desk: Mutex<Desk>,
+}
+
+/// What no thread has at the moment.
+#[derive(Default)]
+struct Desk {
+    tallies: Vec<Tally>,
+    /// Those that are done, in any order.
+    pieces: Vec<Piece>,
+    /// Those that have been used.
+    used: Vec<Piece>,
+}
+
+impl Counter {
+    pub(super) fn new(measure: Measure, side: usize) -> Counter {
+        Counter { measure, side, desk: Mutex::default() }
     }
 
-    fn new(block: &Block<'_>) -> Piece {
-        let Block { rows, side, columns, lines, .. } = block;
-        let first = (columns.start / side, (rows.first_row + lines.start) / side);
-        let last = ((columns.end - 1) / side, (rows.first_row + lines.end - 1) / side);
-        let across = last.0 - first.0 + 1;
-        let cells = vec![MapCell::default(); across * (last.1 - first.1 + 1)];
-        Piece { sum: 0.0, classes: [Class::default(); FROM.len()], cells, first, across }
+    fn desk(&mut self) -> &mut Desk {
+        self.desk.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Hands the pieces that are done to `add`, in the order of their rows.
+    pub(super) fn add_pieces(&mut self, add: impl FnMut(&Piece)) {
+        let Desk { pieces, used, .. } = self.desk();
+        pieces.sort_unstable_by_key(|piece| piece.row);
+        pieces.iter().for_each(add);
+        used.append(pieces);
+    }
+
+    /// Tallies that have counted enough, to be added up.
+    pub(super) fn full(&mut self) -> impl Iterator<Item = Tally> {
+        self.desk().tallies.extract_if(.., |tally| tally.samples >= Tally::MANY)
+    }
+
+    /// All of them.
+    pub(super) fn all(&mut self) -> Vec<Tally> {
+        std::mem::take(&mut self.desk().tallies)
+    }
+}
+
+impl RowObserver for Counter {
+    fn rows(&self, rows: &ObservedRows<'_>) {
+        let Counter { measure, side, .. } = self;
+        let desk = || self.desk.lock().unwrap_or_else(PoisonError::into_inner);
+        let (tally, used) = {
+            let mut desk = desk();
+            (desk.tallies.pop(), desk.used.pop())
+        };
+        let mut tally = tally.unwrap_or_else(|| Tally::new(measure.tolerance));
+        tally.samples += rows.heights.len() as u64;
+        let piece = used.unwrap_or_default().renewed(rows, *side);
+        let cells: Vec<Cell> =
+            (rows.first_row..).take(rows.heights.len() / rows.width).map(|row| measure.slopes.cell(row)).collect();
+        let block = Block { rows, cells: &cells, measure, side: *side };
+        let mut counting = Counting::new(piece, tally);
+        pulp::Arch::new().dispatch(Take { counting: &mut counting, block: &block });
+        let (piece, tally) = counting.finish();
+        let mut desk = desk();
+        desk.pieces.push(piece);
+        desk.tallies.push(tally);
     }
 }
 

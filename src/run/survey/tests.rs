@@ -48,10 +48,15 @@ impl Told {
         let (width, height) = self.size;
         let band = Band::new("told", self.size, SampleType::F64, Arc::new(Nothing)).unwrap();
         let mut surveyor = Surveyor::new(&band, self.tolerance);
+        let all = (self.heights.as_slice(), self.errors.as_slice(), self.marks.as_slice());
         for first in (0..height).step_by(rows) {
-            let part = first * width..(first + rows).min(height) * width;
-            let samples = (&self.heights[part.clone()], &self.errors[part.clone()], &self.marks[part]);
-            surveyor.rows(&ObservedRows::marked(first, width, samples)).unwrap();
+            let band = first..(first + rows).min(height);
+            // Pieces come in any order.
+            for row in band.clone().step_by(2).rev() {
+                let observer = surveyor.row_observer().expect("a survey counts rows");
+                observer.rows(&ObservedRows::marked(row..(row + 2).min(band.end), width, all));
+            }
+            surveyor.rows(&ObservedRows::marked(band, width, all)).unwrap();
         }
         let worst = self.errors.iter().fold(0f32, |worst, error| worst.max(error.abs()));
         surveyor.finish(worst.into(), worst.into())

@@ -3,6 +3,7 @@
 mod broken;
 mod ground;
 mod holes;
+mod observed;
 mod oracle;
 mod rasters;
 mod scene;

@@ -13,7 +13,7 @@ use crate::base::control::CancelToken;
 use crate::base::external::Scratch;
 use crate::formats::output::Output;
 use crate::formats::wording::Placer;
-use crate::formats::{Contents, Header, SinkError};
+use crate::formats::{Compression, Contents, Header, SinkError};
 
 /// The most vertices of a primitive: they are numbered in 16 bits, and the largest number restarts a primitive.
 const VERTICES: usize = u16::MAX as usize;
@@ -21,12 +21,16 @@ const VERTICES: usize = u16::MAX as usize;
 /// The most triangles of a primitive; usual ones have twice as many as vertices.
 const TRIANGLES: usize = 4 * VERTICES;
 
+/// Vertices that the quick order takes a cache to hold.
+const CACHE: u32 = 16;
+
 /// Vertices whose records, in the mesh's order, are read at once.
 const WINDOW: u64 = 1024;
 
 /// Vertices wait in a temporary file until triangles name them; what is compressed waits in another until its length is
 /// known.
 pub(super) struct Compressed {
+    compression: Compression,
     output: Output,
     header: Header,
     placer: Placer,
@@ -53,6 +57,7 @@ struct Chunk {
 
 impl Compressed {
     pub(super) fn new(
+        compression: Compression,
         output: Output,
         header: Header,
         placer: Placer,
@@ -61,6 +66,7 @@ impl Compressed {
         cancel: CancelToken,
     ) -> Compressed {
         Compressed {
+            compression,
             output,
             header,
             placer,
@@ -108,7 +114,7 @@ impl Compressed {
         if chunk.corners.is_empty() {
             return Ok(());
         }
-        let (vertices, corners) = chunk.in_cache_order();
+        let (vertices, corners) = chunk.in_cache_order(self.compression);
         let records = self.records_of(&vertices)?;
         let stride = self.layout.stride as u64;
         let (min, max) = extent(&records, self.layout.stride);
@@ -209,8 +215,12 @@ impl Chunk {
 
     /// The vertices in the order in which triangles name them first, and the corners of triangles, in an order in which those
     /// that share vertices are near to each other.
-    fn in_cache_order(self) -> (Vec<u64>, Vec<u32>) {
-        let mut corners = meshopt::optimize_vertex_cache(&self.corners, self.vertices.len());
+    fn in_cache_order(self, compression: Compression) -> (Vec<u64>, Vec<u32>) {
+        let count = self.vertices.len();
+        let mut corners = match compression {
+            Compression::Meshopt => meshopt::optimize_vertex_cache(&self.corners, count),
+            Compression::QuickMeshopt => meshopt::optimize_vertex_cache_fifo(&self.corners, count, CACHE),
+        };
         let mut new = vec![u32::MAX; self.vertices.len()];
         let mut order = Vec::with_capacity(self.vertices.len());
         for corner in &mut corners {

@@ -18,7 +18,7 @@ use plain::Plain;
 /// stand as x, z, −y. The header's facts are in `asset.extras`.
 ///
 /// Plain files have one primitive; vertices are interleaved, triangles number them in 16 bits where there are at most 65,535,
-/// else in 32 bits. Memory: one buffer of a megabyte. With [`crate::formats::Compression::Meshopt`] there is a primitive for
+/// else in 32 bits. Memory: one buffer of a megabyte. With [`crate::formats::Compression`] there is a primitive for
 /// every 65,535 vertices or fewer, in the order of triangles: those within one are in another order, and may begin with
 /// another corner; vertices that primitives share stand in each, and those of no triangle are lost. Memory: one primitive
 /// (some 20 MB); temporary files: all vertices and the compressed mesh.
@@ -49,7 +49,8 @@ impl GlbSink {
         let output = Output::new(staged);
         GlbSink(match options.compression {
             None => Kind::Plain(Box::new(Plain::new(output, header, placer, texture))),
-            Some(crate::formats::Compression::Meshopt) => Kind::Compressed(Box::new(Compressed::new(
+            Some(compression) => Kind::Compressed(Box::new(Compressed::new(
+                compression,
                 output,
                 header,
                 placer,
