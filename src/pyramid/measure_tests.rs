@@ -133,7 +133,8 @@ fn nothing_is_left_out_of_squares() {
     let level = Level { level: tile.level, max_error, client_error: max_error, parts: 1 };
     let reliefs = [(tile, Relief::of(-3e3).with(Relief::of(1.3e4)))].into_iter().collect();
     let steps = &Steps::of(&reliefs, None);
-    let task = LevelTask { body: &EARTH, samples, level, cut_finer: 1, steps, cuts: false, memory, cancel };
+    let (cut_finer, max_stray) = (1, f64::INFINITY);
+    let task = LevelTask { body: &EARTH, samples, level, cut_finer, steps, max_stray, cuts: false, memory, cancel };
     let (surface, measured) = task.make(tile, &mut TileMaker::default()).expect("a tile");
     assert!(surface.triangles.len() <= 32, "{}", surface.triangles.len());
     let patch = Patch { column, row, width: 256, height: 256, step: 1 };

@@ -9,6 +9,9 @@ use super::ellipsoid::Ellipsoid;
 use super::findings::{Findings, Kind};
 use crate::pyramid::{LAYER, Promise, PyramidError, TileKey};
 
+/// What a tile is cut into at the most, each way.
+const MAX_PARTS: u32 = 128;
+
 /// The tiles that there are as files, found by looking.
 pub(super) fn files(folder: &Path) -> Result<BTreeSet<TileKey>, PyramidError> {
     let failed = |path: &Path| {
@@ -138,6 +141,14 @@ pub(super) fn judge_promise(promise: &Promise, ellipsoid: &Ellipsoid, coarsest: 
         if level.level as usize != i || !(is_near(level.max_error, expected) || is_loosened) {
             let found = level.max_error;
             findings.add(Kind::Manifest, || format!("level {i} promises {found} m, where the rule gives {expected} m"));
+        }
+        // Two cells in a part at the least.
+        let most = MAX_PARTS.min(1 << promise.grid_exponent.saturating_sub(i as u32 + 1).min(31));
+        if !level.parts.is_power_of_two() || level.parts > most {
+            let found = level.parts;
+            findings.add(Kind::Manifest, || {
+                format!("level {i} has tiles of {found} × {found} parts, expected a power of two, at most {most}")
+            });
         }
         if !is_near(level.client_error, client) {
             let found = level.client_error;

@@ -95,7 +95,7 @@ impl Tile<'_> {
         let origin = self.key.origin(self.grid);
         let mut edges = self.edges(cells as f64);
         let mut found = Strays::default();
-        let part = cells / i64::from(held.parts.max(1));
+        let part = (cells / i64::from(held.parts.max(1))).max(1);
         for ((left, top), (width, height)) in samples.windows(origin, cells, WINDOW) {
             // Sides between this window and the next are this one's; samples around them are looked at, too.
             let (left, top, across, down) = (left - 1, top - 1, width + 3, height + 3);

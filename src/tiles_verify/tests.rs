@@ -200,6 +200,9 @@ fn manifests_that_lie_are_found() {
     json(&set, "terrabite.json", &|promise| promise["max_error"] = 61.0.into());
     fails(&set, "promises 60 m, where the rule gives 61 m");
     let (_keep, set, _) = copy();
+    json(&set, "terrabite.json", &|promise| promise["levels"][8]["parts"] = 4096.into());
+    fails(&set, "level 8 has tiles of 4096 × 4096 parts, expected a power of two, at most");
+    let (_keep, set, _) = copy();
     json(&set, "terrabite.json", &|promise| promise["gzip"] = true.into());
     fails(&set, "expected gzip");
     let (_keep, set, _) = copy();
