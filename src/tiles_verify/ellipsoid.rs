@@ -64,7 +64,7 @@ impl Parallel {
 
     /// How far a point is from its foot in the plane of a meridian: along the ellipsoid to the north, and along the normal. The point is
     /// given by how far it is from the axis, and from the plane of the equator.
-    pub(super) fn from_foot(&self, from_axis: f64, from_equator: f64) -> (f64, f64) {
+    pub(super) fn seen_from_foot(&self, from_axis: f64, from_equator: f64) -> (f64, f64) {
         let (out, up) = (from_axis - self.reach, from_equator - self.rise);
         (up * self.cos - out * self.sin, out * self.cos + up * self.sin)
     }

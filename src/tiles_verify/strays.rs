@@ -297,7 +297,7 @@ impl Window<'_> {
         let mut row = guess.round().clamp(0.0, last);
         for _ in 0..ROUNDS {
             let parallel = &self.parallels[row as usize];
-            let (north, up) = parallel.from_foot(meridian.forward(point), point[2]);
+            let (north, up) = parallel.seen_from_foot(meridian.forward(point), point[2]);
             let radius = tile.ellipsoid.along_meridian(parallel);
             let along = row - north.atan2(radius + up) / self.cell;
             let nearer = along.round().clamp(0.0, last);
@@ -312,15 +312,15 @@ impl Window<'_> {
     /// Where an edge crosses the normals along a parallel, between its ends.
     fn with_row(&self, [a, b]: [Point; 2], row: usize, guess: f64, share: f64) -> Option<Crossing> {
         let parallel = &self.parallels[row];
-        let from_foot = |p: Point| parallel.from_foot(p[0].hypot(p[1]), p[2]);
-        let ([mut low, mut high], [mut below, mut above]) = ([0.0, 1.0], [a, b].map(|p| from_foot(p).0));
+        let seen = |p: Point| parallel.seen_from_foot(p[0].hypot(p[1]), p[2]);
+        let ([mut low, mut high], [mut below, mut above]) = ([0.0, 1.0], [a, b].map(|p| seen(p).0));
         if (below > 0.0) == (above > 0.0) {
             return None;
         }
         let (mut at, mut moved) = (share, None);
         for _ in 0..ROUNDS {
             let point = on_edge([a, b], at);
-            let (north, height) = from_foot(point);
+            let (north, height) = seen(point);
             if north.abs() < 1e-7 {
                 let last = self.meridians.len() as f64 - 1.0;
                 let column = guess.round().clamp(0.0, last);

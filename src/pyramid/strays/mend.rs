@@ -43,7 +43,8 @@ impl LevelTask<'_> {
         let mut strays = straightness.find(surface, &mut maker.block)?;
         strays.retain(|stray| with_free || !stray.is_free);
         let counts = strays.iter().any(|stray| !stray.is_free);
-        let (mut wanted, mut blocked): (Vec<(u32, Vertex)>, Vec<(u32, Vertex)>) = (Vec::new(), Vec::new());
+        let mut wanted: Vec<(u32, Vertex)> = Vec::new();
+        let mut blocked: Vec<(u32, Vertex)> = Vec::new();
         let mut taken: HashMap<u32, HashMap<(i64, i64), usize>> = HashMap::new();
         let origin = tile.origin(samples.grid);
         for &stray in &strays {
