@@ -1,7 +1,7 @@
 //! What is known of a block of samples without reading it: every eighth of them along and across, between which heights its squares
 //! are, and how many samples have heights. Coarse levels look at little else.
 
-use super::store::{BLOCK, SAMPLES};
+use super::store::BLOCK;
 use super::voids::VOID;
 
 /// Cells from one of the samples to the next.
@@ -61,11 +61,6 @@ impl Count {
 pub(super) struct Outline([f64; SUM + 1]);
 
 impl Outline {
-    /// That of a block without any height.
-    pub(super) fn empty() -> Outline {
-        Outline::of(&[f64::NAN; SAMPLES])
-    }
-
     pub(super) fn of(heights: &[f64]) -> Outline {
         let mut numbers = [0.0; SUM + 1];
         for (i, thinned) in numbers[..HEIGHTS].iter_mut().enumerate() {
@@ -140,6 +135,7 @@ fn sum(numbers: &[f64; SUM + 1]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pyramid::store::SAMPLES;
 
     /// Against a look at every sample; blocks whole, with gaps and voids, and with nothing.
     #[test]
@@ -173,6 +169,6 @@ mod tests {
                 assert_eq!(outline.height(column, row).to_bits(), heights[row * BLOCK + column].to_bits());
             }
         }
-        assert_eq!(Outline::empty().count(true, true), Count::NONE);
+        assert_eq!(Outline::of(&[f64::NAN; SAMPLES]).count(true, true), Count::NONE);
     }
 }

@@ -193,41 +193,37 @@ impl Samples {
         Ok(())
     }
 
-    /// The outline of the block of the grid that begins with this sample. `None` where that is no whole block of the store, or it
-    /// has a pole in it.
-    pub(super) fn outline(&self, column: i64, row: i64) -> Result<Option<Outline>, PyramidError> {
-        let (size, around) = (BLOCK as i64, self.grid.columns());
-        let is_aligned = column % size == 0 && row % size == 0;
-        // So far around a block may be two of the store.
-        let is_once = self.area.width as i64 + 2 * size < around;
-        if !is_aligned || !is_once || row <= 0 || row + size > self.grid.rows() {
-            return Ok(None);
-        }
-        let first = self.area.first_block();
-        let at = ((column - first.0).rem_euclid(around) / size, (row - first.1).div_euclid(size));
-        let (across, down) = self.store.size();
-        let is_there = at.0 < across as i64 && (0..down as i64).contains(&at.1);
-        let at = (at.0 as usize, at.1.max(0) as usize);
-        match is_there && self.store.is_filled(at) {
-            true => self.store.outline(at).map(Some),
-            false => Ok(Some(Outline::empty())),
-        }
-    }
-
-    /// Calls `look` with the outlines of a rectangle's blocks, each with the offset of its first sample and which of its samples count, given the rectangle's
-    /// first sample and how many it has across and down: a whole number of blocks, or one more. Whether all are known.
+    /// Calls `look` with the outlines of a rectangle's blocks that have heights, each with the offset of its first sample and which of its samples
+    /// count, given the rectangle's first sample and how many it has across and down: a whole number of blocks, or one more. Whether
+    /// all are known: not where they are no whole blocks of the store, or one has a pole in it.
     pub(super) fn each_outline(
         &self,
         first: (i64, i64),
         (width, height): (usize, usize),
         mut look: impl FnMut((usize, usize), &Outline, Count),
     ) -> Result<bool, PyramidError> {
-        if width % BLOCK > 1 || height % BLOCK > 1 {
+        let (size, around) = (BLOCK as i64, self.grid.columns());
+        let is_aligned = first.0 % size == 0 && first.1 % size == 0 && width % BLOCK <= 1 && height % BLOCK <= 1;
+        // So far around a block may be two of the store.
+        let is_once = self.area.width as i64 + 2 * size < around;
+        let end = first.1 + height.next_multiple_of(BLOCK) as i64;
+        if !is_aligned || !is_once || first.1 <= 0 || end > self.grid.rows() {
             return Ok(false);
         }
-        for (top, left) in (0..height).step_by(BLOCK).flat_map(|top| (0..width).step_by(BLOCK).map(move |l| (top, l))) {
-            let Some(outline) = self.outline(first.0 + left as i64, first.1 + top as i64)? else { return Ok(false) };
-            look((left, top), &outline, outline.count(width - left > 1, height - top > 1));
+        let (area, (across, down)) = (self.area.first_block(), self.store.size());
+        for top in (0..height).step_by(BLOCK) {
+            let row = (first.1 + top as i64 - area.1).div_euclid(size);
+            if !(0..down as i64).contains(&row) {
+                continue;
+            }
+            for left in (0..width).step_by(BLOCK) {
+                let column = (first.0 + left as i64 - area.0).rem_euclid(around) / size;
+                let at = (column as usize, row as usize);
+                if at.0 < across && self.store.is_filled(at) {
+                    let outline = self.store.outline(at)?;
+                    look((left, top), &outline, outline.count(width - left > 1, height - top > 1));
+                }
+            }
         }
         Ok(true)
     }

@@ -43,7 +43,7 @@ impl Tile<'_> {
             }
         }
         for bounds in self.holes() {
-            if !self.is_any(bounds, samples, block, |block, i, _| block.is_void[i])? {
+            if !self.has_void(bounds, samples, block)? {
                 let (lon, lat) = self.degrees(bounds[0].0, bounds[1].0);
                 findings.add(Kind::Shape, || {
                     format!("tile {key}: at {lon}°, {lat}° is a hole where the raster has no void")
@@ -91,6 +91,26 @@ impl Tile<'_> {
                 if (0..width * height).any(|i| is_so(block, i, at(i))) {
                     return Ok(true);
                 }
+            }
+        }
+        Ok(false)
+    }
+
+    /// Whether any sample between columns and rows of the tile is in a void. Only samples of the raster are.
+    fn has_void(
+        &self,
+        bounds: [(i64, i64); 2],
+        samples: &Samples,
+        block: &mut SampleBlock,
+    ) -> Result<bool, PyramidError> {
+        let origin = self.key.origin(self.grid);
+        for ((left, top), (width, height)) in samples.windows(origin, self.grid.cells(self.key.level), WINDOW) {
+            let clip = |(low, high): (i64, i64), first: i64, count: usize| {
+                (low.max(first), high.min(first + count as i64 - 1))
+            };
+            let window = [clip(bounds[0], left, width), clip(bounds[1], top, height)];
+            if self.is_any(window, samples, block, |block, i, _| block.is_void[i])? {
+                return Ok(true);
             }
         }
         Ok(false)
