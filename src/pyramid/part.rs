@@ -1,7 +1,7 @@
 //! The mesh of a part of a tile: of all of it where triangles are flat enough, else of one of k × k.
 //!
-//! A part of up to [`MOST_CELLS`] cells is made from all samples. A larger one is made from every 2ᵏ-th sample, every eighth at the finest, at a share of
-//! the tolerance, and so is one of that many cells that hardly any become vertices of; the inner vertices are taken over, Delaunay on the lattice of the format. In either case whoever measures the tile as
+//! A part of up to [`MOST_CELLS`] cells is made from all samples. A larger one is made from every 2ᵏ-th sample, at a share of
+//! the tolerance, and one of that many cells from every eighth where hardly any of those become vertices; the inner vertices are taken over, Delaunay on the lattice of the format. In either case whoever measures the tile as
 //! decoded may ask for further vertices, which are inserted into the triangles there are (`lattice`).
 
 mod fit;
@@ -126,8 +126,7 @@ impl PartMaker {
         if let Some(part) = self.sparse(samples, place, &rim, cancel)? {
             return Ok(part);
         }
-        let least = if place.cells > MOST_CELLS { THINNED as i64 } else { 1 };
-        let step = (place.cells / MOST_CELLS).max(least).max(place.snap);
+        let step = (place.cells / MOST_CELLS).max(1).max(place.snap);
         let side = (place.cells / step) as usize + 1;
         samples.read(Patch { column, row, width: side, height: side, step }, &mut self.block)?;
         let heights = &self.block.heights;

@@ -31,7 +31,7 @@ pub(super) fn away(inside: [bool; 9], line: Away) -> Away {
     )
 }
 
-/// Which way a line of parts of so many cells is from a sample inside of one that is a cell from it.
+/// Which way the nearest line of parts is from a sample that is one cell away from it; no way from any other sample. Parts are `cells` wide.
 pub(super) fn line_beside((column, row): (i64, i64), cells: i64) -> Away {
     let way = |at: i64| i64::from(at.rem_euclid(cells) == cells - 1) - i64::from(at.rem_euclid(cells) == 1);
     (way(column), way(row))
