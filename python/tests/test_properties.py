@@ -16,7 +16,12 @@ from hypothesis import strategies as st
 SHAPES = of_numpy.array_shapes(min_dims=2, max_dims=2, min_side=2, max_side=24)
 HEIGHTS = st.floats(-1000, 1000, width=32)
 EXAMPLES = settings(
-    max_examples=400 if is_long() else 40, deadline=None, suppress_health_check=[HealthCheck.too_slow], database=None
+    max_examples=400 if is_long() else 40,
+    # The same every time in `make test`, others every time in `make test-long`.
+    derandomize=not is_long(),
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+    database=None,
 )
 
 

@@ -42,7 +42,7 @@ pub struct Fitted {
     pub budget_bytes: u64,
     /// Threads that work at a time.
     pub threads: usize,
-    /// GDAL's block cache.
+    /// GDAL's block cache. In a process that is not terrabite's own it is bounded by `GDAL_CACHEMAX` instead.
     pub cache_bytes: u64,
     /// What is held at the most.
     pub needed_bytes: u64,
