@@ -1,8 +1,13 @@
 //! The pieces that pages are put together from. All text that comes in is made harmless here.
 
+use std::fmt::Write;
+
 use sha2::{Digest, Sha256};
 
 use super::image::base64;
+
+/// The bytes of a page that is mailed, at most.
+const PAGE: usize = 3_000_000;
 
 /// What a browser shows as this text, whatever is in it.
 pub(super) fn text(text: &str) -> String {
@@ -37,6 +42,14 @@ pub(super) fn section(title: &str, body: &str) -> String {
     format!("<section>\n<h2>{}</h2>\n{body}</section>\n", text(title))
 }
 
+/// A long chapter, which `body` adds to the page by itself.
+pub(super) fn long_section<R>(page: &mut String, title: &str, body: impl FnOnce(&mut String) -> R) -> R {
+    let _ = writeln!(page, "<section>\n<h2>{}</h2>", text(title));
+    let result = body(page);
+    page.push_str("</section>\n");
+    result
+}
+
 /// A picture and what is to be seen; the caption is HTML.
 pub(super) fn figure(title: &str, picture: &str, caption: &str) -> String {
     format!("<figure>\n<h3>{}</h3>\n{picture}<figcaption>{caption}</figcaption>\n</figure>\n", text(title))
@@ -54,21 +67,32 @@ pub(super) fn embedded_json(id: &str, json: &str) -> String {
     format!("<script type=\"application/json\" id=\"{id}\">{json}</script>\n")
 }
 
-/// The whole page. The only program that it may run is `script`, where there is one.
-pub(super) fn document(title: &str, body: &str, script: Option<&str>) -> String {
+/// The beginning of a page, to which its chapters are added. The only program that it may run is `script`, where there is one.
+pub(super) fn begin(title: &str, script: Option<&str>) -> String {
     let (title, style) = (text(title), include_str!("style.css"));
     let policy = script.map_or(String::new(), |script| {
         let sum = Sha256::digest(script.as_bytes());
         format!("; script-src 'sha256-{}'", base64(&sum))
     });
-    let script = script.map_or(String::new(), |script| format!("<script type=\"module\">{script}</script>\n"));
-    format!(
+    // Of this memory no more is taken than is filled: a page is put together in one place.
+    let mut page = String::with_capacity(PAGE);
+    let _ = write!(
+        page,
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'{policy}\">\n\
          <link rel=\"icon\" href=\"data:,\">\n\
-         <title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n{body}{script}</body>\n</html>\n"
-    )
+         <title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
+    );
+    page
+}
+
+/// Ends a page that may run this program.
+pub(super) fn end(page: &mut String, script: Option<&str>) {
+    if let Some(script) = script {
+        let _ = writeln!(page, "<script type=\"module\">{script}</script>");
+    }
+    page.push_str("</body>\n</html>\n");
 }
 
 #[cfg(test)]

@@ -20,18 +20,38 @@ pub(super) fn data_address((width, height): (usize, usize), palette: &[Colour], 
         writer.finish()
     });
     written.expect("memory takes all, and a picture has as many pixels as it should");
-    format!("data:image/png;base64,{}", base64(&bytes))
+    let mut address = String::from("data:image/png;base64,");
+    address.reserve(bytes.len().div_ceil(3) * 4);
+    add_base64(&mut address, &bytes);
+    address
 }
 
 /// Bytes as text (RFC 4648).
 pub(super) fn base64(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    add_base64(&mut text, bytes);
+    text
+}
+
+/// Adds bytes to a text in the same way.
+pub(super) fn add_base64(text: &mut String, bytes: &[u8]) {
+    const GROUPS: usize = 1024;
+    let mut digits = Vec::with_capacity(4 * GROUPS);
+    for bytes in bytes.chunks(3 * GROUPS) {
+        digits.clear();
+        add_digits(&mut digits, bytes);
+        text.push_str(std::str::from_utf8(&digits).expect("digits"));
+    }
+}
+
+/// Adds the digits of some bytes, filled up where they end within a group.
+fn add_digits(text: &mut Vec<u8>, bytes: &[u8]) {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let digits = |[a, b, c]: [u8; 3]| {
         let bits = u32::from_be_bytes([0, a, b, c]);
         [18, 12, 6, 0].map(|shift| DIGITS[(bits >> shift) as usize & 63])
     };
     let (groups, rest) = bytes.as_chunks::<3>();
-    let mut text = Vec::with_capacity(bytes.len().div_ceil(3) * 4);
     groups.iter().for_each(|group| text.extend_from_slice(&digits(*group)));
     if !rest.is_empty() {
         let mut group = [0; 3];
@@ -39,7 +59,6 @@ pub(super) fn base64(bytes: &[u8]) -> String {
         text.extend_from_slice(&digits(group)[..=rest.len()]);
         text.resize(text.len().next_multiple_of(4), b'=');
     }
-    String::from_utf8(text).expect("digits")
 }
 
 /// A colour as CSS has it.
@@ -68,5 +87,7 @@ mod tests {
         ] {
             assert_eq!(base64(bytes.as_bytes()), text);
         }
+        let long = base64(&[0xff; 5000]);
+        assert_eq!((long.len(), long.matches('/').count(), &long[6664..]), (6668, 6666, "//8="));
     }
 }

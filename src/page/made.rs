@@ -1,9 +1,9 @@
 //! The page of a mesh that was made: from the run's own measurement.
 
-use super::html::{document, facts, figure, list, section, text};
+use super::html::{self, facts, figure, list, section, text};
 use super::view::{self, Drawn};
 use super::words::unit_of;
-use super::{Counts, Origin, PageError, angles, charts, files, ground, heading, html, json, numbers, warnings, words};
+use super::{Counts, Origin, PageError, angles, charts, files, ground, heading, json, numbers, warnings, words};
 use crate::base::decimal::Decimal;
 use crate::job::rules;
 use crate::run::Report;
@@ -13,11 +13,14 @@ pub(super) fn page(report: &Report, origin: &Origin) -> Result<String, PageError
     let reference = &report.map.reference;
     let unit = unit_of(reference);
     let title = "A terrain mesh and how it was made";
-    let mut body = heading(title, !report.fell_short(), &verdict(report, &unit));
-    body += "<p>These figures are what the program that made the mesh measured at every sample before it wrote the file. They are no \
+    let scene = view::drawable(report.scene.as_ref());
+    let script = scene.map(|_| view::SCRIPT);
+    let mut page = html::begin(title, script);
+    page += &heading(title, !report.fell_short(), &verdict(report, &unit));
+    page += "<p>These figures are what the program that made the mesh measured at every sample before it wrote the file. They are no \
              certificate: <code>terrabite verify --report</code> reads the written file with other code, and adds maps, error by slope \
              and a check of every edge.</p>\n";
-    body += &section("Files", &files(origin));
+    page += &section("Files", &files(origin));
     let mut rows = words::reference_rows(reference);
     if let Some([left, top, width, height]) = report.window {
         rows.push(("Window", format!("{width} × {height} samples from column {left}, row {top}")));
@@ -25,12 +28,12 @@ pub(super) fn page(report: &Report, origin: &Origin) -> Result<String, PageError
     if let Some([low, high]) = report.height_range {
         rows.push(("Heights", format!("{}{unit} to {}{unit}", Decimal(low), Decimal(high))));
     }
-    body += &section("Coordinates and heights", &facts(&rows));
-    body += &section("Vertical error", &errors(report, &unit));
-    let scene = view::drawable(report.scene.as_ref());
+    page += &section("Coordinates and heights", &facts(&rows));
+    page += &section("Vertical error", &errors(report, &unit));
     if let Some(scene) = scene {
         let temp_dir = origin.temp_dir.as_deref();
-        body += &view::view(&Drawn { scene, reference, unit: &unit, survey: None, is_mailed: true, temp_dir })?;
+        let drawn = Drawn { scene, reference, unit: &unit, survey: None, is_mailed: true, temp_dir };
+        view::add_view(&mut page, &drawn)?;
     }
     let counts = Counts {
         raster: report.raster_samples,
@@ -40,14 +43,15 @@ pub(super) fn page(report: &Report, origin: &Origin) -> Result<String, PageError
         trimmed: report.trimmed_samples,
         isolated: report.isolated_samples,
     };
-    body += &section("Ground", &ground(&counts));
-    body += &section("Triangles", &triangles(report, &unit));
+    page += &section("Ground", &ground(&counts));
+    page += &section("Triangles", &triangles(report, &unit));
     let lines: Vec<(&str, String)> = report.lines().into_iter().map(|(name, value)| (name, text(&value))).collect();
-    body += &section("The run", &facts(&lines));
-    body += &section("Warnings", &warnings(&report.warnings));
-    body += &section("What this does not say", &list(&not_promised(report)));
-    let script = scene.map(|_| view::SCRIPT);
-    Ok(document(title, &(body + &json(report, origin)), script))
+    page += &section("The run", &facts(&lines));
+    page += &section("Warnings", &warnings(&report.warnings));
+    page += &section("What this does not say", &list(&not_promised(report)));
+    page += &json(report, origin);
+    html::end(&mut page, script);
+    Ok(page)
 }
 
 fn verdict(report: &Report, unit: &str) -> String {

@@ -51,14 +51,14 @@ pub(super) fn id(title: &str) -> String {
     title.to_lowercase().replace(' ', "-")
 }
 
-/// All maps. `worst` is the column and row of the largest error.
-pub(super) fn maps(survey: &Survey, tolerance: f64, worst: Option<(usize, usize)>, unit: &str) -> String {
+/// Adds all maps to a page. `worst` is the column and row of the largest error.
+pub(super) fn add_maps(page: &mut String, survey: &Survey, tolerance: f64, worst: Option<(usize, usize)>, unit: &str) {
     let frame = Frame::of(survey);
-    let mut out = String::from("<div class=\"maps\">\n");
+    let mut hillshade = Some(hillshade(survey));
+    page.push_str("<div class=\"maps\">\n");
     let mut add = |title: &str, overlay: &str, mark: Option<(usize, usize)>, caption: String| {
-        let is_first = out.len() < 30;
-        let picture = frame.drawn(title, &survey.map, overlay, mark, is_first.then(|| hillshade(survey)));
-        out += &figure(title, &picture, &caption);
+        let picture = frame.drawn(title, &survey.map, overlay, mark, hillshade.take());
+        *page += &figure(title, &picture, &caption);
     };
     let (side, map) = (survey.map.side, &survey.map);
     let square = match (side, survey.raster.cell_metres) {
@@ -111,7 +111,7 @@ pub(super) fn maps(survey: &Survey, tolerance: f64, worst: Option<(usize, usize)
     let caption =
         format!("The share of samples with an error above 0.9 of the tolerance ({bound}{unit}). {square}{legend}");
     add(TITLES[2], &close, None, caption);
-    out + "</div>\n"
+    page.push_str("</div>\n");
 }
 
 /// Where things are in a map.
@@ -263,8 +263,8 @@ fn legend(
 /// The raster in grey, lit from the upper left; nothing where there is no height.
 fn hillshade(survey: &Survey) -> String {
     let map = &survey.map;
-    let heights: Vec<f64> = map.cells.iter().map(|cell| cell.height()).collect();
-    let at = |column: usize, row: usize| heights[row * map.size.0 + column];
+    let height = |at: usize| f64::from(map.cells[at].height);
+    let at = |column: usize, row: usize| height(row * map.size.0 + column);
     let rise = |before: f64, here: f64, after: f64| match (before.is_nan(), after.is_nan()) {
         (false, false) => (after - before) / 2.0,
         (false, true) => here - before,
@@ -273,7 +273,7 @@ fn hillshade(survey: &Survey) -> String {
     };
     let beside = |there: bool, value: &dyn Fn() -> f64| if there { value() } else { f64::NAN };
     let rises = |index: usize| {
-        let (column, row, here) = (index % map.size.0, index / map.size.0, heights[index]);
+        let (column, row, here) = (index % map.size.0, index / map.size.0, height(index));
         let left = beside(column > 0, &|| at(column - 1, row));
         let right = beside(column + 1 < map.size.0, &|| at(column + 1, row));
         let above = beside(row > 0, &|| at(column, row - 1));
@@ -283,25 +283,24 @@ fn hillshade(survey: &Survey) -> String {
     let metres = crate::base::metres_in(&survey.raster.reference.height_unit).unwrap_or(1.0);
     let (across, down) = survey.raster.cell_metres.map_or((1.0, 1.0), |(a, d)| (a / metres, d / metres));
     let square = (across * map.side as f64, down * map.side as f64);
-    let there = (0..heights.len()).filter(|at| !heights[*at].is_nan());
-    let mut slopes: Vec<f32> = there
-        .map(|at| {
-            let (across, down) = rises(at);
-            let (across, down) = (across / square.0, down / square.1);
-            (across * across + down * down).sqrt() as f32
-        })
-        .collect();
+    let there = (0..map.cells.len()).filter(|at| !height(*at).is_nan());
+    let mut slopes: Vec<f32> = Vec::with_capacity(map.cells.len());
+    slopes.extend(there.map(|at| {
+        let (across, down) = rises(at);
+        let (across, down) = (across / square.0, down / square.1);
+        (across * across + down * down).sqrt() as f32
+    }));
     let steep = percentile(&mut slopes, 0.95).filter(|steep| *steep > 0.0).map_or(STEEP, f64::from);
     let factor = if survey.raster.cell_metres.is_some() { (STEEP / steep).max(1.0) } else { STEEP / steep };
     let light = Light::new(square, factor);
-    let grey = |at: usize| match heights[at].is_nan() {
+    let grey = |at: usize| match height(at).is_nan() {
         true => GREYS as u8,
         false => {
             let (across, down) = rises(at);
             (light.shade(across, down) * (GREYS - 1) as f32).round() as u8
         }
     };
-    let pixels: Vec<u8> = (0..heights.len()).map(grey).collect();
+    let pixels: Vec<u8> = (0..map.cells.len()).map(grey).collect();
     let greys = (0..GREYS).map(|grey| {
         let light = (40 + grey * 215 / (GREYS - 1)) as u8;
         [light, light, light, 255]

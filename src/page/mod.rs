@@ -73,23 +73,25 @@ pub fn of_verdict(report: &VerifyReport, origin: &Origin) -> Result<String, Page
     let reference = report.survey.as_ref().map(|survey| &survey.raster.reference);
     let unit = reference.map_or(String::new(), unit_of);
     let scene = view::drawable(report.scene.as_ref()).filter(|_| report.survey.is_some());
-    let mut body = heading("Quality of a terrain mesh", report.passed, &words::verdict(report, &unit));
+    let (title, script) = ("Quality of a terrain mesh", scene.map(|_| view::SCRIPT));
+    let mut page = html::begin(title, script);
+    page += &heading(title, report.passed, &words::verdict(report, &unit));
     if !report.passed {
-        body += &list(&report.failures.iter().map(|failure| text(failure)).collect::<Vec<_>>());
+        page += &list(&report.failures.iter().map(|failure| text(failure)).collect::<Vec<_>>());
     }
-    body += &section("Files", &files(origin));
+    page += &section("Files", &files(origin));
     if let Some(survey) = &report.survey {
-        body += &section("Coordinates and heights", &coordinates(survey, verdict.height_range));
-        body += &section("Vertical error", &errors(report, survey, &unit));
+        page += &section("Coordinates and heights", &coordinates(survey, verdict.height_range));
+        page += &section("Vertical error", &errors(report, survey, &unit));
         let worst = verdict.weighted_worst.map(|worst| worst.sample).or(verdict.worst);
         let worst = worst.map(|worst| (worst.place.column as usize, worst.place.row as usize));
-        body += &section("Maps", &maps::maps(survey, verdict.tolerance, worst, &unit));
-        body += &section("Error by slope", &slopes(survey, &unit));
+        html::long_section(&mut page, "Maps", |page| maps::add_maps(page, survey, verdict.tolerance, worst, &unit));
+        page += &section("Error by slope", &slopes(survey, &unit));
         if let Some(scene) = scene {
             let reference = &survey.raster.reference;
             let temp_dir = origin.temp_dir.as_deref();
             let drawn = Drawn { scene, reference, unit: &unit, survey: Some(survey), is_mailed: true, temp_dir };
-            body += &view::view(&drawn)?;
+            view::add_view(&mut page, &drawn)?;
         }
     }
     let counts = Counts {
@@ -100,18 +102,19 @@ pub fn of_verdict(report: &VerifyReport, origin: &Origin) -> Result<String, Page
         trimmed: report.trimmed_samples,
         isolated: report.isolated_samples,
     };
-    body += &section("Ground", &ground(&counts));
-    body += &section("Surface", &checks::checks(verdict));
-    body += &section("Triangles", &triangles(report));
+    page += &section("Ground", &ground(&counts));
+    page += &section("Surface", &checks::checks(verdict));
+    page += &section("Triangles", &triangles(report));
     if let Some(found) = &report.checkpoints {
-        body += &section("Checkpoints", &checkpoints::checkpoints(found, &unit));
+        page += &section("Checkpoints", &checkpoints::checkpoints(found, &unit));
     }
-    body += &section("Warnings", &warnings(&report.warnings));
+    page += &section("Warnings", &warnings(&report.warnings));
     let is_georeferenced = reference.is_none_or(|reference| reference.georeferenced);
     let points = words::not_promised(report.checkpoints.is_some(), verdict.stray.is_some(), is_georeferenced);
-    body += &section("What this does not say", &list(&points));
-    let script = scene.map(|_| view::SCRIPT);
-    Ok(html::document("Quality of a terrain mesh", &(body + &json(report, origin)), script))
+    page += &section("What this does not say", &list(&points));
+    page += &json(report, origin);
+    html::end(&mut page, script);
+    Ok(page)
 }
 
 /// The page of a mesh that was made.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::html::{document, facts, list, section, text};
+use super::html::{self, facts, list, section, text};
 use super::view::{self, Drawn, SCRIPT};
 use super::{PageError, hash, numbers, words};
 use crate::base::{Metres, Reference};
@@ -42,15 +42,18 @@ pub(super) fn page(report: &SceneReport, mesh: &Path, temp_dir: Option<&Path>) -
     );
     let points = ["Nothing is judged here, the tolerance that the file names least of all: <code>terrabite verify</code> does that."
         .to_string()];
-    let mut body = format!("<h1>{}</h1>\n", text(&name));
     let scene = view::drawable(Some(scene));
+    let script = scene.map(|_| SCRIPT);
+    let mut page = html::begin(&name, script);
+    page += &format!("<h1>{}</h1>\n", text(&name));
     if let Some(scene) = scene {
         let drawn = Drawn { scene, reference: &reference, unit: &unit, survey: None, is_mailed: false, temp_dir };
-        body += &view::view(&drawn)?;
+        view::add_view(&mut page, &drawn)?;
     }
-    body += &section("The file", &facts(&rows));
-    body += &section("What this does not say", &list(&points));
-    Ok(document(&name, &body, scene.map(|_| SCRIPT)))
+    page += &section("The file", &facts(&rows));
+    page += &section("What this does not say", &list(&points));
+    html::end(&mut page, script);
+    Ok(page)
 }
 
 /// What coordinates and heights are in, as far as the file says.

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::html;
-use super::image::base64;
+use super::image::add_base64;
 use super::{PageError, maps};
 use crate::base::staged::StagedFile;
 use crate::base::{GeoTransform, Reference};
@@ -20,6 +20,9 @@ pub(super) const SCRIPT: &str = include_str!("../../viewer/dist/view.js");
 /// The most bytes of a mesh in a page that is mailed. As text they are a third more; with the program, and maps that are all noise,
 /// a page then has less than 3 MB.
 const MAILED: usize = 1_100_000;
+
+/// Triangles that a file is given at a time.
+const SOME: usize = 4096;
 
 /// What is drawn, and what its numbers mean.
 pub(super) struct Drawn<'d> {
@@ -72,8 +75,12 @@ pub(super) fn drawable(scene: Option<&Scene>) -> Option<&Scene> {
     scene.filter(|scene| !scene.triangles.is_empty())
 }
 
-/// The chapter.
-pub(super) fn view(drawn: &Drawn<'_>) -> Result<String, PageError> {
+/// Adds the chapter to a page.
+pub(super) fn add_view(page: &mut String, drawn: &Drawn<'_>) -> Result<(), PageError> {
+    html::long_section(page, "The mesh in three dimensions", |page| add_body(page, drawn))
+}
+
+fn add_body(page: &mut String, drawn: &Drawn<'_>) -> Result<(), PageError> {
     let (smaller, bytes) = fitting(drawn)?;
     let scene = smaller.as_ref().unwrap_or(drawn.scene);
     let count = grouped(scene.triangles.len() as u64);
@@ -112,11 +119,13 @@ pub(super) fn view(drawn: &Drawn<'_>) -> Result<String, PageError> {
         is_copy: scene.is_copy,
     };
     let settings = serde_json::to_string(&settings).expect("plain data");
-    let body = caption
-        + include_str!("view.html")
-        + &html::embedded_json("view-settings", &settings)
-        + &format!("<script type=\"application/octet-stream\" id=\"view-mesh\">{}</script>\n", base64(&bytes));
-    Ok(html::section("The mesh in three dimensions", &body))
+    page.push_str(&caption);
+    page.push_str(include_str!("view.html"));
+    page.push_str(&html::embedded_json("view-settings", &settings));
+    page.push_str("<script type=\"application/octet-stream\" id=\"view-mesh\">");
+    add_base64(page, &bytes);
+    page.push_str("</script>\n");
+    Ok(())
 }
 
 /// The GLB, and the scene that is in it where it had to be made smaller.
@@ -158,11 +167,15 @@ fn glb(drawn: &Drawn<'_>, scene: &Scene) -> Result<Vec<u8>, PageError> {
         ..Setup::default()
     };
     let mut sink = Box::new(GlbSink::new(StagedFile::create(&path, false, &[])?, setup));
-    let triangles: Vec<[u64; 3]> = scene.triangles.iter().map(|triangle| triangle.map(u64::from)).collect();
-    let (vertex_count, triangle_count) = (scene.vertices.len() as u64, triangles.len() as u64);
+    let (vertex_count, triangle_count) = (scene.vertices.len() as u64, scene.triangles.len() as u64);
     sink.begin(&Contents { vertices: vertex_count, triangles: triangle_count, ..Contents::default() })?;
     sink.vertices(&scene.vertices, &[])?;
-    sink.triangles(&triangles, &[])?;
+    let mut some = Vec::with_capacity(SOME);
+    for triangles in scene.triangles.chunks(SOME) {
+        some.clear();
+        some.extend(triangles.iter().map(|triangle| triangle.map(u64::from)));
+        sink.triangles(&some, &[])?;
+    }
     sink.finish()?;
     std::fs::read(&path).map_err(PageError::Temporary)
 }

@@ -100,15 +100,22 @@ impl Making {
     }
 }
 
+/// A place in quarters of cells and a height, in cells.
+fn in_cells((column, row): (i64, i64), height: f64) -> [f64; 3] {
+    let cells = |quarters: i64| quarters as f64 / 4.0;
+    [cells(column), cells(row), height]
+}
+
 impl Observer for Making {
+    fn vertex(&mut self, place: (i64, i64), height: f64) {
+        self.scene.iter_mut().for_each(|(gatherer, _)| gatherer.vertex(in_cells(place, height)));
+    }
+
     fn face(&mut self, corners: [(i64, i64); 3], heights: [f64; 3]) {
         self.surveyor.iter_mut().for_each(|surveyor| surveyor.face(corners, heights));
         self.finding.iter_mut().for_each(|finding| finding.face(corners, heights));
         if let Some((gatherer, _)) = &mut self.scene {
-            let cells = |quarters: i64| quarters as f64 / 4.0;
-            let [a, b, c] = corners.map(|(column, row)| [cells(column), cells(row)]);
-            let [za, zb, zc] = heights;
-            gatherer.triangle([[a[0], a[1], za], [b[0], b[1], zb], [c[0], c[1], zc]]);
+            gatherer.triangle(std::array::from_fn(|corner| in_cells(corners[corner], heights[corner])));
         }
     }
 

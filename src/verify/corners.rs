@@ -6,6 +6,7 @@ use super::VerifyError;
 use super::finding::{Finding, VertexPlace};
 use super::gather::{Counted, Gather, Key, MIX};
 use super::grid::Grid;
+use super::observe::Observer;
 use super::pace::Pace;
 use super::vertices::{Vertex, VertexStore, VertexWriter};
 use crate::base::external::{Scratch, Sorted, Sorter};
@@ -27,7 +28,7 @@ pub(super) struct VertexFindings {
 pub(super) fn read_vertices<'s>(
     mesh: &mut dyn MeshReader,
     grid: &Grid,
-    scratch: &'s Scratch,
+    (scratch, mut observer): (&'s Scratch, Option<&mut dyn Observer>),
     pace: &mut Pace<'_>,
 ) -> Result<(VertexFindings, VertexStore<'s>, Sorted<'s, 3>), VerifyError> {
     let mut found = VertexFindings::default();
@@ -54,6 +55,7 @@ pub(super) fn read_vertices<'s>(
         }
         if let Some((x, y)) = place {
             places.push([x as u64, y as u64, vertex])?;
+            observer.iter_mut().for_each(|observer| observer.vertex((x, y), z));
         }
         store.push(Vertex { place, z })
     })?;

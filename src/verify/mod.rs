@@ -385,7 +385,8 @@ fn judge(
 
     // Each vertex passes when it is read and among the places, each face when it is read, by corners and by edges.
     let mut pace = Pace::begin(control, Stage::Sort, 2 * vertices + 7 * triangles);
-    let (mut corner_findings, mut store, places) = read_vertices(mesh, &grid, &scratch, &mut pace)?;
+    let (mut corner_findings, mut store, places) =
+        read_vertices(mesh, &grid, (&scratch, reborrowed(&mut observer)), &mut pace)?;
     corner_findings.find_duplicates(&grid, places, &mut pace)?;
     let (face_findings, FaceSorts { triangles: by_row, edges, uses }) =
         read_faces(mesh, &mut store, &grid, limit.is_some(), (&scratch, reborrowed(&mut observer)), &mut pace)?;

@@ -4,9 +4,12 @@ use super::row::mark;
 
 /// Is told what a mesh comes to at every sample, while it is judged.
 ///
-/// Faces come first, in the order of the file, then rows, some at a time, from the first row of the raster to the last. The
+/// Vertices come first, then faces, both in the order of the file, then rows, some at a time, from the first row of the raster to the last. The
 /// calls and their values are the same whatever the threads.
 pub trait Observer: Send {
+    /// A vertex that is somewhere, by its place in quarters of cells as [`Observer::face`] has it, and its height.
+    fn vertex(&mut self, _place: (i64, i64), _height: f64) {}
+
     /// A face that has an area, by its corners in quarters of cells: columns and rows, from the first sample, and their heights.
     fn face(&mut self, corners: [(i64, i64); 3], heights: [f64; 3]);
 

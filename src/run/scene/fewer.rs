@@ -1,6 +1,7 @@
 //! Fewer triangles, by meshoptimizer's simplifier.
 
-use meshopt::SimplifyOptions;
+use bytemuck::cast_slice;
+use meshopt::{SimplifyOptions, VertexDataAdapter};
 
 /// The relief in the extent as the simplifier sees it: heights count, however flat the ground is.
 const RELIEF: f64 = 0.2;
@@ -9,25 +10,32 @@ const RELIEF: f64 = 0.2;
 pub(super) fn reduce(vertices: &mut Vec<[f64; 3]>, triangles: &mut Vec<[u32; 3]>, most: usize) {
     if triangles.len() > most {
         let places = places(vertices);
+        let places = VertexDataAdapter::new(cast_slice(&places), size_of::<[f32; 3]>(), 0).expect("whole places");
         let corners = triangles.as_flattened();
-        let mut reduced = meshopt::simplify_decoder(corners, &places, 3 * most, 1.0, SimplifyOptions::None, None);
+        let mut reduced = meshopt::simplify(corners, &places, 3 * most, 1.0, SimplifyOptions::None, None);
         if 10 * reduced.len() > 33 * most {
             // It keeps the topology, of which there is too much here.
-            reduced = meshopt::simplify_sloppy_decoder(corners, &places, 3 * most, 1.0, None);
+            reduced = meshopt::simplify_sloppy(corners, &places, 3 * most, 1.0, None);
         }
-        *triangles = reduced.as_chunks::<3>().0.to_vec();
+        triangles.clear();
+        triangles.extend_from_slice(reduced.as_chunks().0);
     }
-    let mut numbers = vec![u32::MAX; vertices.len()];
-    let mut kept = Vec::new();
-    for vertex in triangles.as_flattened_mut() {
-        let number = &mut numbers[*vertex as usize];
-        if *number == u32::MAX {
-            *number = kept.len() as u32;
-            kept.push(vertices[*vertex as usize]);
-        }
-        *vertex = *number;
+    keep_used(vertices, triangles);
+}
+
+/// Drops the vertices of no triangle.
+fn keep_used(vertices: &mut Vec<[f64; 3]>, triangles: &mut [[u32; 3]]) {
+    const UNUSED: u32 = u32::MAX;
+    let mut numbers = vec![UNUSED; vertices.len()];
+    triangles.as_flattened().iter().for_each(|vertex| numbers[*vertex as usize] = 0);
+    let mut count = 0;
+    for (vertex, number) in numbers.iter_mut().enumerate().filter(|(_, number)| **number != UNUSED) {
+        *number = count;
+        vertices[count as usize] = vertices[vertex];
+        count += 1;
     }
-    *vertices = kept;
+    vertices.truncate(count as usize);
+    triangles.as_flattened_mut().iter_mut().for_each(|vertex| *vertex = numbers[*vertex as usize]);
 }
 
 /// Vertices in single precision, within a box of the same proportions for every mesh.

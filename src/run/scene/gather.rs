@@ -11,8 +11,8 @@ const NONE: u32 = u32::MAX;
 /// The first `whole` triangles are kept, corners at one place joined. When more come, or are expected, the vertices are put into the
 /// squares of a grid over the extent, about four for each triangle of the copy; of the vertices in a square the first stands for all, and
 /// triangles that have two corners in a square go. Where twice `whole` triangles are left all the same, squares become twice as large
-/// each way. In the end they become as large as it takes to leave no more than [`GIVEN`] triangles for each of the copy: the simplifier
-/// takes its time for each.
+/// each way. They become as large as it takes to leave no more than [`GIVEN`] triangles for each of the copy: the simplifier takes its
+/// time for each. That is known before the first triangle where all vertices were told by then, else in the end.
 ///
 /// Memory: for each triangle of `whole`, 16 bytes of the grid, 24 of triangles and at most 144 of vertices, usually 24; in the end
 /// what meshoptimizer takes. With [`Most::OF_A_PAGE`] runs and verdicts took 30 MB more.
@@ -22,6 +22,8 @@ pub(in crate::run) struct Gatherer {
     vertices: Vec<[f64; 3]>,
     triangles: Vec<[u32; 3]>,
     find: Find,
+    /// Where vertices are, while more triangles are expected than are kept and none has come.
+    seen: Option<Seen>,
     extent: [f64; 4],
     left_out: u64,
 }
@@ -73,11 +75,53 @@ impl Grid {
         at(self.corner.1, y, self.rows) * self.columns + at(self.corner.0, x, self.columns)
     }
 
-    /// In how many squares these vertices are.
-    fn occupied(&self, vertices: &[[f64; 3]]) -> usize {
-        let mut is_occupied = vec![false; self.columns * self.rows];
-        vertices.iter().for_each(|vertex| is_occupied[self.square(*vertex)] = true);
-        is_occupied.iter().filter(|is_occupied| **is_occupied).count()
+    /// The middle of a square.
+    fn middle(&self, square: usize) -> [f64; 3] {
+        let along = |from: f64, at: usize| from + (at as f64 + 0.5) / self.per_side;
+        [along(self.corner.0, square % self.columns), along(self.corner.1, square / self.columns), 0.0]
+    }
+
+    /// A grid of squares no smaller than these, over the same extent: so large that a surface with vertices at these places has about
+    /// `most` triangles at the most whose corners are in three squares.
+    fn fitting<P: Iterator<Item = [f64; 3]>>(self, extent: [f64; 4], most: f64, places: impl Fn() -> P) -> Grid {
+        let mut grid = self;
+        loop {
+            let mut seen = Seen::new(grid);
+            places().for_each(|place| seen.add(place));
+            // A surface has twice as many triangles as vertices.
+            if grid.columns * grid.rows == 1 || 2.0 * seen.squares().count() as f64 <= most {
+                return grid;
+            }
+            grid = Grid::new(extent, grid.squares / 1.5);
+        }
+    }
+}
+
+/// Which squares of a grid have something in them.
+#[derive(Debug)]
+struct Seen {
+    grid: Grid,
+    /// A bit for each square.
+    words: Vec<u64>,
+}
+
+impl Seen {
+    fn new(grid: Grid) -> Seen {
+        Seen { grid, words: vec![0; (grid.columns * grid.rows).div_ceil(64)] }
+    }
+
+    fn add(&mut self, place: [f64; 3]) {
+        let square = self.grid.square(place);
+        self.words[square / 64] |= 1 << (square % 64);
+    }
+
+    /// Those that have.
+    fn squares(&self) -> impl Iterator<Item = usize> {
+        self.words.iter().enumerate().flat_map(|(at, word)| {
+            let rest = |word: &u64| Some(word & (word - 1)).filter(|rest| *rest != 0);
+            let words = std::iter::successors(Some(*word).filter(|word| *word != 0), rest);
+            words.map(move |word| 64 * at + word.trailing_zeros() as usize)
+        })
     }
 }
 
@@ -89,16 +133,37 @@ impl Gatherer {
             vertices: Vec::new(),
             triangles: Vec::new(),
             find: Find::Place(FxHashMap::default()),
+            seen: None,
             extent,
             left_out: 0,
         }
     }
 
-    /// Before the first triangle: the mesh has so many.
+    /// Before the first triangle and vertex: the mesh has so many triangles.
     pub(in crate::run) fn expect(&mut self, triangles: u64) {
         if triangles > self.most.whole as u64 {
-            self.put_into(self.first_grid());
+            self.seen = Some(Seen::new(self.first_grid()));
         }
+    }
+
+    /// Before the first triangle: where a vertex is. Whoever tells any tells all.
+    pub(in crate::run) fn vertex(&mut self, place: [f64; 3]) {
+        self.seen.iter_mut().for_each(|seen| seen.add(place));
+    }
+
+    /// Begins with triangles, of which more are expected than are kept.
+    fn begin(&mut self, seen: &Seen) {
+        let places = || seen.squares().map(|square| seen.grid.middle(square));
+        self.put_into(seen.grid.fitting(self.extent, self.given(), places));
+        // Memory that is not filled is not taken.
+        let triangles = self.given() as usize;
+        self.triangles.reserve(triangles);
+        self.vertices.reserve(triangles / 2);
+    }
+
+    /// As many triangles as the simplifier is given, about, at most.
+    fn given(&self) -> f64 {
+        GIVEN * self.most.copy as f64
     }
 
     fn first_grid(&self) -> Grid {
@@ -110,6 +175,9 @@ impl Gatherer {
         if !corners.as_flattened().iter().all(|number| number.abs() < FAR) {
             self.left_out += 1;
             return;
+        }
+        if let Some(seen) = self.seen.take() {
+            self.begin(&seen);
         }
         self.push(corners);
         if self.triangles.len() > self.limit() {
@@ -195,15 +263,13 @@ impl Gatherer {
 
     /// What was gathered, of a mesh of so many triangles.
     pub(in crate::run) fn finish(mut self, of: u64) -> Scene {
-        let given = GIVEN * self.most.copy as f64;
-        if let Find::Square(mut grid, _) = self.find
-            && self.triangles.len() as f64 > given
+        if let Find::Square(grid, _) = self.find
+            && self.triangles.len() as f64 > self.given()
         {
-            // A surface has twice as many triangles as vertices.
-            while grid.columns * grid.rows > 1 && 2.0 * grid.occupied(&self.vertices) as f64 > given {
-                grid = Grid::new(self.extent, grid.squares / 1.5);
+            let fitting = grid.fitting(self.extent, self.given(), || self.vertices.iter().copied());
+            if fitting.squares < grid.squares {
+                self.put_into(fitting);
             }
-            self.put_into(grid);
         }
         let Gatherer { most, mut vertices, mut triangles, find, left_out, .. } = self;
         let is_copy = matches!(find, Find::Square(..));

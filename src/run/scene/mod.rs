@@ -105,11 +105,25 @@ mod tests {
         })
     }
 
-    fn gathered(side: usize, most: Most) -> Scene {
+    fn gatherer(side: usize, most: Most) -> Gatherer {
         let end = side as f64;
-        let mut gatherer = Gatherer::new([500_000.0, 5_200_000.0, 500_000.0 + end, 5_200_000.0 + end], most);
+        Gatherer::new([500_000.0, 5_200_000.0, 500_000.0 + end, 5_200_000.0 + end], most)
+    }
+
+    fn gathered(side: usize, most: Most) -> Scene {
+        let mut gatherer = gatherer(side, most);
         sheet(side).for_each(|corners| gatherer.triangle(corners));
         gatherer.finish(2 * (side * side) as u64)
+    }
+
+    /// The same, where the vertices are told first.
+    fn gathered_after_vertices(side: usize, most: Most) -> Scene {
+        let (mut gatherer, of) = (gatherer(side, most), 2 * (side * side) as u64);
+        gatherer.expect(of);
+        sheet(side).flatten().for_each(|vertex| gatherer.vertex(vertex));
+        sheet(side).for_each(|corners| gatherer.triangle(corners));
+        assert!(gatherer.held().0 <= 2 * most.copy, "{:?}", gatherer.held());
+        gatherer.finish(of)
     }
 
     /// Twice the area of all triangles on the map, and the least of one.
@@ -132,9 +146,10 @@ mod tests {
 
     #[test]
     fn a_large_mesh_is_a_copy_that_covers_the_same_ground() {
-        for side in [31, 300] {
-            let most = Most { whole: 1800, copy: 1000 };
-            let scene = gathered(side, most);
+        let most = Most { whole: 1800, copy: 1000 };
+        let scenes = [31, 300]
+            .map(|side| [gathered(side, most), gathered_after_vertices(side, most)].map(|scene| (side, scene)));
+        for (side, scene) in scenes.into_iter().flatten() {
             assert!(scene.is_copy && scene.of == 2 * (side * side) as u64);
             assert!((300..=most.copy).contains(&scene.triangles.len()), "{}", scene.triangles.len());
             let side = side as f64;

@@ -63,13 +63,17 @@ pub fn read(request: &SceneRequest, control: &Control<'_>) -> Result<SceneReport
     // Factors are above 0: what is least stays so.
     let bounds = Bounds { min: placed(written.min), max: placed(written.max) };
     let scratch = Scratch::new(request.temp_dir.as_deref(), control.cancel.clone());
-    let mut places = StoreWriter::<3>::new(&scratch)?;
-    reader.for_each_vertex(|_, vertex| Ok::<(), RunError>(places.push(placed(vertex).map(f64::to_bits))?))?;
-    let mut places = places.finish()?;
-    control.progress.step(Stage::Sort, 0);
     let extent = [bounds.min[0], bounds.min[1], bounds.max[0], bounds.max[1]];
     let mut gatherer = Gatherer::new(extent, request.most);
     gatherer.expect(reader.face_count());
+    let mut places = StoreWriter::<3>::new(&scratch)?;
+    reader.for_each_vertex(|_, vertex| {
+        let place = placed(vertex);
+        gatherer.vertex(place);
+        Ok::<(), RunError>(places.push(place.map(f64::to_bits))?)
+    })?;
+    let mut places = places.finish()?;
+    control.progress.step(Stage::Sort, 0);
     reader.for_each_face(|_, face| {
         let mut corners = [[0.0; 3]; 3];
         for (corner, vertex) in corners.iter_mut().zip(face) {

@@ -29,6 +29,7 @@ impl Sink for Watched<'_> {
     }
 
     fn vertices(&mut self, vertices: &[[f64; 3]], attributes: &[&[f64]]) -> Result<(), SinkError> {
+        vertices.iter().for_each(|vertex| self.gatherer.vertex(*vertex));
         self.sink.vertices(vertices, attributes)
     }
 

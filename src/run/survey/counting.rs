@@ -2,51 +2,24 @@
 
 use std::ops::Range;
 
-use super::histogram::{Key, class_of, key, unclassed};
-use super::piece::{Measure, Piece, Tally};
-use super::slopes::{Cell, Class, FROM, NO_CLASS};
-use crate::verify::ObservedRows;
+use super::columns::{Columns, LANES, STRETCH, Sum, sum};
+use super::histogram::{Key, class_of, unclassed};
+use super::line::{Block, Line};
+use super::piece::{Piece, Tally};
+use super::slopes::{Class, FROM};
 
-/// Samples of a row that are taken together: what is made of them step by step stays in the cache.
-const STRETCH: usize = 256;
-/// The same where some of those are peculiar.
+/// Samples of a row that are taken together where some of a stretch are peculiar.
 const FEW: usize = 16;
-/// Samples that are added up side by side, in sums of their own.
-const LANES: usize = 8;
-/// Samples that are all less than this share of the tolerance off count in their class as they are.
-const SMALL: f64 = 1.0 / 16.0;
+/// Rows whose columns are added up together.
+const TOGETHER: usize = 4;
 /// Tolerances that single precision is good for.
 const USUAL: Range<f64> = 1e-30..1e30;
-
-/// Some rows.
-pub(super) struct Block<'r> {
-    pub(super) rows: &'r ObservedRows<'r>,
-    /// The cells of each.
-    pub(super) cells: &'r [Cell],
-    pub(super) measure: &'r Measure,
-    /// The side of a square of the map.
-    pub(super) side: usize,
-}
 
 /// A piece that is being made.
 pub(super) struct Counting {
     piece: Piece,
     tally: Tally,
     columns: Columns,
-}
-
-/// What samples come to that lie in one column, in a stretch of columns and in one row of squares.
-struct Columns {
-    measured: [u16; STRETCH],
-    near: [u16; STRETCH],
-    /// The bits of distances, which are in the same order.
-    max: [u32; STRETCH],
-    heights: [f64; STRETCH],
-}
-
-impl Columns {
-    const NONE: Columns =
-        Columns { measured: [0; STRETCH], near: [0; STRETCH], max: [0; STRETCH], heights: [0.0; STRETCH] };
 }
 
 impl Counting {
@@ -63,79 +36,83 @@ impl Counting {
     pub(super) fn take(&mut self, block: &Block<'_>) {
         for first in (0..block.rows.width).step_by(STRETCH) {
             let columns = first..(first + STRETCH).min(block.rows.width);
+            let mut waiting = Waiting::default();
             for at in 0..block.cells.len() {
                 let line = Line::of(block, at);
-                self.take_stretch(&line, columns.clone());
-                if (line.row + 1).is_multiple_of(block.side) || at + 1 == block.cells.len() {
+                if self.take_stretch(&line, columns.clone()) {
+                    waiting.rows[waiting.count] = at;
+                    waiting.count += 1;
+                }
+                let is_last = (line.row + 1).is_multiple_of(block.side) || at + 1 == block.cells.len();
+                if is_last || waiting.count == TOGETHER {
+                    self.take_waiting(block, &mut waiting, columns.clone());
+                }
+                if is_last {
                     self.settle(&line, columns.clone());
                 }
             }
         }
     }
 
-    /// Counts samples of a row.
+    /// Adds what the columns of rows that are plain come to.
     #[inline(always)]
-    fn take_stretch(&mut self, line: &Line<'_>, columns: Range<usize>) {
-        let width = line.heights.len();
-        let inner = columns.start.max(1)..columns.end.min(width - 1);
+    fn take_waiting(&mut self, block: &Block<'_>, waiting: &mut Waiting, columns: Range<usize>) {
+        let inner = inner(&columns, block.rows.width);
+        let (first, at, count) = (inner.start, inner.start - columns.start, inner.len());
+        self.columns.rows += waiting.count as u32;
+        if waiting.count == TOGETHER {
+            self.columns.add(waiting.rows.map(|row| Line::of(block, row)), first, at, count);
+        } else {
+            waiting.rows[..waiting.count]
+                .iter()
+                .for_each(|row| self.columns.add([Line::of(block, *row)], first, at, count));
+        }
+        waiting.count = 0;
+    }
+
+    /// Counts samples of a row. Where all are plain that are not at an end of it, what their columns come to is left to be added.
+    #[inline(always)]
+    fn take_stretch(&mut self, line: &Line<'_>, columns: Range<usize>) -> bool {
+        let inner = inner(&columns, line.heights.len());
         let tolerance = line.measure.tolerance;
         let is_usual = line.rows.weights.is_none() && (tolerance == 0.0 || USUAL.contains(&tolerance));
         if !is_usual || inner.is_empty() {
-            return columns.for_each(|column| self.take_any(line, column));
+            columns.for_each(|column| self.take_any(line, column));
+            return false;
         }
         (columns.start..inner.start).chain(inner.end..columns.end).for_each(|column| self.take_any(line, column));
-        let mut slopes = [0.0; STRETCH];
-        let slopes = &mut slopes[..inner.len()];
-        line.slopes(inner.start, slopes);
-        let together = if line.are_plain(inner.start, slopes) { STRETCH } else { FEW };
-        for at in (0..inner.len()).step_by(together) {
-            let few = at..(at + together).min(inner.len());
-            let (first, slopes) = (inner.start + at, &slopes[few]);
-            if together == STRETCH || line.are_plain(first, slopes) {
-                self.take_plain(line, first, slopes, first - columns.start);
+        let mut keys = [0; STRETCH];
+        let keys = &mut keys[..inner.len()];
+        let are = line.keys(inner.start, keys);
+        if are.plain {
+            self.count(line, inner.start, keys, are.large);
+            return true;
+        }
+        for (few, keys) in keys.chunks_mut(FEW).enumerate() {
+            let first = inner.start + few * FEW;
+            let are = line.keys(first, keys);
+            if are.plain {
+                self.count(line, first, keys, are.large);
+                let at = first - columns.start;
+                self.columns.add([*line], first, at, keys.len());
+                self.columns.measured[at..][..keys.len()].iter_mut().for_each(|measured| *measured += 1);
             } else {
-                (first..first + slopes.len()).for_each(|column| self.take_any(line, column));
+                (first..first + keys.len()).for_each(|column| self.take_any(line, column));
             }
         }
+        false
     }
 
-    /// Counts samples from this column on that are plain, with these slopes.
+    /// Counts samples from this column on that are plain, and have these keys.
     #[inline(always)]
-    fn take_plain(&mut self, line: &Line<'_>, first: usize, slopes: &[f32], at: usize) {
-        let count = slopes.len();
-        let (errors, heights) = (&line.errors[first..][..count], &line.heights[first..][..count]);
-        let (measure, nearly) = (line.measure, line.measure.nearly());
-        let small = (SMALL * measure.tolerance) as f32;
-        let mut keys: [Key; STRETCH] = [0; STRETCH];
-        let keys = &mut keys[..count];
-        // The loops are simple ones, so that all of them become vectors.
-        for i in 0..count {
-            keys[i] = key(measure.slopes.class(slopes[i]), measure.bins.bin(errors[i]));
-        }
-        let Columns { measured, near, max, heights: sums } = &mut self.columns;
-        let (measured, near) = (&mut measured[at..][..count], &mut near[at..][..count]);
-        let (max, sums) = (&mut max[at..][..count], &mut sums[at..][..count]);
-        let mut are_large = 0;
-        for i in 0..count {
-            let distance = errors[i].abs();
-            max[i] = max[i].max(distance.to_bits());
-            near[i] += u16::from(distance > nearly);
-            are_large |= u32::from(distance >= small);
-        }
-        for i in 0..count {
-            sums[i] += heights[i];
-        }
-        for measured in measured {
-            *measured += 1;
-        }
-        self.piece.sum += sum(errors);
-        if are_large != 0 {
-            keys.iter().for_each(|key| self.tally.histogram.count(*key));
-            return;
+    fn count(&mut self, line: &Line<'_>, first: usize, keys: &[Key], are_large: bool) {
+        if are_large {
+            return self.tally.histogram.count_all(keys);
         }
         // Bins would be too wide for these.
+        let errors = &line.errors[first..][..keys.len()];
         let (mut least, mut last) = (Key::MAX, 0);
-        for key in &*keys {
+        for key in keys {
             least = least.min(*key);
             last = last.max(*key);
         }
@@ -149,21 +126,24 @@ impl Counting {
     #[inline(always)]
     fn settle(&mut self, line: &Line<'_>, columns: Range<usize>) {
         let Counting { piece, columns: sums, .. } = self;
-        let (side, first) = (line.side, line.squares(piece));
-        let mut at = 0;
-        while at < columns.len() {
-            let square = (columns.start + at) / side;
-            let end = ((square + 1) * side - columns.start).min(columns.len());
-            let measured: u32 = sums.measured[at..end].iter().map(|count| u32::from(*count)).sum();
-            let cell = &mut piece.cells[first + square];
+        let (side, first, inner) = (line.side, line.squares(piece), inner(&columns, line.heights.len()));
+        let mut start = columns.start;
+        while start < columns.end {
+            let square = start / side;
+            let end = ((square + 1) * side).min(columns.end);
+            let at = start - columns.start..end - columns.start;
+            let whole = end.min(inner.end).saturating_sub(start.max(inner.start)) as u32;
+            let sum = Sum::of(sums, at);
+            let measured = sums.rows * whole + sum.measured;
+            let cell = &mut piece.squares[first + square];
             cell.measured += measured;
             cell.heights += measured;
-            cell.near += sums.near[at..end].iter().map(|count| u32::from(*count)).sum::<u32>();
-            let max = sums.max[at..end].iter().fold(0, |max, bits| max.max(*bits));
-            cell.max = cell.max.max(f32::from_bits(max));
-            cell.sum += sums.heights[at..end].iter().sum::<f64>();
-            at = end;
+            cell.near += sum.near;
+            cell.max = cell.max.max(f32::from_bits(sum.max as u32));
+            cell.sum += sum.heights;
+            start = end;
         }
+        piece.sum += sum(&mut sums.errors);
         *sums = Columns::NONE;
     }
 
@@ -175,7 +155,7 @@ impl Counting {
         }
         let Counting { piece, tally, .. } = self;
         let first = line.squares(piece);
-        let cell = &mut piece.cells[first + column / line.side];
+        let cell = &mut piece.squares[first + column / line.side];
         cell.heights += 1;
         cell.sum += height;
         if error.is_nan() {
@@ -202,23 +182,16 @@ impl Counting {
     }
 }
 
-/// The sum of some errors, as vectors add it up.
-#[inline(always)]
-fn sum(errors: &[f32]) -> f64 {
-    // Of fewer the compiler makes no vectors.
-    let (mut lanes, (errors, last)) = ([0.0; 32], errors.as_chunks::<32>());
-    for errors in errors {
-        for i in 0..32 {
-            lanes[i] += errors[i];
-        }
-    }
-    for i in 0..16 {
-        lanes[i] += lanes[i + 16];
-    }
-    for i in 0..8 {
-        lanes[i] += lanes[i + 8];
-    }
-    lanes[..8].iter().chain(last).map(|error| f64::from(*error)).sum()
+/// Rows whose columns are still to be added up.
+#[derive(Default)]
+struct Waiting {
+    rows: [usize; TOGETHER],
+    count: usize,
+}
+
+/// Those of these columns that are not at an end of a row.
+fn inner(columns: &Range<usize>, width: usize) -> Range<usize> {
+    columns.start.max(1)..columns.end.min(width - 1)
 }
 
 /// What samples of one class come to, lane by lane.
@@ -258,88 +231,5 @@ impl Lanes {
             max: f64::from(lanes.max.into_iter().fold(0.0, f32::max)),
             squares: lanes.squares.into_iter().sum(),
         }
-    }
-}
-
-/// A row that is counted.
-struct Line<'r> {
-    rows: &'r ObservedRows<'r>,
-    measure: &'r Measure,
-    side: usize,
-    /// Which it is, and where it begins in `rows`.
-    row: usize,
-    start: usize,
-    heights: &'r [f64],
-    errors: &'r [f32],
-    /// The heights of the row above.
-    above: &'r [f64],
-    cell: Cell,
-}
-
-impl<'r> Line<'r> {
-    #[inline(always)]
-    fn of(block: &Block<'r>, at: usize) -> Line<'r> {
-        let Block { rows, cells, measure, side } = *block;
-        let (width, start) = (rows.width, at * rows.width);
-        // There is none above the first row: it is level along columns.
-        let above = if rows.above.is_empty() { &rows.heights[..width] } else { rows.above };
-        Line {
-            rows,
-            measure,
-            side,
-            row: rows.first_row + at,
-            start,
-            heights: &rows.heights[start..start + width],
-            errors: &rows.errors[start..start + width],
-            above: if at == 0 { above } else { &rows.heights[start - width..start] },
-            cell: cells[at],
-        }
-    }
-
-    /// Where in a piece the squares begin that it goes through.
-    #[inline(always)]
-    fn squares(&self, piece: &Piece) -> usize {
-        (self.row / self.side - piece.row / self.side) * self.heights.len().div_ceil(self.side)
-    }
-
-    /// The squares of the slopes' tangents at samples from this column on, none of them at an end of the row; NaN where a height beside
-    /// or above is missing.
-    #[inline(always)]
-    fn slopes(&self, first: usize, slopes: &mut [f32]) {
-        let count = slopes.len();
-        let (left, right) = (&self.heights[first - 1..][..count], &self.heights[first + 1..][..count]);
-        let (here, above) = (&self.heights[first..][..count], &self.above[first..][..count]);
-        for i in 0..count {
-            slopes[i] = self.cell.squared(right[i] - left[i], here[i] - above[i]);
-        }
-    }
-
-    /// Whether all samples from this column on have a height, a surface within the tolerance and one of these slopes.
-    #[inline(always)]
-    fn are_plain(&self, first: usize, slopes: &[f32]) -> bool {
-        let (count, tolerance) = (slopes.len(), self.measure.tolerance as f32);
-        let errors = &self.errors[first..][..count];
-        // What is no number is neither.
-        let mut are_peculiar = 0;
-        for i in 0..count {
-            let (is_within, is_known) = (errors[i].abs() <= tolerance, slopes[i] >= 0.0);
-            are_peculiar |= u32::from(!is_within) | u32::from(!is_known);
-        }
-        let start = self.start + first;
-        are_peculiar == 0 && !self.rows.any_above(start..start + count)
-    }
-
-    /// The slope class of any sample; [`NO_CLASS`] where there is no height beside it, or none above it.
-    fn class(&self, column: usize) -> usize {
-        let here = self.heights[column];
-        let beside = |column: Option<usize>| column.and_then(|c| self.heights.get(c)).copied().filter(|h| !h.is_nan());
-        let across = match (beside(column.checked_sub(1)), beside(Some(column + 1))) {
-            (Some(left), Some(right)) => right - left,
-            (Some(left), None) => 2.0 * (here - left),
-            (None, Some(right)) => 2.0 * (right - here),
-            (None, None) => return NO_CLASS,
-        };
-        let squared = self.cell.squared(across, here - self.above[column]);
-        if squared.is_nan() { NO_CLASS } else { self.measure.slopes.class(squared) as usize }
     }
 }

@@ -4,12 +4,10 @@
 const MOST: usize = 512;
 
 /// What lies in one square of a map.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapCell {
     /// Samples that were measured.
     pub measured: u32,
-    /// Samples with a height.
-    pub heights: u32,
     /// Samples whose error is above nine tenths of the tolerance.
     pub near: u32,
     /// Samples whose error is above the tolerance.
@@ -18,11 +16,24 @@ pub struct MapCell {
     pub faces: u32,
     /// The largest error.
     pub max: f32,
-    /// The sum of the heights.
-    pub sum: f64,
+    /// The mean of the heights; NaN where there is none.
+    pub height: f32,
 }
 
-/// A raster in squares, row by row. Memory: 40 bytes for each of at most 512 × 512 squares, whatever the raster.
+/// What the samples of a square come to, or of some of its rows.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Square {
+    /// Samples that were measured, that have a height, that are near the tolerance and above it.
+    pub(super) measured: u32,
+    pub(super) heights: u32,
+    pub(super) near: u32,
+    pub(super) above: u32,
+    pub(super) max: f32,
+    /// Of the heights.
+    pub(super) sum: f64,
+}
+
+/// A raster in squares, row by row. Memory: 24 bytes for each of at most 512 × 512 squares, whatever the raster.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapGrid {
     /// Samples of the raster, across and down.
@@ -35,8 +46,8 @@ pub struct MapGrid {
     pub cells: Vec<MapCell>,
 }
 
-impl MapCell {
-    pub(super) fn add(&mut self, other: &MapCell) {
+impl Square {
+    pub(super) fn add(&mut self, other: &Square) {
         self.measured += other.measured;
         self.heights += other.heights;
         self.near += other.near;
@@ -45,27 +56,31 @@ impl MapCell {
         self.sum += other.sum;
     }
 
-    /// The mean of the heights; NaN where there is none.
-    pub fn height(&self) -> f64 {
-        self.sum / f64::from(self.heights)
+    fn cell(&self) -> MapCell {
+        let Square { measured, near, above, max, .. } = *self;
+        MapCell { measured, near, above, faces: 0, max, height: (self.sum / f64::from(self.heights)) as f32 }
     }
 }
 
 impl MapGrid {
+    /// Without cells.
     pub(super) fn new(samples: (usize, usize)) -> MapGrid {
         let side = samples.0.max(samples.1).div_ceil(MOST);
         let size = (samples.0.div_ceil(side), samples.1.div_ceil(side));
-        MapGrid { samples, side, size, cells: vec![MapCell::default(); size.0 * size.1] }
+        MapGrid { samples, side, size, cells: Vec::with_capacity(size.0 * size.1) }
     }
 
-    /// Which square a place in quarters of cells is in, those beyond the rim moved to it.
-    pub(super) fn at(&self, (x, y): (i64, i64)) -> usize {
-        let index = |quarters: i64, size: usize| {
-            let square = quarters.max(0) as usize / (4 * self.side);
-            square.min(size - 1)
-        };
-        let (column, row) = (index(x, self.size.0), index(y, self.size.1));
-        row * self.size.0 + column
+    /// Adds the next row of cells, without faces.
+    pub(super) fn push(&mut self, row: &[Square]) {
+        self.cells.extend(row.iter().map(Square::cell));
+    }
+
+    /// Which square the middle of a face is in, by its corners in quarters of cells; those beyond the rim are moved to it.
+    pub(super) fn of_face(&self, [a, b, c]: [(i64, i64); 3]) -> usize {
+        // Halves are far enough from whole numbers for a quotient that is rounded.
+        let per_square = 1.0 / (12 * self.side) as f64;
+        let index = |sum: i64, size: usize| (((sum as f64 + 0.5) * per_square) as u32 as usize).min(size - 1);
+        index(a.1 + b.1 + c.1, self.size.1) * self.size.0 + index(a.0 + b.0 + c.0, self.size.0)
     }
 
     /// Samples in a square: fewer at the rim.

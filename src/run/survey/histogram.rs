@@ -97,6 +97,24 @@ impl Histogram {
         self.within[usize::from(key) % KEYS] += 1;
     }
 
+    /// Counts samples.
+    #[inline(always)]
+    pub(super) fn count_all(&mut self, keys: &[Key]) {
+        let (eights, last) = keys.as_chunks::<8>();
+        // Written out, as the compiler leaves loops that change memory as they are.
+        for [a, b, c, d, e, f, g, h] in eights {
+            self.count(*a);
+            self.count(*b);
+            self.count(*c);
+            self.count(*d);
+            self.count(*e);
+            self.count(*f);
+            self.count(*g);
+            self.count(*h);
+        }
+        last.iter().for_each(|key| self.count(*key));
+    }
+
     /// Counts any error, in no class.
     pub(super) fn count_any(&mut self, error: f64) {
         let ratio = error.abs() / self.scale;

@@ -4,13 +4,15 @@
 //! There is no pass of its own. Each thread counts rows while the sweep has them in its cache, in pieces that depend on the raster
 //! alone; they are put together in their order, so that sums are the same whatever the threads.
 //!
-//! Errors count as single floats. Memory: a [`MapGrid`], 4 bytes more for each square, 150 KiB for each thread, 20 KiB for each piece of a
+//! Errors count as single floats. Memory: a [`MapGrid`], 4 bytes more for each square, 150 KiB for each thread, 16 KiB for each piece of a
 //! band.
 
 mod angles;
+mod columns;
 mod counting;
 mod grid;
 mod histogram;
+mod line;
 mod piece;
 mod slopes;
 #[cfg(test)]
@@ -25,6 +27,7 @@ pub use grid::{MapCell, MapGrid};
 pub use slopes::SlopeClass;
 
 use angles::Angles;
+use grid::Square;
 use histogram::{Binned, Total};
 use piece::{Counter, Measure, Piece, Tally};
 use slopes::{Class, FROM, Slopes};
@@ -108,7 +111,9 @@ pub(super) struct Surveyor {
     raster: RasterFacts,
     counter: Counter,
     map: MapGrid,
-    /// Faces whose middle lies in each square of it.
+    /// The row of its squares that samples come into.
+    row: Vec<Square>,
+    /// Faces whose middle lies in each square.
     faces: Vec<u32>,
     histogram: Total,
     /// Samples below −ε and above ε.
@@ -127,7 +132,8 @@ impl Surveyor {
         Surveyor {
             raster: RasterFacts::of(band),
             counter: Counter::new(measure, map.side),
-            faces: vec![0; map.cells.len()],
+            row: vec![Square::default(); map.size.0],
+            faces: vec![0; map.size.0 * map.size.1],
             map,
             histogram,
             beyond: [0; 2],
@@ -141,6 +147,7 @@ impl Surveyor {
     /// are rounded once.
     pub(super) fn finish(mut self, worst: f64, largest: f64) -> Survey {
         self.counter.all().iter().for_each(|tally| self.add_up(tally));
+        self.map.push(&self.row);
         self.map.cells.iter_mut().zip(&self.faces).for_each(|(cell, faces)| cell.faces = *faces);
         let measured = self.histogram.samples();
         let percents = (1..=100).map(|percent| f64::from(percent) / 100.0);
@@ -181,8 +188,7 @@ impl Surveyor {
 
 impl Observer for Surveyor {
     fn face(&mut self, corners: [(i64, i64); 3], _: [f64; 3]) {
-        let [a, b, c] = corners;
-        self.faces[self.map.at(((a.0 + b.0 + c.0) / 3, (a.1 + b.1 + c.1) / 3))] += 1;
+        self.faces[self.map.of_face(corners)] += 1;
         self.angles.count(corners);
     }
 
@@ -195,8 +201,12 @@ impl Observer for Surveyor {
     }
 
     fn rows(&mut self, _: &ObservedRows<'_>) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-        let Surveyor { counter, map, sum, classes, .. } = self;
-        counter.add_pieces(|piece| add(piece, map, sum, classes));
+        let Surveyor { counter, map, row, sum, classes, .. } = self;
+        counter.add_pieces(|piece| {
+            *sum += piece.sum;
+            classes.iter_mut().zip(&piece.classes).for_each(|(class, other)| class.add(other));
+            add_squares(piece, map, row);
+        });
         let full: Vec<Tally> = self.counter.full().collect();
         full.iter().for_each(|tally| self.add_up(tally));
         Ok(())
@@ -210,9 +220,13 @@ impl Surveyor {
     }
 }
 
-fn add(piece: &Piece, map: &mut MapGrid, sum: &mut f64, classes: &mut [Class; FROM.len()]) {
-    *sum += piece.sum;
-    classes.iter_mut().zip(&piece.classes).for_each(|(class, other)| class.add(other));
-    let cells = &mut map.cells[piece.row / map.side * map.size.0..];
-    cells.iter_mut().zip(&piece.cells).for_each(|(sum, cell)| sum.add(cell));
+/// Adds the squares of the next piece to `row`, and rows that are complete to the map.
+fn add_squares(piece: &Piece, map: &mut MapGrid, row: &mut [Square]) {
+    for (at, squares) in (piece.row / map.side..).zip(piece.squares.chunks(map.size.0)) {
+        if at * map.size.0 > map.cells.len() {
+            map.push(row);
+            row.fill(Square::default());
+        }
+        row.iter_mut().zip(squares).for_each(|(sum, square)| sum.add(square));
+    }
 }

@@ -2,9 +2,10 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::counting::{Block, Counting};
-use super::grid::MapCell;
+use super::counting::Counting;
+use super::grid::Square;
 use super::histogram::{Bins, Histogram};
+use super::line::Block;
 use super::slopes::{Cell, Class, FROM, Slopes};
 use crate::verify::{ObservedRows, RowObserver};
 
@@ -41,7 +42,7 @@ pub(super) struct Piece {
     /// By slope, as far as the tally does not know it.
     pub(super) classes: [Class; FROM.len()],
     /// The squares of the map that they go through, row by row.
-    pub(super) cells: Vec<MapCell>,
+    pub(super) squares: Vec<Square>,
 }
 
 impl Tally {
@@ -56,12 +57,12 @@ impl Tally {
 impl Piece {
     /// One of nothing, in the place of one that has been used.
     fn renewed(self, rows: &ObservedRows<'_>, side: usize) -> Piece {
-        let Piece { mut cells, .. } = self;
+        let Piece { mut squares, .. } = self;
         let (row, count) = (rows.first_row, rows.heights.len() / rows.width);
         let down = (row + count - 1) / side - row / side + 1;
-        cells.clear();
-        cells.resize(rows.width.div_ceil(side) * down, MapCell::default());
-        Piece { row, cells, ..Piece::default() }
+        squares.clear();
+        squares.resize(rows.width.div_ceil(side) * down, Square::default());
+        Piece { row, squares, ..Piece::default() }
     }
 }
 

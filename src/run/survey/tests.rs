@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
+use super::grid::Square;
 use super::slopes::FROM;
 use super::*;
 use crate::base::{RasterError, SampleType, Window, Windows};
@@ -85,7 +86,7 @@ impl Told {
     fn check(&self, survey: &Survey) {
         let (width, height) = self.size;
         let side = survey.map.side;
-        let mut cells = vec![MapCell::default(); survey.map.cells.len()];
+        let mut cells = vec![Square::default(); survey.map.size.0 * survey.map.size.1];
         let mut classes = [Class::default(); FROM.len()];
         let (mut sum, mut beyond) = (0.0, [0, 0]);
         for (column, row) in (0..height).flat_map(|row| (0..width).map(move |column| (column, row))) {
@@ -110,9 +111,16 @@ impl Told {
                 classes[class].add(&Class { samples: 1, above: u64::from(is_above), max: distance, squares });
             }
         }
+        assert_eq!(survey.map.cells.len(), cells.len());
         for (found, expected) in survey.map.cells.iter().zip(&cells) {
-            assert!((found.sum - expected.sum).abs() <= 1e-9 * expected.sum.abs(), "{found:?} {expected:?}");
-            assert_eq!(MapCell { sum: 0.0, ..*found }, MapCell { sum: 0.0, ..*expected });
+            let Square { measured, heights, near, above, max, sum } = *expected;
+            let height = sum / f64::from(heights);
+            assert!((f64::from(found.height) - height).abs() <= 1e-6 || height.is_nan(), "{found:?} {expected:?}");
+            assert_eq!(found.height.is_nan(), height.is_nan());
+            assert_eq!(
+                MapCell { height: 0.0, ..*found },
+                MapCell { measured, near, above, faces: 0, max, height: 0.0 }
+            );
         }
         let measured = cells.iter().map(|cell| u64::from(cell.measured)).sum::<u64>();
         assert_eq!(survey.measured, measured);
