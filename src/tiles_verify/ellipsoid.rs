@@ -49,10 +49,10 @@ impl Meridian {
 /// A circle of one latitude: how far it is from the axis, how high above the equator's plane, and where its normals point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Parallel {
-    reach: f64,
-    rise: f64,
-    cos: f64,
-    sin: f64,
+    pub(super) reach: f64,
+    pub(super) rise: f64,
+    pub(super) cos: f64,
+    pub(super) sin: f64,
 }
 
 impl Parallel {
@@ -60,6 +60,13 @@ impl Parallel {
     pub(super) fn foot(&self, meridian: Meridian) -> (Point, Point) {
         let foot = [self.reach * meridian.cos, self.reach * meridian.sin, self.rise];
         (foot, [self.cos * meridian.cos, self.cos * meridian.sin, self.sin])
+    }
+
+    /// Up, east and north at its point on a meridian.
+    pub(super) fn directions(&self, meridian: Meridian) -> (Point, Point, Point) {
+        let up = [self.cos * meridian.cos, self.cos * meridian.sin, self.sin];
+        let north = [-self.sin * meridian.cos, -self.sin * meridian.sin, self.cos];
+        (up, [-meridian.sin, meridian.cos, 0.0], north)
     }
 
     /// How far a point is from its foot in the plane of a meridian: along the ellipsoid to the north, and along the normal. The point is

@@ -10,13 +10,13 @@
 //! Crossings are those of the edge in space: a column is the plane of a meridian, a row the cone of normals along a parallel. The height
 //! of a crossing is off by less than 10⁻⁶ m, which is [`DOUBT`].
 
-use std::collections::HashSet;
-
+use rustc_hash::FxHashSet;
 use serde::Serialize;
 
 use super::decode::LAST;
 use super::ellipsoid::{Meridian, Parallel, Point, less};
 use super::findings::{Findings, Kind};
+use super::known::Known;
 use super::tile::Tile;
 use crate::pyramid::{Patch, PyramidError, SampleBlock, Samples};
 
@@ -43,13 +43,21 @@ pub struct Strays {
     pub beyond: u64,
 }
 
+/// The largest that were found of a level so far.
+#[derive(Debug, Default)]
+pub(super) struct KnownStrays {
+    largest: Known,
+    left_out: Known,
+}
+
 /// What edges of a tile are held to.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Held {
+pub(super) struct Held<'a> {
     /// How far they may stray, in metres.
     pub(super) limit: f64,
     /// Into how many parts the tile was cut, each way.
     pub(super) parts: u32,
+    pub(super) known: &'a KnownStrays,
 }
 
 /// An edge: its ends in space, and their columns and rows in the tile.
@@ -88,13 +96,14 @@ impl Tile<'_> {
         &self,
         samples: &Samples,
         block: &mut SampleBlock,
-        held: Held,
+        held: Held<'_>,
         findings: &mut Findings,
     ) -> Result<Strays, PyramidError> {
         let cells = self.grid.cells(self.key.level);
         let origin = self.key.origin(self.grid);
         let mut edges = self.edges(cells as f64);
-        let mut found = Strays::default();
+        let (largest, largest_left_out) = (held.known.largest.so_far(), held.known.left_out.so_far());
+        let mut found = Strays { largest, largest_left_out, beyond: 0 };
         let part = (cells / i64::from(held.parts.max(1))).max(1);
         for ((left, top), (width, height)) in samples.windows(origin, cells, WINDOW) {
             // Sides between this window and the next are this one's; samples around them are looked at, too.
@@ -128,6 +137,8 @@ impl Tile<'_> {
                 }
             }
         }
+        held.known.largest.raise(found.largest);
+        held.known.left_out.raise(found.largest_left_out);
         for edge in edges.iter().filter(|edge| edge.farthest > held.limit + DOUBT) {
             found.beyond += 1;
             let (key, limit, by) = (self.key, held.limit, edge.farthest);
@@ -153,7 +164,7 @@ impl Tile<'_> {
             let [a, b] = [a, b].map(|i| vertices[i as usize]);
             (0..2).any(|k| a[k] == b[k] && (a[k] == 0 || a[k] == LAST))
         };
-        let mut seen = HashSet::new();
+        let mut seen = FxHashSet::default();
         let sides = self.decoded.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
         let inner = sides.filter(|&(a, b)| !is_on_border(a, b) && seen.insert((a.min(b), a.max(b))));
         let edge = |(a, b): (u32, u32)| {
