@@ -100,6 +100,23 @@ impl Ellipsoid {
         Parallel { reach: self.a * beta.cos(), rise: self.b * beta.sin(), cos: phi.cos(), sin: phi.sin() }
     }
 
+    /// What bounds the second derivatives of longitude and latitude, in radians, along straight lines whose points are no nearer than that to the axis, and to the centre
+    /// of curvature of the meridian there; infinite where they may be in either. Of the longitude it is 1 ÷ p², p being the
+    /// distance from the axis. Of the latitude it is (1 + c) ÷ ρ² + 1 ÷ ρp: its gradient is 1 ÷ ρ, ρ the distance from the centre of curvature,
+    /// which changes by cρ at the most, c = 3e² ÷ 2(1 − e²).
+    pub(super) fn bends(&self, from_axis: f64, from_centre: f64) -> [f64; 2] {
+        if from_axis <= 0.0 || from_centre <= 0.0 {
+            return [f64::INFINITY; 2];
+        }
+        let change = 1.5 * (self.a * self.a - self.b * self.b) / (self.b * self.b) * self.a / from_centre;
+        [1.0 / (from_axis * from_axis), (1.0 + change) / (from_centre * from_centre) + 1.0 / (from_centre * from_axis)]
+    }
+
+    /// The least radius of curvature.
+    pub(super) fn least_radius(&self) -> f64 {
+        self.b * self.b / self.a
+    }
+
     /// The radius of curvature of a meridian where it crosses a parallel.
     pub(super) fn along_meridian(&self, parallel: &Parallel) -> f64 {
         let share = 1.0 - (self.a * self.a - self.b * self.b) / (self.a * self.a) * parallel.sin * parallel.sin;

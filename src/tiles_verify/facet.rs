@@ -2,9 +2,7 @@
 //!
 //! **Where.** Longitude and latitude of a point of a triangle are almost those of its corners, weighted as the point is. If H bounds the second
 //! derivatives along straight lines, and L is the longest side, they are off by no more than H L² ÷ 6: by Taylor's formula at the point X, ½ H Σ wᵢ |Aᵢ − X|²,
-//! the first order cancels, which is ½ H Σ wᵢ wⱼ |Aᵢ − Aⱼ|² over the three sides. Of the longitude, H = 1 ÷ p², p being the
-//! distance from the axis. Of the latitude, H = (1 + c) ÷ ρ² + 1 ÷ ρp: its gradient is 1 ÷ ρ, ρ the distance from the centre of curvature of the
-//! meridian, which changes by cρ at the most, c = 3e² ÷ 2(1 − e²). So a normal that meets the triangle stands at most this *reach* beside the flat
+//! the first order cancels, which is ½ H Σ wᵢ wⱼ |Aᵢ − Aⱼ|² over the three sides ([`super::ellipsoid::Ellipsoid::bends`]). So a normal that meets the triangle stands at most this *reach* beside the flat
 //! triangle on the grid. And one farther inside than that meets it: the image of the border goes once around its place.
 //! Longitudes are between those of the corners, as half planes of meridians bound what is convex; a pole has any longitude.
 
@@ -89,10 +87,8 @@ impl Facet {
             _ => ends(0, &|i| !is_at_pole[i]),
         };
         let wider = |(low, high): (f64, f64), by: f64| (low - by, high + by);
-        let bounds =
-            [wider(columns, CELL_ROUNDING + beside[0]), wider(ends(1, &|_| true), reach[1] + beside[1])];
+        let bounds = [wider(columns, CELL_ROUNDING + beside[0]), wider(ends(1, &|_| true), reach[1] + beside[1])];
         let edge = |i: usize| Edge::new(places[i], places[(i + 1) % 3], reach);
-        // A shift of this many metres at an edge is rounding.
         let slack = (SHIFT * longest / size).min(0.01);
         Facet { first: points[0], one, other, plane, size, slack, bounds, edges: [edge(0), edge(1), edge(2)] }
     }
@@ -174,27 +170,17 @@ impl Edge {
 
 /// How far normals that meet a triangle may stand beside it on the grid, in columns and rows.
 fn reach(tile: &Tile<'_>, points: [Point; 3], longest: f64) -> [f64; 2] {
-    let (a, b) = (tile.ellipsoid.a, tile.ellipsoid.b);
     let cell = tile.grid.cell().to_radians();
-    let flattening = (a * a - b * b) / (b * b);
     // No point of it is farther from all corners than that.
     let aside = longest / 3f64.sqrt();
     let from_axis = points.iter().map(|p| p[0] * p[0] + p[1] * p[1]).fold(f64::INFINITY, f64::min).sqrt() - aside;
-    let from_centre = b * b / a + tile.decoded.minimum.min(0.0) - aside;
+    let from_centre = tile.ellipsoid.least_radius() + tile.decoded.minimum.min(0.0) - aside;
+    let [columns, rows] = tile.ellipsoid.bends(from_axis, from_centre).map(|bend| bend * longest * longest / 6.0);
+    // All of it is as near to each corner as its longest side is long.
+    let rows = if from_centre > 0.0 { rows.min(longest / from_centre) } else { rows };
+    let shift = 10.0 * SHIFT;
     // Farther than the whole tile is as good as anywhere.
     let most = 4.0 * tile.grid.cells(tile.key.level) as f64;
-    let in_cells = |radians: f64| if radians >= 0.0 { (radians / cell).min(most) } else { most };
-    if from_centre <= 0.0 {
-        return [most; 2];
-    }
-    let (shift, square) = (10.0 * SHIFT, longest * longest / 6.0);
-    let along = (1.0 + 1.5 * flattening * a / from_centre) / (from_centre * from_centre);
-    let rows = match from_axis > 0.0 {
-        true => square * (along + 1.0 / (from_centre * from_axis)),
-        false => f64::INFINITY,
-    };
-    // All of it is as near to each corner as its longest side is long.
-    let rows = rows.min(longest / from_centre) + shift / from_centre;
-    let columns = if from_axis > 0.0 { square / (from_axis * from_axis) + shift / from_axis } else { f64::INFINITY };
-    [columns, rows].map(|radians| in_cells(radians) + CELL_ROUNDING)
+    let in_cells = |radians: f64| (radians / cell).min(most) + CELL_ROUNDING;
+    [in_cells(columns + shift / from_axis.max(shift)), in_cells(rows + shift / from_centre.max(shift))]
 }

@@ -13,6 +13,8 @@ pub(super) struct Facets {
     cells: f64,
     /// How far beyond the edge of a hole a place may be and count as on the triangle there, in metres: a step of the lattice. `None` without holes.
     beside: Option<f64>,
+    /// Whether they are known to tile the square of the tile.
+    pub(super) is_tiling: bool,
     pub(super) all: Vec<Facet>,
     /// Those with an edge on the western, southern, eastern and northern border, and between which places along it.
     on_border: [Vec<(f64, f64, u32)>; 4],
@@ -22,12 +24,12 @@ pub(super) struct Facets {
 const ON_BORDER: f64 = 1e-6;
 
 impl Facets {
-    /// All triangles of a tile.
-    pub(super) fn of(tile: &Tile<'_>) -> Facets {
+    /// All triangles of a tile, and whether they are known to tile its square.
+    pub(super) fn of(tile: &Tile<'_>, is_tiling: bool) -> Facets {
         let cells = tile.grid.cells(tile.key.level) as f64;
         let scale = cells / f64::from(LAST);
         let mut facets =
-            Facets { cells, beside: tile.beside_hole(), all: Vec::new(), on_border: Default::default() };
+            Facets { cells, beside: tile.beside_hole(), is_tiling, all: Vec::new(), on_border: Default::default() };
         facets.all.reserve_exact(tile.decoded.triangles.len());
         for (number, &triangle) in (0..).zip(&tile.decoded.triangles) {
             let places = triangle.map(|i| {
@@ -62,30 +64,13 @@ impl Facets {
 
     /// How far a height is from the surface at a place where a normal meets no triangle of it: it goes on beyond the chords of its border. Infinite
     /// where there is none.
-    pub(super) fn error_beyond(&self, (column, row): (f64, f64), place: (Point, Point), height: f64) -> f64 {
+    fn error_beyond(&self, (column, row): (f64, f64), place: (Point, Point), height: f64) -> f64 {
         let at = [column, self.cells - row, self.cells - column, row];
         let side = (0..4).min_by(|&a, &b| at[a].total_cmp(&at[b])).unwrap_or(0);
         let along = if side % 2 == 0 { row } else { column };
         let at_border = self.on_border[side].iter().find(|(low, high, _)| (*low..=*high).contains(&along));
         let met = at_border.and_then(|(_, _, facet)| self.all[*facet as usize].meet(place, false));
         met.map_or(f64::INFINITY, |found| error(found, height))
-    }
-
-    /// The same, and a little beyond the rim of a hole. `window` makes one that has the place.
-    pub(super) fn error_unmet<'a>(
-        &'a self,
-        window: &mut Option<Window<'a>>,
-        make: impl FnOnce() -> Window<'a>,
-        at: (f64, f64),
-        place: (Point, Point),
-        height: f64,
-    ) -> f64 {
-        let found = self.beside.and_then(|metres| {
-            let near = window.get_or_insert_with(make).buckets.at(at.0, at.1).iter();
-            let near = near.filter_map(|&facet| self.all[facet as usize].meet_beside(place, metres));
-            near.map(|found| error(found, height)).reduce(f64::min)
-        });
-        found.unwrap_or_else(|| self.error_beyond(at, place, height))
     }
 }
 
@@ -104,9 +89,16 @@ impl Window<'_> {
         may_be_met.filter_map(|facet| facet.meet(place, true)).map(|found| error(found, height)).reduce(f64::max)
     }
 
-    /// The same of the surface, which goes on where no triangle is met.
+    /// The same of the surface, which goes on where no triangle is met: a little beyond the rim of a hole, and beyond chords.
     pub(super) fn error(&self, at: (f64, f64), place: (Point, Point), height: f64) -> f64 {
-        self.error_met(at, place, height).unwrap_or_else(|| self.facets.error_beyond(at, place, height))
+        let Facets { beside, all, .. } = self.facets;
+        let near = || self.buckets.at(at.0, at.1).iter().map(|&facet| &all[facet as usize]);
+        let beside_hole = |metres: f64| {
+            let met = near().filter_map(|facet| facet.meet_beside(place, metres));
+            met.map(|found| error(found, height)).reduce(f64::min)
+        };
+        let met = self.error_met(at, place, height).or_else(|| beside.and_then(beside_hole));
+        met.unwrap_or_else(|| self.facets.error_beyond(at, place, height))
     }
 }
 

@@ -29,7 +29,7 @@ impl Tile<'_> {
             stands_in_void
                 .push(self.is_any([(column, column), (row, row)], samples, block, |block, _, _| block.is_void[0])?);
         }
-        let facets = Facets::of(self);
+        let facets = Facets::of(self, false);
         for (number, triangle) in self.decoded.triangles.iter().enumerate() {
             if !triangle.iter().all(|&i| stands_in_void[i as usize]) {
                 continue;

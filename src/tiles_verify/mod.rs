@@ -196,6 +196,8 @@ struct Judged {
     findings: Findings,
     distance: Distance,
     strays: Strays,
+    /// Whether its triangles tile its square.
+    is_tiling: bool,
     triangles: u64,
     step: f64,
     /// How far corners that the raster gives no height are from the height that is promised there.
@@ -241,8 +243,14 @@ fn judge(
         control.progress.step(Stage::Compare, 1);
         Ok(judged)
     };
-    let judged: Result<Vec<Judged>, PyramidError> = keys.par_iter().map_init(SampleBlock::default, one).collect();
+    // One after the other they are near each other, and have blocks of samples in common.
+    let mut in_order = keys.clone();
+    in_order.sort_by_cached_key(|key| (key.level, along_curve(key)));
+    let judged: Result<Vec<Judged>, PyramidError> = in_order.par_iter().map_init(SampleBlock::default, one).collect();
     control.progress.end(Stage::Compare);
+    let mut judged = judged?;
+    judged.sort_by_key(|tile| tile.key);
+    let tiling = judged.iter().filter(|tile| tile.is_tiling).map(|tile| tile.key).collect();
     let level = |level: &crate::pyramid::Level| LevelVerdict {
         level: level.level,
         max_error: level.max_error,
@@ -257,7 +265,7 @@ fn judge(
     let (mut steps, mut beside) = (vec![0.0f64; levels.len()], vec![0.0f64; levels.len()]);
     let mut sides = BTreeMap::new();
     let mut owned = vec![0u64; levels.len()];
-    for tile in judged? {
+    for tile in judged {
         findings.merge(tile.findings);
         let number = tile.key.level as usize;
         let level = &mut levels[number];
@@ -293,6 +301,7 @@ fn judge(
         ellipsoid: &ellipsoid,
         grid_samples: &samples,
         tiles: &keys.into_iter().collect(),
+        tiling: &tiling,
         known: promise.levels.iter().map(|_| Known::default()).collect(),
     };
     levels.iter_mut().zip(own.judge(control)?).for_each(|(level, own)| level.own_samples = own);
@@ -319,6 +328,12 @@ fn differences(made: &BTreeMap<String, String>, found: &BTreeMap<String, String>
     let said = |view: &BTreeMap<String, String>, name| view.get(name).map_or("none", String::as_str).to_string();
     let differing = names.into_iter().filter(|&name| made.get(name) != found.get(name));
     differing.map(|name| format!("{name}: expected {}, found {}", said(made, name), said(found, name))).collect()
+}
+
+/// The place of a tile on a curve through all of its level: bits of its column and row in turns.
+fn along_curve(key: &TileKey) -> u64 {
+    (0..32)
+        .fold(0, |at, bit| at | u64::from(key.x >> bit & 1) << (2 * bit) | u64::from(key.y >> bit & 1) << (2 * bit + 1))
 }
 
 /// Whether a level has such a column and row.
@@ -367,11 +382,13 @@ impl TileTask<'_> {
             Ok(decoded) => decoded,
             Err(reason) => {
                 findings.add(Kind::Format, || format!("tile {key}: {reason}"));
-                return Ok(Judged { key, findings, distance, strays, triangles: 0, step: 0.0, beside: 0.0, sides: None });
+                let (triangles, step, beside) = (0, 0.0, 0.0);
+                let is_tiling = false;
+                return Ok(Judged { key, findings, distance, strays, is_tiling, triangles, step, beside, sides: None });
             }
         };
         let tile = Tile::new(key, samples.grid, self.ellipsoid, &decoded, promise.void_as);
-        tile.judge_shape(&mut findings);
+        let is_tiling = tile.judge_shape(&mut findings);
         if tile.has_holes {
             tile.judge_holes(samples, block, &mut findings)?;
         }
@@ -381,14 +398,15 @@ impl TileTask<'_> {
         }
         let (level, known) = (&promise.levels[key.level as usize], &self.known[key.level as usize]);
         let limits = Limits { known: known.error.so_far(), allowed: level.max_error };
-        let distance = tile.distance(samples, block, limits, &mut findings)?;
+        let distance = tile.distance(samples, block, (limits, is_tiling), &mut findings)?;
         known.error.raise(distance.largest);
         let limit = promise.max_stray.map_or(f64::INFINITY, |factor| factor * level.max_error);
         let held = Held { limit, parts: level.parts, known: &known.strays };
         let strays = tile.strays(samples, block, held, &mut findings)?;
         let (triangles, step) = (decoded.triangles.len() as u64, borders::step(&tile));
         let beside = tile.beside(samples, promise.void_as, block)?;
-        Ok(Judged { key, findings, distance, strays, triangles, step, beside, sides: Some(Sides::of(&decoded)) })
+        let sides = Some(Sides::of(&decoded));
+        Ok(Judged { key, findings, distance, strays, is_tiling, triangles, step, beside, sides })
     }
 }
 

@@ -49,7 +49,8 @@ fn normals_lean_as_the_ground_does() {
         let transform = [corner[0], CELL, 0.0, corner[1], 0.0, -CELL];
         let input = raster(folder.path(), "dem.tif", (21, 21), transform, "EPSG:4326", &ground);
         let set = folder.path().join("set");
-        let request = TilesRequest { temp_dir: Some(crate::fuzzing::temp_dir()), ..TilesRequest::new(&input, &set, 20.0) };
+        let request =
+            TilesRequest { temp_dir: Some(crate::fuzzing::temp_dir()), ..TilesRequest::new(&input, &set, 20.0) };
         let levels = tiles(&request, &Control::default()).expect("tiles").levels;
         let judged = verdict(&input, &set);
         assert!(judged.passed, "{judged}");
@@ -62,7 +63,8 @@ fn normals_lean_as_the_ground_does() {
         let normals = decoded.normals.expect("normals");
         let mut seen = 0;
         for (vertex, code) in decoded.vertices.iter().zip(normals) {
-            let at = [(x, vertex[0]), (y, vertex[1])].map(|(number, c)| side * (f64::from(number) + f64::from(c) / f64::from(LAST)));
+            let at = [(x, vertex[0]), (y, vertex[1])]
+                .map(|(number, c)| side * (f64::from(number) + f64::from(c) / f64::from(LAST)));
             let off = [at[0] - column * CELL, at[1] - (180.0 - row * CELL)].map(|off| off.abs() / CELL);
             // The sample itself and those around it, between which the slope is the same.
             if off.iter().any(|off| *off > 8.5) {

@@ -24,7 +24,8 @@ const ON_PLANE: f64 = 1e-9;
 fn octahedral(direction: Point) -> impl Iterator<Item = [f64; 2]> {
     let size: f64 = direction.iter().map(|c| c.abs()).sum();
     let [x, y, z] = direction.map(|c| c / size);
-    let signs = |c: f64| [1.0, -1.0].into_iter().filter(move |sign| sign * c >= 0.0 || z < 0.0 && c.abs() < ON_PLANE);
+    let signs =
+        move |c: f64| [1.0, -1.0].into_iter().filter(move |sign| sign * c >= 0.0 || z < 0.0 && c.abs() < ON_PLANE);
     signs(x).flat_map(move |across| signs(y).map(move |up| (across, up))).map(move |(across, up)| {
         let place = if z < 0.0 { [(1.0 - y.abs()) * across, (1.0 - x.abs()) * up] } else { [x, y] };
         place.map(|c| 127.5 * (c + 1.0))
@@ -110,7 +111,8 @@ impl Tile<'_> {
         let mut slope = |patch: Patch, metres: f64| {
             samples.read(patch, block)?;
             let has = &block.inside;
-            let between = |from: usize, to: usize| (block.heights[to] - block.heights[from]) / ((to - from) as f64 * metres);
+            let between =
+                |from: usize, to: usize| (block.heights[to] - block.heights[from]) / ((to - from) as f64 * metres);
             Ok::<f64, PyramidError>(match (has[0], has[1], has[2]) {
                 (true, _, true) => between(0, 2),
                 (true, true, false) => between(0, 1),
@@ -135,13 +137,13 @@ mod tests {
     proptest! {
         /// Of all that two bytes can say, what they say is nearest on the octahedron, and less than a degree away.
         #[test]
-        fn codes_say_what_they_round(x in -1.0f64..1.0, y in -1.0f64..1.0, z in -1.0f64..1.0, bit in 0..16) {
+        fn codes_say_what_they_round(x in -1.0f64..1.0, y in -1.0f64..1.0, z in -1.0f64..1.0, bit in 0u32..16) {
             let size = times([x, y, z], [x, y, z]).sqrt();
             prop_assume!(size > 0.1);
             let expected = [x / size, y / size, z / size];
             let code = octahedral(expected).next().expect("a place").map(|c| c.round() as u8);
             prop_assert!(says(code, expected) && angle(direction(code), expected) < 1.0, "{code:?}");
-            let word = u16::from_le_bytes(code) ^ 1 << bit;
+            let word = u16::from_le_bytes(code) ^ (1u16 << bit);
             let off = octahedral(expected).next().expect("a place").map(|c| (c - c.floor() - 0.5).abs());
             prop_assume!(off.iter().all(|off| *off > 0.01));
             prop_assert!(!says(word.to_le_bytes(), expected), "{code:?}, {word:x}");

@@ -54,6 +54,8 @@ pub(super) struct OwnTask<'a> {
     pub(super) ellipsoid: &'a Ellipsoid,
     pub(super) grid_samples: &'a Samples,
     pub(super) tiles: &'a BTreeSet<TileKey>,
+    /// Those whose triangles tile their square.
+    pub(super) tiling: &'a BTreeSet<TileKey>,
     /// Of every level, the largest error that was found so far.
     pub(super) known: Vec<Known>,
 }
@@ -66,7 +68,8 @@ const PATCH: usize = 1 << 20;
 
 /// What a window takes: of each sample what is read, its place, and to which tile it belongs, in a list that grows by doubling; and the samples
 /// of the grid around.
-pub(super) const BYTES_OF_WINDOW: u64 = (WINDOW * WINDOW * (17 + 3 * 8 + size_of::<Place>() + 2 * 8) + PATCH * 10) as u64;
+pub(super) const BYTES_OF_WINDOW: u64 =
+    (WINDOW * WINDOW * (17 + 3 * 8 + size_of::<Place>() + 2 * 8) + PATCH * 10) as u64;
 
 /// Samples that are transformed together.
 const RUN: usize = 64;
@@ -200,7 +203,7 @@ impl OwnTask<'_> {
         let file = self.request.tiles.join(format!("{key}.terrain"));
         let Some(decoded) = (count > 0).then(|| read(&file, self.promise.gzip).ok()).flatten() else { return };
         let tile = Tile::new(key, self.grid(), self.ellipsoid, &decoded, self.promise.void_as);
-        let facets = Facets::of(&tile);
+        let facets = Facets::of(&tile, self.tiling.contains(&key));
         let origin = key.origin(self.grid());
         let in_tile = |places: &[f64], origin: i64| places.iter().map(|at| at - origin as f64).collect::<Vec<_>>();
         let columns = in_tile(&of.columns[across.clone()], origin.0);
@@ -218,14 +221,19 @@ impl OwnTask<'_> {
         let known = &self.known[key.level as usize];
         let allowed = self.promise.levels[key.level as usize].max_error;
         let mut scanned = facets.scan(&lattice, Limits { known: known.so_far(), allowed });
-        let unmet = std::mem::take(&mut scanned.unmet);
-        // Between samples of the grid there may be a hole.
-        let in_hole = if tile.has_holes { unmet.len() } else { 0 };
-        for i in unmet.into_iter().filter(|_| !tile.has_holes) {
+        let mut in_hole = 0;
+        let mut around = None;
+        for i in std::mem::take(&mut scanned.unmet) {
             let (column, row) = (i % stride, i / stride);
+            let (at, height) = ((columns[column], rows[row]), lattice.heights[i]);
             let place = lattice.parallels[row].foot(lattice.meridians[column]);
-            let error = facets.error_beyond((columns[column], rows[row]), place, lattice.heights[i]);
-            scanned.add(i, error, allowed);
+            let near = around.get_or_insert_with(|| facets.around(&lattice));
+            // Between samples of the grid there may be a hole.
+            match near.error_met(at, place, height) {
+                None if tile.has_holes => in_hole += 1,
+                Some(error) => scanned.add(i, error, allowed),
+                None => scanned.add(i, near.error(at, place, height), allowed),
+            }
         }
         known.raise(scanned.largest);
         found.samples += (count - in_hole) as u64;
@@ -361,7 +369,7 @@ impl OwnTask<'_> {
             with(&mut window[0], column);
             with(&mut window[1], row);
         }
-        let facets = Facets::of(&tile);
+        let facets = Facets::of(&tile, false);
         let first = window.map(|ends| ends.0.floor() as i64);
         let size = [0, 1].map(|k| window[k].1.floor() as i64 + 1 - first[k]);
         let window = facets.over((first[0], first[1]), (size[0], size[1]));

@@ -34,7 +34,9 @@ impl InRows {
     pub(super) fn of(found: &OnEllipsoid, window: Window, samples: &Samples, ellipsoid: &Ellipsoid) -> Option<InRows> {
         let Window { width, height, .. } = window;
         let (mut lons, mut lats) = (vec![f64::NAN; width], vec![f64::NAN; height]);
-        for (i, (&lon, &lat)) in found.lon.iter().zip(&found.lat).enumerate().filter(|(i, _)| !found.heights[*i].is_nan()) {
+        for (i, (&lon, &lat)) in
+            found.lon.iter().zip(&found.lat).enumerate().filter(|(i, _)| !found.heights[*i].is_nan())
+        {
             let (column, row) = (&mut lons[i % width], &mut lats[i / width]);
             (*column, *row) = (if column.is_nan() { lon } else { *column }, if row.is_nan() { lat } else { *row });
             if (*column, *row) != (lon, lat) {

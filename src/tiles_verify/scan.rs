@@ -3,8 +3,9 @@
 //!
 //! Triangle by triangle and row by row: where a row surely lies in the triangle ([`super::facet`]), few operations for each height tell whether any may be off by
 //! more than what is known already, and only those that may are met one by one. So the largest error is exact, and what is beyond the limit is
-//! counted exactly. Where it is not sure, normals are met, unless the place is in another triangle already and nothing is off by more than is known. A
-//! place that no triangle was found for is handed back.
+//! counted exactly. Where it is not sure that a place is in a triangle, its normal is met if an error there would count. If not, it is enough that the triangles
+//! that may have a place are such: where triangles tile the square, one of them has it, or goes on beyond its chord there. Where they do
+//! not, and beside holes, normals are always met. A place that no triangle was found for is handed back.
 //!
 //! The height of a plane over a place, with n its normal, A a point of it, S the place on the ellipsoid and N the normal there, is n·(A − S) ÷ n·N;
 //! along a row only x = n₀ cos λ + n₁ sin λ changes, of which both are linear functions.
@@ -13,7 +14,7 @@ use std::collections::BTreeMap;
 
 use super::ellipsoid::{Meridian, Parallel};
 use super::facet::{Facet, Plane, Spans};
-use super::facets::{Facets, error};
+use super::facets::{Facets, Window, error};
 
 /// What the quick way may be off by, in metres on level ground, with what rounding adds to an error.
 const MARGIN: f64 = 1e-6;
@@ -43,7 +44,7 @@ pub(super) struct Scanned {
     pub(super) largest: f64,
     /// Errors that are larger than allowed.
     pub(super) beyond: BTreeMap<usize, f64>,
-    /// Places where no triangle is met.
+    /// Places where no triangle was found that is met.
     pub(super) unmet: Vec<usize>,
 }
 
@@ -56,34 +57,64 @@ pub(super) struct Limits {
 }
 
 impl Facets {
+    /// Ready for single places of a lattice.
+    pub(super) fn around(&self, lattice: &Lattice<'_>) -> Window<'_> {
+        let ends = |places: &[f64]| match (places.first(), places.last()) {
+            (Some(first), Some(last)) => (first.floor() as i64, last.floor() as i64 + 1 - first.floor() as i64),
+            _ => (0, 0),
+        };
+        let (columns, rows) = (ends(lattice.columns), ends(lattice.rows));
+        self.over((columns.0, rows.0), (columns.1, rows.1))
+    }
+
     /// Finds the errors at a lattice.
     pub(super) fn scan(&self, lattice: &Lattice<'_>, limits: Limits) -> Scanned {
+        let unsettled = if self.is_tiling { Place::Near } else { Place::Unmet };
         let Lattice { columns, rows, .. } = lattice;
         let (Some(ends), Some(row_ends)) = (columns.first().zip(columns.last()), rows.first().zip(rows.last())) else {
             return Scanned::default();
         };
-        let met = vec![false; rows.len() * columns.len()];
-        let mut scan = Scan { lattice, limits, met, found: Scanned::default(), turned: Vec::new() };
+        let places = vec![Place::Unmet; rows.len() * columns.len()];
+        let mut scan = Scan { lattice, limits, unsettled, places, found: Scanned::default(), turned: Vec::new() };
         for facet in &self.all {
             let meets = |(low, high): (f64, f64), (first, last): (&f64, &f64)| low <= *last && high >= *first;
             if meets(facet.bounds[0], ends) && meets(facet.bounds[1], row_ends) {
                 scan.facet(facet);
             }
         }
-        for (row, met) in scan.met.chunks_exact(columns.len()).enumerate() {
+        for (row, places) in scan.places.chunks_exact(columns.len()).enumerate() {
             let first = row * lattice.stride;
             let covers = &lattice.covers[first..first + columns.len()];
-            let is_unmet = |i: &usize| covers[*i] && !met[*i];
-            scan.found.unmet.extend((0..columns.len()).filter(is_unmet).map(|i| first + i));
+            let is_open = |covers: bool, place: Place| covers & (place as u8 <= Place::Open as u8);
+            if places.iter().zip(covers).fold(false, |any, (&place, &covers)| any | is_open(covers, place)) {
+                let open = (0..columns.len()).filter(|&i| is_open(covers[i], places[i]));
+                scan.found.unmet.extend(open.map(|i| first + i));
+            }
         }
         scan.found
     }
 }
 
+/// What is known of a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(u8)]
+enum Place {
+    /// No triangle was found.
+    Unmet,
+    /// One is not met that would count if it goes on beyond its chord.
+    Open,
+    /// Of those that may have it none counts.
+    Near,
+    /// One is met.
+    Met,
+}
+
 struct Scan<'a> {
     lattice: &'a Lattice<'a>,
     limits: Limits,
-    met: Vec<bool>,
+    /// What a place is that a triangle may have which does not count.
+    unsettled: Place,
+    places: Vec<Place>,
     found: Scanned,
     /// x of every column that a triangle may have.
     turned: Vec<f64>,
@@ -150,21 +181,23 @@ impl Scan<'_> {
             let (from, to) = if from < to { (from, to) } else { (left, left) };
             let over = OverRow::new(&plane, &parallels[row], self.limit());
             let heights = &self.lattice.heights[row * stride..];
-            let met = row * columns.len();
-            self.met[met + from..met + to].fill(true);
+            let place = row * columns.len();
+            self.places[place + from..place + to].fill(Place::Met);
+            let excess = |scan: &Scan<'_>, column: usize| over.excess(scan.turned[column - first], heights[column]);
+            let binds = &self.lattice.binds[row * stride..];
             if !over.has_all(&self.turned[from - first..to - first], &heights[from..to]) {
                 for column in from..to {
-                    if self.lattice.binds[row * stride + column] && over.excess(self.turned[column - first], heights[column]) > 0.0 {
+                    if binds[column] && excess(self, column) > 0.0 {
                         self.judge(facet, row, column, false);
                     }
                 }
             }
             for column in (left..from).chain(to..right) {
-                let is_open = || {
-                    self.lattice.binds[row * stride + column]
-                        && !(over.excess(self.turned[column - first], heights[column]) <= 0.0)
-                };
-                if !self.met[met + column] || is_open() {
+                let counts = binds[column] && !(excess(self, column) <= 0.0);
+                let place = self.places[place + column];
+                if !counts && place == Place::Unmet && self.unsettled == Place::Near {
+                    self.places[row * columns.len() + column] = Place::Near;
+                } else if counts || place == Place::Unmet {
                     self.judge(facet, row, column, true);
                 }
             }
@@ -178,13 +211,19 @@ impl Scan<'_> {
         if !covers[i] {
             return;
         }
-        let met = facet.meet(parallels[row].foot(meridians[column]), inside);
-        let at = row * columns.len() + column;
-        // Turned over in space, none is met.
-        self.met[at] = met.is_some() || inside && self.met[at];
-        let Some(found) = met else { return };
-        if binds[i] {
-            self.found.add(i, error(found, heights[i]), self.limits.allowed);
+        let place = &mut self.places[row * columns.len() + column];
+        match facet.meet(parallels[row].foot(meridians[column]), inside) {
+            Some(found) => {
+                *place = Place::Met;
+                if binds[i] {
+                    self.found.add(i, error(found, heights[i]), self.limits.allowed);
+                }
+            }
+            // Turned over in space, none is met.
+            None if !inside || *place != Place::Met => {
+                *place = if self.unsettled == Place::Near { Place::Open } else { Place::Unmet }
+            }
+            None => {}
         }
     }
 }

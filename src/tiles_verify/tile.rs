@@ -74,23 +74,26 @@ impl<'a> Tile<'a> {
         (v == 0 && self.key.y == 0) || (v == LAST && self.key.y == last)
     }
 
-    /// Judges its triangles, lists and header.
-    pub(super) fn judge_shape(&self, findings: &mut Findings) {
+    /// Judges its triangles, lists and header; says whether triangles tile the square.
+    pub(super) fn judge_shape(&self, findings: &mut Findings) -> bool {
         let key = self.key;
         let vertices = &self.decoded.vertices;
         let mut edges = FxHashSet::default();
         edges.reserve(3 * self.decoded.triangles.len());
         let mut area = 0i64;
+        let mut is_tiling = true;
         for t in &self.decoded.triangles {
             let [a, b, c] = t.map(|i| vertices[i as usize].map(i64::from));
             let doubled = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
             if doubled <= 0 {
                 findings.add(Kind::Shape, || format!("tile {key}: triangle {t:?} is turned over or has no area"));
+                is_tiling = false;
             }
             area += doubled;
             for (from, to) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
                 if !edges.insert((from, to)) {
                     findings.add(Kind::Shape, || format!("tile {key}: two triangles on one side of an edge"));
+                    is_tiling = false;
                 }
             }
         }
@@ -104,6 +107,7 @@ impl<'a> Tile<'a> {
                 continue;
             }
             // Triangles with a side on a pole have no area in space, and are left out.
+            is_tiling = false;
             at_pole += u32::from(self.is_on_pole(from) || self.is_on_pole(to));
             // Elsewhere holes are cut, which are judged by themselves.
             if !(self.is_on_pole(from) || self.is_on_pole(to) || self.has_holes) {
@@ -114,9 +118,11 @@ impl<'a> Tile<'a> {
         if area > whole || area != whole && at_pole == 0 && !self.has_holes {
             findings.add(Kind::Shape, || format!("tile {key}: triangles cover {area} of {whole}, doubled"));
         }
+        is_tiling &= area == whole;
         let places: FxHashSet<[u16; 2]> = vertices.iter().map(|v| [v[0], v[1]]).collect();
         if places.len() != vertices.len() {
             findings.add(Kind::Shape, || format!("tile {key}: two vertices at one place"));
+            is_tiling = false;
         }
         let mut border = 0;
         for (side, name) in ["west", "south", "east", "north"].iter().enumerate() {
@@ -138,6 +144,7 @@ impl<'a> Tile<'a> {
             findings.add(Kind::Format, || format!("tile {key}: normals are missing"));
         }
         self.judge_header(findings);
+        is_tiling
     }
 
     fn judge_header(&self, findings: &mut Findings) {
@@ -219,13 +226,13 @@ impl<'a> Tile<'a> {
         &self,
         samples: &Samples,
         block: &mut SampleBlock,
-        limits: Limits,
+        (limits, is_tiling): (Limits, bool),
         findings: &mut Findings,
     ) -> Result<Distance, PyramidError> {
         let cells = self.grid.cells(self.key.level);
         let origin = self.key.origin(self.grid);
         let mut distance = Distance { largest: limits.known, ..Distance::default() };
-        let facets = Facets::of(self);
+        let facets = Facets::of(self, is_tiling);
         let numbers = |first: i64, count: usize| (0..count as i64).map(move |i| (first + i) as f64).collect::<Vec<_>>();
         for ((left, top), (width, height)) in samples.windows(origin, cells, WINDOW) {
             let patch = Patch { column: origin.0 + left, row: origin.1 + top, width, height, step: 1 };
@@ -257,8 +264,8 @@ impl<'a> Tile<'a> {
             for i in std::mem::take(&mut found.unmet) {
                 let (at, height) = ((columns[i % width], rows[i / width]), block.heights[i]);
                 let place = parallels[i / width].foot(meridians[i % width]);
-                let near = || facets.over((left, top), (width as i64, rows.len() as i64));
-                let error = facets.error_unmet(&mut around, near, at, place, height);
+                let near = around.get_or_insert_with(|| facets.around(&lattice));
+                let error = near.error(at, place, height);
                 if block.inside[i] {
                     found.add(i, error, limits.allowed);
                 } else if error == f64::INFINITY {
