@@ -332,8 +332,8 @@ fn differences(made: &BTreeMap<String, String>, found: &BTreeMap<String, String>
 
 /// The place of a tile on a curve through all of its level: bits of its column and row in turns.
 fn along_curve(key: &TileKey) -> u64 {
-    (0..32)
-        .fold(0, |at, bit| at | u64::from(key.x >> bit & 1) << (2 * bit) | u64::from(key.y >> bit & 1) << (2 * bit + 1))
+    let bit_of = |number: u32, bit: u32| u64::from((number >> bit) & 1);
+    (0..32).fold(0, |at, bit| at | (bit_of(key.x, bit) << (2 * bit)) | (bit_of(key.y, bit) << (2 * bit + 1)))
 }
 
 /// Whether a level has such a column and row.

@@ -193,7 +193,8 @@ impl Scan<'_> {
                 }
             }
             for column in (left..from).chain(to..right) {
-                let counts = binds[column] && !(excess(self, column) <= 0.0);
+                let excess = excess(self, column);
+                let counts = binds[column] && (excess.is_nan() || excess > 0.0);
                 let place = self.places[place + column];
                 if !counts && place == Place::Unmet && self.unsettled == Place::Near {
                     self.places[row * columns.len() + column] = Place::Near;
