@@ -49,10 +49,10 @@ impl Meridian {
 /// A circle of one latitude: how far it is from the axis, how high above the equator's plane, and where its normals point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Parallel {
-    reach: f64,
-    rise: f64,
-    cos: f64,
-    sin: f64,
+    pub(super) reach: f64,
+    pub(super) rise: f64,
+    pub(super) cos: f64,
+    pub(super) sin: f64,
 }
 
 impl Parallel {
@@ -60,6 +60,13 @@ impl Parallel {
     pub(super) fn foot(&self, meridian: Meridian) -> (Point, Point) {
         let foot = [self.reach * meridian.cos, self.reach * meridian.sin, self.rise];
         (foot, [self.cos * meridian.cos, self.cos * meridian.sin, self.sin])
+    }
+
+    /// Up, east and north at its point on a meridian.
+    pub(super) fn directions(&self, meridian: Meridian) -> (Point, Point, Point) {
+        let up = [self.cos * meridian.cos, self.cos * meridian.sin, self.sin];
+        let north = [-self.sin * meridian.cos, -self.sin * meridian.sin, self.cos];
+        (up, [-meridian.sin, meridian.cos, 0.0], north)
     }
 
     /// How far a point is from its foot in the plane of a meridian: along the ellipsoid to the north, and along the normal. The point is
@@ -91,6 +98,23 @@ impl Ellipsoid {
         let phi = lat.to_radians();
         let beta = (self.b * phi.sin()).atan2(self.a * phi.cos());
         Parallel { reach: self.a * beta.cos(), rise: self.b * beta.sin(), cos: phi.cos(), sin: phi.sin() }
+    }
+
+    /// What bounds the second derivatives of longitude and latitude, in radians, along straight lines whose points are no nearer than that to the axis, and to the centre
+    /// of curvature of the meridian there; infinite where they may be in either. Of the longitude it is 1 ÷ p², p being the
+    /// distance from the axis. Of the latitude it is (1 + c) ÷ ρ² + 1 ÷ ρp: its gradient is 1 ÷ ρ, ρ the distance from the centre of curvature,
+    /// which changes by cρ at the most, c = 3e² ÷ 2(1 − e²).
+    pub(super) fn bends(&self, from_axis: f64, from_centre: f64) -> [f64; 2] {
+        if from_axis <= 0.0 || from_centre <= 0.0 {
+            return [f64::INFINITY; 2];
+        }
+        let change = 1.5 * (self.a * self.a - self.b * self.b) / (self.b * self.b) * self.a / from_centre;
+        [1.0 / (from_axis * from_axis), (1.0 + change) / (from_centre * from_centre) + 1.0 / (from_centre * from_axis)]
+    }
+
+    /// The least radius of curvature.
+    pub(super) fn least_radius(&self) -> f64 {
+        self.b * self.b / self.a
     }
 
     /// The radius of curvature of a meridian where it crosses a parallel.

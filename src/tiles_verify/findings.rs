@@ -23,6 +23,8 @@ pub(super) enum Kind {
     OwnSamples,
     /// Edges that stray farther than is promised.
     Strays,
+    /// Normals that are not those of the ground.
+    Normals,
     /// Tiles of a level that do not meet.
     Borders,
     /// Gaps between tiles of two levels.

@@ -1,7 +1,9 @@
 //! Holes of a tile over voids of the raster: whether they are as large as they have to be, and where they may be. That every sample which
 //! is in no void has a triangle is judged with its distance ([`super::tile`]).
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
+
+use rustc_hash::FxHashSet;
 
 use super::decode::LAST;
 use super::facets::Facets;
@@ -27,7 +29,7 @@ impl Tile<'_> {
             stands_in_void
                 .push(self.is_any([(column, column), (row, row)], samples, block, |block, _, _| block.is_void[0])?);
         }
-        let facets = Facets::of(self, |_| true);
+        let facets = Facets::of(self, false);
         for (number, triangle) in self.decoded.triangles.iter().enumerate() {
             if !triangle.iter().all(|&i| stands_in_void[i as usize]) {
                 continue;
@@ -54,11 +56,14 @@ impl Tile<'_> {
     }
 
     /// The column, or the row from the north, of the sample that a coordinate stands for.
-    fn sample(&self, coordinate: u16) -> i64 {
-        let cells = self.grid.cells(self.key.level);
-        // Where there are more samples than coordinates, vertices stand at every so many.
-        let apart = (cells / 16384).max(1);
+    pub(super) fn sample(&self, coordinate: u16) -> i64 {
+        let (cells, apart) = (self.grid.cells(self.key.level), self.samples_apart());
         (f64::from(coordinate) / f64::from(LAST) * (cells / apart) as f64).round() as i64 * apart
+    }
+
+    /// How far samples that vertices stand for are from each other, in cells: more than one where there are more samples than coordinates.
+    pub(super) fn samples_apart(&self) -> i64 {
+        (self.grid.cells(self.key.level) / 16384).max(1)
     }
 
     fn degrees(&self, column: i64, row: i64) -> (f64, f64) {
@@ -125,7 +130,7 @@ impl Tile<'_> {
 
     /// Columns and rows between which each hole lies: a hole is around edges that have a triangle on one side only, as far as they meet.
     fn holes(&self) -> Vec<[(i64, i64); 2]> {
-        let edges: HashSet<(u32, u32)> =
+        let edges: FxHashSet<(u32, u32)> =
             self.decoded.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
         let vertices = &self.decoded.vertices;
         let on_side = |a: u32, b: u32| {

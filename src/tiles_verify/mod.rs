@@ -1,15 +1,19 @@
 //! Judges a set of terrain tiles against the raster that it was made from.
 //!
 //! In come the raster and the folder; out comes a [`Verdict`]. `decode` reads files, `ellipsoid` has formulas of its own, `tile`
-//! judges a tile by itself, `holes` where it has none of the ground, `strays` how far its edges are off between samples, `facets` how far its triangles are from heights, `borders` where tiles meet, `manifest` what stands beside
-//! them, `own` how far tiles are from samples of the raster itself. It shares with
+//! judges a tile by itself, `holes` where it has none of the ground, `strays` how far its edges are off between samples, `normals` those of its
+//! vertices, `borders` where tiles meet, `manifest` what stands beside them, `own` how far tiles are from samples of the raster itself, by rows
+//! (`own_rows`) where those lie in some. `facet` is a triangle, `facets` all of a tile, `scan` finds how far they are from heights in rows and columns, `known`
+//! is what threads know together. It shares with
 //! [`crate::pyramid`] which samples the finest grid has and what their heights are, the addresses of tiles, and the form of
 //! `terrabite.json`; nothing of how meshes are made, written or measured.
 //!
 //! **Why that is a proof.** Triangles of a tile have positive area, no side of an edge has two, edges with one are on the border,
-//! and areas add up to the square: so they tile it. The normal at every sample is intersected with all triangles near it; the
+//! and areas add up to the square: so they tile it. The normal at every sample is intersected with all triangles near it, or the sample is so far inside
+//! one that its normal meets it, as `facet` proves; the
 //! largest distance counts, with a bound of rounding added: a coordinate is off by less than 4·10⁻⁹ m, so a height by less
-//! than 2·10⁻⁸ m times the secant of the slope. A sample that no triangle is found for fails, so the search
+//! than 2·10⁻⁸ m times the secant of the slope. What surely is not farther than another sample of its level, and within the error, is not looked at more
+//! closely, so what is reported is the largest of all. A sample that no triangle is found for fails, so the search
 //! for triangles near it need not be trusted. Every sample of the grid is in a tile of the finest level, which is counted.
 //!
 //! **Memory.** The borders of all tiles, 24 bytes a vertex; a tile and a window of samples per thread. `size` reckons beforehand.
@@ -17,15 +21,22 @@
 mod borders;
 mod decode;
 mod ellipsoid;
+mod facet;
 mod facets;
 mod findings;
 #[cfg(test)]
 mod hole_tests;
 mod holes;
+mod known;
 mod manifest;
+#[cfg(test)]
+mod normal_tests;
+mod normals;
 mod own;
+mod own_rows;
 #[cfg(test)]
 mod own_tests;
+mod scan;
 mod size;
 #[cfg(test)]
 mod stray_tests;
@@ -50,7 +61,9 @@ use self::borders::{Borders, Sides};
 use self::decode::Decoded;
 use self::ellipsoid::Ellipsoid;
 use self::findings::{Findings, Kind};
+use self::known::Known;
 use self::own::OwnTask;
+use self::scan::Limits;
 use self::strays::Held;
 use self::tile::{Distance, Tile};
 use crate::base::control::{Control, Stage};
@@ -183,6 +196,8 @@ struct Judged {
     findings: Findings,
     distance: Distance,
     strays: Strays,
+    /// Whether its triangles tile its square.
+    is_tiling: bool,
     triangles: u64,
     step: f64,
     /// How far corners that the raster gives no height are from the height that is promised there.
@@ -215,14 +230,27 @@ fn judge(
     let is_judged = |key: &TileKey| (key.level as usize) < promise.levels.len() && is_on_the_globe(key);
     let keys: Vec<TileKey> = found.iter().copied().filter(is_judged).collect();
     control.progress.begin(Stage::Compare, keys.len() as u64, keys.len() as u64);
+    let task = TileTask {
+        folder: &request.tiles,
+        promise,
+        ellipsoid: &ellipsoid,
+        samples: &samples,
+        known: promise.levels.iter().map(|_| LevelKnown::default()).collect(),
+    };
     let one = |block: &mut SampleBlock, &key: &TileKey| {
         control.cancel.check()?;
-        let judged = judge_tile((&request.tiles, promise), key, &ellipsoid, &samples, block)?;
+        let judged = task.judge(key, block)?;
         control.progress.step(Stage::Compare, 1);
         Ok(judged)
     };
-    let judged: Result<Vec<Judged>, PyramidError> = keys.par_iter().map_init(SampleBlock::default, one).collect();
+    // One after the other they are near each other, and have blocks of samples in common.
+    let mut in_order = keys.clone();
+    in_order.sort_by_cached_key(|key| (key.level, along_curve(key)));
+    let judged: Result<Vec<Judged>, PyramidError> = in_order.par_iter().map_init(SampleBlock::default, one).collect();
     control.progress.end(Stage::Compare);
+    let mut judged = judged?;
+    judged.sort_by_key(|tile| tile.key);
+    let tiling = judged.iter().filter(|tile| tile.is_tiling).map(|tile| tile.key).collect();
     let level = |level: &crate::pyramid::Level| LevelVerdict {
         level: level.level,
         max_error: level.max_error,
@@ -237,7 +265,7 @@ fn judge(
     let (mut steps, mut beside) = (vec![0.0f64; levels.len()], vec![0.0f64; levels.len()]);
     let mut sides = BTreeMap::new();
     let mut owned = vec![0u64; levels.len()];
-    for tile in judged? {
+    for tile in judged {
         findings.merge(tile.findings);
         let number = tile.key.level as usize;
         let level = &mut levels[number];
@@ -267,8 +295,15 @@ fn judge(
         Borders { grid, ellipsoid: &ellipsoid, samples: &samples, levels: &promise.levels, sides, steps, own_samples };
     borders.judge_levels(&mut findings);
     let gaps = borders.judge_gaps(&mut findings)?;
-    let own =
-        OwnTask { request, promise, ellipsoid: &ellipsoid, grid_samples: &samples, tiles: &keys.into_iter().collect() };
+    let own = OwnTask {
+        request,
+        promise,
+        ellipsoid: &ellipsoid,
+        grid_samples: &samples,
+        tiles: &keys.into_iter().collect(),
+        tiling: &tiling,
+        known: promise.levels.iter().map(|_| Known::default()).collect(),
+    };
     levels.iter_mut().zip(own.judge(control)?).for_each(|(level, own)| level.own_samples = own);
     for level in levels.iter().filter(|level| promise.own_samples && level.own_samples.above > 0) {
         let OwnSamples { samples, largest_error, above, .. } = level.own_samples;
@@ -295,6 +330,12 @@ fn differences(made: &BTreeMap<String, String>, found: &BTreeMap<String, String>
     differing.map(|name| format!("{name}: expected {}, found {}", said(made, name), said(found, name))).collect()
 }
 
+/// The place of a tile on a curve through all of its level: bits of its column and row in turns.
+fn along_curve(key: &TileKey) -> u64 {
+    let bit_of = |number: u32, bit: u32| u64::from((number >> bit) & 1);
+    (0..32).fold(0, |at, bit| at | (bit_of(key.x, bit) << (2 * bit)) | (bit_of(key.y, bit) << (2 * bit + 1)))
+}
+
 /// Whether a level has such a column and row.
 fn is_on_the_globe(key: &TileKey) -> bool {
     u64::from(key.x) < 2u64 << key.level && u64::from(key.y) < 1u64 << key.level
@@ -316,38 +357,57 @@ fn judge_files(found: &BTreeSet<TileKey>, levels: u32, findings: &mut Findings) 
     }
 }
 
-fn judge_tile(
-    (folder, promise): (&Path, &Promise),
-    key: TileKey,
-    ellipsoid: &Ellipsoid,
-    samples: &Samples,
-    block: &mut SampleBlock,
-) -> Result<Judged, PyramidError> {
-    let mut findings = Findings::default();
-    let (distance, strays) = (Distance::default(), Strays::default());
-    let decoded = match read(&folder.join(format!("{key}.terrain")), promise.gzip) {
-        Ok(decoded) => decoded,
-        Err(reason) => {
-            findings.add(Kind::Format, || format!("tile {key}: {reason}"));
-            return Ok(Judged { key, findings, distance, strays, triangles: 0, step: 0.0, beside: 0.0, sides: None });
+/// What tiles are judged by.
+struct TileTask<'a> {
+    folder: &'a Path,
+    promise: &'a Promise,
+    ellipsoid: &'a Ellipsoid,
+    samples: &'a Samples,
+    known: Vec<LevelKnown>,
+}
+
+/// The largest that was found of a level so far.
+#[derive(Default)]
+struct LevelKnown {
+    error: Known,
+    strays: strays::KnownStrays,
+}
+
+impl TileTask<'_> {
+    fn judge(&self, key: TileKey, block: &mut SampleBlock) -> Result<Judged, PyramidError> {
+        let TileTask { promise, samples, .. } = *self;
+        let mut findings = Findings::default();
+        let (distance, strays) = (Distance::default(), Strays::default());
+        let decoded = match read(&self.folder.join(format!("{key}.terrain")), promise.gzip) {
+            Ok(decoded) => decoded,
+            Err(reason) => {
+                findings.add(Kind::Format, || format!("tile {key}: {reason}"));
+                let (triangles, step, beside) = (0, 0.0, 0.0);
+                let is_tiling = false;
+                return Ok(Judged { key, findings, distance, strays, is_tiling, triangles, step, beside, sides: None });
+            }
+        };
+        let tile = Tile::new(key, samples.grid, self.ellipsoid, &decoded, promise.void_as);
+        let is_tiling = tile.judge_shape(&mut findings);
+        if tile.has_holes {
+            tile.judge_holes(samples, block, &mut findings)?;
         }
-    };
-    let tile = Tile::new(key, samples.grid, ellipsoid, &decoded, promise.void_as);
-    tile.judge_shape(&mut findings);
-    if tile.has_holes {
-        tile.judge_holes(samples, block, &mut findings)?;
+        tile.judge_normals(samples, promise.own_samples, block, &mut findings)?;
+        if promise.fine_heights {
+            tile.judge_range(&mut findings);
+        }
+        let (level, known) = (&promise.levels[key.level as usize], &self.known[key.level as usize]);
+        let limits = Limits { known: known.error.so_far(), allowed: level.max_error };
+        let distance = tile.distance(samples, block, (limits, is_tiling), &mut findings)?;
+        known.error.raise(distance.largest);
+        let limit = promise.max_stray.map_or(f64::INFINITY, |factor| factor * level.max_error);
+        let held = Held { limit, parts: level.parts, known: &known.strays };
+        let strays = tile.strays(samples, block, held, &mut findings)?;
+        let (triangles, step) = (decoded.triangles.len() as u64, borders::step(&tile));
+        let beside = tile.beside(samples, promise.void_as, block)?;
+        let sides = Some(Sides::of(&decoded));
+        Ok(Judged { key, findings, distance, strays, is_tiling, triangles, step, beside, sides })
     }
-    if promise.fine_heights {
-        tile.judge_range(&mut findings);
-    }
-    let allowed = promise.levels[key.level as usize].max_error;
-    let distance = tile.distance(samples, block, allowed, &mut findings)?;
-    let limit = promise.max_stray.map_or(f64::INFINITY, |factor| factor * allowed);
-    let held = Held { limit, parts: promise.levels[key.level as usize].parts };
-    let strays = tile.strays(samples, block, held, &mut findings)?;
-    let (triangles, step) = (decoded.triangles.len() as u64, borders::step(&tile));
-    let beside = tile.beside(samples, promise.void_as, block)?;
-    Ok(Judged { key, findings, distance, strays, triangles, step, beside, sides: Some(Sides::of(&decoded)) })
 }
 
 /// Reads a tile, compressed or not, as all of a set are: a server says one thing of all of them.

@@ -6,13 +6,17 @@
 //! height outside. The raster is read by windows, whose samples are brought to the ellipsoid once for all levels.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::decode::Decoded;
-use super::ellipsoid::{Ellipsoid, Point, less, times};
+use super::ellipsoid::{Ellipsoid, Point};
 use super::facets::Facets;
+use super::known::Known;
+use super::own_rows::{InRows, OnEllipsoid, ROUNDING};
+use super::scan::{Lattice, Limits};
 use super::tile::Tile;
 use super::{TilesVerifyRequest, read};
 use crate::base::control::{Control, Stage};
@@ -50,6 +54,10 @@ pub(super) struct OwnTask<'a> {
     pub(super) ellipsoid: &'a Ellipsoid,
     pub(super) grid_samples: &'a Samples,
     pub(super) tiles: &'a BTreeSet<TileKey>,
+    /// Those whose triangles tile their square.
+    pub(super) tiling: &'a BTreeSet<TileKey>,
+    /// Of every level, the largest error that was found so far.
+    pub(super) known: Vec<Known>,
 }
 
 /// Samples of the raster that are read at a time, across and down.
@@ -60,10 +68,8 @@ const PATCH: usize = 1 << 20;
 
 /// What a window takes: of each sample what is read, its place, and to which tile it belongs, in a list that grows by doubling; and the samples
 /// of the grid around.
-pub(super) const BYTES_OF_WINDOW: u64 = (WINDOW * WINDOW * (17 + size_of::<Place>() + 2 * 8) + PATCH * 10) as u64;
-
-/// What a place may be off its line of the grid by and count as on it, in cells.
-const ROUNDING: f64 = 1e-6;
+pub(super) const BYTES_OF_WINDOW: u64 =
+    (WINDOW * WINDOW * (17 + 3 * 8 + size_of::<Place>() + 2 * 8) + PATCH * 10) as u64;
 
 /// Samples that are transformed together.
 const RUN: usize = 64;
@@ -133,25 +139,123 @@ impl OwnTask<'_> {
         scratch: &mut Scratch,
         found: &mut [OwnSamples],
     ) -> Result<(), PyramidError> {
-        let mut places = self.places(field, geodesy, window, scratch)?;
-        if !self.keep_inside(&mut places, &mut scratch.around)? {
-            let (left, top) = (window.width.div_ceil(2), window.height.div_ceil(2));
-            for (column, width) in [(0, left), (left, window.width - left)] {
-                for (row, height) in [(0, top), (top, window.height - top)] {
-                    if width > 0 && height > 0 {
-                        let (column, row) = (window.column + column, window.row + row);
-                        let quarter = Window { column, row, width, height };
-                        self.window(field, geodesy, quarter, scratch, found)?;
+        let read = self.read(field, geodesy, window, scratch)?;
+        let is_judged = match InRows::of(&read, window, self.grid_samples, self.ellipsoid) {
+            Some(rows) => self.judge_rows(rows, &mut scratch.around, found)?,
+            None => self.judge_scattered(self.places(&read), &mut scratch.around, found)?,
+        };
+        if is_judged {
+            return Ok(());
+        }
+        let (left, top) = (window.width.div_ceil(2), window.height.div_ceil(2));
+        for (column, width) in [(0, left), (left, window.width - left)] {
+            for (row, height) in [(0, top), (top, window.height - top)] {
+                if width > 0 && height > 0 {
+                    let (column, row) = (window.column + column, window.row + row);
+                    self.window(field, geodesy, Window { column, row, width, height }, scratch, found)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Judges samples in rows, where they are not too many to look at together.
+    fn judge_rows(
+        &self,
+        mut rows: InRows,
+        around: &mut SampleBlock,
+        found: &mut [OwnSamples],
+    ) -> Result<bool, PyramidError> {
+        if !rows.keep_inside(self.grid_samples, around, PATCH)? {
+            return Ok(false);
+        }
+        for (level, found) in (0..).zip(found) {
+            // Ranges of columns and rows that are in one tile.
+            let ranges = |places: &[f64], number: &dyn Fn(f64) -> u32| {
+                let mut first = 0;
+                let chunks = places.chunk_by(|a, b| number(*a) == number(*b));
+                let range = |chunk: &[f64]| {
+                    first += chunk.len();
+                    (number(chunk[0]), first - chunk.len()..first)
+                };
+                chunks.map(range).collect::<Vec<_>>()
+            };
+            let across = ranges(&rows.columns, &|at| self.tile(level, (at, 0.0)).x);
+            for (y, down) in ranges(&rows.rows, &|at| self.tile(level, (0.0, at)).y) {
+                for (x, across) in &across {
+                    let key = TileKey { level, x: *x, y };
+                    if self.tiles.contains(&key) {
+                        self.compare_rows(key, &rows, [across.clone(), down.clone()], found);
                     }
                 }
             }
-            return Ok(());
+        }
+        Ok(true)
+    }
+
+    /// Compares a tile with those in some columns and rows.
+    fn compare_rows(&self, key: TileKey, of: &InRows, [across, down]: [Range<usize>; 2], found: &mut OwnSamples) {
+        let stride = of.columns.len();
+        let first = down.start * stride + across.start;
+        let rows = down.clone().map(|row| &of.counts[row * stride..][across.clone()]);
+        let count: usize = rows.map(|counts| counts.iter().filter(|counts| **counts).count()).sum();
+        // What cannot be decoded has been found already.
+        let file = self.request.tiles.join(format!("{key}.terrain"));
+        let Some(decoded) = (count > 0).then(|| read(&file, self.promise.gzip).ok()).flatten() else { return };
+        let tile = Tile::new(key, self.grid(), self.ellipsoid, &decoded, self.promise.void_as);
+        let facets = Facets::of(&tile, self.tiling.contains(&key));
+        let origin = key.origin(self.grid());
+        let in_tile = |places: &[f64], origin: i64| places.iter().map(|at| at - origin as f64).collect::<Vec<_>>();
+        let columns = in_tile(&of.columns[across.clone()], origin.0);
+        let rows = in_tile(&of.rows[down.clone()], origin.1);
+        let lattice = Lattice {
+            columns: &columns,
+            rows: &rows,
+            meridians: &of.meridians[across.clone()],
+            parallels: &of.parallels[down.clone()],
+            heights: &of.heights[first..],
+            stride,
+            covers: &of.counts[first..],
+            binds: &of.counts[first..],
+        };
+        let known = &self.known[key.level as usize];
+        let allowed = self.promise.levels[key.level as usize].max_error;
+        let mut scanned = facets.scan(&lattice, Limits { known: known.so_far(), allowed });
+        let mut in_hole = 0;
+        let mut around = None;
+        for i in std::mem::take(&mut scanned.unmet) {
+            let (column, row) = (i % stride, i / stride);
+            let (at, height) = ((columns[column], rows[row]), lattice.heights[i]);
+            let place = lattice.parallels[row].foot(lattice.meridians[column]);
+            let near = around.get_or_insert_with(|| facets.around(&lattice));
+            // Between samples of the grid there may be a hole.
+            match near.error_met(at, place, height) {
+                None if tile.has_holes => in_hole += 1,
+                Some(error) => scanned.add(i, error, allowed),
+                None => scanned.add(i, near.error(at, place, height), allowed),
+            }
+        }
+        known.raise(scanned.largest);
+        found.samples += (count - in_hole) as u64;
+        found.largest_error = found.largest_error.max(scanned.largest);
+        found.above += scanned.beyond.len() as u64;
+    }
+
+    /// Judges samples that lie anyhow, where they are not too many to look at together.
+    fn judge_scattered(
+        &self,
+        mut places: Vec<Place>,
+        around: &mut SampleBlock,
+        found: &mut [OwnSamples],
+    ) -> Result<bool, PyramidError> {
+        if !self.keep_inside(&mut places, around)? {
+            return Ok(false);
         }
         for (level, found) in (0..).zip(found) {
             let mut tiles: BTreeMap<TileKey, Vec<&Place>> = BTreeMap::new();
             // One after the other they are in one tile, as a rule.
-            for run in places.chunk_by(|a, b| self.tile(level, a) == self.tile(level, b)) {
-                tiles.entry(self.tile(level, &run[0])).or_default().extend(run);
+            for run in places.chunk_by(|a, b| self.tile(level, a.at) == self.tile(level, b.at)) {
+                tiles.entry(self.tile(level, run[0].at)).or_default().extend(run);
             }
             for (key, places) in tiles.into_iter().filter(|(key, _)| self.tiles.contains(key)) {
                 // What cannot be decoded has been found already.
@@ -160,17 +264,17 @@ impl OwnTask<'_> {
                 found.merge(&self.compare(key, &decoded, &places));
             }
         }
-        Ok(())
+        Ok(true)
     }
 
-    /// The samples of a window that have a height and a place.
-    fn places(
+    /// The samples of a window on the ellipsoid, where they have a height and a place.
+    fn read(
         &self,
         field: &Field,
         geodesy: &Geodesy,
         window: Window,
         scratch: &mut Scratch,
-    ) -> Result<Vec<Place>, PyramidError> {
+    ) -> Result<OnEllipsoid, PyramidError> {
         let Scratch { ways, block, load, .. } = scratch;
         field.load_with(window, block, load)?;
         let ways = match ways {
@@ -180,9 +284,9 @@ impl OwnTask<'_> {
                 ways.insert(geodesy.ways().map_err(wrong)?)
             }
         };
-        let cell = self.grid().cell();
         let transform = field.geo_transform();
-        let mut places = Vec::with_capacity(window.width * window.height);
+        let none = || vec![f64::NAN; window.width * window.height];
+        let mut found = OnEllipsoid { lon: none(), lat: none(), heights: none() };
         let all: Vec<(usize, usize)> = (0..window.height)
             .flat_map(|row| (0..window.width).map(move |column| (column, row)))
             .filter(|&(column, row)| block.validity().is_valid(column as i32, row as i32))
@@ -195,14 +299,25 @@ impl OwnTask<'_> {
             let mut heights: Vec<f64> = run.iter().map(|&(column, row)| block.at(column, row)).collect();
             ways.to_ellipsoidal(&mut x.clone(), &mut y.clone(), &mut heights);
             ways.to_geographic(&mut x, &mut y);
-            for ((lon, lat), height) in x.into_iter().zip(y).zip(heights) {
+            for ((&(column, row), height), (lon, lat)) in run.iter().zip(heights).zip(x.into_iter().zip(y)) {
                 if lon.is_finite() && lat.abs() <= 90.0 && height.is_finite() {
-                    let at = ((lon + 180.0).rem_euclid(360.0) / cell, (90.0 - lat) / cell);
-                    places.push(Place { at, foot: self.ellipsoid.foot(lon, lat), height });
+                    let i = row * window.width + column;
+                    (found.lon[i], found.lat[i], found.heights[i]) = (lon, lat, height);
                 }
             }
         }
-        Ok(places)
+        Ok(found)
+    }
+
+    /// The samples that have a height and a place.
+    fn places(&self, found: &OnEllipsoid) -> Vec<Place> {
+        let cell = self.grid().cell();
+        let all = found.lon.iter().zip(&found.lat).zip(&found.heights).filter(|(_, height)| !height.is_nan());
+        let place = |((&lon, &lat), &height): ((&f64, &f64), &f64)| {
+            let at = ((lon + 180.0).rem_euclid(360.0) / cell, (90.0 - lat) / cell);
+            Place { at, foot: self.ellipsoid.foot(lon, lat), height }
+        };
+        all.map(place).collect()
     }
 
     /// Keeps the places with samples of the grid all around; `false` if those of all are too many to look at together.
@@ -236,39 +351,25 @@ impl OwnTask<'_> {
     }
 
     /// The tile of a level that a place is in.
-    fn tile(&self, level: u32, place: &Place) -> TileKey {
+    fn tile(&self, level: u32, (column, row): (f64, f64)) -> TileKey {
         let cells = self.grid().cells(level) as f64;
         let last = (1u32 << level) - 1;
-        let from_north = ((place.at.1 / cells) as u32).min(last);
-        TileKey { level, x: ((place.at.0 / cells) as u32).min(2 * last + 1), y: last - from_north }
+        let from_north = ((row / cells) as u32).min(last);
+        TileKey { level, x: ((column / cells) as u32).min(2 * last + 1), y: last - from_north }
     }
 
     fn compare(&self, key: TileKey, decoded: &Decoded, places: &[&Place]) -> OwnSamples {
         let tile = Tile::new(key, self.grid(), self.ellipsoid, decoded, self.promise.void_as);
         let (column, row) = key.origin(self.grid());
         let in_tile = |place: &Place| (place.at.0 - column as f64, place.at.1 - row as f64);
-        let mut box_ = [(f64::INFINITY, f64::NEG_INFINITY); 3];
         let mut window = [(f64::INFINITY, f64::NEG_INFINITY); 2];
         let with = |ends: &mut (f64, f64), at: f64| *ends = (ends.0.min(at), ends.1.max(at));
         for place in places {
             let (column, row) = in_tile(place);
             with(&mut window[0], column);
             with(&mut window[1], row);
-            (0..3).for_each(|k| with(&mut box_[k], place.foot.0[k]));
         }
-        // A normal meets a triangle no farther from its foot than the tile is from the ellipsoid, and one beyond a chord at the
-        // border is not farther from that than half of it is long.
-        let high = decoded.minimum.abs().max(decoded.maximum.abs());
-        let is_near = |corners: [Point; 3]| {
-            let [a, b, c] = corners;
-            let edge = |p: Point, q: Point| times(less(p, q), less(p, q)).sqrt();
-            let longest = edge(a, b).max(edge(b, c)).max(edge(c, a));
-            (0..3).all(|k| {
-                let (low, top) = (a[k].min(b[k]).min(c[k]), a[k].max(b[k]).max(c[k]));
-                low - high - longest <= box_[k].1 && top + high + longest >= box_[k].0
-            })
-        };
-        let facets = Facets::of(&tile, is_near);
+        let facets = Facets::of(&tile, false);
         let first = window.map(|ends| ends.0.floor() as i64);
         let size = [0, 1].map(|k| window[k].1.floor() as i64 + 1 - first[k]);
         let window = facets.over((first[0], first[1]), (size[0], size[1]));

@@ -10,13 +10,13 @@
 //! Crossings are those of the edge in space: a column is the plane of a meridian, a row the cone of normals along a parallel. The height
 //! of a crossing is off by less than 10⁻⁶ m, which is [`DOUBT`].
 
-use std::collections::HashSet;
-
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Serialize;
 
 use super::decode::LAST;
-use super::ellipsoid::{Meridian, Parallel, Point, less};
+use super::ellipsoid::{Meridian, Parallel, Point, less, times};
 use super::findings::{Findings, Kind};
+use super::known::Known;
 use super::tile::Tile;
 use crate::pyramid::{Patch, PyramidError, SampleBlock, Samples};
 
@@ -43,21 +43,28 @@ pub struct Strays {
     pub beyond: u64,
 }
 
+/// The largest that were found of a level so far.
+#[derive(Debug, Default)]
+pub(super) struct KnownStrays {
+    largest: Known,
+    left_out: Known,
+}
+
 /// What edges of a tile are held to.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Held {
+pub(super) struct Held<'a> {
     /// How far they may stray, in metres.
     pub(super) limit: f64,
     /// Into how many parts the tile was cut, each way.
     pub(super) parts: u32,
+    pub(super) known: &'a KnownStrays,
 }
 
 /// An edge: its ends in space, and their columns and rows in the tile.
 struct Edge {
     ends: [Point; 2],
     places: [[f64; 2]; 2],
-    /// How far its points may be from the straight line on the grid, in cells, and from the heights of one, in metres: twice as far as in the
-    /// middle.
+    /// How far its points may be from the straight line on the grid, in cells, and from the heights of one, in metres.
     bend: [f64; 2],
     /// The heights of its ends.
     heights: [f64; 2],
@@ -88,32 +95,27 @@ impl Tile<'_> {
         &self,
         samples: &Samples,
         block: &mut SampleBlock,
-        held: Held,
+        held: Held<'_>,
         findings: &mut Findings,
     ) -> Result<Strays, PyramidError> {
         let cells = self.grid.cells(self.key.level);
         let origin = self.key.origin(self.grid);
         let mut edges = self.edges(cells as f64);
-        let mut found = Strays::default();
+        let (largest, largest_left_out) = (held.known.largest.so_far(), held.known.left_out.so_far());
+        let mut found = Strays { largest, largest_left_out, beyond: 0 };
         let part = (cells / i64::from(held.parts.max(1))).max(1);
-        for ((left, top), (width, height)) in samples.windows(origin, cells, WINDOW) {
+        let windows = samples.windows(origin, cells, WINDOW);
+        let numbers: Vec<(i64, i64)> = windows.iter().map(|((left, top), _)| (left / WINDOW, top / WINDOW)).collect();
+        let lists = near_windows(&edges, &numbers);
+        for ((left, top), (width, height)) in windows {
             // Sides between this window and the next are this one's; samples around them are looked at, too.
             let (left, top, across, down) = (left - 1, top - 1, width + 3, height + 3);
             let patch = Patch { column: origin.0 + left, row: origin.1 + top, width: across, height: down, step: 1 };
             if !samples.has_any(patch) {
                 continue;
             }
-            let is_near = |edge: &&mut Edge| {
-                let meets = |k: usize, first: i64, count: usize| {
-                    let [a, b] = edge.places.map(|place| place[k]);
-                    a.min(b) - edge.bend[0] <= (first + count as i64) as f64 && a.max(b) + edge.bend[0] >= first as f64
-                };
-                meets(0, left, across) && meets(1, top, down)
-            };
-            let mut near = edges.iter_mut().filter(is_near).peekable();
-            if near.peek().is_none() {
-                continue;
-            }
+            let number = ((left + 1) / WINDOW, (top + 1) / WINDOW);
+            let Some(near) = lists.get(&number).filter(|near| !near.is_empty()) else { continue };
             samples.read(patch, block)?;
             let meridians = (left..left + across as i64).map(|c| Meridian::of(self.grid.longitude(origin.0 + c)));
             let parallels = (top..top + down as i64).map(|r| self.ellipsoid.parallel(self.grid.latitude(origin.1 + r)));
@@ -122,12 +124,14 @@ impl Tile<'_> {
             let has_rim = block.inside.contains(&false);
             let (first, size) = ([left, top], [across, down]);
             let window = Window { first, size, meridians, parallels, cell, part, has_rim, block };
-            for edge in near {
+            for &edge in near {
                 for axis in [0, 1] {
-                    window.judge(self, edge, axis, held.limit, &mut found);
+                    window.judge(self, &mut edges[edge as usize], axis, held.limit, &mut found);
                 }
             }
         }
+        held.known.largest.raise(found.largest);
+        held.known.left_out.raise(found.largest_left_out);
         for edge in edges.iter().filter(|edge| edge.farthest > held.limit + DOUBT) {
             found.beyond += 1;
             let (key, limit, by) = (self.key, held.limit, edge.farthest);
@@ -153,7 +157,7 @@ impl Tile<'_> {
             let [a, b] = [a, b].map(|i| vertices[i as usize]);
             (0..2).any(|k| a[k] == b[k] && (a[k] == 0 || a[k] == LAST))
         };
-        let mut seen = HashSet::new();
+        let mut seen = FxHashSet::default();
         let sides = self.decoded.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
         let inner = sides.filter(|&(a, b)| !is_on_border(a, b) && seen.insert((a.min(b), a.max(b))));
         let edge = |(a, b): (u32, u32)| {
@@ -163,22 +167,50 @@ impl Tile<'_> {
                 [u * cells / last, (last - v) * cells / last]
             });
             let heights = [a, b].map(|i| self.decoded.height(i as usize));
-            Edge { ends, places, bend: self.bend(ends, places, heights), heights, farthest: 0.0 }
+            Edge { ends, places, bend: self.bend(ends), heights, farthest: 0.0 }
         };
         inner.map(edge).collect()
     }
 
-    /// How far a chord may be from the straight line between its ends on the grid, and from the heights along one.
-    fn bend(&self, [a, b]: [Point; 2], places: [[f64; 2]; 2], heights: [f64; 2]) -> [f64; 2] {
-        let (lon, lat, height) = self.ellipsoid.geodetic([0, 1, 2].map(|k| 0.5 * (a[k] + b[k])));
-        let (column, row) = self.key.origin(self.grid);
-        let cell = self.grid.cell();
-        let columns = (lon - self.grid.longitude(column) + 180.0).rem_euclid(360.0) - 180.0;
-        let at = [columns / cell, (self.grid.latitude(row) - lat) / cell];
-        let off = [0, 1].map(|k| (at[k] - 0.5 * (places[0][k] + places[1][k])).abs());
-        let sag = (height - 0.5 * (heights[0] + heights[1])).abs();
-        [2.0 * off[0].max(off[1]) + 1e-6, 2.0 * sag + DOUBT]
+    /// How far a chord may be from the straight line between its ends on the grid, and from the heights along one: a second derivative
+    /// times an eighth of its length's square.
+    fn bend(&self, [a, b]: [Point; 2]) -> [f64; 2] {
+        let along = less(b, a);
+        let (square, half) = (times(along, along) / 8.0, 0.5 * times(along, along).sqrt());
+        let from_axis = a[0].hypot(a[1]).min(b[0].hypot(b[1])) - half;
+        let from_centre = self.ellipsoid.least_radius() + self.decoded.minimum.min(0.0) - half;
+        let [columns, rows] = self.ellipsoid.bends(from_axis, from_centre);
+        // Farther than the whole tile is as good as anywhere.
+        let most = 4.0 * self.grid.cells(self.key.level) as f64;
+        let cells = (columns.max(rows) * square / self.grid.cell().to_radians()).min(most);
+        let sag = if from_centre > 0.0 { square / from_centre } else { f64::INFINITY };
+        [cells + 1e-6, sag + DOUBT]
     }
+}
+
+/// The edges that may be in each of some windows, or a cell beside it; windows are numbered from the corner of the tile.
+fn near_windows(edges: &[Edge], windows: &[(i64, i64)]) -> FxHashMap<(i64, i64), Vec<u32>> {
+    let mut lists: FxHashMap<(i64, i64), Vec<u32>> = windows.iter().map(|&window| (window, Vec::new())).collect();
+    let ends = |of: fn(&(i64, i64)) -> i64| Some((windows.iter().map(of).min()?, windows.iter().map(of).max()?));
+    let (Some(across), Some(down)) = (ends(|window| window.0), ends(|window| window.1)) else { return lists };
+    for (number, edge) in (0..).zip(edges) {
+        let range = |k: usize, (first, last): (i64, i64)| {
+            let [a, b] = edge.places.map(|place| place[k]);
+            // Windows look at a cell before them and two behind.
+            let low = ((a.min(b) - edge.bend[0] - 3.0) / WINDOW as f64).floor() as i64;
+            let high = ((a.max(b) + edge.bend[0] + 3.0) / WINDOW as f64).floor() as i64;
+            low.max(first)..=high.min(last)
+        };
+        let columns = range(0, across);
+        for row in range(1, down) {
+            for column in columns.clone() {
+                if let Some(list) = lists.get_mut(&(column, row)) {
+                    list.push(number);
+                }
+            }
+        }
+    }
+    lists
 }
 
 /// Samples of a tile, and where they are.

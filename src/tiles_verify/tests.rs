@@ -52,7 +52,7 @@ fn scene() -> (PathBuf, PathBuf) {
 }
 
 /// A copy of the set that may be changed.
-fn copy() -> (TempDir, PathBuf, Vec<PathBuf>) {
+pub(super) fn copy() -> (TempDir, PathBuf, Vec<PathBuf>) {
     let (_, set) = scene();
     let to = folder();
     let (mut folders, mut tiles) = (vec![set.clone()], Vec::new());
@@ -100,7 +100,7 @@ pub(super) fn change(path: &Path, change: impl FnOnce(&mut Vec<u8>)) {
     std::fs::write(path, bytes).expect("written");
 }
 
-fn fails(set: &Path, word: &str) {
+pub(super) fn fails(set: &Path, word: &str) {
     let verdict = verdict(&scene().0, set);
     let said = verdict.failures.join("\n");
     assert!(!verdict.passed && said.contains(word), "expected {word}, found {said}");

@@ -1,13 +1,17 @@
 //! One tile by itself: whether its triangles tile the square, its lists are complete, its header is right, and how far it is
 //! from the samples of the grid.
 
-use std::collections::HashSet;
+use rustc_hash::FxHashSet;
 
 use super::decode::{Decoded, LAST};
 use super::ellipsoid::{Ellipsoid, Meridian, Parallel, Point, less, times};
 use super::facets::Facets;
 use super::findings::{Findings, Kind};
+use super::scan::{Lattice, Limits};
 use crate::pyramid::{Grid, Patch, PyramidError, SampleBlock, Samples, TileKey, VoidAs};
+
+/// Samples that are read at a time, across and down.
+const WINDOW: i64 = 256;
 
 /// A tile that is judged.
 pub(super) struct Tile<'a> {
@@ -70,22 +74,26 @@ impl<'a> Tile<'a> {
         (v == 0 && self.key.y == 0) || (v == LAST && self.key.y == last)
     }
 
-    /// Judges its triangles, lists and header.
-    pub(super) fn judge_shape(&self, findings: &mut Findings) {
+    /// Judges its triangles, lists and header; says whether triangles tile the square.
+    pub(super) fn judge_shape(&self, findings: &mut Findings) -> bool {
         let key = self.key;
         let vertices = &self.decoded.vertices;
-        let mut edges = HashSet::new();
+        let mut edges = FxHashSet::default();
+        edges.reserve(3 * self.decoded.triangles.len());
         let mut area = 0i64;
+        let mut is_tiling = true;
         for t in &self.decoded.triangles {
             let [a, b, c] = t.map(|i| vertices[i as usize].map(i64::from));
             let doubled = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
             if doubled <= 0 {
                 findings.add(Kind::Shape, || format!("tile {key}: triangle {t:?} is turned over or has no area"));
+                is_tiling = false;
             }
             area += doubled;
             for (from, to) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
                 if !edges.insert((from, to)) {
                     findings.add(Kind::Shape, || format!("tile {key}: two triangles on one side of an edge"));
+                    is_tiling = false;
                 }
             }
         }
@@ -99,6 +107,7 @@ impl<'a> Tile<'a> {
                 continue;
             }
             // Triangles with a side on a pole have no area in space, and are left out.
+            is_tiling = false;
             at_pole += u32::from(self.is_on_pole(from) || self.is_on_pole(to));
             // Elsewhere holes are cut, which are judged by themselves.
             if !(self.is_on_pole(from) || self.is_on_pole(to) || self.has_holes) {
@@ -109,14 +118,16 @@ impl<'a> Tile<'a> {
         if area > whole || area != whole && at_pole == 0 && !self.has_holes {
             findings.add(Kind::Shape, || format!("tile {key}: triangles cover {area} of {whole}, doubled"));
         }
-        let places: HashSet<[u16; 2]> = vertices.iter().map(|v| [v[0], v[1]]).collect();
+        is_tiling &= area == whole;
+        let places: FxHashSet<[u16; 2]> = vertices.iter().map(|v| [v[0], v[1]]).collect();
         if places.len() != vertices.len() {
             findings.add(Kind::Shape, || format!("tile {key}: two vertices at one place"));
+            is_tiling = false;
         }
         let mut border = 0;
         for (side, name) in ["west", "south", "east", "north"].iter().enumerate() {
-            let listed: HashSet<u32> = self.decoded.sides[side].iter().copied().collect();
-            let expected: HashSet<u32> = (0..vertices.len() as u32).filter(|&i| is_on(i, side)).collect();
+            let listed: FxHashSet<u32> = self.decoded.sides[side].iter().copied().collect();
+            let expected: FxHashSet<u32> = (0..vertices.len() as u32).filter(|&i| is_on(i, side)).collect();
             border += expected.len();
             if listed != expected || listed.len() != self.decoded.sides[side].len() {
                 findings
@@ -133,6 +144,7 @@ impl<'a> Tile<'a> {
             findings.add(Kind::Format, || format!("tile {key}: normals are missing"));
         }
         self.judge_header(findings);
+        is_tiling
     }
 
     fn judge_header(&self, findings: &mut Findings) {
@@ -193,56 +205,93 @@ impl<'a> Tile<'a> {
         Ok(farthest)
     }
 
-    /// Finds how far it is from the samples of the grid, along the normals.
+    /// How far beyond the edge of a hole a place may be and count as on the triangle there, in metres: a step of the lattice. `None` without
+    /// holes.
+    pub(super) fn beside_hole(&self) -> Option<f64> {
+        self.has_holes.then(|| self.side().to_radians() * self.ellipsoid.a / f64::from(LAST))
+    }
+
+    /// The same in columns and rows beside a triangle, generously.
+    pub(super) fn beside_hole_in_cells(&self, corners: [Point; 3]) -> [f64; 2] {
+        let Some(metres) = self.beside_hole() else { return [0.0; 2] };
+        let cells = self.grid.cells(self.key.level) as f64;
+        let cell = self.grid.cell().to_radians();
+        let least = 1.0 + cells / f64::from(LAST);
+        let from_axis = corners.iter().map(|p| p[0].hypot(p[1])).fold(f64::INFINITY, f64::min);
+        [least.max(2.0 * metres / (from_axis * cell)).min(cells), least]
+    }
+
+    /// Finds how far it is from the samples of the grid, along the normals. One of its level is as far as `known`.
     pub(super) fn distance(
         &self,
         samples: &Samples,
         block: &mut SampleBlock,
-        allowed: f64,
+        (limits, is_tiling): (Limits, bool),
         findings: &mut Findings,
     ) -> Result<Distance, PyramidError> {
         let cells = self.grid.cells(self.key.level);
         let origin = self.key.origin(self.grid);
-        let mut distance = Distance::default();
-        const WINDOW: i64 = 128;
-        let facets = Facets::of(self, |_| true);
+        let mut distance = Distance { largest: limits.known, ..Distance::default() };
+        let facets = Facets::of(self, is_tiling);
+        let numbers = |first: i64, count: usize| (0..count as i64).map(move |i| (first + i) as f64).collect::<Vec<_>>();
         for ((left, top), (width, height)) in samples.windows(origin, cells, WINDOW) {
             let patch = Patch { column: origin.0 + left, row: origin.1 + top, width, height, step: 1 };
             if !samples.has_any(patch) && !self.has_holes {
                 continue;
             }
             samples.read(patch, block)?;
-            let (width, height) = (width as i64, height as i64);
-            let window = facets.over((left, top), (width, height));
-            let lon = |c: i64| self.grid.longitude(origin.0 + c);
-            let lat = |r: i64| self.grid.latitude(origin.1 + r);
-            let meridians: Vec<Meridian> = (left..left + width).map(|c| Meridian::of(lon(c))).collect();
-            let parallels: Vec<Parallel> = (top..top + height).map(|r| self.ellipsoid.parallel(lat(r))).collect();
+            let lon = |i: usize| self.grid.longitude(origin.0 + left + i as i64);
+            let lat = |i: usize| self.grid.latitude(origin.1 + top + i as i64);
+            let meridians: Vec<Meridian> = (0..width).map(|i| Meridian::of(lon(i))).collect();
+            let parallels: Vec<Parallel> = (0..height).map(|i| self.ellipsoid.parallel(lat(i))).collect();
             // Beside holes, ground outside of the raster is looked for, too.
-            let is_judged = |i: usize| block.inside[i] || self.has_holes && !block.is_void[i];
-            for i in (0..block.inside.len()).filter(|&i| is_judged(i)) {
-                let (c, r) = (left + i as i64 % width, top + i as i64 / width);
-                let place = parallels[(r - top) as usize].foot(meridians[(c - left) as usize]);
-                let error = window.error((c as f64, r as f64), place, block.heights[i]);
-                if !block.inside[i] {
-                    if error == f64::INFINITY {
-                        let (key, lon, lat) = (self.key, lon(c), lat(r));
-                        findings.add(Kind::Shape, || {
-                            format!("tile {key}: at {lon}°, {lat}° is a hole where the raster has no void")
-                        });
-                    }
-                    continue;
+            let is_ground = |(inside, is_void): (&bool, &bool)| *inside || !is_void;
+            let ground: Option<Vec<bool>> =
+                self.has_holes.then(|| block.inside.iter().zip(&block.is_void).map(is_ground).collect());
+            let (columns, rows) = (numbers(left, width), numbers(top, height));
+            let lattice = Lattice {
+                columns: &columns,
+                rows: &rows,
+                meridians: &meridians,
+                parallels: &parallels,
+                heights: &block.heights,
+                stride: width,
+                covers: ground.as_ref().unwrap_or(&block.inside),
+                binds: &block.inside,
+            };
+            let mut found = facets.scan(&lattice, Limits { known: distance.largest, ..limits });
+            let mut around = None;
+            for i in std::mem::take(&mut found.unmet) {
+                let (at, height) = ((columns[i % width], rows[i / width]), block.heights[i]);
+                let place = parallels[i / width].foot(meridians[i % width]);
+                let near = around.get_or_insert_with(|| facets.around(&lattice));
+                let error = near.error(at, place, height);
+                if block.inside[i] {
+                    found.add(i, error, limits.allowed);
+                } else if error == f64::INFINITY {
+                    let (key, lon, lat) = (self.key, lon(i % width), lat(i / width));
+                    findings.add(Kind::Shape, || {
+                        format!("tile {key}: at {lon}°, {lat}° is a hole where the raster has no void")
+                    });
                 }
-                distance.samples += 1;
-                distance.owned += u64::from(c < cells && r < cells);
-                distance.largest = distance.largest.max(error);
-                if error.is_nan() || error > allowed {
-                    let key = self.key;
-                    let (lon, lat) = (lon(c), lat(r));
-                    findings.add(Kind::Promise, || {
-                                format!("tile {key}: at {lon}°, {lat}° the surface is {error} m from the sample, allowed are {allowed}")
-                            });
-                }
+            }
+            for (row, inside) in block.inside.chunks_exact(width).enumerate() {
+                let count = |inside: &[bool]| inside.iter().filter(|inside| **inside).count() as u64;
+                let is_last = (left + width as i64 > cells, top + row as i64 >= cells);
+                distance.samples += count(inside);
+                distance.owned += match is_last {
+                    (_, true) => 0,
+                    (is_last, false) => count(&inside[..width - usize::from(is_last)]),
+                };
+            }
+            distance.largest = distance.largest.max(found.largest);
+            for (i, error) in found.beyond {
+                let (key, lon, lat, allowed) = (self.key, lon(i % width), lat(i / width), limits.allowed);
+                findings.add(Kind::Promise, || {
+                    format!(
+                        "tile {key}: at {lon}°, {lat}° the surface is {error} m from the sample, allowed are {allowed}"
+                    )
+                });
             }
         }
         Ok(distance)
