@@ -144,9 +144,12 @@ fn killed_again_and_again() {
 #[test]
 fn killed_when_the_set_is_there() {
     let scene = Scene::new();
-    for (fault, is_kept) in
-        [("output-renamed:1", true), ("chunks-removed:1", true), ("manifest-removed:1", false), ("lock-removed:1", false)]
-    {
+    for (fault, is_kept) in [
+        ("output-renamed:1", true),
+        ("chunks-removed:1", true),
+        ("manifest-removed:1", false),
+        ("lock-removed:1", false),
+    ] {
         scene.is_killed(fault);
         let made = |folder: &Folder| fs::metadata(folder.join("out")).unwrap().ino();
         let before = made(&scene.folder);
