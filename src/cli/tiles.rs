@@ -75,9 +75,9 @@ pub(crate) struct TilesOptions {
     fine_heights: bool,
     /// How far the surface may stray between samples of the grid: where an edge crosses the side between two neighbouring samples of a row or
     /// column it lies between their heights, give or take F × the level's error. F is a number from 1 on, or inf for no limit
-    #[arg(long, hide_short_help = true, value_name = "F", value_parser = values::max_stray, allow_hyphen_values = true,
-        default_value = "1.5", conflicts_with = "own_samples")]
-    max_stray: f64,
+    /// [default: 1.5]. With --own-samples nothing is promised between samples of the grid, and F can only be inf
+    #[arg(long, hide_short_help = true, value_name = "F", value_parser = values::max_stray, allow_hyphen_values = true)]
+    max_stray: Option<f64>,
     /// Keep every level's error at the raster's own samples, too, not only at those of the grid: those beyond it become vertices
     #[arg(long)]
     own_samples: bool,
@@ -170,6 +170,8 @@ impl TilesOptions {
     /// The request that they stand for.
     pub(super) fn request(&self, raster: &Path, output: &Path, common: &CommonArgs) -> Result<TilesRequest, Failure> {
         common.input.asked().check_samples()?;
+        let max_stray = self.max_stray()?;
+        let usual = TilesRequest::new(raster, output, self.max_error);
         Ok(TilesRequest {
             view: common.input.view(),
             max_level: self.max_level,
@@ -179,14 +181,25 @@ impl TilesOptions {
             outside: self.outside,
             void_as: self.void_as.unwrap_or_default(),
             fine_heights: self.fine_heights,
-            max_stray: self.max_stray,
+            max_stray: max_stray.unwrap_or(usual.max_stray),
             own_samples: self.own_samples,
             gzip: self.gzip,
             memory: common.memory,
             threads: common.threads,
             temp_dir: common.temp_dir.clone(),
-            ..TilesRequest::new(raster, output, self.max_error)
+            ..usual
         })
+    }
+
+    /// The limit on straying, if one is asked for, or none.
+    fn max_stray(&self) -> Result<Option<f64>, Failure> {
+        match self.max_stray {
+            Some(factor) if self.own_samples && factor.is_finite() => Err(Failure::usage(format!(
+                "--max-stray {factor} cannot be combined with --own-samples: nothing is promised between samples of the grid then"
+            ))
+            .hint("remove one of the two")),
+            max_stray => Ok(max_stray),
+        }
     }
 }
 

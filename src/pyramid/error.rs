@@ -64,7 +64,8 @@ pub enum PyramidError {
     },
     /// No triangle of the grid is flat enough.
     #[error(
-        "level {level}: triangles of the grid's own size sag under the ellipsoid by more than a quarter of {max_error} m"
+        "level {level}: triangles of the grid's own size sag under the ellipsoid by more than a quarter of {} m",
+        metres(*max_error)
     )]
     Curvature {
         /// The level.
@@ -74,7 +75,9 @@ pub enum PyramidError {
     },
     /// Heights have to be coarser than the tolerance.
     #[error(
-        "tile {tile}: heights of this range can be written in steps of {step} m only, which is too coarse for {max_error} m"
+        "tile {tile}: heights of this range can be written in steps of {} m only, which is too coarse for {} m",
+        metres(*step),
+        metres(*max_error)
     )]
     Step {
         /// The tile.
@@ -86,7 +89,8 @@ pub enum PyramidError {
     },
     /// Rounding, curvature and the ground's steepness leave no mesh.
     #[error(
-        "tile {tile}: found no mesh within {max_error} m on the lattice of 32767 places that the format has{}",
+        "tile {tile}: found no mesh within {} m on the lattice of 32767 places that the format has{}",
+        metres(*max_error),
         worst.map(|worst| worst.to_string()).unwrap_or_default()
     )]
     Unreachable {
@@ -99,8 +103,9 @@ pub enum PyramidError {
     },
     /// Samples of the raster itself are so steep or so near to others that the lattice of the format leaves no mesh.
     #[error(
-        "tile {tile}: found no mesh within {max_error} m of the raster's own samples on the lattice of 32767 places that the format has: {count} or \
-         more stay beyond, the worst {error:.2} m off at {lon:.6}°, {lat:.6}°"
+        "tile {tile}: found no mesh within {within} m of the raster's own samples on the lattice of 32767 places that the format has: {count} or \
+         more stay beyond, the worst {error:.2} m off at {lon:.6}°, {lat:.6}°",
+        within = metres(*max_error)
     )]
     OwnSamples {
         /// The tile.
@@ -220,6 +225,11 @@ impl std::fmt::Display for Worst {
     }
 }
 
+/// A length as reports have it, to the millimetre, without zeros at its end.
+fn metres(length: f64) -> String {
+    format!("{length:.3}").trim_end_matches('0').trim_end_matches('.').to_string()
+}
+
 /// The first of some tiles.
 fn first(tiles: &[TileKey]) -> String {
     const MOST: usize = 5;
@@ -249,5 +259,17 @@ impl PyramidError {
                 | PyramidError::Vertices { .. }
                 | PyramidError::Damaged { .. }
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_are_rounded_in_messages() {
+        assert_eq!([1.0, 0.001, 1204.1771840618535, 20.0, 9.25].map(metres), ["1", "0.001", "1204.177", "20", "9.25"]);
+        let level = PyramidError::Curvature { level: 3, max_error: 1204.1771840618535 };
+        assert!(level.to_string().ends_with(" of 1204.177 m"), "{level}");
     }
 }

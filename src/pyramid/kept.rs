@@ -15,11 +15,12 @@ use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use super::TilesRequest;
 use super::error::PyramidError;
 use super::grid::{Grid, Level, MAX_PARTS, TileKey};
 use super::ground::Facts;
 use super::own::OwnStore;
-use super::report::LevelReport;
+use super::report::{LevelReport, TilesReport};
 use super::samples::Samples;
 use super::store::Store;
 use crate::base::control::Control;
@@ -256,6 +257,19 @@ impl Kept {
             PrivateFile::create(path)?.commit(b"", || {})
         };
         write().map_err(failed(path))
+    }
+
+    /// Keeps what is to be told of a set that is about to take its name.
+    pub(super) fn keep_report(&self, report: &TilesReport) -> Result<(), PyramidError> {
+        let bytes = serde_json::to_vec(report).map_err(|e| failed(self.dir.path())(e.into()))?;
+        self.dir.keep_report(&bytes).map_err(failed(self.dir.path()))
+    }
+
+    /// What was kept so by a run that was killed afterwards: its set is there, and made from the same samples. Whoever keeps the work dir has it written
+    /// anew from there.
+    pub(super) fn report_of(&self, request: &TilesRequest) -> Option<TilesReport> {
+        let kept = self.dir.report_of(&request.output).filter(|_| !request.keep_work_dir);
+        kept.and_then(|bytes| serde_json::from_slice(&bytes).ok())
     }
 
     /// The job is done: it goes.

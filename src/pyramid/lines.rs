@@ -189,11 +189,13 @@ impl Sides {
 }
 
 /// A side whose links fall to the height outside a cell beyond the raster, where they would begin so steeply at its last sample that
-/// rounding the place of its vertex would cost too much. Its ends stay.
+/// rounding the place of its vertex would cost too much. Its ends stay. So does a link that passes samples of the raster farther on: it is within the tolerance
+/// there as it is.
 fn continued(along: Along, mut side: Vec<OnSide>, inside: &[bool], tolerance: f64) -> Vec<OnSide> {
     /// The share of the tolerance that a step of the lattice may cost.
     const SHARE: f64 = 0.125;
     let step = along.tile_cells as f64 / SPAN as f64;
+    let passes_raster = |a: i64, b: i64| inside[a.min(b) as usize + 1..a.max(b) as usize].contains(&true);
     let mut further = Vec::new();
     for at in 0..side.len() {
         let OnSide { at: from, height, .. } = side[at];
@@ -204,6 +206,10 @@ fn continued(along: Along, mut side: Vec<OnSide>, inside: &[bool], tolerance: f6
             let Some(&next) = side.get(other) else { continue };
             let steepness = (next.height - height).abs() / (next.at - from).abs() as f64;
             if !inside[from as usize] || inside[(from + towards) as usize] || steepness * step <= SHARE * tolerance {
+                continue;
+            }
+            let beyond = side.get(other.wrapping_add_signed(towards as isize)).filter(|_| next.at == from + towards);
+            if passes_raster(from, next.at) || beyond.is_some_and(|beyond| passes_raster(next.at, beyond.at)) {
                 continue;
             }
             if next.at != from + towards {
@@ -281,6 +287,28 @@ mod tests {
         assert_eq!(found(1.0), [(0, 0.0), (3, 1.0), (5, 1.0), (6, 0.0), (8, 0.0)]);
         let steep = 5_000.0;
         assert_eq!(found(steep), [(0, 0.0), (2, steep), (3, steep), (5, steep), (6, steep), (8, 0.0)]);
+    }
+
+    /// Ground that goes on beyond a gap, at a slope that a step of the lattice costs more than its share on: were the link to begin a cell
+    /// farther on, it would miss the sample that it passes.
+    #[test]
+    fn sides_keep_to_the_raster_beyond_a_gap() {
+        let line = Line { column: 0, row: 0, length: 8, down: false };
+        let body = Body { semi_major: 6e6, semi_minor: 6e6 };
+        let fall = Fall { body, grid: Grid { exponent: 7 }, top: 0, cells: 8 };
+        let along = Along { line, first: 0, tile_cells: 128, fall };
+        let inside = [true, true, true, true, false, false, true, true, true];
+        let side = |heights: [(i64, f64); 4]| heights.map(|(at, height)| along.sample(at, height, 0)).to_vec();
+        let over_gap = side([(0, 400.0), (3, 182.0), (7, 100.0), (8, 80.0)]);
+        assert_eq!(continued(along, over_gap.clone(), &inside, 0.5), over_gap);
+        // The same where the gap has a vertex.
+        let in_gap = side([(0, 400.0), (3, 182.0), (4, 161.5), (7, 100.0)]);
+        assert_eq!(continued(along, in_gap.clone(), &inside, 0.5), in_gap);
+        // Nothing is passed here.
+        let to_end_of_gap = side([(0, 400.0), (3, 182.0), (6, 100.0), (8, 80.0)]);
+        let found: Vec<(i64, f64)> =
+            continued(along, to_end_of_gap, &inside, 0.5).iter().map(|v| (v.at, v.height)).collect();
+        assert_eq!(found, [(0, 400.0), (3, 182.0), (4, 182.0), (5, 100.0), (6, 100.0), (8, 80.0)]);
     }
 
     #[test]

@@ -45,6 +45,9 @@ fn make_of(
         return Making::new(request, &ground, None, memory, control).set(Some(prepared), started);
     };
     let kept = Kept::open(dir, &prepared.job(request)?)?;
+    if let Some(report) = kept.report_of(request) {
+        return ended(kept, Ok(report), request, control);
+    }
     let overwrite = request.overwrite || kept.dir().has_committed(&request.output);
     let made = write::check(&request.output, overwrite)
         .and_then(|()| Ground::kept(&kept, prepared, request, control))
@@ -133,13 +136,25 @@ impl<'a> Making<'a> {
         self.manifests(&staged, levels)?;
         self.control.cancel.check()?;
         prepared.map_or(Ok(()), Prepared::must_be_unchanged)?;
+        let report = || self.report(&reports, prepared, grid_done, started);
+        self.kept.map_or(Ok(()), |kept| kept.keep_report(&report()))?;
         let committing = || self.kept.map_or(Ok(()), |kept| kept.dir().committing());
         staged.commit(overwrite, &committing)?;
+        Ok(report())
+    }
+
+    fn report(
+        &self,
+        levels: &[LevelReport],
+        prepared: Option<&Prepared>,
+        seconds_resampling: f64,
+        started: Instant,
+    ) -> TilesReport {
         let (facts, samples) = (&self.ground.facts, &self.ground.samples);
         let decoded = prepared.map_or(0, |prepared| prepared.source.field.decoded_bytes());
-        Ok(TilesReport {
+        TilesReport {
             schema: SCHEMA,
-            output: output.clone(),
+            output: self.request.output.clone(),
             crs: facts.crs.clone(),
             vertical_crs: facts.vertical.clone(),
             grid_exponent: samples.grid.exponent,
@@ -149,10 +164,10 @@ impl<'a> Making<'a> {
             peak_memory_bytes: peak_memory(),
             temporary_bytes: samples.store.bytes() + samples.own.as_ref().map_or(0, |own| own.bytes()) + decoded,
             tiles_found: self.found(),
-            levels: reports,
-            seconds_resampling: grid_done,
+            levels: levels.to_vec(),
+            seconds_resampling,
             seconds: started.elapsed().as_secs_f64(),
-        })
+        }
     }
 
     /// How many tiles were there.

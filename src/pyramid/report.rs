@@ -67,7 +67,7 @@ impl LevelReport {
 }
 
 /// What came of making tiles.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TilesReport {
     /// The version of this report.
     pub schema: u32,

@@ -149,6 +149,9 @@ pub fn merge_tiles(request: &TilesRequest, control: &Control<'_>) -> Result<Tile
     let (started, dir) = (Instant::now(), dir(request)?);
     check_output(request)?;
     let kept = Kept::open_laid_out(dir)?;
+    if let Some(report) = kept.report_of(request) {
+        return ended(kept, Ok(report), request, control);
+    }
     let made = Ground::laid_out(&kept, request).and_then(|ground| {
         let memory = &Memory::to_merge(&ground, request)?;
         memory.install(|| Making::new(request, &ground, Some(&kept), memory, control).set(None, started))

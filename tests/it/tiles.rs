@@ -48,6 +48,10 @@ fn what_cannot_be_done_is_said_with_the_way_out() {
     terrabite(grid).fails(1, &["dem.tif", "us_nga_egm08_25.tif", "projinfo -s \"EPSG:4326+3855\"", "--vertical-crs"]);
     terrabite(["tiles", &dem, &out, "--max-error", "0"]).fails(2, &["--max-error", "0.001"]);
     terrabite(["tiles", &dem, &out, "--max-error", "100", "--max-level", "20"]).fails(1, &["--max-level"]);
+    let strays = |factor| ["tiles", &dem, &out, "--max-error", "1000", "--own-samples", "--max-stray", factor];
+    terrabite(strays("1.5")).fails(2, &["--max-stray 1.5 cannot be combined with --own-samples", "remove"]);
+    terrabite(strays("inf")).succeeds();
+    std::fs::remove_dir_all(&out).unwrap();
     terrabite(["tiles-verify", &dem, folder.path().to_str().expect("a path")]).fails(1, &["terrabite.json"]);
     let infinite = |c, r| if (c, r) == (7, 5) { f64::INFINITY } else { 3.0 };
     let place = [8.0, 0.005, 0.0, 46.5, 0.0, -0.005];

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
@@ -93,6 +94,10 @@ impl Scene {
         run.json()["tiles_found"].as_u64().unwrap()
     }
 
+    fn levels(&self) -> usize {
+        fs::read_dir(self.out()).unwrap().filter(|entry| entry.as_ref().unwrap().path().is_dir()).count()
+    }
+
     fn tiles(&self) -> u64 {
         self.expected.keys().filter(|path| path.extension().is_some_and(|e| e == "terrain")).count() as u64
     }
@@ -115,7 +120,6 @@ fn killed_again_and_again() {
         "chunk-renamed:2",
         "output-written:1",
         "output-renamed:1",
-        "output-written:1",
         "chunks-removed:1",
         "manifest-removed:1",
     ] {
@@ -133,6 +137,33 @@ fn killed_again_and_again() {
     fs::write(chunk("0/0/0"), &bytes[..bytes.len() - 9]).unwrap();
     fs::write(chunk("0/1/0"), bytes).unwrap();
     assert_eq!(scene.completes(), 2);
+}
+
+/// A set that has its name is known as the job's own, however little of the work dir is left. While it is known that it has the samples of the
+/// raster, it is not made again.
+#[test]
+fn killed_when_the_set_is_there() {
+    let scene = Scene::new();
+    for (fault, is_kept) in [
+        ("output-renamed:1", true),
+        ("chunks-removed:1", true),
+        ("manifest-removed:1", false),
+        ("lock-removed:1", false),
+    ] {
+        scene.is_killed(fault);
+        let made = |folder: &Folder| fs::metadata(folder.join("out")).unwrap().ino();
+        let before = made(&scene.folder);
+        let run = scene.run(&[]).succeeds();
+        assert_eq!(made(&scene.folder) == before, is_kept, "{fault}");
+        assert_eq!(run.json()["levels"].as_array().unwrap().len(), scene.levels(), "{fault}");
+        scene.is_made();
+        fs::remove_dir_all(scene.out()).unwrap();
+    }
+    // Others are not.
+    scene.is_killed("chunks-removed:1");
+    scene.run(&["--max-error", "1000"]).fails(1, &["another job", "--work-dir"]);
+    fs::remove_dir_all(scene.out()).unwrap();
+    assert_eq!(scene.completes(), 0);
 }
 
 /// An earlier set changes places with the new one, and is there until then.

@@ -36,7 +36,7 @@ pub(crate) struct Holdings {
 }
 
 /// How a process fits into a budget.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Fitted {
     /// The budget.
     pub budget_bytes: u64,

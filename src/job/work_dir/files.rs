@@ -1,12 +1,16 @@
 //! Work dirs of jobs whose finished parts are files that the job names itself, in the folder for chunks.
 
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use super::manifest::Manifest;
 use super::{CHUNKS, PlannedCommand, WorkDir, WorkDirError, failed, lock, remove_leftovers, staged_output};
 use crate::base::durable;
+use crate::base::private_file::PrivateFile;
 use crate::base::warning::{Warning, WarningCode};
+
+/// What is to be told of an output that has taken its name.
+pub(super) const REPORT: &str = "report";
 
 impl WorkDir {
     /// The folder of finished parts, made if it is missing. It goes with the work dir; where it is empty, nothing has begun.
@@ -25,6 +29,23 @@ impl WorkDir {
     /// A number for everything that decides finished parts: it ties them to their job.
     pub fn stamp(&self) -> u32 {
         self.manifest.stamp()
+    }
+
+    /// Keeps what is to be told of the output once it has its name: a run that is killed then does not come to tell.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn keep_report(&self, report: &[u8]) -> io::Result<()> {
+        let bytes = [&self.stamp().to_le_bytes(), report].concat();
+        PrivateFile::create(&self.dir.join(REPORT))?.commit(&bytes, || {})
+    }
+
+    /// What was kept so of an output that has its name; `None` where it is not there, or may be of other samples.
+    pub fn report_of(&self, output: &Path) -> Option<Vec<u8>> {
+        let bytes = std::fs::read(self.dir.join(REPORT)).ok()?;
+        let (stamp, report) = bytes.split_first_chunk()?;
+        let is_its = *stamp == self.stamp().to_le_bytes() && self.same_samples && self.has_committed(output);
+        is_its.then(|| report.to_vec())
     }
 
     /// Ends the job, as [`WorkDir::finish`] does. The output is there whatever comes of this, so it is a warning and no failure.

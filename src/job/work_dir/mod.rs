@@ -136,6 +136,8 @@ impl WorkDir {
             Some(kept) => continued(&dir, job, &wanted, kept)?,
             None => {
                 must_be_empty(&dir)?;
+                // Of which samples it tells is not known any more.
+                durable::remove_if_there(&dir.join(files::REPORT)).map_err(failed(&dir))?;
                 wanted.write(&dir).map_err(failed(&path))?;
                 (wanted, true)
             }
@@ -307,9 +309,10 @@ impl WorkDir {
         self.remove_notes(&lock).map_err(failed(&self.dir))
     }
 
-    /// Removes everything but chunks. The lock is the last to go, so that whoever comes meanwhile is refused.
+    /// Removes everything but chunks. Whoever comes before the lock goes is refused. Where the output is is known to the last: it is there, and
+    /// a run that is killed here has to be done with by the next.
     fn remove_notes(&self, lock: &Lock) -> io::Result<()> {
-        let [manifest, others @ ..] = notes(&self.dir);
+        let [manifest, others @ .., staged] = notes(&self.dir);
         durable::remove_if_there(&manifest)?;
         faults::reach(Point::ManifestRemoved);
         others.iter().try_for_each(|note| durable::remove_if_there(note))?;
@@ -319,6 +322,7 @@ impl WorkDir {
         }
         durable::remove_if_there(&self.dir.join(lock::NAME))?;
         faults::reach(Point::LockRemoved);
+        durable::remove_if_there(&staged)?;
         if !lock.made_folder {
             return Ok(());
         }
@@ -371,10 +375,10 @@ fn make(dir: &Path) -> Result<bool, WorkDirError> {
 }
 
 /// The files in a work dir that are written more than once, or that a kill may leave unfinished.
-fn notes(dir: &Path) -> [PathBuf; 6] {
-    let names = [staged_output::NAME, layout::COMMAND, layout::AGAIN, layout::TRIAL, trials::TRIALS];
-    let [staged, command, again, trial, trials] = names.map(|name| dir.join(name));
-    [Manifest::path(dir), staged, command, again, trial, trials]
+fn notes(dir: &Path) -> [PathBuf; 7] {
+    let names = [layout::COMMAND, layout::AGAIN, layout::TRIAL, trials::TRIALS, files::REPORT, staged_output::NAME];
+    let [command, again, trial, trials, report, staged] = names.map(|name| dir.join(name));
+    [Manifest::path(dir), command, again, trial, trials, report, staged]
 }
 
 /// What was kept for a job that continues it, and whether the samples are known to be the same.
