@@ -186,8 +186,8 @@ impl Scan<'_> {
             let excess = |scan: &Scan<'_>, column: usize| over.excess(scan.turned[column - first], heights[column]);
             let binds = &self.lattice.binds[row * stride..];
             if !over.has_all(&self.turned[from - first..to - first], &heights[from..to]) {
-                for column in from..to {
-                    if binds[column] && excess(self, column) > 0.0 {
+                for column in (from..to).filter(|&column| binds[column]) {
+                    if excess(self, column) > 0.0 {
                         self.judge(facet, row, column, false);
                     }
                 }
