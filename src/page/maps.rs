@@ -263,7 +263,7 @@ fn legend(
 /// The raster in grey, lit from the upper left; nothing where there is no height.
 fn hillshade(survey: &Survey) -> String {
     let map = &survey.map;
-    let height = |at: usize| f64::from(map.cells[at].height);
+    let height = |at: usize| map.cells[at].height;
     let at = |column: usize, row: usize| height(row * map.size.0 + column);
     let rise = |before: f64, here: f64, after: f64| match (before.is_nan(), after.is_nan()) {
         (false, false) => (after - before) / 2.0,

@@ -15,7 +15,7 @@ use crate::pyramid::{Patch, PyramidError, SampleBlock, Samples};
 const REACH: i64 = 128;
 
 /// How far a byte may be from what it rounds, in steps: half of one, and what doubles are off by.
-const ROUNDED: f64 = 0.5 + 1e-3;
+const ROUNDED: f64 = 0.5 + 1e-6;
 
 /// What is as near to a plane through two axes, in shares of a direction, may be on either side.
 const ON_PLANE: f64 = 1e-9;

@@ -244,6 +244,9 @@ fn lists_and_headers_are_judged() {
         fails(&set, "found NaN");
     }
     let (_keep, set, tiles) = copy();
+    change(tiles.last().expect("tiles"), |bytes| bytes[24..28].copy_from_slice(&(-3.3e6f32).to_le_bytes()));
+    fails(&set, "its least height is -3300000 m, expected none below -3178376.1571");
+    let (_keep, set, tiles) = copy();
     change(tiles.last().expect("tiles"), |bytes| bytes.truncate(200));
     fails(&set, "found the end");
 }

@@ -149,6 +149,15 @@ impl<'a> Tile<'a> {
 
     fn judge_header(&self, findings: &mut Findings) {
         let key = self.key;
+        // Nearer to the centre it is not sure which normals meet a triangle.
+        let (least, deepest) = (self.decoded.minimum, -0.5 * self.ellipsoid.b);
+        if least < deepest {
+            findings.add(Kind::Header, || {
+                format!(
+                    "tile {key}: its least height is {least} m, expected none below {deepest} m, half way to the centre"
+                )
+            });
+        }
         let (centre, radius) = self.decoded.sphere;
         let farthest = self.points.iter().map(|p| times(less(*p, centre), less(*p, centre)).sqrt()).fold(0.0, f64::max);
         if farthest > radius || radius > 2.0 * farthest + 1.0 {

@@ -17,7 +17,7 @@ pub struct MapCell {
     /// The largest error.
     pub max: f32,
     /// The mean of the heights; NaN where there is none.
-    pub height: f32,
+    pub height: f64,
 }
 
 /// What the samples of a square come to, or of some of its rows.
@@ -33,7 +33,7 @@ pub(super) struct Square {
     pub(super) sum: f64,
 }
 
-/// A raster in squares, row by row. Memory: 24 bytes for each of at most 512 × 512 squares, whatever the raster.
+/// A raster in squares, row by row. Memory: 32 bytes for each of at most 512 × 512 squares, whatever the raster.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapGrid {
     /// Samples of the raster, across and down.
@@ -58,7 +58,7 @@ impl Square {
 
     fn cell(&self) -> MapCell {
         let Square { measured, near, above, max, .. } = *self;
-        MapCell { measured, near, above, faces: 0, max, height: (self.sum / f64::from(self.heights)) as f32 }
+        MapCell { measured, near, above, faces: 0, max, height: self.sum / f64::from(self.heights) }
     }
 }
 
@@ -87,5 +87,18 @@ impl MapGrid {
     pub fn area(&self, column: usize, row: usize) -> usize {
         let along = |at: usize, all: usize| self.side.min(all - at * self.side);
         along(column, self.samples.0) * along(row, self.samples.1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_of_heights_keep_a_small_relief_far_from_0() {
+        let square = |height: f64| Square { measured: 4, heights: 4, sum: 4.0 * height, ..Square::default() };
+        let mut map = MapGrid::new((4, 2));
+        map.push(&[square(1e9), square(1e9 + 1e-3)]);
+        assert!((map.cells[1].height - map.cells[0].height - 1e-3).abs() < 1e-6);
     }
 }

@@ -115,7 +115,7 @@ impl Told {
         for (found, expected) in survey.map.cells.iter().zip(&cells) {
             let Square { measured, heights, near, above, max, sum } = *expected;
             let height = sum / f64::from(heights);
-            assert!((f64::from(found.height) - height).abs() <= 1e-6 || height.is_nan(), "{found:?} {expected:?}");
+            assert!((found.height - height).abs() <= 1e-6 || height.is_nan(), "{found:?} {expected:?}");
             assert_eq!(found.height.is_nan(), height.is_nan());
             assert_eq!(
                 MapCell { height: 0.0, ..*found },
