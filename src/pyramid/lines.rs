@@ -269,12 +269,16 @@ mod tests {
     use super::super::{Body, Grid, fall::Fall};
     use super::*;
 
-    #[test]
-    fn sides_fall_a_cell_beyond_the_raster_where_that_is_steep() {
+    /// A side of 8 cells of a tile with so many.
+    fn along(tile_cells: i64) -> Along {
         let line = Line { column: 0, row: 0, length: 8, down: false };
         let body = Body { semi_major: 6e6, semi_minor: 6e6 };
-        let fall = Fall { body, grid: Grid { exponent: 7 }, top: 0, cells: 8 };
-        let along = Along { line, first: 0, tile_cells: 8, fall };
+        Along { line, first: 0, tile_cells, fall: Fall { body, grid: Grid { exponent: 7 }, top: 0, cells: 8 } }
+    }
+
+    #[test]
+    fn sides_fall_a_cell_beyond_the_raster_where_that_is_steep() {
+        let along = along(8);
         let inside = [false, false, false, true, true, true, false, false, false];
         let side = |height: f64| {
             let heights = [(0, 0.0), (3, height), (5, height), (6, 0.0), (8, 0.0)];
@@ -293,10 +297,7 @@ mod tests {
     /// farther on, it would miss the sample that it passes.
     #[test]
     fn sides_keep_to_the_raster_beyond_a_gap() {
-        let line = Line { column: 0, row: 0, length: 8, down: false };
-        let body = Body { semi_major: 6e6, semi_minor: 6e6 };
-        let fall = Fall { body, grid: Grid { exponent: 7 }, top: 0, cells: 8 };
-        let along = Along { line, first: 0, tile_cells: 128, fall };
+        let along = along(128);
         let inside = [true, true, true, true, false, false, true, true, true];
         let side = |heights: [(i64, f64); 4]| heights.map(|(at, height)| along.sample(at, height, 0)).to_vec();
         let over_gap = side([(0, 400.0), (3, 182.0), (7, 100.0), (8, 80.0)]);
@@ -313,11 +314,8 @@ mod tests {
 
     #[test]
     fn beside_an_end_that_stays_a_vertex_is_rounded_towards_it() {
-        let line = Line { column: 0, row: 0, length: 8, down: false };
-        let body = Body { semi_major: 6e6, semi_minor: 6e6 };
-        let fall = Fall { body, grid: Grid { exponent: 7 }, top: 0, cells: 8 };
         for (first, at, end, place) in [(96, 7, 8, 26368), (32, 1, 0, 8447)] {
-            let along = Along { line, first, tile_cells: 128, fall };
+            let along = Along { first, ..along(128) };
             let inside: Vec<bool> = (0..=8).map(|i| i == at).collect();
             let height = |i: i64| if i == at { 5_000.0 } else { 0.0 };
             let side = [0, at, 8].map(|i| along.sample(i, height(i), along.away(&inside, i))).to_vec();
