@@ -4,7 +4,7 @@ mod coarse;
 mod places;
 
 use self::places::Places;
-use super::angles::Sharpest;
+use super::angles::{Angles, Sharpest};
 use super::energy::Meter;
 use super::fitting::{Fitting, near_surface};
 use super::judge::Judge;
@@ -46,7 +46,9 @@ pub(super) struct Fan {
     places: Places,
     /// What witnesses say of one place, by triangles.
     parts: Vec<f32>,
+    /// How sharp triangles may be, once that has been asked for, as it seldom is; until then the first apex and the floor tell.
     sharpest: Sharpest,
+    unasked: Option<(Vertex, Angles)>,
 }
 
 /// Where to look for a better place on samples, and what it must offer.
@@ -93,15 +95,16 @@ impl RingEdge {
 }
 
 impl Fan {
-    /// Takes a ring, how the triangles to the apex that it has now fit, and how sharp others may be. Where there is one
+    /// Takes a ring, the apex that it has now, how the triangles to that fit, and how sharp others may be. Where there is one
     /// triangle less than there are vertices the ring is open.
     pub(super) fn reset(
         &mut self,
         ring: impl Iterator<Item = Vertex>,
+        apex: Vertex,
         fits: impl Iterator<Item = Fit>,
-        sharpest: Sharpest,
+        angles: Angles,
     ) {
-        self.sharpest = sharpest;
+        self.unasked = Some((apex, angles));
         self.ring.vertices.clear();
         self.ring.vertices.extend(ring);
         self.fits.clear();
@@ -236,9 +239,17 @@ impl Fan {
     }
 
     /// Whether no triangle to a place inside the ring is too sharp.
-    fn is_blunt_at(&self, place: Point) -> bool {
+    fn is_blunt_at(&mut self, place: Point) -> bool {
+        let sharpest = self.sharpest();
         let apex = Vertex { at: place, height: 0.0 };
-        self.sharpest.allows_any() || (0..self.ring.triangles()).all(|i| self.sharpest.allows(self.triangle(apex, i)))
+        sharpest.allows_any() || (0..self.ring.triangles()).all(|i| sharpest.allows(self.triangle(apex, i)))
+    }
+
+    fn sharpest(&mut self) -> Sharpest {
+        if let Some((apex, angles)) = self.unasked.take() {
+            self.sharpest = angles.bound((0..self.ring.triangles()).map(|i| self.triangle(apex, i)));
+        }
+        self.sharpest
     }
 
     /// Whether the energy is below `limit` at one of the places, no triangle farther than `farthest`, and none too sharp: then the fits are

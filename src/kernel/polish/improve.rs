@@ -125,8 +125,7 @@ impl Improver {
         let Improver { hole, fan } = self;
         let centre = net.vertex(v);
         let fits = hole.triangles.iter().map(|&t| net.triangles[t as usize].fit);
-        let sharpest = judge.angles.bound(hole.corners(net));
-        fan.reset(hole.ring.iter().map(|&r| net.vertex(r)), fits, sharpest);
+        fan.reset(hole.ring.iter().map(|&r| net.vertex(r)), centre, fits, judge.angles);
         let apex = match &judge.fitting {
             None => search(fan, centre, how, demand, judge),
             Some(fitting) => fit(fan, centre, how, judge, fitting),

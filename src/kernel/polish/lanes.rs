@@ -9,9 +9,13 @@ use crate::base::PADDING;
 
 pub(super) const LANES: usize = PADDING;
 
-/// Arithmetic on eight numbers.
+/// How many doubles there are side by side.
+pub(super) const FOUR: usize = LANES / 2;
+
+/// Arithmetic on eight numbers, and on four doubles.
 pub(super) trait Lanes: Copy {
     type Eight: Copy;
+    type Four: Copy;
     fn of(self, values: [f32; LANES]) -> Self::Eight;
     fn parts(self, a: Self::Eight) -> [f32; LANES];
     fn add(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
@@ -32,6 +36,18 @@ pub(super) trait Lanes: Copy {
 
     /// The first where it is greater, else the second.
     fn max(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
+
+    fn doubles(self, values: [f64; FOUR]) -> Self::Four;
+    fn of_doubles(self, a: Self::Four) -> [f64; FOUR];
+    fn add_doubles(self, a: Self::Four, b: Self::Four) -> Self::Four;
+    fn mul_doubles(self, a: Self::Four, b: Self::Four) -> Self::Four;
+    /// `yes` where a is less than b, else `no`.
+    fn if_less(self, a: Self::Four, b: Self::Four, yes: Self::Four, no: Self::Four) -> Self::Four;
+
+    #[inline(always)]
+    fn all_doubles(self, value: f64) -> Self::Four {
+        self.doubles([value; FOUR])
+    }
 }
 
 /// Arrays.
@@ -40,6 +56,7 @@ pub(super) struct Array;
 
 impl Lanes for Array {
     type Eight = [f32; LANES];
+    type Four = [f64; FOUR];
 
     #[inline(always)]
     fn of(self, values: [f32; LANES]) -> [f32; LANES] {
@@ -81,6 +98,26 @@ impl Lanes for Array {
     fn max(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
         std::array::from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] })
     }
+    #[inline(always)]
+    fn doubles(self, values: [f64; FOUR]) -> [f64; FOUR] {
+        values
+    }
+    #[inline(always)]
+    fn of_doubles(self, a: [f64; FOUR]) -> [f64; FOUR] {
+        a
+    }
+    #[inline(always)]
+    fn add_doubles(self, a: [f64; FOUR], b: [f64; FOUR]) -> [f64; FOUR] {
+        std::array::from_fn(|i| a[i] + b[i])
+    }
+    #[inline(always)]
+    fn mul_doubles(self, a: [f64; FOUR], b: [f64; FOUR]) -> [f64; FOUR] {
+        std::array::from_fn(|i| a[i] * b[i])
+    }
+    #[inline(always)]
+    fn if_less(self, a: [f64; FOUR], b: [f64; FOUR], yes: [f64; FOUR], no: [f64; FOUR]) -> [f64; FOUR] {
+        std::array::from_fn(|i| if a[i] < b[i] { yes[i] } else { no[i] })
+    }
 }
 
 /// Registers of eight.
@@ -89,6 +126,7 @@ struct Register<S>(S);
 
 impl<S: pulp::Simd> Lanes for Register<S> {
     type Eight = S::f32s;
+    type Four = S::f64s;
 
     #[inline(always)]
     fn of(self, values: [f32; LANES]) -> S::f32s {
@@ -131,6 +169,26 @@ impl<S: pulp::Simd> Lanes for Register<S> {
         // Of registers of eight there are those of x86 alone, whose maximum is the second where neither is greater.
         self.0.max_f32s(a, b)
     }
+    #[inline(always)]
+    fn doubles(self, values: [f64; FOUR]) -> S::f64s {
+        cast(values)
+    }
+    #[inline(always)]
+    fn of_doubles(self, a: S::f64s) -> [f64; FOUR] {
+        cast(a)
+    }
+    #[inline(always)]
+    fn add_doubles(self, a: S::f64s, b: S::f64s) -> S::f64s {
+        self.0.add_f64s(a, b)
+    }
+    #[inline(always)]
+    fn mul_doubles(self, a: S::f64s, b: S::f64s) -> S::f64s {
+        self.0.mul_f64s(a, b)
+    }
+    #[inline(always)]
+    fn if_less(self, a: S::f64s, b: S::f64s, yes: S::f64s, no: S::f64s) -> S::f64s {
+        self.0.select_f64s(self.0.less_than_f64s(a, b), yes, no)
+    }
 }
 
 /// Work on lanes.
@@ -164,7 +222,7 @@ mod tests {
     struct Everything([f32; LANES], [f32; LANES]);
 
     impl Kernel for Everything {
-        type Output = Vec<[u32; LANES]>;
+        type Output = (Vec<[u32; LANES]>, Vec<[u64; FOUR]>);
 
         #[inline(always)]
         fn run<L: Lanes>(self, on: L) -> Self::Output {
@@ -180,7 +238,11 @@ mod tests {
                 on.if_greater(a, b, b, on.all(7.0)),
                 on.all(on.total(b)),
             ];
-            results.map(|r| on.parts(r).map(f32::to_bits)).to_vec()
+            let double = |values: [f32; LANES]| on.doubles([values[0], values[2], values[3], values[5]].map(f64::from));
+            let (a, b) = (double(self.0), double(self.1));
+            let doubles = [on.add_doubles(a, b), on.mul_doubles(a, b), on.if_less(a, b, b, on.all_doubles(7.0))];
+            let singles = results.map(|r| on.parts(r).map(f32::to_bits)).to_vec();
+            (singles, doubles.map(|r| on.of_doubles(r).map(f64::to_bits)).to_vec())
         }
     }
 

@@ -19,6 +19,7 @@ mod energy;
 mod fan;
 mod filling;
 mod fitting;
+mod four_rows;
 mod hole;
 mod improve;
 mod journal;

@@ -3,7 +3,8 @@
 //! [`HeightScan`] is about heights, with weights or without; `channels` has the rows where there are channels.
 
 use super::energy::{ONSET, PULL, energies, largest};
-use super::lanes::{Kernel, LANES, Lanes};
+use super::four_rows::{RowFinder, Slope};
+use super::lanes::{FOUR, Kernel, LANES, Lanes};
 use super::net::{Fit, NONE};
 use crate::base::lattice::{Point, STEPS};
 use crate::base::mesh::Vertex;
@@ -25,9 +26,6 @@ pub(super) const COUNTS: [[f32; LANES]; LANES + 1] = {
     }
     counts
 };
-
-/// Rows between two looks whether the limit is passed.
-const ROWS_BETWEEN_LOOKS: i32 = 4;
 
 /// Heights as they are stored, brought to single precision relative to a corner.
 pub(super) trait Sample: Copy {
@@ -159,7 +157,7 @@ pub(super) trait Rows<H: Sample> {
         self.row(run, line, sums, on)
     }
 
-    /// How the triangle fits its samples.
+    /// How the triangle fits its samples. Whether the limit is passed is looked at after every four rows.
     #[inline(always)]
     fn measure<L: Lanes>(&self, on: L) -> Fit {
         let frame = self.frame();
@@ -168,24 +166,21 @@ pub(super) trait Rows<H: Sample> {
         let offset = frame.height_of_a - reference.to_f64();
         let per_tolerance = frame.per_tolerance;
         let mut sums = Sums { energy: on.all(0.0), worst: on.all(0.0), place: on.all(0.0) };
-        let (gradient, origin) = (plane.gradient(), plane.origin());
-        let [across, down] = gradient.map(|g| g * per_tolerance);
-        let offset = offset * per_tolerance;
+        let [across, down] = plane.gradient().map(|g| g * per_tolerance);
+        let slope = Slope { origin: plane.origin(), across, down, start: offset * per_tolerance };
         let step = (across * f64::from(STEPS)) as f32;
         let stride = frame.stride;
         let rows_are_short = spans.longest_has_at_most(LANES, plane.area);
-        let mut until_look = ROWS_BETWEEN_LOOKS;
-        'halves: for half in spans.halves() {
-            let mut row = next_multiple(half.first, stride);
-            while row <= half.last {
-                let (first, last) = half.columns(row);
+        let finder = RowFinder::new(spans, slope, stride, on);
+        let (mut row, last_row) = (next_multiple(*spans.rows().start(), stride), *spans.rows().end());
+        while row <= last_row {
+            let rows = finder.rows_from(row, on);
+            for i in 0..FOUR {
+                let (first, last) = (rows.first[i], rows.last[i]);
                 if rows_are_short || first <= last {
                     let index = row as usize * frame.width + first as usize;
-                    let at = Point::of_sample(first, row);
-                    let (x, y) = (f64::from(at.x - origin.x), f64::from(at.y - origin.y));
-                    let start = (across * x + down * y + offset) as f32;
-                    let run = Run { index, count: (last - first + 1) as usize, first: at };
-                    let line = Line { start, step, reference };
+                    let run = Run { index, count: (last - first + 1) as usize, first: Point::of_sample(first, row) };
+                    let line = Line { start: rows.start[i], step, reference };
                     sums = if rows_are_short {
                         self.short_row(run, line, sums, on)
                     } else {
@@ -193,13 +188,12 @@ pub(super) trait Rows<H: Sample> {
                     };
                 }
                 row += stride;
-                until_look -= 1;
-                if until_look == 0 {
-                    if on.total(sums.energy) > frame.limit {
-                        break 'halves;
-                    }
-                    until_look = ROWS_BETWEEN_LOOKS;
+                if row > last_row {
+                    break;
                 }
+            }
+            if on.total(sums.energy) > frame.limit {
+                break;
             }
         }
         let worst = on.parts(sums.worst);

@@ -119,15 +119,14 @@ impl Places {
 
     /// Takes the place of which least energy is known, if that is below `limit` and no witness farther than `farthest`.
     pub(super) fn next(&mut self, limit: f32, farthest: f32) -> Option<(usize, Vertex)> {
-        let mut best = None;
-        for i in 0..self.apexes.len() {
-            let is_hopeful = self.is_left[i] && self.sums[i] < limit && self.worst[i] <= farthest;
-            if is_hopeful && best.is_none_or(|best: usize| self.sums[i] < self.sums[best]) {
-                best = Some(i);
-            }
+        // Without branches, which would be as good as random.
+        let (mut least, mut best) = (limit, LANES);
+        for i in 0..LANES {
+            let is_better = self.is_left[i] & (self.sums[i] < least) & (self.worst[i] <= farthest);
+            least = if is_better { self.sums[i] } else { least };
+            best = if is_better { i } else { best };
         }
-        let best = best?;
-        self.is_left[best] = false;
+        *self.is_left.get_mut(best)? = false;
         Some((best, self.apexes[best]))
     }
 

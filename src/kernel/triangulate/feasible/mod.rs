@@ -16,7 +16,7 @@ mod tester;
 mod weighted;
 
 pub(crate) use plane::{Plane, RowShares};
-pub(crate) use spans::Spans;
+pub(crate) use spans::{INWARD, NO_FRACTION, Slant, Spans};
 pub use stray::Side;
 pub(crate) use surfaces::Surfaces;
 pub use tester::Tester;

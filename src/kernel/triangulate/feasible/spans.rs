@@ -22,13 +22,18 @@ pub(crate) struct Spans {
 }
 
 const NUDGE: f64 = 1.0 / (1u32 << 25) as f64;
+/// From where a row crosses a side to the middle between the last sample outside and the first one inside, about: what is
+/// rounded from there is the sample inside.
+pub(crate) const INWARD: f64 = 0.5 - NUDGE;
 const COLUMN: f64 = 1.0 / STEPS as f64;
+
+/// What leaves no room for a fraction in a sum with a number below 2³¹ in magnitude; the lower half of its bits is the integer.
+pub(crate) const NO_FRACTION: f64 = 1.5 * (1u64 << 52) as f64;
 
 /// The nearest integer of a number below 2³¹ in magnitude, never half-way between two. By an addition that leaves no room
 /// for a fraction: a conversion that saturates takes several times as long, and there are two to every row.
 #[inline(always)]
 fn rounded(value: f64) -> i32 {
-    const NO_FRACTION: f64 = 1.5 * (1u64 << 52) as f64;
     (value + NO_FRACTION).to_bits() as i32
 }
 
@@ -62,19 +67,28 @@ fn slope(p: Point, q: Point) -> f64 {
 pub(crate) struct Half {
     pub(crate) first: i32,
     pub(crate) last: i32,
-    left: Side,
-    right: Side,
+    left: Slant,
+    right: Slant,
 }
 
 /// A side: its column at y, and how that grows.
 #[derive(Clone, Copy)]
-struct Side {
-    start: f64,
-    slope: f64,
-    y: i32,
+pub(crate) struct Slant {
+    pub(crate) start: f64,
+    pub(crate) slope: f64,
+    pub(crate) y: i32,
 }
 
-impl Side {
+/// A triangle's sides: one from its lowest corner to its highest, and two by way of the one between, `middle` steps down.
+pub(crate) struct Sides {
+    pub(crate) long: Slant,
+    pub(crate) lower: Slant,
+    pub(crate) upper: Slant,
+    pub(crate) middle: i32,
+    pub(crate) long_is_left: bool,
+}
+
+impl Slant {
     #[inline(always)]
     fn at(&self, y: i32) -> f64 {
         self.start + self.slope * f64::from(y - self.y)
@@ -86,7 +100,7 @@ impl Half {
     #[inline(always)]
     pub(crate) fn columns(&self, row: i32) -> (i32, i32) {
         let y = row * STEPS;
-        (rounded(self.left.at(y) + (0.5 - NUDGE)), rounded(self.right.at(y) - (0.5 - NUDGE)))
+        (rounded(self.left.at(y) + INWARD), rounded(self.right.at(y) - INWARD))
     }
 }
 
@@ -127,7 +141,7 @@ impl Spans {
     #[inline(always)]
     pub(crate) fn columns(&self, row: i32) -> (i32, i32) {
         let (left, right) = self.crossings(row);
-        (rounded(left + (0.5 - NUDGE)), rounded(right - (0.5 - NUDGE)))
+        (rounded(left + INWARD), rounded(right - INWARD))
     }
 
     /// The triangle above its middle vertex, and from there on down: [`Half::columns`] is [`Spans::columns`] in its rows.
@@ -136,14 +150,21 @@ impl Spans {
         let (first, last) = (*self.rows.start(), *self.rows.end());
         // The first row that is not above the middle vertex.
         let middle = (self.mid.y + STEPS - 1).div_euclid(STEPS);
-        let long = Side { start: f64::from(self.low.x) * COLUMN, slope: self.long, y: self.low.y };
-        let lower = Side { slope: self.lower, ..long };
-        let upper = Side { start: f64::from(self.mid.x) * COLUMN, slope: self.upper, y: self.mid.y };
-        let half = |first: i32, last: i32, short: Side| {
-            let (left, right) = if self.mid_is_right { (long, short) } else { (short, long) };
+        let Sides { long, lower, upper, long_is_left, .. } = self.sides();
+        let half = |first: i32, last: i32, short: Slant| {
+            let (left, right) = if long_is_left { (long, short) } else { (short, long) };
             Half { first, last, left, right }
         };
         [half(first, last.min(middle - 1), lower), half(first.max(middle), last, upper)]
+    }
+
+    /// Its sides.
+    #[inline(always)]
+    pub(crate) fn sides(&self) -> Sides {
+        let long = Slant { start: f64::from(self.low.x) * COLUMN, slope: self.long, y: self.low.y };
+        let lower = Slant { slope: self.lower, ..long };
+        let upper = Slant { start: f64::from(self.mid.x) * COLUMN, slope: self.upper, y: self.mid.y };
+        Sides { long, lower, upper, middle: self.mid.y, long_is_left: self.mid_is_right }
     }
 
     /// The same for a triangle that may reach beyond columns 0 to `width` − 1: of these columns only.
@@ -164,9 +185,9 @@ impl Spans {
         if right - left < NUDGE || row * STEPS == self.high.y && row != lower_rim {
             return NONE;
         }
-        let first = rounded(left + (0.5 - NUDGE));
-        let closed = rounded(right - (0.5 - NUDGE));
-        let last = if closed == right_rim { closed } else { rounded(right + (0.5 - NUDGE)) - 1 };
+        let first = rounded(left + INWARD);
+        let closed = rounded(right - INWARD);
+        let last = if closed == right_rim { closed } else { rounded(right + INWARD) - 1 };
         (first, last)
     }
 

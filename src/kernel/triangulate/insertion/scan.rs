@@ -315,10 +315,8 @@ impl Scan {
     /// compared once, in the end. Written so that the compiler makes vector code of it.
     #[inline(always)]
     pub(super) fn farthest<H: Copy + Into<f64>>(&self, heights: &[H]) -> Farthest {
-        let base = self.corners[0].height;
-        // Half a negative: below every |S|, and no lane past the end ever wins.
-        let mut best = [-0.5f64; LANES];
-        let mut best_sample = [0f64; LANES];
+        // Two of them, as one would have to wait for itself in long rows.
+        let mut bests = [Best::NONE; 2];
         for row in self.spans.rows() {
             let (first, last) = self.columns(row);
             if first > last {
@@ -328,28 +326,67 @@ impl Scan {
             let count = (last - first + 1) as usize;
             let start = self.start(first, row);
             let mut done = 0;
-            while done < count {
-                let lane: &[H; LANES] = heights[offset + done..].first_chunk().expect("padding behind the samples");
-                let (at, end) = (done as f64, count as f64);
-                let sample = (offset + done) as f64;
-                for i in 0..LANES {
-                    let index = at + LANE[i];
-                    let height: f64 = lane[i].into();
-                    let s = ((start + self.step * index) - self.area * (height - base)).abs();
-                    let s = if index < end { s } else { -1.0 };
-                    let better = s > best[i];
-                    best[i] = if better { s } else { best[i] };
-                    best_sample[i] = if better { sample + LANE[i] } else { best_sample[i] };
+            while done + 2 * LANES <= count {
+                for best in &mut bests {
+                    best.see(self.sizes(heights, offset, start, done), offset + done);
+                    done += LANES;
                 }
+            }
+            while done < count {
+                let mut sizes = self.sizes(heights, offset, start, done);
+                for (size, lane) in sizes.iter_mut().zip(LANE) {
+                    *size = if done as f64 + lane < count as f64 { *size } else { -1.0 };
+                }
+                bests[0].see(sizes, offset + done);
                 done += LANES;
             }
         }
-        let mut at = 0;
-        for i in 1..LANES {
-            if best[i] > best[at] || best[i] == best[at] && best_sample[i] < best_sample[at] {
-                at = i;
+        let (mut size, mut sample) = (-1.0, 0.0);
+        for best in bests {
+            for i in 0..LANES {
+                let of_lane = best.samples[i] + LANE[i];
+                if best.sizes[i] > size || best.sizes[i] == size && of_lane < sample {
+                    (size, sample) = (best.sizes[i], of_lane);
+                }
             }
         }
-        Farthest { error: best[at].max(0.0) / self.area, sample: best_sample[at] as u64 }
+        Farthest { error: size.max(0.0) / self.area, sample: sample as u64 }
+    }
+
+    /// |S| at some samples of a row, from the one after `done` on: the row's first one is at `offset`, where S is `start` but for
+    /// the sample itself.
+    #[inline(always)]
+    fn sizes<H: Copy + Into<f64>>(&self, heights: &[H], offset: usize, start: f64, done: usize) -> [f64; LANES] {
+        let lane: &[H; LANES] = heights[offset + done..].first_chunk().expect("padding behind the samples");
+        let (at, base) = (done as f64, self.corners[0].height);
+        let mut sizes = [0.0; LANES];
+        for i in 0..LANES {
+            let height: f64 = lane[i].into();
+            sizes[i] = ((start + self.step * (at + LANE[i])) - self.area * (height - base)).abs();
+        }
+        sizes
+    }
+}
+
+/// The farthest sample that each lane has seen.
+#[derive(Clone, Copy)]
+struct Best {
+    sizes: [f64; LANES],
+    /// Its place, less the lane.
+    samples: [f64; LANES],
+}
+
+impl Best {
+    /// Half a negative: below every |S|, and no lane past the end ever wins.
+    const NONE: Best = Best { sizes: [-0.5; LANES], samples: [0.0; LANES] };
+
+    #[inline(always)]
+    fn see(&mut self, sizes: [f64; LANES], sample: usize) {
+        let sample = sample as f64;
+        for i in 0..LANES {
+            let better = sizes[i] > self.sizes[i];
+            self.sizes[i] = if better { sizes[i] } else { self.sizes[i] };
+            self.samples[i] = if better { sample } else { self.samples[i] };
+        }
     }
 }
