@@ -70,7 +70,7 @@ fn a_refusal_names_the_option_that_mends_it() {
     let (dem, out) = (dem(&folder), folder.at("out"));
     let refused = |error: &str, options: &[&str], words: &[&str], not: &str| {
         let run = terrabite(["tiles", &dem, &out, "--max-error", error].iter().chain(options));
-        run.fails(1, words);
+        let run = run.fails(1, words);
         assert!(!run.err.contains(not), "{run:#?}");
     };
     refused("100", &["--error-factor", "0.01"], &["sag under", "choose a larger --error-factor"], "--max-error");
