@@ -2,6 +2,12 @@
 
 use std::io::Write;
 
+/// Whether a text is a decimal beyond the largest double, which the standard library takes for infinity. Words that stand for
+/// infinity are none.
+pub(crate) fn is_too_large(text: &str) -> bool {
+    text.parse().is_ok_and(f64::is_infinite) && text.contains(|c: char| c.is_ascii_digit())
+}
+
 /// A double as people read it: `-9999`, `0.25`, `1.7976931348623157e308`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decimal(pub f64);
@@ -53,7 +59,18 @@ fn is_plain(value: f64) -> bool {
 mod tests {
     use proptest::prelude::*;
 
-    use super::Decimal;
+    use super::{Decimal, is_too_large};
+
+    #[test]
+    fn infinity_is_a_word() {
+        for text in ["1e400", "-1e400", "+1E309", "1.8e308"] {
+            assert!(is_too_large(text), "{text}");
+        }
+        assert!(is_too_large(&"9".repeat(400)));
+        for text in ["inf", "-inf", "+Infinity", "nan", "1e308", "-1e308", "1e-400", "0", "", "1e", "e1"] {
+            assert!(!is_too_large(text), "{text}");
+        }
+    }
 
     #[test]
     fn at_most_seventeen_digits() {

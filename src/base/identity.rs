@@ -71,7 +71,18 @@ fn exact_marks(marks: &Marks) -> String {
 
 /// A double as people read it, and its bits.
 pub fn exact_double(value: f64) -> String {
-    format!("{} (bits {:016x})", Decimal(value), value.to_bits())
+    format!("{}{BITS}{:016x})", Decimal(value), value.to_bits())
+}
+
+/// What stands between a double and its bits.
+const BITS: &str = " (bits ";
+
+/// A text without what [`exact_double`] adds to doubles.
+pub fn without_bits(text: &str) -> String {
+    let mut parts = text.split(BITS);
+    let mut plain = parts.next().unwrap_or_default().to_string();
+    parts.for_each(|part| plain.push_str(part.split_once(')').map_or(part, |(_, after)| after)));
+    plain
 }
 
 fn some_samples(raster: &Band) -> Result<u32, RasterError> {

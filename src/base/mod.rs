@@ -47,7 +47,7 @@ pub use coordinate_frame::CoordinateFrame;
 pub use cutline::{Cutline, Polygon};
 pub use files::{FileState, Files, Watch};
 pub use georef::{CrsFacts, GeoTransform, Metres, Reference, metres_in};
-pub use identity::{SOME_SAMPLES, exact_double, identity, said};
+pub use identity::{SOME_SAMPLES, exact_double, identity, said, without_bits};
 pub use line_type::{LineEdge, LineType};
 pub use naming::channels_of;
 #[cfg(feature = "gdal")]

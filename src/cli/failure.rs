@@ -1,9 +1,9 @@
 //! How a command ends that does not get through: one message, with the option that mends it, and the exit code.
 
 mod layers;
+mod work_dir;
 
 use std::io::ErrorKind;
-use std::path::Path;
 use std::process::ExitCode;
 
 use crate::base::RasterError;
@@ -16,16 +16,16 @@ use crate::formats::{ReadError, SinkError, SinkOption};
 use crate::job::Error;
 use crate::job::rules::NotInShards;
 use crate::job::spool::SpoolError;
-use crate::job::work_dir::WorkDirError;
 use crate::page::PageError;
 use crate::preview::PreviewError;
 use crate::raster::{DrapeError, ViewError, WriteError};
 use crate::run::checkpoints::CheckpointError;
-use crate::run::{Fate, LookError, RunError};
+use crate::run::{LookError, RunError};
 use crate::synth::SynthError;
 use crate::verify::VerifyError;
 
 pub(super) use layers::of_shapes;
+pub(super) use work_dir::kept;
 
 use super::{breaklines, print, shards, signals};
 
@@ -220,7 +220,10 @@ impl From<RunError> for Failure {
             RunError::Checkpoints(CheckpointError::Crs { .. }) => failure.hint("choose another CRS with --checkpoints-crs"),
             RunError::Checkpoints(_) => failure.hint("choose another table with --checkpoints"),
             RunError::Job(error) => (*error).into(),
-            RunError::Kept { error, dir, fate } => Failure::from(*error).hint(&kept(&dir, &fate)),
+            RunError::Kept { error, dir, fate } => {
+                let is_there = matches!(*error, Error::Output(OutputError::Exists { .. }) | Error::Sink(SinkError::Output(OutputError::Exists { .. })));
+                Failure::from(*error).hint(&kept(&dir, &fate, if is_there { " with --overwrite" } else { "" }))
+            }
             RunError::FormatOption { path, format, option, formats } => {
                 let (option, path) = (options_of(option), path.display());
                 Failure::usage(format!("{path}: {option} is for {formats}, and this is {format}"))
@@ -261,27 +264,6 @@ fn of_scratch(scratch: &ScratchError, error: &dyn std::fmt::Display) -> Failure 
             Failure { code: DISK_TOO_SMALL, ..failure }
         }
         _ => failure,
-    }
-}
-
-/// What is to be done with finished tiles.
-pub(super) fn kept(dir: &Path, fate: &Fate) -> String {
-    let (dir, way_out) = (dir.display(), "delete that folder, or restore the input");
-    match fate {
-        Fate::Damaged => format!("terrabite run {dir} --pass 1, and the passes after it, make it again"),
-        Fate::Incomplete { pass: Some(pass) } => {
-            format!("terrabite run {dir} --pass {pass} makes them, once the passes before are there")
-        }
-        Fate::Incomplete { pass: None } => {
-            format!("make all passes of {dir} (terrabite run), then merge again: a search takes about two rounds")
-        }
-        Fate::Continue => format!("finished tiles are kept in {dir}: the same command continues"),
-        Fate::Outdated(files) if files.is_empty() => {
-            format!("the finished tiles in {dir} were made from the old one: {way_out}")
-        }
-        Fate::Outdated(files) => {
-            format!("the finished tiles in {dir} were made before {} changed: {way_out}", files.join(", "))
-        }
     }
 }
 
@@ -351,24 +333,6 @@ impl From<Error> for Failure {
                 Failure::new(error).hint("free some space")
             }
             _ => Failure::new(error),
-        }
-    }
-}
-
-impl From<WorkDirError> for Failure {
-    fn from(error: WorkDirError) -> Failure {
-        let failure = Failure::new(&error);
-        match error {
-            WorkDirError::OtherJob { .. } | WorkDirError::Manifest { .. } => {
-                failure.hint("restore what differs, choose another --work-dir, or delete this one")
-            }
-            WorkDirError::NoEarlier { .. } => failure.hint("choose another --update"),
-            WorkDirError::NotPlanned { .. } => failure.hint("terrabite plan lays one out, or tiles-plan"),
-            WorkDirError::OtherProgram { .. } => {
-                failure.hint("use that version, or lay the run out in another folder with this one")
-            }
-            WorkDirError::InUse { .. } => failure.hint("wait for it, or choose another --work-dir"),
-            _ => failure.hint("choose another --work-dir"),
         }
     }
 }

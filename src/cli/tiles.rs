@@ -10,7 +10,7 @@ use super::progress::Bars;
 use super::{Failure, print, values, warnings};
 use crate::field::FieldError;
 use crate::job::Error;
-use crate::pyramid::{PyramidError, TilesRequest, VoidAs, tiles};
+use crate::pyramid::{BoundBy, EARLIER_SET, PyramidError, TilesRequest, VoidAs, tiles};
 use crate::raster::GeodesyError;
 use crate::run::Fate;
 
@@ -203,6 +203,13 @@ impl TilesOptions {
     }
 }
 
+/// Of a level above the finest that is allowed what clients expect already.
+const LARGER_FACTOR: &str = "choose a larger --error-factor: the level has all that clients expect of it";
+
+/// What may be wrong with samples that no mesh is found for.
+const MARKED: &str =
+    "where a value that marks missing samples is taken for a height, --nodata and --valid-range leave it out";
+
 impl From<PyramidError> for Failure {
     fn from(error: PyramidError) -> Failure {
         let failure = Failure::new(&error);
@@ -218,37 +225,49 @@ impl From<PyramidError> for Failure {
             PyramidError::Level { .. } => {
                 failure.hint("choose a smaller --max-level, or a larger --grid-factor for a finer grid")
             }
+            PyramidError::Curvature { bound_by: BoundBy::ErrorFactor, .. } => {
+                failure.hint("choose a larger --error-factor, or a larger --grid-factor (2 or 4)")
+            }
             PyramidError::Curvature { .. } => {
                 failure.hint("choose a larger --max-error, --max-level or --grid-factor (2 or 4)")
             }
-            PyramidError::Step { .. } => {
-                failure.hint(
-                    "choose a larger --max-error, or a larger --max-level for smaller tiles; with --fine-heights steps are 1/8 m \
-                     at least",
-                )
+            PyramidError::Step { bound_by, fine_heights, .. } => {
+                let hint = match bound_by {
+                    BoundBy::MaxError => "choose a larger --max-error, or a larger --max-level for smaller tiles",
+                    BoundBy::ErrorFactor => LARGER_FACTOR,
+                };
+                let failure = failure.hint(hint);
+                if fine_heights { failure.hint("without --fine-heights steps are smaller") } else { failure }
             }
-            PyramidError::Unreachable { worst, .. } => {
-                let failure = failure.hint(
-                    "choose a larger --max-error or --grid-factor; where a value that marks missing samples is taken for a height, --nodata and \
-                     --valid-range leave it out",
-                );
+            PyramidError::Unreachable { bound_by, worst, .. } => {
+                let failure = failure.hint(match bound_by {
+                    BoundBy::MaxError => "choose a larger --max-error or --grid-factor",
+                    BoundBy::ErrorFactor => LARGER_FACTOR,
+                });
+                let failure = failure.hint(MARKED);
                 match worst {
                     Some(worst) if worst.is_at_rim => failure.hint("the nearer --outside is to the ground's heights there, the lower are the cliffs around it"),
                     Some(_) => failure,
                     None => failure.hint("--max-stray inf takes the limit between samples away"),
                 }
             }
-            PyramidError::OwnSamples { .. } => failure.hint(
-                "remove --own-samples, or choose a larger --max-error or --max-level; where a value that marks missing samples is taken for a height, \
-                 --nodata and --valid-range leave it out",
-            ),
+            PyramidError::OwnSamples { bound_by, .. } => {
+                let failure = failure.hint(match bound_by {
+                    BoundBy::MaxError => "remove --own-samples, or choose a larger --max-error or --max-level",
+                    BoundBy::ErrorFactor => "remove --own-samples, or choose a larger --error-factor",
+                });
+                failure.hint(MARKED)
+            }
             PyramidError::Vertices { .. } => {
                 failure.hint("choose a larger --max-level for smaller tiles, a larger --max-error or --error-factor")
             }
-            PyramidError::Occupied { found, .. } if found == "an earlier set of tiles" => {
+            PyramidError::Occupied { found, .. } if found == EARLIER_SET => {
                 failure.hint("--overwrite replaces it")
             }
             PyramidError::Occupied { .. } => failure.hint("choose another folder"),
+            PyramidError::Altered { .. } => failure.hint(
+                "the run had finished this set, and it was changed since; --overwrite writes it anew from the finished tiles",
+            ),
             PyramidError::File { source, .. } => failure.on_disk(&source),
             PyramidError::WorkDir(error) => error.into(),
             PyramidError::NoWorkDir => failure,
@@ -259,7 +278,12 @@ impl From<PyramidError> for Failure {
             PyramidError::Missing { .. } => failure.waiting().hint("terrabite run WORK makes them"),
             PyramidError::Kept { error, dir, outdated } => {
                 let fate = outdated.map_or(Fate::Continue, Fate::Outdated);
-                Failure::from(*error).hint(&kept(&dir, &fate))
+                let with = match &*error {
+                    PyramidError::Occupied { found, .. } if found == EARLIER_SET => " with --overwrite",
+                    PyramidError::Occupied { .. } => ", with another folder,",
+                    _ => "",
+                };
+                Failure::from(*error).hint(&kept(&dir, &fate, with))
             }
             PyramidError::NotTiles { .. } => failure.hint("terrabite tiles makes one"),
             PyramidError::Threads { .. } => failure.hint("choose fewer with --threads"),

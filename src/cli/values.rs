@@ -9,6 +9,7 @@ use super::format_options::MeshFormat;
 use crate::base::Polylines;
 use crate::base::ValidRange;
 use crate::base::Window;
+use crate::base::decimal::{Decimal, is_too_large};
 use crate::formats::{self, FORMATS};
 use crate::job::shards::Shard;
 use crate::kernel::boundary::MAX_CELLS;
@@ -22,8 +23,17 @@ pub(crate) struct Size {
     pub(crate) height: usize,
 }
 
+/// Refuses a decimal beyond the largest double: infinity is what a word stands for, if an option takes it.
+fn must_not_be_too_large(text: &str, infinite: &str) -> Result<(), String> {
+    match is_too_large(text) {
+        true => Err(format!("{text} is beyond {}, the largest number{infinite}", Decimal(f64::MAX))),
+        false => Ok(()),
+    }
+}
+
 /// A tolerance: the double the text stands for, finite and not below 0.
 pub(crate) fn max_error(text: &str) -> Result<f64, String> {
+    must_not_be_too_large(text, "")?;
     let tolerance: f64 = text.parse().map_err(|_| "expected a number such as 0.5".to_string())?;
     if tolerance.is_finite() && tolerance >= 0.0 {
         // A negative zero is zero.
@@ -34,6 +44,7 @@ pub(crate) fn max_error(text: &str) -> Result<f64, String> {
 
 /// A limit on straying as a multiple of the tolerance, from 1 on; infinite for none.
 pub(crate) fn max_stray(text: &str) -> Result<f64, String> {
+    must_not_be_too_large(text, "; inf sets no limit")?;
     let factor = text.parse().ok().filter(|factor: &f64| *factor >= 1.0);
     factor.ok_or_else(|| {
         "expected 1 or more, such as 1.5, or inf: the surface may be 1 × the tolerance off at samples, so it may be as far beyond \
@@ -151,7 +162,8 @@ pub(crate) fn rows(text: &str) -> Result<u32, String> {
 
 /// An energy above 0, or `any`.
 pub(crate) fn reach(text: &str) -> Result<f32, String> {
-    let reach = if text == "any" { Some(f32::INFINITY) } else { text.parse().ok().filter(|&e: &f32| e > 0.0) };
+    let finite = || text.parse().ok().filter(|&e: &f32| e > 0.0 && e < f32::INFINITY);
+    let reach = if text == "any" { Some(f32::INFINITY) } else { finite() };
     reach.ok_or_else(|| "expected a number above 0, such as 0.05, or any".to_string())
 }
 
@@ -198,6 +210,7 @@ pub(crate) fn window(text: &str) -> Result<Window, String> {
 
 /// `MIN,MAX`, in heights.
 pub(crate) fn valid_range(text: &str) -> Result<ValidRange, String> {
+    text.split(',').try_for_each(|end| must_not_be_too_large(end.trim(), "; -inf and inf set no limit"))?;
     let parse = || {
         let (min, max) = text.split_once(',')?;
         let (min, max): (f64, f64) = (min.trim().parse().ok()?, max.trim().parse().ok()?);
@@ -271,6 +284,23 @@ mod tests {
         assert_eq!(max_error("0.1"), Ok(0.1));
         for wrong in ["-1", "nan", "-NaN", "inf", "1e999", "", "1,5", "five"] {
             assert!(max_error(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    /// Only words stand for infinity.
+    #[test]
+    fn numbers_that_are_too_large() {
+        assert_eq!((max_stray("inf"), max_stray("1e308")), (Ok(f64::INFINITY), Ok(1e308)));
+        let refused = max_stray("1e400").unwrap_err();
+        assert_eq!(refused, "1e400 is beyond 1.7976931348623157e308, the largest number; inf sets no limit");
+        assert!(max_error("1e400").unwrap_err().contains("the largest number"));
+        assert_eq!(valid_range("-inf, inf"), Ok(ValidRange { min: f64::NEG_INFINITY, max: f64::INFINITY }));
+        for wrong in ["-500, 1e400", "-1e400,9000"] {
+            assert!(valid_range(wrong).unwrap_err().contains("inf set no limit"), "{wrong}");
+        }
+        assert_eq!((reach("any"), reach("1e38")), (Ok(f32::INFINITY), Ok(1e38)));
+        for wrong in ["1e39", "1e400", "inf"] {
+            assert!(reach(wrong).is_err(), "{wrong}");
         }
     }
 

@@ -198,9 +198,7 @@ impl Params {
         if self.trim > 0 {
             named.push(("trim", format!("{} cells", self.trim)));
         }
-        if !self.goal.is_none() {
-            named.push(("goal", self.goal.named()));
-        }
+        named.extend(self.goal.named());
         if let Some(points) = self.points.as_ref().filter(|p| !p.is_empty()) {
             named.push(("points", format!("{} samples with the checksum {:08x}", points.len(), points.checksum())));
         }

@@ -72,6 +72,8 @@ pub enum PyramidError {
         level: u32,
         /// Its error.
         max_error: f64,
+        /// What decides it.
+        bound_by: BoundBy,
     },
     /// Heights have to be coarser than the tolerance.
     #[error(
@@ -86,6 +88,10 @@ pub enum PyramidError {
         step: f64,
         /// The level's error.
         max_error: f64,
+        /// What decides it.
+        bound_by: BoundBy,
+        /// Whether steps were asked for that are not below 1/8 m.
+        fine_heights: bool,
     },
     /// Rounding, curvature and the ground's steepness leave no mesh.
     #[error(
@@ -98,6 +104,8 @@ pub enum PyramidError {
         tile: TileKey,
         /// The level's error.
         max_error: f64,
+        /// What decides it.
+        bound_by: BoundBy,
         /// The worst sample of the last mesh.
         worst: Option<Worst>,
     },
@@ -112,6 +120,8 @@ pub enum PyramidError {
         tile: TileKey,
         /// The level's error.
         max_error: f64,
+        /// What decides it.
+        bound_by: BoundBy,
         /// Triangles of the best mesh that have such a sample.
         count: usize,
         /// The largest error, and where it is, in degrees.
@@ -136,6 +146,18 @@ pub enum PyramidError {
         path: PathBuf,
         /// What is there.
         found: String,
+    },
+    /// A file of the finished set that the run has made is not as it was written.
+    #[error(
+        "{}: expected the file of {expected} bytes that was written, found {}", path.display(), of_length(*found)
+    )]
+    Altered {
+        /// The file.
+        path: PathBuf,
+        /// Its length.
+        expected: String,
+        /// What it has now; `None` where there is no such file.
+        found: Option<u64>,
     },
     /// A file or folder cannot be read or written.
     #[error("{}: {source}", path.display())]
@@ -204,6 +226,25 @@ pub enum PyramidError {
     Cancelled(#[from] Cancelled),
 }
 
+/// What of a request decides the error of a level: what has to be larger for the level to be allowed more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum BoundBy {
+    /// [`TilesRequest::max_error`](super::TilesRequest::max_error).
+    #[default]
+    MaxError,
+    /// [`TilesRequest::error_factor`](super::TilesRequest::error_factor): a level above the finest has as much as clients expect, times
+    /// the factor.
+    ErrorFactor,
+}
+
+impl BoundBy {
+    /// Of a level with this error, where it may have `loosest` at the most. At the finest level more than the largest error that is asked
+    /// for is never allowed; a larger one also makes a coarser level the finest.
+    pub(super) fn of(max_error: f64, loosest: f64, is_finest: bool) -> BoundBy {
+        if !is_finest && max_error >= loosest { BoundBy::ErrorFactor } else { BoundBy::MaxError }
+    }
+}
+
 /// A sample that no mesh has been found for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Worst {
@@ -230,6 +271,11 @@ fn metres(length: f64) -> String {
     format!("{length:.3}").trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
+/// What is found of a file.
+fn of_length(found: Option<u64>) -> String {
+    found.map_or("none".to_string(), |bytes| format!("one of {bytes} bytes"))
+}
+
 /// The first of some tiles.
 fn first(tiles: &[TileKey]) -> String {
     const MOST: usize = 5;
@@ -238,6 +284,17 @@ fn first(tiles: &[TileKey]) -> String {
 }
 
 impl PyramidError {
+    /// The same, of a level whose error is decided by that.
+    pub(super) fn of_level(mut self, by: BoundBy) -> PyramidError {
+        if let PyramidError::Step { bound_by, .. }
+        | PyramidError::Unreachable { bound_by, .. }
+        | PyramidError::OwnSamples { bound_by, .. } = &mut self
+        {
+            *bound_by = by;
+        }
+        self
+    }
+
     /// Whether the ground is in the way of a tile: smaller parts, or more error, may do.
     pub(super) fn is_of_the_ground(&self) -> bool {
         matches!(
@@ -258,6 +315,7 @@ impl PyramidError {
                 | PyramidError::OwnSamples { .. }
                 | PyramidError::Vertices { .. }
                 | PyramidError::Damaged { .. }
+                | PyramidError::Altered { .. }
         )
     }
 }
@@ -269,7 +327,7 @@ mod tests {
     #[test]
     fn lengths_are_rounded_in_messages() {
         assert_eq!([1.0, 0.001, 1204.1771840618535, 20.0, 9.25].map(metres), ["1", "0.001", "1204.177", "20", "9.25"]);
-        let level = PyramidError::Curvature { level: 3, max_error: 1204.1771840618535 };
+        let level = PyramidError::Curvature { level: 3, max_error: 1204.1771840618535, bound_by: BoundBy::MaxError };
         assert!(level.to_string().ends_with(" of 1204.177 m"), "{level}");
     }
 }

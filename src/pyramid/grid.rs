@@ -1,7 +1,7 @@
 //! The finest grid, its tiles, and how fine each level is.
 
 use super::Body;
-use super::error::PyramidError;
+use super::error::{BoundBy, PyramidError};
 
 /// Samples at whole multiples of 180° ÷ 2ᴳ, counted from 180° W and 90° N: the same grid for every raster.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -147,7 +147,8 @@ pub(super) fn levels(body: &Body, grid: Grid, options: &LevelOptions) -> Result<
         let fits = |&parts: &u32| sag(parts) <= SAG_SHARE * max_error;
         let parts = (0..).map(|i| 1u32 << i).take_while(|&parts| parts <= most).find(fits);
         let Some(parts) = parts else {
-            return Err(PyramidError::Curvature { level, max_error });
+            let bound_by = BoundBy::of(max_error, options.error_factor * client_error, level == finest);
+            return Err(PyramidError::Curvature { level, max_error, bound_by });
         };
         levels.push(Level { level, max_error, client_error, parts });
         error = 2.0 * max_error;

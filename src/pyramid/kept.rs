@@ -23,6 +23,7 @@ use super::own::OwnStore;
 use super::report::{LevelReport, TilesReport};
 use super::samples::Samples;
 use super::store::Store;
+use super::write::must_have;
 use crate::base::control::Control;
 use crate::base::faults::{self, Point};
 use crate::base::private_file::{PrivateFile, remove_leftovers};
@@ -259,17 +260,30 @@ impl Kept {
         write().map_err(failed(path))
     }
 
-    /// Keeps what is to be told of a set that is about to take its name.
-    pub(super) fn keep_report(&self, report: &TilesReport) -> Result<(), PyramidError> {
-        let bytes = serde_json::to_vec(report).map_err(|e| failed(self.dir.path())(e.into()))?;
+    /// Keeps what is to be told of a set that is about to take its name, and the [list](super::write::StagedSet::list) of its files.
+    pub(super) fn keep_report(&self, report: &TilesReport, list: &str) -> Result<(), PyramidError> {
+        let mut bytes = serde_json::to_vec(report).map_err(|e| failed(self.dir.path())(e.into()))?;
+        bytes.push(b'\n');
+        bytes.extend_from_slice(list.as_bytes());
         self.dir.keep_report(&bytes).map_err(failed(self.dir.path()))
     }
 
-    /// What was kept so by a run that was killed afterwards: its set is there, and made from the same samples. Whoever keeps the work dir has it written
-    /// anew from there.
-    pub(super) fn report_of(&self, request: &TilesRequest) -> Option<TilesReport> {
-        let kept = self.dir.report_of(&request.output).filter(|_| !request.keep_work_dir);
-        kept.and_then(|bytes| serde_json::from_slice(&bytes).ok())
+    /// What was kept so by a run that was killed afterwards, or that has kept its work dir: its set is there, and made from the same
+    /// samples. `None` where the set is to be written anew: for whoever keeps the work dir, or overwrites a set that is not as it was
+    /// written.
+    ///
+    /// # Errors
+    /// [`PyramidError::Altered`]: a file of the set is missing, or of another length.
+    pub(super) fn report_of(&self, request: &TilesRequest) -> Result<Option<TilesReport>, PyramidError> {
+        let Some(bytes) = self.dir.report_of(&request.output).filter(|_| !request.keep_work_dir) else {
+            return Ok(None);
+        };
+        let text = String::from_utf8_lossy(&bytes);
+        let Some((report, list)) = text.split_once('\n') else { return Ok(None) };
+        match must_have(&request.output, list) {
+            Err(PyramidError::Altered { .. }) if request.overwrite => Ok(None),
+            other => other.map(|()| serde_json::from_str(report).ok()),
+        }
     }
 
     /// The job is done: it goes.

@@ -7,7 +7,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::budget::Memory;
-use super::error::PyramidError;
+use super::error::{BoundBy, PyramidError};
 use super::grid::{Level, MAX_PARTS, TileKey};
 use super::ground::Ground;
 use super::kept::{Kept, KeptTile};
@@ -45,8 +45,8 @@ fn make_of(
         return Making::new(request, &ground, None, memory, control).set(Some(prepared), started);
     };
     let kept = Kept::open(dir, &prepared.job(request)?)?;
-    if let Some(report) = kept.report_of(request) {
-        return ended(kept, Ok(report), request, control);
+    if let Some(there) = kept.report_of(request).transpose() {
+        return ended(kept, there, request, control);
     }
     let overwrite = request.overwrite || kept.dir().has_committed(&request.output);
     let made = write::check(&request.output, overwrite)
@@ -137,7 +137,9 @@ impl<'a> Making<'a> {
         self.control.cancel.check()?;
         prepared.map_or(Ok(()), Prepared::must_be_unchanged)?;
         let report = || self.report(&reports, prepared, grid_done, started);
-        self.kept.map_or(Ok(()), |kept| kept.keep_report(&report()))?;
+        if let Some(kept) = self.kept {
+            kept.keep_report(&report(), &staged.list(self.ground.keys().into_iter().flatten())?)?;
+        }
         let committing = || self.kept.map_or(Ok(()), |kept| kept.dir().committing());
         staged.commit(overwrite, &committing)?;
         Ok(report())
@@ -256,7 +258,9 @@ impl<'a> Making<'a> {
                     self.kept.map_or(Ok(()), |kept| kept.note_loosened(level.level))?;
                     self.found.store(found_before, Ordering::Relaxed);
                 }
-                Err(error) => return Err(error),
+                Err(error) => {
+                    return Err(error.of_level(BoundBy::of(level.max_error, loosest, is_finest)));
+                }
                 Ok(tiles) => {
                     let mut report = LevelReport::new(&level);
                     tiles.iter().flatten().for_each(|tile| report.add(tile));

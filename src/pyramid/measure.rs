@@ -25,7 +25,7 @@ use rustc_hash::FxHashMap;
 
 use super::Body;
 use super::body::{Angle, Vector, minus};
-use super::error::PyramidError;
+use super::error::{BoundBy, PyramidError};
 use super::facet::{self, Facet, Row};
 use super::grid::Grid;
 use super::lines::Vertex;
@@ -113,7 +113,8 @@ impl Meter<'_> {
         block: &mut Block,
     ) -> Result<Measured, PyramidError> {
         if !surface.is_closed() {
-            return Err(PyramidError::Unreachable { tile: surface.tile, max_error: tolerance, worst: None });
+            let (tile, bound_by) = (surface.tile, BoundBy::default());
+            return Err(PyramidError::Unreachable { tile, max_error: tolerance, bound_by, worst: None });
         }
         let grid = self.samples.grid;
         let columns = surface.columns(grid);

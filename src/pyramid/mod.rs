@@ -67,13 +67,14 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 pub use body::Body;
-pub use error::{PyramidError, Worst};
+pub use error::{BoundBy, PyramidError, Worst};
 pub use grid::{Grid, Level, TileKey};
 pub use manifest::{LAYER, Layer, PROMISE, Promise, Range};
 pub use report::{LevelReport, TilesReport};
 pub(crate) use samples::{Block as SampleBlock, Patch, Samples};
 pub use shards::{TilesLayout, TilesShare, lay_out_tiles, merge_tiles, work_on_tiles};
 pub use voids::VoidAs;
+pub(crate) use write::EARLIER_SET;
 
 use self::budget::Memory;
 use crate::base::control::Control;

@@ -51,6 +51,8 @@ pub(super) const UNROUNDED: i32 = -3;
 /// The steps of all tiles of a level, as exponents of two.
 pub(super) struct Steps {
     coarsest: i32,
+    /// Whether a least step was asked for, and decides the coarsest.
+    are_fine: bool,
     of: BTreeMap<TileKey, (i32, Relief)>,
 }
 
@@ -109,12 +111,22 @@ impl Steps {
         let coarsest = exponent_above(widest / (SPAN - 4) as f64).max(floor);
         let padding = 4.0 * power_of_two(coarsest);
         let exponent = |r: &Relief| exponent_above((r.high - r.low + padding) / SPAN as f64).max(floor);
-        Steps { coarsest, of: reliefs.iter().map(|(key, relief)| (*key, (exponent(relief), *relief))).collect() }
+        let are_fine = least.is_some_and(|least| coarsest <= least);
+        Steps {
+            coarsest,
+            are_fine,
+            of: reliefs.iter().map(|(key, relief)| (*key, (exponent(relief), *relief))).collect(),
+        }
     }
 
     /// The coarsest step of the level.
     pub(super) fn coarsest(&self) -> f64 {
         power_of_two(self.coarsest)
+    }
+
+    /// Whether the coarsest step is no coarser than the least that was asked for: without that all might be finer.
+    pub(super) fn are_fine(&self) -> bool {
+        self.are_fine
     }
 
     /// The lattice of a tile's heights.

@@ -149,8 +149,8 @@ pub fn merge_tiles(request: &TilesRequest, control: &Control<'_>) -> Result<Tile
     let (started, dir) = (Instant::now(), dir(request)?);
     check_output(request)?;
     let kept = Kept::open_laid_out(dir)?;
-    if let Some(report) = kept.report_of(request) {
-        return ended(kept, Ok(report), request, control);
+    if let Some(there) = kept.report_of(request).transpose() {
+        return ended(kept, there, request, control);
     }
     let made = Ground::laid_out(&kept, request).and_then(|ground| {
         let memory = &Memory::to_merge(&ground, request)?;

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::Body;
 use super::budget::Memory;
-use super::error::{PyramidError, Worst};
+use super::error::{BoundBy, PyramidError, Worst};
 use super::fall::Fall;
 use super::grid::{Level, TileKey};
 use super::holes::cut;
@@ -101,7 +101,8 @@ impl LevelTask<'_> {
         let step = self.steps.coarsest();
         let tolerance = SHARE * max_error - 0.5 * step;
         if tolerance < 0.25 * max_error {
-            return Err(PyramidError::Step { tile, step, max_error });
+            let (bound_by, fine_heights) = (BoundBy::default(), self.steps.are_fine());
+            return Err(PyramidError::Step { tile, step, max_error, bound_by, fine_heights });
         }
         Ok(tolerance)
     }
@@ -175,9 +176,10 @@ impl LevelTask<'_> {
     fn unreachable(&self, tile: TileKey, last: &Measured, block: &mut Block) -> Result<PyramidError, PyramidError> {
         /// Cells from a sample to others that are outside, so that it is at the rim.
         const BESIDE: i64 = 2;
-        let max_error = self.level.max_error;
+        // What decides the error is known to whoever makes the level.
+        let (max_error, bound_by) = (self.level.max_error, BoundBy::default());
         if let Some(OwnFailure { count, error, at: (lon, lat) }) = last.own {
-            return Ok(PyramidError::OwnSamples { tile, max_error, count, error, lon, lat });
+            return Ok(PyramidError::OwnSamples { tile, max_error, bound_by, count, error, lon, lat });
         }
         let grid = self.samples.grid;
         let mut place = |(error, vertex): (f64, Vertex)| {
@@ -189,7 +191,7 @@ impl LevelTask<'_> {
             Ok::<Worst, PyramidError>(Worst { error, lon: grid.longitude(column), lat: grid.latitude(row), is_at_rim })
         };
         let worst = last.worst.map(&mut place).transpose()?;
-        Ok(PyramidError::Unreachable { tile, max_error, worst })
+        Ok(PyramidError::Unreachable { tile, max_error, bound_by, worst })
     }
 
     /// Gives parts the vertices that they lack; says whether any has changed. Where the sample that

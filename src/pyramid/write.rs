@@ -1,5 +1,6 @@
 //! A folder of tiles that comes to its name whole: made under another one beside it, synced once, then renamed.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -70,6 +71,18 @@ impl StagedSet {
         fs::write(&path, text + "\n").map_err(failed(&path))
     }
 
+    /// The names and lengths of the set's files, a line for each: the manifests and these tiles.
+    pub(super) fn list(&self, tiles: impl Iterator<Item = TileKey>) -> Result<String, PyramidError> {
+        let mut list = String::new();
+        for name in [LAYER, PROMISE].map(str::to_string).into_iter().chain(tiles.map(|tile| format!("{tile}.terrain")))
+        {
+            let path = self.set.join(&name);
+            let length = path.metadata().map_err(failed(&path))?.len();
+            writeln!(list, "{length} {name}").expect("memory takes all lines");
+        }
+        Ok(list)
+    }
+
     /// Gives the set its name. All of it is on the disk before that; then `committing` is told.
     pub(super) fn commit(
         self,
@@ -137,6 +150,24 @@ fn parent(path: &Path) -> &Path {
     }
 }
 
+/// Makes sure that all files of a [list](StagedSet::list) are in a set, with their lengths. A look at each, and none into it.
+pub(super) fn must_have(set: &Path, list: &str) -> Result<(), PyramidError> {
+    for (length, name) in list.lines().filter_map(|line| line.split_once(' ')) {
+        let path = set.join(name);
+        let found = match path.metadata() {
+            Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => None,
+            other => Some(other.map_err(failed(&path))?).filter(fs::Metadata::is_file).map(|file| file.len()),
+        };
+        if found.map(|found| found.to_string()).as_deref() != Some(length) {
+            return Err(PyramidError::Altered { path, expected: length.to_string(), found });
+        }
+    }
+    Ok(())
+}
+
+/// What [`PyramidError::Occupied`] calls what may be replaced.
+pub(crate) const EARLIER_SET: &str = "an earlier set of tiles";
+
 /// Whether a set may take this name.
 pub(super) fn check(output: &Path, overwrite: bool) -> Result<(), PyramidError> {
     let occupied = |found: &str| PyramidError::Occupied { path: output.to_path_buf(), found: found.to_string() };
@@ -155,9 +186,9 @@ pub(super) fn check(output: &Path, overwrite: bool) -> Result<(), PyramidError> 
         (true, _, _) => Ok(()),
         (_, true, true) => match foreign(output).map_err(failed(output))? {
             None => Ok(()),
-            Some(path) => Err(occupied(&format!("an earlier set of tiles with {} in it", path.display()))),
+            Some(path) => Err(occupied(&format!("{EARLIER_SET} with {} in it", path.display()))),
         },
-        (_, true, false) => Err(occupied("an earlier set of tiles")),
+        (_, true, false) => Err(occupied(EARLIER_SET)),
         (_, false, _) => Err(occupied("other files")),
     }
 }

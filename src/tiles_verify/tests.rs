@@ -38,41 +38,49 @@ fn make(input: &Path, set: &Path, max_error: f64) {
     tiles(&request, &Control::default()).expect("tiles");
 }
 
-/// A raster and its tiles, made once: two by two tiles of the finest level.
-fn scene() -> (PathBuf, PathBuf) {
-    static SCENE: OnceLock<TempDir> = OnceLock::new();
-    let scene = SCENE.get_or_init(|| {
+/// The files of a raster and its tiles, made once: two by two tiles of the finest level. They are held in memory, as nobody would
+/// remove a folder of all tests.
+fn scene() -> &'static [(PathBuf, Vec<u8>)] {
+    static SCENE: OnceLock<Vec<(PathBuf, Vec<u8>)>> = OnceLock::new();
+    SCENE.get_or_init(|| {
         let scene = folder();
-        let input =
-            raster(scene.path(), "dem.tif", (60, 60), [11.1, 0.005, 0.0, 45.15, 0.0, -0.005], "EPSG:4326", &hills);
+        let place = [11.1, 0.005, 0.0, 45.15, 0.0, -0.005];
+        let input = raster(scene.path(), "dem.tif", (60, 60), place, "EPSG:4326", &hills);
         make(&input, &scene.path().join("set"), 60.0);
-        scene
-    });
-    (scene.path().join("dem.tif"), scene.path().join("set"))
+        let (mut folders, mut files) = (vec![scene.path().to_path_buf()], Vec::new());
+        while let Some(next) = folders.pop() {
+            for path in next.read_dir().expect("a folder").map(|entry| entry.expect("an entry").path()) {
+                if path.is_dir() {
+                    folders.push(path);
+                    continue;
+                }
+                let name = path.strip_prefix(scene.path()).expect("inside").to_path_buf();
+                files.push((name, std::fs::read(path).expect("a file")));
+            }
+        }
+        files
+    })
 }
 
-/// A copy of the set that may be changed.
+/// A copy of the set that may be changed, and its tiles; the raster is beside it.
 pub(super) fn copy() -> (TempDir, PathBuf, Vec<PathBuf>) {
-    let (_, set) = scene();
     let to = folder();
-    let (mut folders, mut tiles) = (vec![set.clone()], Vec::new());
-    while let Some(next) = folders.pop() {
-        let target = to.path().join(next.strip_prefix(&set).expect("inside"));
-        std::fs::create_dir_all(&target).expect("a folder");
-        for path in next.read_dir().expect("a folder").map(|entry| entry.expect("an entry").path()) {
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let file = target.join(path.file_name().expect("a name"));
-            std::fs::copy(&path, &file).expect("a copy");
-            tiles.extend(Some(file).filter(|f| f.extension().is_some_and(|e| e == "terrain")));
-        }
+    let mut tiles = Vec::new();
+    for (name, bytes) in scene() {
+        let file = to.path().join(name);
+        std::fs::create_dir_all(file.parent().expect("a folder")).expect("a folder");
+        std::fs::write(&file, bytes).expect("written");
+        tiles.extend(Some(file).filter(|f| f.extension().is_some_and(|e| e == "terrain")));
     }
     // Finest level last.
     tiles.sort_by_key(|tile| (tile.components().rev().nth(2).map(|c| c.as_os_str().len()), tile.clone()));
-    let path = to.path().to_path_buf();
-    (to, path, tiles)
+    let set = to.path().join("set");
+    (to, set, tiles)
+}
+
+/// The raster beside a set.
+fn dem(set: &Path) -> PathBuf {
+    set.with_file_name("dem.tif")
 }
 
 pub(super) fn u32_at(bytes: &[u8], at: usize) -> usize {
@@ -101,15 +109,15 @@ pub(super) fn change(path: &Path, change: impl FnOnce(&mut Vec<u8>)) {
 }
 
 pub(super) fn fails(set: &Path, word: &str) {
-    let verdict = verdict(&scene().0, set);
+    let verdict = verdict(&dem(set), set);
     let said = verdict.failures.join("\n");
     assert!(!verdict.passed && said.contains(word), "expected {word}, found {said}");
 }
 
 #[test]
 fn a_set_as_it_is_made_passes() {
-    let (input, set) = scene();
-    let verdict = verdict(&input, &set);
+    let (_keep, set, _) = copy();
+    let verdict = verdict(&dem(&set), &set);
     assert!(verdict.passed, "{verdict}");
     assert!(verdict.levels.last().expect("levels").tiles >= 4 && verdict.gaps.len() > 2, "{verdict}");
     assert!(verdict.levels.iter().all(|l| l.samples >= 3600 && l.largest_error > 0.0), "{verdict}");
@@ -254,16 +262,15 @@ fn lists_and_headers_are_judged() {
 /// Compressed sets pass; not those in which one file is not, or has something after its end.
 #[test]
 fn all_files_are_compressed_or_none() {
-    let (input, _) = scene();
-    let folder = folder();
-    let set = folder.path().join("set");
+    let (_keep, plain, _) = copy();
+    let (input, set) = (dem(&plain), plain.with_file_name("gzip"));
     let gzip = TilesRequest { gzip: true, outside: 50.0, ..TilesRequest::new(&input, &set, 60.0) };
     tiles(&gzip, &Control::default()).expect("tiles");
     assert!(verdict(&input, &set).passed);
     let tile = set.join("0/0/0.terrain");
     change(&tile, |bytes| bytes.extend([0, 1, 2]));
     fails(&set, "found 3 bytes more");
-    std::fs::copy(scene().1.join("0/0/0.terrain"), &tile).expect("a copy");
+    std::fs::copy(plain.join("0/0/0.terrain"), &tile).expect("a copy");
     fails(&set, "found a plain file");
     // Files of others would go with an earlier set.
     std::fs::write(set.join("0/notes.txt"), "mine").expect("written");
@@ -305,9 +312,8 @@ fn odd_places_keep_the_promise() {
 /// With fine heights, the heights of every header are 4,095.875 m apart or more.
 #[test]
 fn fine_heights_are_judged() {
-    let (input, _) = scene();
-    let folder = folder();
-    let set = folder.path().join("set");
+    let (_keep, plain, _) = copy();
+    let (input, set) = (dem(&plain), plain.with_file_name("fine"));
     let fine = TilesRequest { fine_heights: true, outside: 50.0, ..TilesRequest::new(&input, &set, 60.0) };
     tiles(&fine, &Control::default()).expect("tiles");
     let judged = verdict(&input, &set);
@@ -318,8 +324,8 @@ fn fine_heights_are_judged() {
     };
     // The other root has nothing but the height outside.
     assert_eq!(header(&set), 4095.875);
-    assert!(header(&scene().1) < 10.0);
-    std::fs::copy(scene().1.join("0/0/0.terrain"), set.join("0/0/0.terrain")).expect("a copy");
+    assert!(header(&plain) < 10.0);
+    std::fs::copy(plain.join("0/0/0.terrain"), set.join("0/0/0.terrain")).expect("a copy");
     let judged = verdict(&input, &set);
     assert!(judged.failures.join(" ").contains("expected 4095.875 or more"), "{judged}");
 }

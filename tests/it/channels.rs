@@ -114,7 +114,7 @@ fn a_run_continues_with_the_same_channels_only() {
             .collect::<Vec<_>>()
     };
     assert_eq!(terrabite_with_fault("kill:chunk-renamed:5", kept(&[])).code, None);
-    terrabite(kept(&["--attribute-weight", "0.25"])).fails(1, &[&work, "emphasis"]);
+    terrabite(kept(&["--attribute-weight", "0.25"])).fails(1, &[&work, "--attribute-weight: "]);
     let run = terrabite(kept(&[])).succeeds();
     assert!(run.json()["tiles_found"].as_u64() >= Some(5), "{run:#?}");
     assert!(fs::read(&tin).unwrap() == expected);

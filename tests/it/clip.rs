@@ -133,7 +133,8 @@ fn a_work_dir_belongs_to_a_window() {
     };
     crate::util::terrabite_with_fault("kill:vertices:1", with("1,1,50,50"));
     assert!(folder.join("work").is_dir());
-    terrabite(with("2,1,50,50")).fails(1, &["another job", "the raster's window: expected 1,1,50,50, found 2,1,50,50"]);
+    terrabite(with("2,1,50,50"))
+        .fails(1, &["another job", "--window, --bbox: 1,1,50,50 in the work dir, 2,1,50,50 now"]);
     terrabite(with("1,1,50,50")).succeeds();
     assert_eq!(folder.names(), ["dem.tif", "tin.ply"]);
 }

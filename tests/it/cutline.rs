@@ -211,8 +211,8 @@ fn a_run_that_was_killed_continues_with_the_same_polygons_only() {
     let command = |cutline| plain.iter().chain(&["--cutline", cutline]).map(ToString::to_string).collect::<Vec<_>>();
     let killed = terrabite_with_fault("kill:vertices:1", command(&cutline));
     assert_eq!(killed.code, None, "{killed:#?}");
-    terrabite(command(&other)).fails(1, &["another job", "cutline: expected"]);
-    terrabite(plain).fails(1, &["another job", "cutline"]);
+    terrabite(command(&other)).fails(1, &["another job", "--cutline: polygons"]);
+    terrabite(plain).fails(1, &["another job", "--cutline: polygons", "not given now"]);
     terrabite(command(&cutline)).succeeds();
     assert!(fs::read(&tin).unwrap() == expected);
 }

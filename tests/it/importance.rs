@@ -193,7 +193,7 @@ fn a_run_continues_with_the_same_weights_only() {
     assert_eq!(terrabite_with_fault("kill:chunk-renamed:3", kept(&file)).code, None);
     terrabite(kept(&other)).fails(1, &["another job", "the importance raster's checksum of some samples"]);
     let without = ["simplify", &dem, &tin, "--max-error", "4", "--tile", "32", "--work-dir", &work];
-    terrabite(without).fails(1, &["another job", "importance raster: expected one, found none", "--work-dir"]);
+    terrabite(without).fails(1, &["another job", "--importance: given in the work dir, not given now", "--work-dir"]);
     // One weight that is changed behind the run's back, at a place that identifies nothing.
     let mended = importance().heights(|c, r| if (c, r) == (5, 3) { 0.25 } else { weights(c, r) });
     let original = fs::read(&file).unwrap();

@@ -82,7 +82,7 @@ fn a_run_that_was_killed_continues_with_the_same_value_only() {
     };
     let killed = terrabite_with_fault("kill:vertices:1", command("-32768"));
     assert_eq!(killed.code, None, "{killed:#?}");
-    terrabite(command("75")).fails(1, &["another job", "nodata: expected", "-32768", "75"]);
+    terrabite(command("75")).fails(1, &["another job", "--nodata, --valid-range: -32768", "75"]);
     terrabite(command("-32768")).succeeds();
     assert!(fs::read(&tin).unwrap() == expected);
 }

@@ -161,7 +161,7 @@ fn a_work_dir_belongs_to_its_points() {
     let (some, others) = (scene.layer("some.geojson", &PLACES), scene.layer("others.geojson", &PLACES[..5]));
     let command = scene.command(&some, &["--work-dir", &work]);
     terrabite_with_fault("kill:chunk-renamed:2", command);
-    scene.run(&others, &["--work-dir", &work]).fails(1, &["points: expected 8 samples", "found 5 samples"]);
+    scene.run(&others, &["--work-dir", &work]).fails(1, &["--points: 8 samples", "in the work dir, 5 samples"]);
     // The same samples from another file.
     let mut places = PLACES;
     places.reverse();

@@ -124,7 +124,9 @@ fn a_dry_run_says_what_is_left_and_leaves_the_work_dir_alone() {
     assert_eq!(work_dir(&[]), ([kept.len() as u64, TILES], [[0, 21], [0, 32]], bytes));
     assert_eq!(names_and_times(&scene.folder.join("work")), before);
     // As the run itself would be.
-    scene.run(&["--max-error", "2", "--dry-run"]).fails(1, &["another job", "max error", "--work-dir"]);
+    scene
+        .run(&["--max-error", "2", "--dry-run"])
+        .fails(1, &["another job", "--max-error: 3 in the work dir, 2 now", "--work-dir"]);
     // While another process works there it can be looked at, too.
     let run = Halted::at("chunk-renamed", 34, scene.command(&[]));
     let ([tiles, _], [[seams, _], [crossings, _]], _) = work_dir(&[]);
@@ -291,10 +293,13 @@ fn other_parameters_are_refused_and_named() {
         // The dead run's partial output goes: the work dir, which knows of it, may be deleted now.
         assert_eq!((scene.chunks(), scene.folder.names()), (kept, ["dem.tif", "work"].map(String::from).to_vec()));
     };
-    refused(&["--max-error", "3.5"], &["max error: expected 3 (", "found 3.5 ("]);
-    refused(&["--tile", "64"], &["tile: expected 100, found 64"]);
-    refused(&["--feasibility", "strong"], &["feasibility: expected weak, found strong"]);
-    refused(&["--max-error", "2", "--tile", "64"], &["max error: expected 3 (", "tile: expected 100, found 64"]);
+    refused(&["--max-error", "3.5"], &["--max-error: 3 in the work dir, 3.5 now"]);
+    refused(&["--tile", "64"], &["--tile: 100 in the work dir, 64 now"]);
+    refused(&["--feasibility", "strong"], &["--feasibility: weak in the work dir, strong now"]);
+    refused(
+        &["--max-error", "2", "--tile", "64"],
+        &["--max-error: 3 in the work dir, 2 now; --tile: 100 in the work dir, 64 now"],
+    );
     // What does not decide the bytes may differ.
     scene.run(&["--threads", "1"]).succeeds();
     assert!(fs::read(scene.tin()).unwrap() == scene.expected);
@@ -305,12 +310,12 @@ fn other_rasters_are_refused_and_named() {
     let scene = Scene::new();
     scene.begin(3);
     for (other, word) in [
-        (dem().heights(|c, r| ((c * r) % 91) as f64), "the raster's checksum of some samples: expected"),
-        (Dem::new(200, 601).heights(ground).compressed().stripped(64), "the raster's size: expected 200 × 600"),
-        (dem().on_the_map(), "the raster's geotransform: expected 0"),
-        (dem().nodata(-5.0), "the raster's nodata: expected none, found -5"),
-        (dem().scaling(2.0, 7.0), "the raster's offset: expected 0"),
-        (dem().kind(Kind::Int32), "the raster's sample type: expected Int16, found Int32"),
+        (dem().heights(|c, r| ((c * r) % 91) as f64), "the raster's checksum of some samples: "),
+        (Dem::new(200, 601).heights(ground).compressed().stripped(64), "the raster's size: 200 × 600"),
+        (dem().on_the_map(), "the raster's geotransform: 0, "),
+        (dem().nodata(-5.0), "the raster's nodata: no nodata value in the work dir, -5 now"),
+        (dem().scaling(2.0, 7.0), "the raster's offset: 0 in the work dir, "),
+        (dem().kind(Kind::Int32), "the raster's sample type: Int16 in the work dir, Int32 now"),
         (dem().bands(2), ""),
     ] {
         let elsewhere = Folder::new();
@@ -319,7 +324,7 @@ fn other_rasters_are_refused_and_named() {
         command[1] = path;
         if word.is_empty() {
             command.extend(["--band".to_string(), "2".to_string()]);
-            terrabite(&command).fails(1, &["another job", "the raster's band: expected 1, found 2"]);
+            terrabite(&command).fails(1, &["another job", "--band: 1 in the work dir, 2 now"]);
         } else {
             terrabite(&command).fails(1, &["another job", word]);
         }
@@ -335,8 +340,8 @@ fn another_version_is_refused() {
     let manifest = fs::read_to_string(&path).unwrap();
     let program = format!("terrabite {}", env!("CARGO_PKG_VERSION"));
     for (is, was, words) in [
-        (program.as_str(), "terrabite 0.0.9", ["program: expected terrabite 0.0.9", &program]),
-        ("\"format\": 1", "\"format\": 7", ["work dir format: expected 7", "found 1"]),
+        (program.as_str(), "terrabite 0.0.9", ["program: terrabite 0.0.9 in the work dir, terrabite", &program]),
+        ("\"format\": 1", "\"format\": 7", ["work dir format: 7 in the work dir, 1 now", "--work-dir"]),
         ("}", "", ["manifest", "--work-dir"]),
     ] {
         assert!(manifest.contains(is));
@@ -499,7 +504,7 @@ fn a_run_that_fails_at_once_binds_the_folder_to_nothing() {
     fs::remove_file(scene.tin()).unwrap();
     scene.begin(2);
     scene.folder.with("tin.ply", "precious");
-    scene.run(&[]).fails(1, &["--overwrite"]);
+    scene.run(&[]).fails(1, &["--overwrite replaces it", "the same command with --overwrite continues"]);
     assert_eq!(fs::read(scene.tin()).unwrap(), b"precious");
 }
 

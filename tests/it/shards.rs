@@ -169,7 +169,7 @@ fn the_plan_is_what_counts() {
     // The same run goes on; another one is refused, and so is what only one process can find out.
     scene.plan(&["--quality", "none", "--local"]).succeeds();
     scene.plan(&["--quality", "none"]).succeeds();
-    scene.plan(&["--quality", "fast", "--local"]).fails(1, &["another job", "quality", "another WORK"]);
+    scene.plan(&["--quality", "fast", "--local"]).fails(1, &["another job", "--quality", "another WORK"]);
     scene
         .plan(&["--quality", "none", "--max-triangles", "100"])
         .fails(2, &["a budget of triangles", "made in shards", "--max-error"]);
@@ -285,7 +285,7 @@ fn a_changed_raster_takes_over_what_no_change_concerns() {
     let expected = fs::read(&tin).unwrap();
     assert!(expected != scene.expected);
     fs::remove_file(tin).unwrap();
-    scene.plan(&["--quality", "fast", "--update", &old]).fails(1, &["another job", "quality"]);
+    scene.plan(&["--quality", "fast", "--update", &old]).fails(1, &["another job", "--quality"]);
     let planned = scene.plan(&["--update", &old, "--json"]).succeeds();
     let count = |name: &str| planned.json()["taken_over"][name].as_u64().unwrap();
     let run = scene.run("1/1", &[]).succeeds();

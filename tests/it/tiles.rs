@@ -62,6 +62,31 @@ fn what_cannot_be_done_is_said_with_the_way_out() {
     assert!(!Path::new(&out).exists());
 }
 
+/// A level above the finest that has all that clients expect gets more by --error-factor alone, and only who has asked for fine heights
+/// can do without.
+#[test]
+fn a_refusal_names_the_option_that_mends_it() {
+    let folder = Folder::new();
+    let (dem, out) = (dem(&folder), folder.at("out"));
+    let refused = |error: &str, options: &[&str], words: &[&str], not: &str| {
+        let run = terrabite(["tiles", &dem, &out, "--max-error", error].iter().chain(options));
+        let run = run.fails(1, words);
+        assert!(!run.err.contains(not), "{run:#?}");
+    };
+    refused("100", &["--error-factor", "0.01"], &["sag under", "choose a larger --error-factor"], "--max-error");
+    terrabite(["tiles", &dem, &out, "--max-error", "100", "--error-factor", "0.1", "-q"]).succeeds();
+    std::fs::remove_dir_all(&out).unwrap();
+    let finer = ["--grid-factor", "4"];
+    refused("0.01", &finer, &["can be written in steps of", "choose a larger --max-error"], "--fine-heights");
+    let fine = ["--fine-heights", "--grid-factor", "4"];
+    refused("0.05", &fine, &["steps of 0.125 m", "without --fine-heights steps are smaller"], "--error-factor");
+    // Where the sky is the limit, a decimal without end is not.
+    let stray = terrabite(["tiles", &dem, &out, "--max-error", "100", "--max-stray", "1e400"]);
+    stray.fails(2, &["--max-stray", "1e400 is beyond 1.7976931348623157e308", "inf sets no limit"]);
+    let nodata = terrabite(["tiles", &dem, &out, "--max-error", "100", "--nodata", "1e400"]);
+    nodata.fails(2, &["dem.tif", "found 1e400", "inf"]);
+}
+
 /// PyPI's quantized-mesh-tile decodes every tile to the vertices and triangles that are in it.
 #[test]
 fn another_decoder_finds_the_same() {

@@ -175,6 +175,10 @@ fn killed_while_an_earlier_set_is_replaced() {
     // It binds the work dir to nothing.
     scene.run(&[]).fails(1, &["an earlier set of tiles", "--overwrite"]);
     assert_eq!(scene.folder.names(), ["dem.tif", "out"]);
+    // What was begun with --overwrite continues with it.
+    let run = terrabite_with_fault("kill:chunk-renamed:2", scene.command(&["--overwrite", "--threads", "1"]));
+    assert_eq!(run.code, None, "{run:#?}");
+    scene.run(&[]).fails(1, &["--overwrite replaces it", "the same command with --overwrite continues"]);
     let replaces = scene.command(&["--overwrite"]);
     for (fault, is_there) in [("output-written:1", &earlier), ("output-renamed:1", &scene.expected)] {
         let run = terrabite_with_fault(&format!("kill:{fault}"), &replaces);
@@ -186,6 +190,40 @@ fn killed_while_an_earlier_set_is_replaced() {
     scene.is_made();
 }
 
+/// A run that has ended looks at the files of its set: at their names and lengths, not into them.
+#[test]
+fn a_finished_set_that_was_changed_is_no_success() {
+    let scene = Scene::new();
+    let out = scene.folder.join("out");
+    let (some, other) = (out.join("0/0/0.terrain"), out.join("layer.json"));
+    scene.run(&["--keep-work-dir"]).succeeds();
+    let cut = |path: &Path| fs::File::options().write(true).open(path).unwrap().set_len(50).unwrap();
+    cut(&some);
+    let [length, cut_to] =
+        [scene.expected[Path::new("0/0/0.terrain")].len(), 50].map(|bytes| format!("of {bytes} bytes"));
+    scene.run(&[]).fails(1, &["0/0/0.terrain", &length, &cut_to, "--overwrite writes it anew"]);
+    let run = scene.run(&["--overwrite", "--keep-work-dir"]).succeeds();
+    assert_eq!(run.json()["tiles_found"].as_u64(), Some(scene.tiles()));
+    for path in [&some, &other] {
+        fs::remove_file(path).unwrap();
+        let name = path.to_str().unwrap();
+        scene.run(&[]).fails(1, &[name, "found none", "--overwrite writes it anew"]);
+        // Whoever keeps the work dir has the set written anew.
+        scene.run(&["--keep-work-dir"]).succeeds();
+        assert!(content(&out) == scene.expected);
+    }
+    cut(&other);
+    scene.run(&["--overwrite"]).succeeds();
+    scene.is_made();
+    fs::remove_dir_all(scene.out()).unwrap();
+    // The same where the work dir is all but gone; its tiles have to be made again.
+    scene.is_killed("chunks-removed:1");
+    cut(&some);
+    scene.run(&[]).fails(1, &["0/0/0.terrain", "--overwrite"]);
+    scene.run(&["--overwrite"]).succeeds();
+    scene.is_made();
+}
+
 #[test]
 fn other_options_and_rasters_are_refused_and_named() {
     let scene = Scene::new();
@@ -194,19 +232,20 @@ fn other_options_and_rasters_are_refused_and_named() {
         scene.run(options).fails(1, words).fails(1, &[&scene.work(), "another job", "--work-dir", "delete"]);
         assert_eq!(scene.folder.names(), ["dem.tif", "work"]);
     };
-    refused(&["--max-error", "600"], &["max error: expected 500 (", "found 600 ("]);
-    refused(&["--gzip"], &["gzip: expected false, found true"]);
-    refused(&["--outside", "3"], &["outside: expected 0 (", "found 3 ("]);
-    refused(&["--nodata", "7"], &["nodata: expected nothing, found 7"]);
-    refused(&["--vertical-crs", "EPSG:5773"], &["vertical CRS: expected none, found EPSG:5773"]);
-    refused(&["--window", "0,0,20,100"], &["the raster's window: expected nothing"]);
+    refused(&["--max-error", "600"], &["--max-error: 500 in the work dir, 600 now"]);
+    refused(&["--gzip"], &["--gzip: not given in the work dir, given now"]);
+    refused(&["--outside", "3"], &["--outside: 0 in the work dir, 3 now"]);
+    refused(&["--nodata", "7"], &["--nodata, --valid-range: not given in the work dir, 7 now"]);
+    refused(&["--nodata", "none"], &["--nodata, --valid-range: not given in the work dir, no nodata value now"]);
+    refused(&["--vertical-crs", "EPSG:5773"], &["--vertical-crs: none in the work dir, EPSG:5773 now"]);
+    refused(&["--window", "0,0,20,100"], &["--window, --bbox: not given in the work dir, 0,0,20,100 now"]);
     let inside = ["tiles", &scene.dem, &scene.out(), "--max-error", "500", "--work-dir", &scene.folder.at("out/work")];
     terrabite(inside).fails(1, &["expected an empty folder or nothing, found the work dir in it"]);
     terrabite(["simplify", &scene.dem, &scene.folder.at("tin.ply"), "--max-error", "500", "--work-dir", &scene.work()])
-        .fails(1, &["another job", "result: expected terrain tiles, found a mesh"]);
+        .fails(1, &["another job", "result: terrain tiles in the work dir, a mesh now"]);
     let before = fs::read(&scene.dem).unwrap();
     dem().epsg(4258).write(&scene.folder, "dem.tif");
-    refused(&[], &["the raster's CRS: expected EPSG:4326 (WGS 84)", "found EPSG:4258 (ETRS89)"]);
+    refused(&[], &["the raster's CRS: EPSG:4326 (WGS 84)", "in the work dir, EPSG:4258 (ETRS89)"]);
     // The same samples in a file of another time; then one that is not among those that are looked at first.
     fs::write(&scene.dem, &before).unwrap();
     scene.is_killed("chunk-renamed:2");

@@ -107,7 +107,7 @@ fn a_run_that_was_killed_continues_with_the_same_cells_only() {
     for fault in ["kill:tile-begun:5", "kill:tile-begun:30", "kill:vertices:1"] {
         let killed = terrabite_with_fault(fault, job("2"));
         assert_eq!(killed.code, None, "{fault}: {killed:#?}");
-        terrabite(job("1")).fails(1, &["another job", "trim", "expected 2 cells, found 1 cells"]);
+        terrabite(job("1")).fails(1, &["another job", "--trim: 2 cells in the work dir, 1 cells now"]);
     }
     terrabite(job("2")).succeeds();
     assert!(fs::read(&tin).unwrap() == expected);

@@ -105,5 +105,5 @@ fn tiles_that_no_change_of_raster_or_lines_concerns_are_taken_over() {
     scene.first(&["--breaklines", &roads]);
     let [dem, old, work] = ["dem.tif", "old", "work"].map(|name| scene.folder.at(name));
     let plan = ["plan", &dem, &work, "--update", &old, "--max-error", "3", "--tile", "100", "--breaklines", &roads];
-    terrabite(plan.iter().chain(&["--breakline-shift", "1"])).fails(1, &["another job", "breaklines"]);
+    terrabite(plan.iter().chain(&["--breakline-shift", "1"])).fails(1, &["another job", "--breaklines"]);
 }

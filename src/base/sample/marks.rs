@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::{SampleType, with_sample_type};
+use crate::base::decimal::is_too_large;
 use crate::base::warning::{Warning, WarningCode};
 
 /// A stored value that marks samples without a height.
@@ -65,6 +66,8 @@ impl Mark {
         match sample_type {
             SampleType::I64 => text.parse().ok().or_else(|| whole(text)?.try_into().ok()).map(Mark::I64),
             SampleType::U64 => text.parse().ok().or_else(|| whole(text)?.try_into().ok()).map(Mark::U64),
+            // A number that no double can have is none; a word stands for infinity.
+            _ if is_too_large(text) => None,
             _ => text.parse().ok().map(Mark::Real).filter(|mark| mark.is_reachable(sample_type)),
         }
     }
@@ -194,6 +197,8 @@ mod tests {
         // Truncated toward zero, where it is compared.
         assert_eq!(parse("-9999.5", SampleType::I16), Some(Mark::Real(-9999.5)));
         assert_eq!(parse("nan", SampleType::I32), None);
+        assert_eq!(parse("-inf", SampleType::F32), Some(Mark::Real(f64::NEG_INFINITY)));
+        assert_eq!((parse("1e400", SampleType::F64), parse("-1e400", SampleType::F32)), (None, None));
         assert_eq!(parse("-9223372036854775808", SampleType::I64), Some(Mark::I64(i64::MIN)));
         assert_eq!(parse("-1", SampleType::U64), None);
         assert_eq!(parse("-9999.0", SampleType::I64), Some(Mark::I64(-9999)));

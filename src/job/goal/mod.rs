@@ -18,6 +18,7 @@ pub(super) use cut::find_cut;
 pub(super) use floor::Floor;
 
 use super::search::Searched;
+use crate::base::exact_double;
 
 /// What ends the refinement beside the tolerance. Qualities (`max_rms`, and the tolerance) are to be reached, all that
 /// are given; budgets end the refinement before that if need be, and are never exceeded.
@@ -49,9 +50,12 @@ impl Goal {
         shares.into_iter().flatten().reduce(f64::max)
     }
 
-    /// What of this decides the bytes of a tile, as text.
-    pub(super) fn named(&self) -> String {
-        format!("{:?}, {:?}, {:?}", self.max_points, self.max_triangles, self.max_rms)
+    /// What of this decides the bytes of a tile, by name.
+    pub(super) fn named(&self) -> impl Iterator<Item = (&'static str, String)> + use<> {
+        let points = self.max_points.map(|most| ("max points", most.to_string()));
+        let triangles = self.max_triangles.map(|most| ("max triangles", most.to_string()));
+        let rms = self.max_rms.map(|rms| ("max RMS error", exact_double(rms)));
+        [points, triangles, rms].into_iter().flatten()
     }
 }
 

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use crate::base::without_bits;
+
 /// Why a work dir cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -74,15 +76,31 @@ pub enum WorkDirError {
 pub struct Difference {
     /// What it is called.
     pub what: String,
-    /// What the work dir was made for.
-    pub expected: String,
-    /// What this run is about.
-    pub found: String,
+    /// What the work dir was made for; `None` where it was made without.
+    pub expected: Option<String>,
+    /// What this run is about; `None` where it is not given.
+    pub found: Option<String>,
+}
+
+impl Difference {
+    /// The values of the work dir and of this run without the bits of doubles, unless they differ in nothing else, as two
+    /// NaNs may.
+    pub fn plain(&self) -> [Option<String>; 2] {
+        let both = [&self.expected, &self.found];
+        let plain = both.map(|value| value.as_deref().map(without_bits));
+        if plain[0] == plain[1] { both.map(Clone::clone) } else { plain }
+    }
 }
 
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: expected {}, found {}", self.what, self.expected, self.found)
+        let said = |value: Option<String>| match value {
+            None => "not given".to_string(),
+            Some(value) if value.is_empty() => "none".to_string(),
+            Some(value) => value,
+        };
+        let [expected, found] = self.plain().map(said);
+        write!(f, "{}: {expected} in the work dir, {found} now", self.what)
     }
 }
 

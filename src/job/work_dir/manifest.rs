@@ -80,7 +80,7 @@ impl Manifest {
         let differences = if self.version.format == kept.version.format {
             self.differences(kept)
         } else {
-            vec![difference("work dir format", kept.version.format, self.version.format)]
+            vec![difference("work dir format", Some(kept.version.format), Some(self.version.format))]
         };
         if differences.is_empty() {
             return Ok(());
@@ -108,28 +108,26 @@ impl Manifest {
         let result = |of: &Manifest| of.parameters.get(RESULT).map_or("a mesh", String::as_str).to_string();
         if result(kept) != result(self) {
             // They have hardly a parameter in common.
-            return vec![difference(RESULT, result(kept), result(self))];
+            return vec![difference(RESULT, Some(result(kept)), Some(result(self)))];
         }
         let mut all = Vec::new();
         if self.version.program != kept.version.program {
-            all.push(difference("program", &kept.version.program, &self.version.program));
+            all.push(difference("program", Some(&kept.version.program), Some(&self.version.program)));
         }
         let mut maps = vec![("", &kept.parameters, &self.parameters), ("the raster's ", &kept.raster, &self.raster)];
         match (&kept.importance, &self.importance) {
             (expected, found) if expected.is_empty() == found.is_empty() => {
                 maps.push(("the importance raster's ", expected, found));
             }
-            (expected, _) => {
-                let (expected, found) = if expected.is_empty() { ("none", "one") } else { ("one", "none") };
-                all.push(difference("importance raster", expected, found));
+            (expected, found) => {
+                let given = |of: &BTreeMap<_, _>| (!of.is_empty()).then_some("given");
+                all.push(difference("importance raster", given(expected), given(found)));
             }
         }
         for (of, expected, found) in maps {
             let names: BTreeSet<&String> = expected.keys().chain(found.keys()).collect();
             for name in names.into_iter().filter(|&name| expected.get(name) != found.get(name)) {
-                let value =
-                    |map: &BTreeMap<String, String>| map.get(name).map_or("nothing", String::as_str).to_string();
-                all.push(difference(&format!("{of}{name}"), value(expected), value(found)));
+                all.push(difference(&format!("{of}{name}"), expected.get(name), found.get(name)));
             }
         }
         all
@@ -152,6 +150,7 @@ impl Manifest {
     }
 }
 
-fn difference(what: &str, expected: impl ToString, found: impl ToString) -> Difference {
-    Difference { what: what.to_string(), expected: expected.to_string(), found: found.to_string() }
+fn difference<V: ToString>(what: &str, expected: Option<V>, found: Option<V>) -> Difference {
+    let text = |value: Option<V>| value.map(|value| value.to_string());
+    Difference { what: what.to_string(), expected: text(expected), found: text(found) }
 }

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use tempfile::{TempDir, tempdir};
 
-use super::{Job, WorkDir, WorkDirError};
-use crate::base::Files;
+use super::{Difference, Job, WorkDir, WorkDirError};
 use crate::base::private_file::PrivateFile;
+use crate::base::{Files, exact_double};
 
 fn job(tolerance: &str) -> Job {
     Job {
@@ -36,14 +36,30 @@ fn begun(folder: &TempDir) -> WorkDir {
 fn differences_are_named_one_by_one() {
     let folder = tempdir().unwrap();
     drop(begun(&folder));
-    let mut other = job("2");
+    let mut other = job(&exact_double(2.5));
     other.parameters.pop();
+    other.parameters.push(("nodata", String::new()));
     other.raster.push(("nodata", "-1".to_string()));
     let refused = WorkDir::open(&folder.path().join("work"), &other).unwrap_err();
-    let expected = "the work dir belongs to another job: max error: expected 1, found 2; tile: expected 512, found \
-                    nothing; the raster's nodata: expected nothing, found -1";
+    let expected = "the work dir belongs to another job: max error: 1 in the work dir, 2.5 now; nodata: not given in the work dir, none now; \
+                    tile: 512 in the work dir, not given now; the raster's nodata: not given in the work dir, -1 now";
     assert!(refused.to_string().ends_with(expected), "{refused}");
     WorkDir::open(&folder.path().join("work"), &job("1")).unwrap();
+}
+
+/// Bits are told only where nothing else tells values apart.
+#[test]
+fn values_are_plain() {
+    let nans = [0x7ff8_0000_0000_0000u64, 0x7ff8_0000_0000_0001].map(f64::from_bits);
+    let [a, b] = nans.map(exact_double);
+    let difference = |expected: &str, found: &str| {
+        let [expected, found] = [expected, found].map(|value| Some(value.to_string()));
+        Difference { what: "range".to_string(), expected, found }.to_string()
+    };
+    assert!(difference(&a, &b).contains("NaN (bits 7ff8000000000000) in the work dir"), "{}", difference(&a, &b));
+    let [low, high] = [1.5, -2.0].map(exact_double);
+    let range = format!("heights from {low} to {high}");
+    assert_eq!(difference(&range, &high), "range: heights from 1.5 to -2 in the work dir, -2 now");
 }
 
 #[test]
@@ -52,7 +68,7 @@ fn a_job_that_makes_something_else_differs_in_that_alone() {
     drop(begun(&folder));
     let other = Job { parameters: vec![("result", "terrain tiles".to_string())], ..job("2") };
     let refused = WorkDir::open(&folder.path().join("work"), &other).unwrap_err();
-    let expected = "the work dir belongs to another job: result: expected a mesh, found terrain tiles";
+    let expected = "the work dir belongs to another job: result: a mesh in the work dir, terrain tiles now";
     assert!(refused.to_string().ends_with(expected), "{refused}");
 }
 
@@ -63,15 +79,24 @@ fn an_importance_raster_is_part_of_the_job() {
     let with = |checksum: &str| Job { importance: vec![("checksum", checksum.to_string())], ..job("1") };
     drop(begun(&folder));
     let refused = WorkDir::open(&path, &with("abc")).unwrap_err();
-    assert!(refused.to_string().ends_with("another job: importance raster: expected none, found one"), "{refused}");
+    assert!(
+        refused.to_string().ends_with("another job: importance raster: not given in the work dir, given now"),
+        "{refused}"
+    );
     begun(&folder).finish().unwrap();
     let work = WorkDir::open(&path, &with("abc")).unwrap();
     fs::create_dir_all(path.join("chunks/0")).unwrap();
     drop(work);
     let refused = WorkDir::open(&path, &job("1")).unwrap_err();
-    assert!(refused.to_string().ends_with("another job: importance raster: expected one, found none"), "{refused}");
+    assert!(
+        refused.to_string().ends_with("another job: importance raster: given in the work dir, not given now"),
+        "{refused}"
+    );
     let refused = WorkDir::open(&path, &with("xyz")).unwrap_err();
-    assert!(refused.to_string().ends_with("the importance raster's checksum: expected abc, found xyz"), "{refused}");
+    assert!(
+        refused.to_string().ends_with("the importance raster's checksum: abc in the work dir, xyz now"),
+        "{refused}"
+    );
     WorkDir::open(&path, &with("abc")).unwrap();
 }
 

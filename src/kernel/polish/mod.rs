@@ -4,7 +4,7 @@
 //! has passed the exact test. Vertices stand on samples and have their heights, or where that is asked for stand on the
 //! lattice of quarter cells and have heights of their own. `net` is the mesh while it changes (`by_rows` numbers it),
 //! `journal` what a move that fails takes back; `hole` and `filling` are how triangles are replaced, `judge` says which
-//! may be used, `energy` how well they fit, by samples that `scan` reads, with those of `channels` where there are some. `removal` takes vertices out where feasible triangles fill the hole;
+//! may be used, `energy` how well they fit, by samples that `scan` reads (`four_rows` says which), with those of `channels` where there are some. `removal` takes vertices out where feasible triangles fill the hole;
 //! `improve` moves vertices and turns edges (`fan` finds the place); `repair` takes vertices out and mends what that
 //! breaks. `star` finds the height that fits best, and where to look for a better place; `fitting` says which heights and
 //! places there are, `angles` how sharp triangles may be. `onto_rim` puts vertices beside the raster's rim onto it.

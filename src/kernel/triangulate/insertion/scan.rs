@@ -343,10 +343,9 @@ impl Scan {
         }
         let (mut size, mut sample) = (-1.0, 0.0);
         for best in bests {
-            for i in 0..LANES {
-                let of_lane = best.samples[i] + LANE[i];
-                if best.sizes[i] > size || best.sizes[i] == size && of_lane < sample {
-                    (size, sample) = (best.sizes[i], of_lane);
+            for ((of_lane, start), lane) in best.sizes.into_iter().zip(best.samples).zip(LANE) {
+                if of_lane > size || of_lane == size && start + lane < sample {
+                    (size, sample) = (of_lane, start + lane);
                 }
             }
         }
@@ -383,10 +382,10 @@ impl Best {
     #[inline(always)]
     fn see(&mut self, sizes: [f64; LANES], sample: usize) {
         let sample = sample as f64;
-        for i in 0..LANES {
-            let better = sizes[i] > self.sizes[i];
-            self.sizes[i] = if better { sizes[i] } else { self.sizes[i] };
-            self.samples[i] = if better { sample } else { self.samples[i] };
+        for ((best, at), size) in self.sizes.iter_mut().zip(&mut self.samples).zip(sizes) {
+            let better = size > *best;
+            *best = if better { size } else { *best };
+            *at = if better { sample } else { *at };
         }
     }
 }
