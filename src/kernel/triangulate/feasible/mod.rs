@@ -20,7 +20,7 @@ pub(crate) use spans::{INWARD, NO_FRACTION, Slant, Spans};
 pub use stray::Side;
 pub(crate) use surfaces::Surfaces;
 pub use tester::Tester;
-pub(super) use tester::coarse_doubles;
+pub(super) use tester::{coarse_doubles, doubt_in_singles};
 
 #[cfg(test)]
 mod tests;

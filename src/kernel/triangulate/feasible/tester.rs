@@ -283,6 +283,12 @@ pub(in crate::kernel::triangulate) fn coarse_doubles(reach: f64) -> f64 {
     coarse::<f64>(reach)
 }
 
+/// How close to a limit an error may be wrong about it that is computed in single precision as the tester does, with the
+/// largest distance of the plane from the reference within the triangle.
+pub(in crate::kernel::triangulate) fn doubt_in_singles(reach: f64, limit: f64) -> f64 {
+    f32::DOUBT * (reach + limit) + coarse::<f32>(reach)
+}
+
 /// Limits of |error|: up to `sure` it is within the tolerance, beyond `never` it is not.
 #[derive(Clone, Copy)]
 struct Limits<R> {

@@ -3,7 +3,7 @@
 //!
 //! In come a tile and the loops around its ground; out goes a mesh within the tolerance. `topology` is triangles apart
 //! from places, `surface` puts them in the plane, `first` triangulates the loops, whose edges are locked. `scan` finds a
-//! triangle's candidate, `candidates` keeps them in a heap, `refine` inserts, `mend` inserts where edges stray, `seeded` where others have begun; `progressive` inserts in an order that
+//! triangle's candidate, by the sample that `search` says is farthest, `candidates` keeps them in a heap, `refine` inserts, `mend` inserts where edges stray, `seeded` where others have begun; `progressive` inserts in an order that
 //! a whole raster can agree on. `data_dependent` swaps edges by the data
 //! (algorithm IV) where [`Swap`] says so, and
 //! `importance` has the other measures of section 3. The paper's algorithms I and II are oracles in the tests.
@@ -17,6 +17,7 @@ mod options;
 mod progressive;
 mod refine;
 mod scan;
+mod search;
 mod seeded;
 mod squares;
 mod surface;

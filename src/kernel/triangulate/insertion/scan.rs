@@ -6,9 +6,10 @@
 //! (the first by row and column) decides alike in every algorithm. Other heights are off by a bound ([`DOUBT`]); where
 //! it leaves the tolerance open, exact arithmetic answers.
 
+use super::search::Search;
+use crate::base::Tile;
 use crate::base::lattice::{Point, STEPS, orient};
 use crate::base::mesh::Vertex;
-use crate::base::{Heights, Tile};
 use crate::kernel::triangulate::feasible::{Plane, Spans, Surfaces, coarse_doubles};
 
 /// A sample that may become a vertex.
@@ -42,10 +43,6 @@ pub(super) struct Farthest {
     pub(super) sample: u64,
 }
 
-/// Samples compared together: rows of triangles are short, and eight were measured to take a third longer.
-const LANES: usize = 4;
-const LANE: [f64; LANES] = [0.0, 1.0, 2.0, 3.0];
-
 impl Scanner<'_> {
     /// The candidate of a triangle with positive orientation: of the samples of the closed triangle that are farther
     /// than the tolerance, the farthest; of equal ones the first.
@@ -56,18 +53,14 @@ impl Scanner<'_> {
         if self.tile.is_weighted() || self.tile.channel_error.is_some() {
             return self.scored_candidate(&scan, corners);
         }
-        let arch = pulp::Arch::new();
-        let best = match &self.tile.heights {
-            Heights::F32(heights) => arch.dispatch(Search { scan: &scan, heights }),
-            Heights::F64(heights) => arch.dispatch(Search { scan: &scan, heights }),
-        };
-        self.settle(&scan, corners, best)
+        let search = Search { scan: &scan, tile: self.tile, tolerance: self.tolerance };
+        self.settle(&scan, corners, pulp::Arch::new().dispatch(search))
     }
 
     /// The candidate of a triangle whose farthest sample, up to rounding, is known.
     #[inline(always)]
     pub(super) fn settle(&self, scan: &Scan, [a, b, c]: [Vertex; 3], best: Farthest) -> Option<Candidate> {
-        let doubt = DOUBT * (scan.reach() + self.tolerance) + coarse_doubles(scan.reach());
+        let doubt = scan.doubt(self.tolerance);
         if best.error > self.tolerance + doubt {
             return Some(Candidate { score: best.error, sample: best.sample });
         }
@@ -110,7 +103,7 @@ impl Scanner<'_> {
                 }
                 let counted = scan.counted(self.tile, column, row, height);
                 let limit = self.tile.limit(column as usize, row as usize, self.tolerance);
-                let doubt = DOUBT * (scan.reach() + limit) + coarse_doubles(scan.reach());
+                let doubt = scan.doubt(limit);
                 let beyond = error > limit + doubt
                     || counted > limit_in_channels && !scan.has_corner(column, row)
                     || error >= limit - doubt && !plane.within(Point::of_sample(column, row), height, limit);
@@ -160,22 +153,6 @@ impl Scanner<'_> {
             }
         }
         best
-    }
-}
-
-/// [`Scan::farthest`], compiled for what the processor has: wider lanes change no result. (A closure would do, were it
-/// sure to be inlined; one that is not is compiled for the oldest processor.)
-struct Search<'a, H> {
-    scan: &'a Scan,
-    heights: &'a [H],
-}
-
-impl<H: Copy + Into<f64>> pulp::WithSimd for Search<'_, H> {
-    type Output = Farthest;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Farthest {
-        self.scan.farthest(self.heights)
     }
 }
 
@@ -276,9 +253,31 @@ impl Scan {
         self.rise[0].abs().max(self.rise[1].abs())
     }
 
+    /// How close to a limit an error may be wrong about it.
+    #[inline(always)]
+    pub(super) fn doubt(&self, limit: f64) -> f64 {
+        DOUBT * (self.reach() + limit) + coarse_doubles(self.reach())
+    }
+
+    /// The height of corner a.
+    #[inline(always)]
+    pub(super) fn base(&self) -> f64 {
+        self.corners[0].height
+    }
+
+    #[inline(always)]
+    pub(super) fn area(&self) -> f64 {
+        self.area
+    }
+
+    #[inline(always)]
+    pub(super) fn step(&self) -> f64 {
+        self.step
+    }
+
     /// A times the height of the plane above corner a, at a sample.
     #[inline(always)]
-    fn start(&self, column: i32, row: i32) -> f64 {
+    pub(super) fn start(&self, column: i32, row: i32) -> f64 {
         let [a, b, c] = self.corners.map(|v| v.at);
         let p = Point::of_sample(column, row);
         orient(c, a, p) as f64 * self.rise[0] + orient(a, b, p) as f64 * self.rise[1]
@@ -309,83 +308,5 @@ impl Scan {
             }
         }
         sum
-    }
-
-    /// The farthest sample of the closed triangle. Lane by lane: each keeps the farthest it has seen; the lanes are
-    /// compared once, in the end. Written so that the compiler makes vector code of it.
-    #[inline(always)]
-    pub(super) fn farthest<H: Copy + Into<f64>>(&self, heights: &[H]) -> Farthest {
-        // Two of them, as one would have to wait for itself in long rows.
-        let mut bests = [Best::NONE; 2];
-        for row in self.spans.rows() {
-            let (first, last) = self.columns(row);
-            if first > last {
-                continue;
-            }
-            let offset = row as usize * self.width + first as usize;
-            let count = (last - first + 1) as usize;
-            let start = self.start(first, row);
-            let mut done = 0;
-            while done + 2 * LANES <= count {
-                for best in &mut bests {
-                    best.see(self.sizes(heights, offset, start, done), offset + done);
-                    done += LANES;
-                }
-            }
-            while done < count {
-                let mut sizes = self.sizes(heights, offset, start, done);
-                for (size, lane) in sizes.iter_mut().zip(LANE) {
-                    *size = if done as f64 + lane < count as f64 { *size } else { -1.0 };
-                }
-                bests[0].see(sizes, offset + done);
-                done += LANES;
-            }
-        }
-        let (mut size, mut sample) = (-1.0, 0.0);
-        for best in bests {
-            for ((of_lane, start), lane) in best.sizes.into_iter().zip(best.samples).zip(LANE) {
-                if of_lane > size || of_lane == size && start + lane < sample {
-                    (size, sample) = (of_lane, start + lane);
-                }
-            }
-        }
-        Farthest { error: size.max(0.0) / self.area, sample: sample as u64 }
-    }
-
-    /// |S| at some samples of a row, from the one after `done` on: the row's first one is at `offset`, where S is `start` but for
-    /// the sample itself.
-    #[inline(always)]
-    fn sizes<H: Copy + Into<f64>>(&self, heights: &[H], offset: usize, start: f64, done: usize) -> [f64; LANES] {
-        let lane: &[H; LANES] = heights[offset + done..].first_chunk().expect("padding behind the samples");
-        let (at, base) = (done as f64, self.corners[0].height);
-        let mut sizes = [0.0; LANES];
-        for i in 0..LANES {
-            let height: f64 = lane[i].into();
-            sizes[i] = ((start + self.step * (at + LANE[i])) - self.area * (height - base)).abs();
-        }
-        sizes
-    }
-}
-
-/// The farthest sample that each lane has seen.
-#[derive(Clone, Copy)]
-struct Best {
-    sizes: [f64; LANES],
-    /// Its place, less the lane.
-    samples: [f64; LANES],
-}
-
-impl Best {
-    /// Half a negative: below every |S|, and no lane past the end ever wins.
-    const NONE: Best = Best { sizes: [-0.5; LANES], samples: [0.0; LANES] };
-
-    #[inline(always)]
-    fn see(&mut self, sizes: [f64; LANES], sample: usize) {
-        let sample = sample as f64;
-        for ((best, at), size) in self.sizes.iter_mut().zip(&mut self.samples).zip(sizes) {
-            let better = size > *best;
-            *best = if better { size } else { *best };
-            *at = if better { sample } else { *at };
-        }
     }
 }

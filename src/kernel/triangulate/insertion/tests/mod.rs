@@ -1,6 +1,7 @@
 //! Greedy insertion against its oracles.
 
 mod oracles;
+mod search;
 mod seeded;
 
 use proptest::prelude::*;
